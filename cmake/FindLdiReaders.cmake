@@ -1,5 +1,5 @@
 # The libraries that ldi::io reads more formats with. Each is optional: ldi_readers::all links those that are on this machine, and tells the
-# headers which by a macro each (include/ldi/formats/detail/readers.hpp).
+# headers which by a macro each (include/ldi/io/detail/readers.hpp).
 #
 # LDI_READERS  those to look for: a list of libheif (HEIC, AVIF), libwebp, libtiff (from 4.5), lcms2 (color profiles), pugixml (XMP)
 

@@ -4,7 +4,7 @@
 #include "tests/support/sketched_graph.hpp"
 
 #include <ldi/core/graph.hpp>
-#include <ldi/formats/photo.hpp>
+#include <ldi/io/photo.hpp>
 
 #include <cmath>
 #include <cstdint>

@@ -4,7 +4,7 @@
 // come from somewhere.
 #include <bench/support/peak_products.hpp>
 #include <ldi/core/image.hpp>
-#include <ldi/formats/caffe2.hpp>
+#include <ldi/io/caffe2.hpp>
 #include <ldi/nn/dense/detail/packed_layer.hpp>
 #include <tests/support/npy.hpp>
 #include <tests/support/random_bytes.hpp>

@@ -5,9 +5,9 @@
 //
 // The photo is one of ../shared/rgbd with its disparity where present, else the shipped sample.
 
-#include <ldi/formats/depth_map.hpp>
-#include <ldi/formats/photo.hpp>
-#include <ldi/occlusion/diffusion_inpainter.hpp>
+#include <ldi/inpaint/diffusion_inpainter.hpp>
+#include <ldi/io/depth_map.hpp>
+#include <ldi/io/photo.hpp>
 #include <ldi/photo3d.hpp>
 
 #include <benchmark/benchmark.h>

@@ -9,9 +9,9 @@
 //   multiplications
 //                                                 and time on a whole picture of 512 x 512 and on the photo's layers
 #include <bench/support/converted_photo.hpp>
-#include <ldi/formats/farbrausch_file.hpp>
+#include <ldi/inpaint/diffusion_inpainter.hpp>
+#include <ldi/io/farbrausch_file.hpp>
 #include <ldi/networks/farbrausch.hpp>
-#include <ldi/occlusion/diffusion_inpainter.hpp>
 
 #include <algorithm>
 #include <chrono>

@@ -1,6 +1,6 @@
 // The depth network as published, on a real photo at 384 x 288: 6.83 billion multiplications. Peers on one thread of another
 // machine: QNNPACK 603 ms, ONNX Runtime 129 ms, oneDNN 66 ms.
-#include <ldi/formats/caffe2.hpp>
+#include <ldi/io/caffe2.hpp>
 #include <ldi/networks/tiefenrausch.hpp>
 #include <tests/support/npy.hpp>
 

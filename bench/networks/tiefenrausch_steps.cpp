@@ -4,7 +4,7 @@
 //
 // Every line is the least of many runs, each of the whole network; --benchmark_filter only chooses which lines are shown.
 #include <bench/support/peak_products.hpp>
-#include <ldi/formats/tiefenrausch_file.hpp>
+#include <ldi/io/tiefenrausch_file.hpp>
 #include <ldi/networks/tiefenrausch.hpp>
 #include <tests/support/npy.hpp>
 

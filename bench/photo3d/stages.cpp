@@ -3,8 +3,8 @@
 //
 // The photo is a telephone's with the published network's depth where ../shared is present, else the shipped sample.
 
-#include <ldi/occlusion/diffusion_inpainter.hpp>
-#include <ldi/occlusion/texture_transfer.hpp>
+#include <ldi/inpaint/diffusion_inpainter.hpp>
+#include <ldi/inpaint/texture_transfer.hpp>
 #include <ldi/photo3d.hpp>
 
 #include "bench/support/converted_photo.hpp"

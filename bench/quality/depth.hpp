@@ -6,10 +6,10 @@
 #include "metrics.hpp"
 
 #include <ldi/base/executor.hpp>
-#include <ldi/formats/depth_map.hpp>
-#include <ldi/formats/file.hpp>
-#include <ldi/formats/photo.hpp>
-#include <ldi/formats/tiefenrausch_file.hpp>
+#include <ldi/io/depth_map.hpp>
+#include <ldi/io/file.hpp>
+#include <ldi/io/photo.hpp>
+#include <ldi/io/tiefenrausch_file.hpp>
 
 #include <nlohmann/json.hpp>
 

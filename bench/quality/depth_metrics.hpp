@@ -7,9 +7,9 @@
 #include <ldi/base/executor.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/depth/normalize.hpp>
-#include <ldi/formats/depth_map.hpp>
+#include <ldi/inpaint/diffusion_inpainter.hpp>
+#include <ldi/io/depth_map.hpp>
 #include <ldi/networks/tiefenrausch.hpp>
-#include <ldi/occlusion/diffusion_inpainter.hpp>
 #include <ldi/occlusion/discontinuity_curves.hpp>
 #include <ldi/photo3d.hpp>
 

@@ -8,7 +8,7 @@
 #include "subjects.hpp"
 #include "views.hpp"
 
-#include <ldi/formats/picture.hpp>
+#include <ldi/io/picture.hpp>
 #include <ldi/networks/farbrausch.hpp>
 #include <ldi/networks/tiefenrausch.hpp>
 #include <ldi/photo3d.hpp>

@@ -2,11 +2,11 @@
 // --only holes builds and runs it.
 #include "holes.hpp"
 
-#include <ldi/formats/depth_map.hpp>
-#include <ldi/formats/farbrausch_file.hpp>
-#include <ldi/formats/photo.hpp>
-#include <ldi/formats/picture.hpp>
-#include <ldi/formats/tiefenrausch_file.hpp>
+#include <ldi/io/depth_map.hpp>
+#include <ldi/io/farbrausch_file.hpp>
+#include <ldi/io/photo.hpp>
+#include <ldi/io/picture.hpp>
+#include <ldi/io/tiefenrausch_file.hpp>
 
 #include <CLI/CLI.hpp>
 

@@ -15,9 +15,9 @@
 #include <ldi/depth/middle_components.hpp>
 #include <ldi/depth/normalize.hpp>
 #include <ldi/depth/weighted_median.hpp>
-#include <ldi/formats/picture.hpp>
+#include <ldi/inpaint/diffusion_inpainter.hpp>
+#include <ldi/io/picture.hpp>
 #include <ldi/networks/farbrausch.hpp>
-#include <ldi/occlusion/diffusion_inpainter.hpp>
 #include <ldi/occlusion/discontinuity_curves.hpp>
 #include <ldi/occlusion/lift.hpp>
 #include <ldi/occlusion/spurious_discontinuities.hpp>

@@ -8,9 +8,9 @@
 #include "subjects.hpp"
 #include "views.hpp"
 
-#include <ldi/formats/picture.hpp>
+#include <ldi/inpaint/diffusion_inpainter.hpp>
+#include <ldi/io/picture.hpp>
 #include <ldi/networks/farbrausch.hpp>
-#include <ldi/occlusion/diffusion_inpainter.hpp>
 #include <ldi/photo3d.hpp>
 #include <ldi/render/rasterizer.hpp>
 

@@ -6,8 +6,8 @@
 #include "metrics.hpp"
 #include "silhouettes.hpp"
 
-#include <ldi/formats/photo.hpp>
-#include <ldi/formats/picture.hpp>
+#include <ldi/io/photo.hpp>
+#include <ldi/io/picture.hpp>
 #include <ldi/kernels/area_resize.hpp>
 #include <ldi/photo3d.hpp>
 #include <ldi/render/camera.hpp>

@@ -8,8 +8,8 @@
 #include "sizes.hpp"
 #include "subjects.hpp"
 
-#include <ldi/formats/farbrausch_file.hpp>
-#include <ldi/formats/safetensors_file.hpp>
+#include <ldi/io/farbrausch_file.hpp>
+#include <ldi/io/safetensors_file.hpp>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>

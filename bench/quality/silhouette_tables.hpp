@@ -10,8 +10,8 @@
 #include "true_silhouettes.hpp"
 #include "views.hpp"
 
-#include <ldi/formats/picture.hpp>
-#include <ldi/occlusion/diffusion_inpainter.hpp>
+#include <ldi/inpaint/diffusion_inpainter.hpp>
+#include <ldi/io/picture.hpp>
 #include <ldi/photo3d.hpp>
 #include <ldi/render/rasterizer.hpp>
 

@@ -3,11 +3,11 @@
 
 #include <examples/photo3d/report.hpp>
 
-#include <ldi/formats/depth_map.hpp>
 #include <ldi/formats/glb.hpp>
-#include <ldi/formats/photo.hpp>
-#include <ldi/formats/picture.hpp>
-#include <ldi/formats/published_network.hpp>
+#include <ldi/io/depth_map.hpp>
+#include <ldi/io/photo.hpp>
+#include <ldi/io/picture.hpp>
+#include <ldi/io/published_network.hpp>
 #include <ldi/networks/farbrausch.hpp>
 #include <ldi/photo3d.hpp>
 

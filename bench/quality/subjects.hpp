@@ -5,8 +5,8 @@
 
 #include <examples/scenes/scene.hpp>
 
-#include <ldi/formats/depth_map.hpp>
-#include <ldi/formats/photo.hpp>
+#include <ldi/io/depth_map.hpp>
+#include <ldi/io/photo.hpp>
 #include <ldi/render/camera.hpp>
 
 #include <algorithm>

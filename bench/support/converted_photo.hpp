@@ -3,10 +3,10 @@
 // The photo is a telephone's with the published network's depth where ../shared is present, else the shipped sample.
 #pragma once
 
-#include <ldi/formats/depth_map.hpp>
-#include <ldi/formats/photo.hpp>
-#include <ldi/formats/published_network.hpp>
-#include <ldi/occlusion/diffusion_inpainter.hpp>
+#include <ldi/inpaint/diffusion_inpainter.hpp>
+#include <ldi/io/depth_map.hpp>
+#include <ldi/io/photo.hpp>
+#include <ldi/io/published_network.hpp>
 #include <ldi/photo3d.hpp>
 
 #if defined(__GLIBC__)

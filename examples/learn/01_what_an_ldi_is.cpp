@@ -4,7 +4,7 @@
 #include "drawing.hpp"
 #include "sample.hpp"
 
-#include <ldi/occlusion/diffusion_inpainter.hpp>
+#include <ldi/inpaint/diffusion_inpainter.hpp>
 
 #include <cstdio>
 #include <utility>

@@ -4,9 +4,9 @@
 #include "drawing.hpp"
 #include "sample.hpp"
 
+#include <ldi/inpaint/diffusion_inpainter.hpp>
 #include <ldi/mesh/build_mesh.hpp>
 #include <ldi/mesh/gather.hpp>
-#include <ldi/occlusion/diffusion_inpainter.hpp>
 
 #include <cmath>
 #include <cstdio>

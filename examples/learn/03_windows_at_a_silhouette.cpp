@@ -5,7 +5,7 @@
 #include "sample.hpp"
 
 #include <ldi/core/window.hpp>
-#include <ldi/occlusion/diffusion_inpainter.hpp>
+#include <ldi/inpaint/diffusion_inpainter.hpp>
 
 #include <cstdio>
 #include <vector>

@@ -6,7 +6,7 @@
 
 #include <examples/photo3d/stage_pictures.hpp>
 #include <ldi/charts/charts.hpp>
-#include <ldi/occlusion/diffusion_inpainter.hpp>
+#include <ldi/inpaint/diffusion_inpainter.hpp>
 #include <ldi/texture/atlas.hpp>
 
 #include <cstdio>

@@ -3,7 +3,7 @@
 #include "sample.hpp"
 
 #include <ldi/adapt/eigen.hpp>
-#include <ldi/occlusion/diffusion_inpainter.hpp>
+#include <ldi/inpaint/diffusion_inpainter.hpp>
 #include <ldi/photo3d.hpp>
 
 #include <Eigen/Eigenvalues>

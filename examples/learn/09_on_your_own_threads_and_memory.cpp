@@ -2,9 +2,9 @@
 // engine's memory, within its budget. Nothing touches a file but this lesson, which wants to show something.
 #include "sample.hpp"
 
-#include <ldi/formats/file.hpp>
 #include <ldi/formats/glb.hpp>
-#include <ldi/occlusion/diffusion_inpainter.hpp>
+#include <ldi/inpaint/diffusion_inpainter.hpp>
+#include <ldi/io/file.hpp>
 #include <ldi/photo3d.hpp>
 
 #include <atomic>

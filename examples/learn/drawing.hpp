@@ -7,7 +7,7 @@
 #include <ldi/core/graph.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
-#include <ldi/formats/picture.hpp>
+#include <ldi/io/picture.hpp>
 #include <ldi/kernels/area_resize.hpp>
 #include <ldi/mesh/textured_mesh.hpp>
 

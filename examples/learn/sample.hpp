@@ -5,12 +5,12 @@
 #include <ldi/core/layered_image.hpp>
 #include <ldi/core/photo_facts.hpp>
 #include <ldi/depth/normalize.hpp>
-#include <ldi/formats/depth_map.hpp>
-#include <ldi/formats/photo.hpp>
+#include <ldi/inpaint/mixed_colors.hpp>
+#include <ldi/io/depth_map.hpp>
+#include <ldi/io/photo.hpp>
 #include <ldi/occlusion/discontinuity_curves.hpp>
 #include <ldi/occlusion/expand.hpp>
 #include <ldi/occlusion/lift.hpp>
-#include <ldi/occlusion/mixed_colors.hpp>
 #include <ldi/occlusion/spurious_discontinuities.hpp>
 
 #include <cstddef>

@@ -7,8 +7,8 @@
 #include "photo_texture.hpp"
 #include "video.hpp"
 
-#include <ldi/formats/depth_map.hpp>
-#include <ldi/formats/photo_depth.hpp>
+#include <ldi/io/depth_map.hpp>
+#include <ldi/io/photo_depth.hpp>
 #include <ldi/networks/farbrausch.hpp>
 #include <ldi/photo3d.hpp>
 

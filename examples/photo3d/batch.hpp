@@ -7,6 +7,7 @@
 #include "batch_log.hpp"
 #include "channel.hpp"
 #include "conversion.hpp"
+#include "file_set.hpp"
 #include "interruption.hpp"
 #include "memory_budget.hpp"
 #include "messages.hpp"
@@ -16,7 +17,6 @@
 #include "spare_memory.hpp"
 
 #include <ldi/base/executor.hpp>
-#include <ldi/formats/file_set.hpp>
 #include <ldi/photo3d.hpp>
 
 #include <nlohmann/json.hpp>
@@ -185,7 +185,7 @@ inline bool batch::claim_outputs(const photo_files& names) {
         taken_.claim(output);
         are_there = are_there && std::filesystem::is_regular_file(output);
         if (folders_.insert(output.parent_path().string()).second)  // a folder is looked through once
-            detail::remove_abandoned(output.has_parent_path() ? output.parent_path() : ".");
+            remove_abandoned(output.has_parent_path() ? output.parent_path() : ".");
     }
     return are_there;
 }

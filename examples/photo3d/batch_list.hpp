@@ -198,7 +198,7 @@ private:
         } else if (is_list(source_)) {
             errno = 0;
             file_ = std::ifstream(source_);
-            if (!file_) detail::raise_system_error(detail::last_error(), source_, "a readable list");
+            if (!file_) raise_system_error(last_error(), source_, "a readable list");
             lines_.emplace(file_);
         } else {
             photos_.push_back(source_);
@@ -250,7 +250,7 @@ inline void check_batch_options(const arguments& a) {
         if (is_standard(folder)) raise(error_code::invalid_option, "-", "the name of a folder, with --batch", "standard output");
         std::filesystem::create_directories(folder, failed);
         if (!std::filesystem::is_directory(folder)) {
-            if (failed) detail::raise_system_error(failed.value(), folder, "a folder, with --batch");
+            if (failed) raise_system_error(failed.value(), folder, "a folder, with --batch");
             raise(error_code::file_access, folder.string(), "a folder, with --batch", "a file");
         }
     }

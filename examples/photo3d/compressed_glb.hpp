@@ -6,7 +6,7 @@
 #include "glb_parts.hpp"
 
 #include <ldi/base/error.hpp>
-#include <ldi/formats/detail/picture_format.hpp>
+#include <ldi/formats/jpeg_png_header.hpp>
 
 #include <nlohmann/json.hpp>
 

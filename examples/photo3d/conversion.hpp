@@ -7,13 +7,13 @@
 #include "photo_texture.hpp"
 #include "report.hpp"
 
-#include <ldi/formats/depth_map.hpp>
-#include <ldi/formats/farbrausch_file.hpp>
 #include <ldi/formats/glb.hpp>
-#include <ldi/formats/photo_depth.hpp>
-#include <ldi/formats/picture.hpp>
-#include <ldi/formats/tiefenrausch_file.hpp>
-#include <ldi/occlusion/diffusion_inpainter.hpp>
+#include <ldi/inpaint/diffusion_inpainter.hpp>
+#include <ldi/io/depth_map.hpp>
+#include <ldi/io/farbrausch_file.hpp>
+#include <ldi/io/photo_depth.hpp>
+#include <ldi/io/picture.hpp>
+#include <ldi/io/tiefenrausch_file.hpp>
 #include <ldi/photo3d.hpp>
 
 #include <cstddef>

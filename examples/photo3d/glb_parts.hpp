@@ -4,7 +4,7 @@
 #include "compressed_geometry.hpp"
 
 #include <ldi/base/error.hpp>
-#include <ldi/formats/detail/picture_format.hpp>
+#include <ldi/formats/jpeg_png_header.hpp>
 
 #include <nlohmann/json.hpp>
 

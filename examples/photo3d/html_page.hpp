@@ -5,8 +5,8 @@
 #include <ldi/base/executor.hpp>
 #include <ldi/core/camera.hpp>
 #include <ldi/core/image.hpp>
-#include <ldi/formats/file.hpp>
-#include <ldi/formats/picture.hpp>
+#include <ldi/io/file.hpp>
+#include <ldi/io/picture.hpp>
 #include <ldi/kernels/area_resize.hpp>
 
 #include <algorithm>

@@ -2,7 +2,7 @@
 // then needs none of the care that signal handlers need.
 #pragma once
 
-#include <ldi/formats/file_set.hpp>
+#include "file_set.hpp"
 
 #include <pthread.h>
 #include <sys/types.h>

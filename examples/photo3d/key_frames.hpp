@@ -4,7 +4,7 @@
 #include "json_input.hpp"
 
 #include <ldi/base/error.hpp>
-#include <ldi/formats/file.hpp>
+#include <ldi/io/file.hpp>
 #include <ldi/render/camera_paths.hpp>
 
 #include <nlohmann/json.hpp>

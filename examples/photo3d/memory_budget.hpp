@@ -9,8 +9,8 @@
 
 #include <ldi/base/error.hpp>
 #include <ldi/base/memory.hpp>
-#include <ldi/formats/depth_map.hpp>
-#include <ldi/formats/photo_depth.hpp>
+#include <ldi/io/depth_map.hpp>
+#include <ldi/io/photo_depth.hpp>
 
 #include <unistd.h>
 

@@ -3,7 +3,7 @@
 #pragma once
 
 #include <ldi/base/error.hpp>
-#include <ldi/formats/detail/file_system.hpp>
+#include <ldi/io/system_error.hpp>
 
 #include <cstddef>
 #include <cstdio>
@@ -98,7 +98,7 @@ inline failure describe_failure() {
     } catch (const std::length_error&) {
         return {exit_try_again, out_of_memory, "not enough memory"};
     } catch (const std::system_error& e) {  // threads that can't be started, folders that can't be read
-        const bool may_pass = detail::may_pass(e.code().value());
+        const bool may_pass = may_succeed_later(e.code().value());
         return {may_pass ? exit_try_again : exit_never,
                 std::string(to_string(may_pass ? error_code::unavailable : error_code::file_access)), e.what()};
     } catch (const std::exception& e) {

@@ -1,11 +1,11 @@
 // The files that the photos of a batch become, so that no two become the same one, by whatever name.
 #pragma once
 
+#include "file_set.hpp"
+#include "file_system.hpp"
 #include "outputs.hpp"
 
 #include <ldi/base/error.hpp>
-#include <ldi/formats/detail/file_system.hpp>
-#include <ldi/formats/file_set.hpp>
 
 #include <unistd.h>
 
@@ -24,15 +24,14 @@ public:
     /// another name of one file (a hard link), or in other letters in a folder that does not tell small from capital ones. Also
     /// for a link to a file of another kind, which may be a photo of the batch.
     void claim(const std::filesystem::path& output) {
-        const std::filesystem::path place = ldi::detail::follow_links(std::filesystem::absolute(output).lexically_normal());
+        const std::filesystem::path place = follow_links(std::filesystem::absolute(output).lexically_normal());
         std::error_code unknown;
         if (std::filesystem::is_regular_file(place, unknown) && extension_of(place) != extension_of(output))
             raise(error_code::invalid_option, output.string(), "a " + extension_of(output) + " file",
                   "a link to " + place.string());
         const bool may_be_new_in_small_letters = add(in_small_letters(place) + "/");
         bool is_new = add(place.string()) && (may_be_new_in_small_letters || !tells_no_case(place.parent_path()));
-        if (is_new && std::filesystem::hard_link_count(place, unknown) > 1 && !unknown)
-            is_new = add(ldi::detail::file_identity(place));
+        if (is_new && std::filesystem::hard_link_count(place, unknown) > 1 && !unknown) is_new = add(file_identity(place));
         if (!is_new)
             raise(error_code::invalid_option, output.string(), "a file of its own", "that of another photo of the batch");
     }

@@ -2,13 +2,13 @@
 // that can be said against a name before the work.
 #pragma once
 
+#include "file_set.hpp"
+#include "file_system.hpp"
 #include "html_page.hpp"
 #include "messages.hpp"
 
 #include <ldi/base/error.hpp>
-#include <ldi/formats/detail/file_system.hpp>
-#include <ldi/formats/file.hpp>
-#include <ldi/formats/file_set.hpp>
+#include <ldi/io/file.hpp>
 
 #include <unistd.h>
 
@@ -45,7 +45,7 @@ inline std::vector<std::byte> read_input(const std::filesystem::path& name, std:
         const std::size_t used = bytes.size();
         bytes.resize(used + chunk);
         const ssize_t got = ::read(STDIN_FILENO, bytes.data() + used, chunk);
-        if (got < 0 && errno != EINTR) detail::raise_system_error(errno, "standard input", "readable input");
+        if (got < 0 && errno != EINTR) raise_system_error(errno, "standard input", "readable input");
         bytes.resize(used + static_cast<std::size_t>(std::max<ssize_t>(got, 0)));
         if (bytes.size() > max_bytes)
             raise(error_code::too_large, "standard input", "at most " + std::to_string(max_bytes) + " bytes", "more");
@@ -91,9 +91,8 @@ public:
         while (!std::filesystem::exists(there, ignored) && there.has_relative_path()) there = there.parent_path();
         if (!std::filesystem::is_directory(there, ignored))
             raise(error_code::file_access, folder.string(), "the name of a folder", there.string() + ", which is a file");
-        if (const int denied = detail::check_writable(there); denied != 0)
-            raise(error_code::file_access, folder.string(), "a writable place",
-                  there.string() + ": " + detail::system_reason(denied));
+        if (const int denied = check_writable(there); denied != 0)
+            raise(error_code::file_access, folder.string(), "a writable place", there.string() + ": " + system_reason(denied));
     }
 
     bool uses_standard_output() const { return uses_standard_output_; }
@@ -111,7 +110,7 @@ public:
         for (std::span<const std::byte> rest = standard_output_; !rest.empty();) {
             const ssize_t written = ::write(STDOUT_FILENO, rest.data(), rest.size());
             if (written < 0 && errno == EINTR) continue;
-            if (written < 0) detail::raise_system_error(errno, "standard output", "somebody who reads it");
+            if (written < 0) raise_system_error(errno, "standard output", "somebody who reads it");
             rest = rest.subspan(static_cast<std::size_t>(written));
         }
         files_.commit();

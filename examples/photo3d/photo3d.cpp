@@ -16,7 +16,7 @@
 #include "usdz.hpp"
 #include "video.hpp"
 
-#include <ldi/formats/photo_depth.hpp>
+#include <ldi/io/photo_depth.hpp>
 #include <ldi/photo3d.hpp>
 
 #include <CLI/CLI.hpp>

@@ -3,7 +3,7 @@
 
 #include "outputs.hpp"
 
-#include <ldi/formats/picture.hpp>
+#include <ldi/io/picture.hpp>
 #include <ldi/photo3d.hpp>
 #include <ldi/render/camera.hpp>
 #include <ldi/render/rasterizer.hpp>

@@ -4,7 +4,7 @@
 
 #include <ldi/base/error.hpp>
 #include <ldi/core/image.hpp>
-#include <ldi/formats/picture.hpp>
+#include <ldi/io/picture.hpp>
 #include <ldi/render/stereo.hpp>
 #include <ldi/version.hpp>
 

@@ -6,7 +6,7 @@
 #include "stereo_file.hpp"
 
 #include <ldi/base/executor.hpp>
-#include <ldi/formats/picture.hpp>
+#include <ldi/io/picture.hpp>
 #include <ldi/photo3d.hpp>
 #include <ldi/render/motion.hpp>
 #include <ldi/render/rasterizer.hpp>

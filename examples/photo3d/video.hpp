@@ -7,7 +7,7 @@
 #include "outputs.hpp"
 #include "photo_texture.hpp"
 
-#include <ldi/formats/picture.hpp>
+#include <ldi/io/picture.hpp>
 #include <ldi/photo3d.hpp>
 #include <ldi/render/camera_paths.hpp>
 #include <ldi/render/motion.hpp>
@@ -168,7 +168,7 @@ private:
     [[noreturn]] void fail(const char* expected) const {
         const int reason = errno;
         raise(reason == EPIPE ? error_code::unavailable : error_code::file_access, name_, expected,
-              detail::system_reason(reason));
+              system_reason(reason));
     }
 
     std::string name_;

@@ -3,7 +3,7 @@
 //     render_sample still_life 1152 1536 examples/photo3d/sample.jpg examples/photo3d/sample_depth.png
 #include "scene.hpp"
 
-#include <ldi/formats/picture.hpp>
+#include <ldi/io/picture.hpp>
 
 #include <algorithm>
 #include <cmath>

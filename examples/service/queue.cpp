@@ -10,7 +10,7 @@
 #include "message.hpp"
 
 #include <ldi/base/error.hpp>
-#include <ldi/formats/detail/file_system.hpp>
+#include <ldi/io/system_error.hpp>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -150,7 +150,7 @@ public:
     std::size_t count() const { return count_; }
 
 private:
-    [[noreturn]] void fail() const { detail::raise_system_error(errno, path_, "a file to write lines to"); }
+    [[noreturn]] void fail() const { raise_system_error(errno, path_, "a file to write lines to"); }
 
     std::filesystem::path path_;
     int file_;

@@ -2,11 +2,11 @@
 // that tries again.
 #pragma once
 
+#include "../photo3d/file_set.hpp"
 #include "message.hpp"
 
 #include <ldi/base/error.hpp>
-#include <ldi/formats/detail/file_system.hpp>
-#include <ldi/formats/file.hpp>
+#include <ldi/io/system_error.hpp>
 
 #include <fcntl.h>
 #include <limits.h>
@@ -66,9 +66,9 @@ public:
     }
 
     std::vector<std::byte> get(const std::string& key, std::size_t max_bytes) override {
-        const detail::file_handle folder = folder_of(key, false);
+        const file_handle folder = folder_of(key, false);
         // O_NONBLOCK: to open a pipe that nobody writes to would take forever.
-        const detail::file_handle file(folder, name_of(key), O_RDONLY | O_NOFOLLOW | O_NONBLOCK);
+        const file_handle file(folder, name_of(key), O_RDONLY | O_NOFOLLOW | O_NONBLOCK);
         if (file.number() < 0) fail(key, "a file that can be read");
         struct stat facts {};
         if (::fstat(file.number(), &facts) != 0) fail(key, "a file that can be read");
@@ -91,11 +91,13 @@ public:
 
     void put(const std::string& key, std::span<const std::byte> bytes) override {
         check(key);
-        const detail::file_handle folder = folder_of(key, true);
+        const file_handle folder = folder_of(key, true);
         struct stat facts {};
         if (::fstatat(folder.number(), name_of(key).c_str(), &facts, AT_SYMLINK_NOFOLLOW) == 0 && !S_ISREG(facts.st_mode))
             raise(error_code::file_access, path_of(key), "a plain file or none", "a link, or something else that is no file");
-        write_file(path_of(key), bytes);
+        file_set files;
+        files.write(path_of(key), bytes);
+        files.commit();
     }
 
 private:
@@ -105,17 +107,17 @@ private:
     [[noreturn]] void fail(const std::string& key, const char* expected) const {
         if (errno == ELOOP || errno == EMLINK || errno == ENOTDIR)
             raise(error_code::file_access, path_of(key), expected, "a link, which is not followed, or a file for a folder");
-        detail::raise_system_error(detail::last_error(), path_of(key), expected);
+        raise_system_error(last_error(), path_of(key), expected);
     }
 
     /// The folder of an object, opened name by name. Raises file_access, unavailable.
-    detail::file_handle folder_of(const std::string& key, bool makes_missing) const {
+    file_handle folder_of(const std::string& key, bool makes_missing) const {
         check_key(key);
-        detail::file_handle folder(folder_, O_RDONLY | O_DIRECTORY);
+        file_handle folder(folder_, O_RDONLY | O_DIRECTORY);
         if (folder.number() < 0) raise(error_code::unavailable, folder_.string(), "a folder", "none");  // not mounted now
         for (const std::filesystem::path& name : std::filesystem::path(key).parent_path()) {
             if (makes_missing && ::mkdirat(folder.number(), name.c_str(), 0777) != 0 && errno != EEXIST) fail(key, "a folder");
-            detail::file_handle next(folder, name, O_RDONLY | O_DIRECTORY | O_NOFOLLOW);
+            file_handle next(folder, name, O_RDONLY | O_DIRECTORY | O_NOFOLLOW);
             if (next.number() < 0) fail(key, "a folder");
             folder = std::move(next);
         }

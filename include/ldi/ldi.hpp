@@ -1,6 +1,5 @@
-// All of ldi that works on values in memory, from a photo's pixels and the bytes of weight files to the bytes of a GLB file;
-// needs the standard library and nothing else. Included by name: the other ldi/formats/... for files (link ldi::io),
-// ldi/adapt/... for Eigen and xtensor.
+// Everything that needs the standard library only: from a photo's pixels and the bytes of weight files to the bytes of a GLB
+// file. Include by name: ldi/io/... for files and decoders (link ldi::io), ldi/adapt/... for Eigen and xtensor.
 #pragma once
 
 #include <ldi/version.hpp>
@@ -57,23 +56,25 @@
 #include <ldi/networks/farbrausch.hpp>
 #include <ldi/networks/tiefenrausch.hpp>
 
+#include <ldi/depth/align_silhouettes.hpp>
+#include <ldi/depth/discontinuity.hpp>
 #include <ldi/depth/middle_components.hpp>
 #include <ldi/depth/normalize.hpp>
 #include <ldi/depth/resample.hpp>
 #include <ldi/depth/sharpen_edges.hpp>
+#include <ldi/depth/trace_curves.hpp>
 #include <ldi/depth/weighted_median.hpp>
 
-#include <ldi/occlusion/align_silhouettes.hpp>
-#include <ldi/occlusion/diffusion_inpainter.hpp>
-#include <ldi/occlusion/discontinuity.hpp>
 #include <ldi/occlusion/discontinuity_curves.hpp>
 #include <ldi/occlusion/expand.hpp>
-#include <ldi/occlusion/grain.hpp>
 #include <ldi/occlusion/lift.hpp>
-#include <ldi/occlusion/mixed_colors.hpp>
 #include <ldi/occlusion/spurious_discontinuities.hpp>
-#include <ldi/occlusion/texture_transfer.hpp>
-#include <ldi/occlusion/uncertain_rims.hpp>
+
+#include <ldi/inpaint/diffusion_inpainter.hpp>
+#include <ldi/inpaint/grain.hpp>
+#include <ldi/inpaint/mixed_colors.hpp>
+#include <ldi/inpaint/texture_transfer.hpp>
+#include <ldi/inpaint/uncertain_rims.hpp>
 
 #include <ldi/charts/charts.hpp>
 
@@ -106,7 +107,11 @@
 #include <ldi/render/stereo.hpp>
 
 #include <ldi/formats/farbrausch.hpp>
+#include <ldi/formats/float_map.hpp>
 #include <ldi/formats/glb.hpp>
+#include <ldi/formats/jpeg_png_header.hpp>
+#include <ldi/formats/picture_formats.hpp>
+#include <ldi/formats/picture_header.hpp>
 #include <ldi/formats/plain_png.hpp>
 #include <ldi/formats/safetensors.hpp>
 #include <ldi/formats/tiefenrausch.hpp>

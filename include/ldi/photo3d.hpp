@@ -14,22 +14,22 @@
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/core/photo_facts.hpp>
+#include <ldi/depth/align_silhouettes.hpp>
 #include <ldi/depth/middle_components.hpp>
 #include <ldi/depth/normalize.hpp>
 #include <ldi/depth/resample.hpp>
 #include <ldi/depth/sharpen_edges.hpp>
 #include <ldi/depth/weighted_median.hpp>
+#include <ldi/inpaint/grain.hpp>
+#include <ldi/inpaint/mixed_colors.hpp>
+#include <ldi/inpaint/texture_transfer.hpp>
+#include <ldi/inpaint/uncertain_rims.hpp>
 #include <ldi/kernels/area_resize.hpp>
 #include <ldi/mesh/build_mesh.hpp>
-#include <ldi/occlusion/align_silhouettes.hpp>
 #include <ldi/occlusion/discontinuity_curves.hpp>
 #include <ldi/occlusion/expand.hpp>
-#include <ldi/occlusion/grain.hpp>
 #include <ldi/occlusion/lift.hpp>
-#include <ldi/occlusion/mixed_colors.hpp>
 #include <ldi/occlusion/spurious_discontinuities.hpp>
-#include <ldi/occlusion/texture_transfer.hpp>
-#include <ldi/occlusion/uncertain_rims.hpp>
 #include <ldi/texture/atlas.hpp>
 #include <ldi/texture/sheets.hpp>
 
@@ -71,7 +71,7 @@ concept color_inpainter = requires(const T& t, working_layers<>& layers, const p
 /// A disparity map that is there already, from a phone or a file.
 struct given_disparity {
     /// h x w x 1, finite, larger is nearer. With normalize_options::is_inverse_depth, the default, 0 or more: 0 is infinitely
-    /// far, as a sky is. Where 0 stands for an unknown value, fill it in before (formats/depth_map.hpp has fill_invalid()).
+    /// far, as a sky is. Where 0 stands for an unknown value, fill it in before (io/depth_map.hpp has fill_invalid()).
     image<float> map;
 
     template <executor Executor>

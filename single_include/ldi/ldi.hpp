@@ -1268,6 +1268,481 @@ inline std::optional<violation> validate_canonical(const graph_view& g, std::spa
 
 }}  // namespace ldi
 
+// ---- ldi/core/columns.hpp
+// Payload columns: what a pixel of a layered image holds. A tag type names a column and says how its values reach pixels that
+// stages add, the pixels of coarser levels, and the vertices of a mesh.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// A column tag: the scalar, and the number of scalars per pixel. Up to three static functions say how values travel. They are
+/// called once per channel; the defaults hold where a tag has none.
+///
+///     struct material {
+///         using scalar = std::uint8_t;
+///         static constexpr std::size_t channels = 1;
+///         // Value of a hidden pixel that continues the surface of a photo pixel. Default: ldi::copied.
+///         static scalar new_pixel(scalar origin) { return ldi::copied(origin); }
+///         // Value of a pixel at half resolution, from the values that it stands for. Default: ldi::averaged.
+///         static scalar coarser(ldi::array_view<const scalar> values) { return ldi::first_of(values); }
+///         // Value of a vertex, from the one to four pixels of its surface around it. Default: ldi::averaged.
+///         static scalar at_vertex(ldi::array_view<const scalar> values) { return ldi::first_of(values); }
+///     };
+template <class T>
+concept payload_column = requires {
+    typename T::scalar;
+    { T::channels } -> std::convertible_to<std::size_t>;
+};
+
+/// Rules for new pixels.
+template <class Scalar>
+constexpr Scalar copied(Scalar origin) {
+    return origin;
+}
+template <class Scalar>
+constexpr Scalar zeroed(Scalar) {
+    return Scalar{};
+}
+
+/// Rules for coarser levels and vertices. `values` has at least one element; the first is the kept pixel's, or the nearest one's.
+template <class Scalar>
+Scalar first_of(array_view<const Scalar> values) {
+    return values[0];
+}
+/// The mean, rounded half away from zero for integers.
+template <class Scalar>
+Scalar averaged(array_view<const Scalar> values) {
+    double sum = 0;
+    for (const Scalar value : values) sum += static_cast<double>(value);
+    const double mean = sum / static_cast<double>(values.size());
+    if constexpr (std::is_integral_v<Scalar>)
+        return static_cast<Scalar>(std::round(mean));
+    else
+        return static_cast<Scalar>(mean);
+}
+
+namespace detail {
+
+template <payload_column Column>
+typename Column::scalar new_pixel_value(typename Column::scalar origin) {
+    if constexpr (requires { Column::new_pixel(origin); })
+        return Column::new_pixel(origin);
+    else
+        return copied(origin);
+}
+
+template <payload_column Column>
+typename Column::scalar coarser_value(array_view<const typename Column::scalar> values) {
+    if constexpr (requires { Column::coarser(values); })
+        return Column::coarser(values);
+    else
+        return averaged(values);
+}
+
+template <payload_column Column>
+typename Column::scalar vertex_value(array_view<const typename Column::scalar> values) {
+    if constexpr (requires { Column::at_vertex(values); })
+        return Column::at_vertex(values);
+    else
+        return averaged(values);
+}
+
+}  // namespace detail
+
+/// Red, green, blue as in the photo (sRGB), 0 to 255. Undefined where known_column is 0.
+struct color_column {
+    using scalar = std::uint8_t;
+    static constexpr std::size_t channels = 3;
+    static constexpr scalar new_pixel(scalar origin) { return zeroed(origin); }  // until it is inpainted
+};
+
+/// Disparity in [0, 1], larger is nearer; 0 is the farthest and 1 the nearest surface of the photo.
+struct disparity_column {
+    using scalar = float;
+    static constexpr std::size_t channels = 1;
+};
+
+/// 1 where the photo shows the color, 0 where it must be inpainted.
+struct known_column {
+    using scalar = std::uint8_t;
+    static constexpr std::size_t channels = 1;
+    static constexpr scalar new_pixel(scalar origin) { return zeroed(origin); }
+    static scalar coarser(array_view<const scalar> values) { return *std::min_element(values.begin(), values.end()); }
+};
+
+/// Near a silhouette: the share of the nearer surface in the photo's color, 0 to 255. 0 elsewhere.
+struct matte_column {
+    using scalar = std::uint8_t;
+    static constexpr std::size_t channels = 1;
+    static constexpr scalar new_pixel(scalar origin) { return zeroed(origin); }
+};
+
+}}  // namespace ldi
+
+// ---- ldi/core/layered_image.hpp
+// A layered depth image: a graph and payload columns of the same length. Column tags (core/columns.hpp) choose the payload.
+//
+//     layered_image<Columns...>   owns both; a value that travels through the stages
+//     layered_view<Columns...>    shows a graph and columns that somebody else owns
+//     single_layer<Columns...>    one layer in the order of the photo: lift() makes it, expand() turns it into a layered image
+
+#include <tuple>
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// What edit_links() lets its argument change: the links between pixels, not the pixels.
+class link_editor {
+public:
+    explicit link_editor(graph_builder& g) : graph_(g) {}
+
+    std::int32_t neighbor(std::int32_t pixel, side s) const { return graph_.neighbor(pixel, s); }
+    /// As graph_builder::link() and unlink().
+    void link(std::int32_t a, side s, std::int32_t b) { graph_.link(a, s, b); }
+    void unlink(std::int32_t a, side s) { graph_.unlink(a, s); }
+
+private:
+    graph_builder& graph_;
+};
+
+/// Successive pixels of a layered image that grow() makes.
+struct grown_piece {
+    std::int32_t first;  ///< old pixels: index of the first one. New pixels: index of the first one's entry in `origins`
+    std::int32_t count;
+    bool is_new;
+};
+
+/// What the argument of grow() returns.
+struct grown_pixels {
+    graph topology;                ///< of all pixels, old and new
+    buffer<grown_piece> pieces;    ///< sources of its pixels in the order of their indices; every old pixel occurs once
+    buffer<std::int32_t> origins;  ///< the old pixel that each new one continues
+};
+
+namespace detail {
+
+/// Reads the scalars of one pixel.
+template <class Column, class Scalar>
+std::span<Scalar, Column::channels> pixel_scalars(array_view<Scalar> column, std::int32_t pixel) {
+    return std::span<Scalar, Column::channels>(column.data() + static_cast<std::size_t>(pixel) * Column::channels,
+                                               Column::channels);
+}
+
+[[noreturn]] inline void refuse_column_length(std::size_t expected, std::size_t found) {
+    raise(error_code::mismatch, "layered image", std::to_string(expected) + " scalars in a column", std::to_string(found));
+}
+
+}  // namespace detail
+
+/// A graph with K pixels and, for each column, K rows of `channels` scalars, row-major. Every column has one row per pixel at all
+/// times: pixels are added, removed and moved only by members that take all columns along.
+///
+///     struct normal { using scalar = float; static constexpr std::size_t channels = 3; };
+///     layered_image<disparity_column, normal> surfaces(make_grid(6, 4));
+///     surfaces.column<normal>()[3 * i + 2]
+template <payload_column... Columns>
+class layered_image {
+public:
+    /// Whether there is such a column.
+    template <class Column>
+    static constexpr bool has = (std::is_same_v<Column, Columns> || ...);
+
+    layered_image() = default;
+    /// Columns are zero.
+    explicit layered_image(graph g) : graph_(std::move(g)) { (zero_column<Columns>(), ...); }
+    /// columns  K x channels scalars each, in the order of the tags. Raises mismatch for any other length.
+    layered_image(graph g, buffer<typename Columns::scalar>... columns) requires(sizeof...(Columns) > 0) : graph_(std::move(g)) {
+        (set_column<Columns>(std::move(columns)), ...);
+    }
+    /// Takes the graph and the columns that both have; other columns are zero.
+    template <payload_column... Others>
+    requires(!std::is_same_v<layered_image<Others...>, layered_image>) explicit layered_image(layered_image<Others...>&& other)
+        : graph_(std::move(other.graph_)) {
+        const auto take = [&]<class Column>(const Column&) {
+            if constexpr (layered_image<Others...>::template has<Column>)
+                values<Column>() = std::move(other.template values<Column>());
+            else
+                zero_column<Column>();
+        };
+        (take(Columns{}), ...);
+        other = {};
+    }
+    layered_image(const layered_image&) = default;
+    layered_image& operator=(const layered_image&) = default;
+    /// The moved-from image is empty.
+    layered_image(layered_image&& other) noexcept
+        : graph_(std::exchange(other.graph_, {})), columns_(std::exchange(other.columns_, {})) {}
+    layered_image& operator=(layered_image&& other) noexcept {
+        graph_ = std::exchange(other.graph_, {}), columns_ = std::exchange(other.columns_, {});
+        return *this;
+    }
+
+    const graph& topology() const { return graph_; }
+    /// The number of pixels K.
+    std::size_t size() const { return graph_.size(); }
+
+    /// K x channels scalars.
+    template <payload_column Column>
+    array_view<typename Column::scalar> column() {
+        return values<Column>();
+    }
+    template <payload_column Column>
+    array_view<const typename Column::scalar> column() const {
+        return std::get<storage<Column>>(columns_).values;
+    }
+
+    /// The scalars of one pixel.
+    template <payload_column Column>
+    std::span<typename Column::scalar, Column::channels> at(std::int32_t pixel) {
+        return detail::pixel_scalars<Column>(column<Column>(), pixel);
+    }
+    template <payload_column Column>
+    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const {
+        return detail::pixel_scalars<Column>(column<Column>(), pixel);
+    }
+
+    /// Replaces a column without a copy. Raises mismatch unless there are K x channels scalars.
+    template <payload_column Column>
+    void set_column(buffer<typename Column::scalar> scalars) {
+        if (scalars.size() != size() * Column::channels) detail::refuse_column_length(size() * Column::channels, scalars.size());
+        values<Column>() = std::move(scalars);
+    }
+
+    /// Calls edit(link_editor&), which may link and unlink pixels.
+    template <class Edit>
+    void edit_links(Edit&& edit) {
+        struct restorer {  // puts the graph back even if `edit` throws
+            graph& to;
+            graph_builder builder;
+            ~restorer() { to = std::move(builder).build(); }
+        } r{graph_, graph_builder(std::move(graph_))};
+        link_editor editor(r.builder);
+        edit(editor);
+    }
+
+    /// Moves pixel `order[i]` to index i. `order` is a permutation of all pixels.
+    void reorder(std::span<const std::int32_t> order) {
+        graph_ = reordered(graph_, order);
+        ((values<Columns>() = reordered(values<Columns>(), order, Columns::channels)), ...);
+    }
+
+    /// Removes the pixels whose entry in `kept` is 0, with their links. The others stay in their order.
+    ///
+    /// kept  K, one per pixel
+    void keep(std::span<const std::uint8_t> kept) {
+        LDI_ASSERT(kept.size() == size());
+        buffer<std::int32_t> old_index, new_index(size(), no_pixel);
+        for (std::int32_t i = 0; i < graph_.count(); ++i)
+            if (kept.data()[i] != 0) new_index[i] = old_index.count(), old_index.push_back(i);
+        graph_builder b(graph_.width(), graph_.height(), old_index.size(), unset);
+        for (std::size_t i = 0; i < old_index.size(); ++i) {
+            const std::int32_t old = old_index[i];
+            b.write_x()[i] = graph_.x()[old], b.write_y()[i] = graph_.y()[old];
+            for (const side s : all_sides) {
+                const std::int32_t neighbor = graph_.neighbor(old, s);
+                b.write_neighbors(s)[i] = neighbor == no_pixel ? no_pixel : new_index[neighbor];
+            }
+        }
+        graph_ = std::move(b).build();
+        ((values<Columns>() = reordered(values<Columns>(), old_index, Columns::channels)), ...);
+    }
+
+    /// Adds pixels: make(graph_builder) edits the topology that it receives and returns grown_pixels. New pixels get their values
+    /// from the pixels that they continue, by the rules of the columns. Returns grown_pixels::pieces. If `make` throws, the image
+    /// is empty.
+    template <class Make>
+    buffer<grown_piece> grow(Make&& make) {
+        struct cleaner {
+            layered_image* image;
+            ~cleaner() {
+                if (image != nullptr) *image = layered_image();
+            }
+        } unless_grown{this};
+        const std::size_t old_count = size();
+        grown_pixels grown = make(graph_builder(std::move(graph_)));
+        LDI_ASSERT(grown.topology.size() == old_count + grown.origins.size());
+        ((values<Columns>() = grown_column<Columns>(grown, old_count)), ...);
+        graph_ = std::move(grown.topology);
+        unless_grown.image = nullptr;
+        return std::move(grown.pieces);
+    }
+
+private:
+    template <payload_column...>
+    friend class layered_image;
+
+    template <class Column>
+    struct storage {
+        buffer<typename Column::scalar> values;
+    };
+
+    template <class Column>
+    buffer<typename Column::scalar>& values() {
+        return std::get<storage<Column>>(columns_).values;
+    }
+    template <class Column>
+    void zero_column() {
+        values<Column>() = buffer<typename Column::scalar>(size() * Column::channels);
+    }
+
+    template <class Column>
+    buffer<typename Column::scalar> grown_column(const grown_pixels& grown, [[maybe_unused]] std::size_t old_count) const {
+        buffer<typename Column::scalar> result(grown.topology.size() * Column::channels, unset);
+        typename Column::scalar* to = result.data();
+        for (const grown_piece& p : grown.pieces) {
+            if (!p.is_new) {
+                LDI_ASSERT(p.first >= 0 && p.count > 0 && static_cast<std::size_t>(p.first + p.count) <= old_count);
+                to = std::copy_n(at<Column>(p.first).data(), static_cast<std::size_t>(p.count) * Column::channels, to);
+                continue;
+            }
+            for (std::int32_t i = p.first; i < p.first + p.count; ++i)
+                for (const typename Column::scalar& value : at<Column>(grown.origins[i]))
+                    *to++ = detail::new_pixel_value<Column>(value);
+        }
+        LDI_ASSERT(to == result.end());
+        return result;
+    }
+
+    graph graph_;
+    std::tuple<storage<Columns>...> columns_;
+};
+
+/// A type with the given column, and maybe others: a layered_image, a layered_view or a single_layer.
+template <class Layers, class Column>
+concept has_column = requires {
+    requires std::remove_cvref_t<Layers>::template has<Column>;
+};
+
+/// A type with all of the given columns, and maybe more.
+template <class Layers, class... Columns>
+concept has_columns = (has_column<Layers, Columns> && ...);
+
+/// Shows a layered image that somebody else owns, or a part of its columns. Stages that only read accept it.
+template <payload_column... Columns>
+class layered_view {
+public:
+    template <class Column>
+    static constexpr bool has = (std::is_same_v<Column, Columns> || ...);
+
+    /// columns  K x channels scalars each, in the order of the tags. Raises mismatch for any other length.
+    explicit layered_view(const graph_view& g, array_view<const typename Columns::scalar>... columns)
+        : graph_(g), columns_(shown<Columns>{columns}...) {
+        const auto check = [&](std::size_t expected, std::size_t found) {
+            if (found != expected) detail::refuse_column_length(expected, found);
+        };
+        (check(g.size() * Columns::channels, columns.size()), ...);
+    }
+    template <has_columns<Columns...> Layers>
+    layered_view(const Layers& layers) : layered_view(layers.topology(), layers.template column<Columns>()...) {}
+
+    const graph_view& topology() const { return graph_; }
+    std::size_t size() const { return graph_.size(); }
+    template <payload_column Column>
+    array_view<const typename Column::scalar> column() const {
+        return std::get<shown<Column>>(columns_).values;
+    }
+    template <payload_column Column>
+    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const {
+        return detail::pixel_scalars<Column>(column<Column>(), pixel);
+    }
+
+private:
+    template <class Column>
+    struct shown {
+        array_view<const typename Column::scalar> values;
+    };
+
+    graph_view graph_;
+    std::tuple<shown<Columns>...> columns_;
+};
+
+namespace detail {
+struct expansion_access;
+}
+
+/// One layer in the order of the photo: pixel (x, y) has index y * width + x. Links and values may change, pixels may not.
+/// expand() turns it into a layered image.
+template <payload_column... Columns>
+class single_layer {
+public:
+    template <class Column>
+    static constexpr bool has = (std::is_same_v<Column, Columns> || ...);
+
+    single_layer() = default;
+    /// Raises mismatch unless the pixels are those of one layer in the photo's order.
+    explicit single_layer(layered_image<Columns...> layers) : layers_(std::move(layers)) {
+        const graph& g = topology();
+        bool in_order = g.size() == g.position_count();
+        for (std::int32_t i = 0; in_order && i < g.count(); ++i) in_order = g.position_of(i) == static_cast<std::size_t>(i);
+        if (!in_order)
+            raise(error_code::mismatch, "single_layer",
+                  std::to_string(g.width()) + " x " + std::to_string(g.height()) + " pixels, row by row", "others");
+    }
+
+    const graph& topology() const { return layers_.topology(); }
+    std::size_t size() const { return layers_.size(); }
+    template <payload_column Column>
+    array_view<typename Column::scalar> column() {
+        return layers_.template column<Column>();
+    }
+    template <payload_column Column>
+    array_view<const typename Column::scalar> column() const {
+        return layers_.template column<Column>();
+    }
+    template <payload_column Column>
+    std::span<typename Column::scalar, Column::channels> at(std::int32_t pixel) {
+        return layers_.template at<Column>(pixel);
+    }
+    template <payload_column Column>
+    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const {
+        return layers_.template at<Column>(pixel);
+    }
+    template <payload_column Column>
+    void set_column(buffer<typename Column::scalar> scalars) {
+        layers_.template set_column<Column>(std::move(scalars));
+    }
+    template <class Edit>
+    void edit_links(Edit&& edit) {
+        layers_.edit_links(edit);
+    }
+
+    /// The same layer with one more column.
+    ///
+    /// scalars  K x channels, row-major. Raises mismatch for any other length.
+    ///
+    ///     struct normal { using scalar = float; static constexpr std::size_t channels = 3; };
+    ///     auto layer = ldi::lift(photo, disparity).with<normal>(normals);  // stays with its pixels, up to the mesh
+    template <payload_column Column>
+    single_layer<Columns..., Column> with(buffer<typename Column::scalar> scalars) && {
+        static_assert(!has<Column>);
+        single_layer<Columns..., Column> result;
+        result.layers_ = layered_image<Columns..., Column>(std::move(layers_));
+        result.template set_column<Column>(std::move(scalars));
+        return result;
+    }
+
+private:
+    template <payload_column...>
+    friend class single_layer;
+    friend detail::expansion_access;
+
+    layered_image<Columns...> layers_;
+};
+
+/// The layered image that a photo becomes, and the layer that it starts from.
+using photo_layers = layered_image<color_column, disparity_column, known_column, matte_column>;
+using photo_layer = single_layer<color_column, disparity_column, known_column, matte_column>;
+
+/// validate() of the topology, and that disparities lie in [0, 1].
+template <has_column<disparity_column> Layers>
+std::optional<violation> validate(const Layers& layers) {
+    if (const std::optional<violation> broken = validate(graph_view(layers.topology()))) return broken;
+    const array_view<const float> disparity = layers.template column<disparity_column>();
+    for (std::int32_t i = 0; i < disparity.count(); ++i)
+        if (!(disparity[i] >= 0.0F && disparity[i] <= 1.0F)) return violation{invariant::disparity_in_range, i};
+    return std::nullopt;
+}
+
+}}  // namespace ldi
+
 // ---- ldi/core/runs.hpp
 // Runs: pixels that lie side by side in memory and are linked from left to right. Most of an LDI in canonical order is long runs,
 // so walking it run by run is walking image rows.
@@ -1456,114 +1931,47 @@ inline coarsened coarsen(const graph_view& g, orphan_rule orphans = orphan_rule:
     return result;
 }
 
-}}  // namespace ldi
-
-// ---- ldi/core/columns.hpp
-// Payload columns: what a pixel of a layered image holds. A tag type names a column and says how its values reach pixels that
-// stages add, the pixels of coarser levels, and the vertices of a mesh.
-
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-/// A column tag: the scalar, and the number of scalars per pixel. Up to three static functions say how values travel. They are
-/// called once per channel; the defaults hold where a tag has none.
-///
-///     struct material {
-///         using scalar = std::uint8_t;
-///         static constexpr std::size_t channels = 1;
-///         // Value of a hidden pixel that continues the surface of a photo pixel. Default: ldi::copied.
-///         static scalar new_pixel(scalar origin) { return ldi::copied(origin); }
-///         // Value of a pixel at half resolution, from the values that it stands for. Default: ldi::averaged.
-///         static scalar coarser(ldi::array_view<const scalar> values) { return ldi::first_of(values); }
-///         // Value of a vertex, from the one to four pixels of its surface around it. Default: ldi::averaged.
-///         static scalar at_vertex(ldi::array_view<const scalar> values) { return ldi::first_of(values); }
-///     };
-template <class T>
-concept payload_column = requires {
-    typename T::scalar;
-    { T::channels } -> std::convertible_to<std::size_t>;
+/// A layered image at half resolution, and how it connects to its parent level.
+template <payload_column... Columns>
+struct coarsened_layers {
+    layered_image<Columns...> layers;
+    buffer<std::int32_t> kept, parent;  ///< as in coarsened
 };
 
-/// Rules for new pixels.
-template <class Scalar>
-constexpr Scalar copied(Scalar origin) {
-    return origin;
+/// Halves the resolution of a layered image. The values of a coarse pixel come from the fine pixels whose parent it is, by the
+/// rule `coarser` of each column (core/columns.hpp): from the kept pixel first, then from the others by ascending index.
+template <payload_column... Columns>
+coarsened_layers<Columns...> coarsen(const layered_image<Columns...>& fine, orphan_rule orphans = orphan_rule::stay) {
+    coarsened level = coarsen(graph_view(fine.topology()), orphans);
+    const std::size_t count = level.kept.size();
+    // children[first[c]] to children[first[c + 1] - 1] are the fine pixels of coarse pixel c, the kept one first.
+    buffer<std::size_t> first(count + 1);
+    for (const std::int32_t p : level.parent)
+        if (p != no_pixel) ++first[static_cast<std::size_t>(p) + 1];
+    for (std::size_t c = 0; c < count; ++c) first[c + 1] += first[c];
+    buffer<std::int32_t> children(first[count]);
+    buffer<std::size_t> next = first;
+    for (std::size_t c = 0; c < count; ++c) children[next[c]++] = level.kept[c];
+    for (std::int32_t i = 0; i < level.parent.count(); ++i) {
+        const std::int32_t p = level.parent[i];
+        if (p != no_pixel && level.kept[p] != i) children[next[static_cast<std::size_t>(p)]++] = i;
+    }
+
+    coarsened_layers<Columns...> result{layered_image<Columns...>(std::move(level.topology)), std::move(level.kept),
+                                        std::move(level.parent)};
+    const auto fill = [&]<class Column>(const Column&) {
+        buffer<typename Column::scalar> values;
+        for (std::int32_t c = 0; c < static_cast<std::int32_t>(count); ++c)
+            for (std::size_t channel = 0; channel < Column::channels; ++channel) {
+                values.clear();
+                for (std::size_t k = first[c]; k < first[static_cast<std::size_t>(c) + 1]; ++k)
+                    values.push_back(fine.template at<Column>(children[k])[channel]);
+                result.layers.template at<Column>(c)[channel] = detail::coarser_value<Column>(values);
+            }
+    };
+    (fill(Columns{}), ...);
+    return result;
 }
-template <class Scalar>
-constexpr Scalar zeroed(Scalar) {
-    return Scalar{};
-}
-
-/// Rules for coarser levels and vertices. `values` has at least one element; the first is the kept pixel's, or the nearest one's.
-template <class Scalar>
-Scalar first_of(array_view<const Scalar> values) {
-    return values[0];
-}
-/// The mean, rounded half away from zero for integers.
-template <class Scalar>
-Scalar averaged(array_view<const Scalar> values) {
-    double sum = 0;
-    for (const Scalar value : values) sum += static_cast<double>(value);
-    const double mean = sum / static_cast<double>(values.size());
-    if constexpr (std::is_integral_v<Scalar>)
-        return static_cast<Scalar>(std::round(mean));
-    else
-        return static_cast<Scalar>(mean);
-}
-
-namespace detail {
-
-template <payload_column Column>
-typename Column::scalar new_pixel_value(typename Column::scalar origin) {
-    if constexpr (requires { Column::new_pixel(origin); })
-        return Column::new_pixel(origin);
-    else
-        return copied(origin);
-}
-
-template <payload_column Column>
-typename Column::scalar coarser_value(array_view<const typename Column::scalar> values) {
-    if constexpr (requires { Column::coarser(values); })
-        return Column::coarser(values);
-    else
-        return averaged(values);
-}
-
-template <payload_column Column>
-typename Column::scalar vertex_value(array_view<const typename Column::scalar> values) {
-    if constexpr (requires { Column::at_vertex(values); })
-        return Column::at_vertex(values);
-    else
-        return averaged(values);
-}
-
-}  // namespace detail
-
-/// Red, green, blue as in the photo (sRGB), 0 to 255. Undefined where known_column is 0.
-struct color_column {
-    using scalar = std::uint8_t;
-    static constexpr std::size_t channels = 3;
-    static constexpr scalar new_pixel(scalar origin) { return zeroed(origin); }  // until it is inpainted
-};
-
-/// Disparity in [0, 1], larger is nearer; 0 is the farthest and 1 the nearest surface of the photo.
-struct disparity_column {
-    using scalar = float;
-    static constexpr std::size_t channels = 1;
-};
-
-/// 1 where the photo shows the color, 0 where it must be inpainted.
-struct known_column {
-    using scalar = std::uint8_t;
-    static constexpr std::size_t channels = 1;
-    static constexpr scalar new_pixel(scalar origin) { return zeroed(origin); }
-};
-
-/// Near a silhouette: the share of the nearer surface in the photo's color, 0 to 255. 0 elsewhere.
-struct matte_column {
-    using scalar = std::uint8_t;
-    static constexpr std::size_t channels = 1;
-    static constexpr scalar new_pixel(scalar origin) { return zeroed(origin); }
-};
 
 }}  // namespace ldi
 
@@ -2054,371 +2462,6 @@ private:
 /// Whether two images or views have the same height, width and channels.
 bool same_shape(const auto& a, const auto& b) {
     return a.height() == b.height() && a.width() == b.width() && a.channels() == b.channels();
-}
-
-}}  // namespace ldi
-
-// ---- ldi/core/layered_image.hpp
-// A layered depth image: a graph and payload columns of the same length. Column tags (core/columns.hpp) choose the payload.
-//
-//     layered_image<Columns...>   owns both; a value that travels through the stages
-//     layered_view<Columns...>    shows a graph and columns that somebody else owns
-//     single_layer<Columns...>    one layer in the order of the photo: lift() makes it, expand() turns it into a layered image
-
-#include <tuple>
-
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-/// What edit_links() lets its argument change: the links between pixels, not the pixels.
-class link_editor {
-public:
-    explicit link_editor(graph_builder& g) : graph_(g) {}
-
-    std::int32_t neighbor(std::int32_t pixel, side s) const { return graph_.neighbor(pixel, s); }
-    /// As graph_builder::link() and unlink().
-    void link(std::int32_t a, side s, std::int32_t b) { graph_.link(a, s, b); }
-    void unlink(std::int32_t a, side s) { graph_.unlink(a, s); }
-
-private:
-    graph_builder& graph_;
-};
-
-/// Successive pixels of a layered image that grow() makes.
-struct grown_piece {
-    std::int32_t first;  ///< old pixels: index of the first one. New pixels: index of the first one's entry in `origins`
-    std::int32_t count;
-    bool is_new;
-};
-
-/// What the argument of grow() returns.
-struct grown_pixels {
-    graph topology;                ///< of all pixels, old and new
-    buffer<grown_piece> pieces;    ///< sources of its pixels in the order of their indices; every old pixel occurs once
-    buffer<std::int32_t> origins;  ///< the old pixel that each new one continues
-};
-
-namespace detail {
-
-/// Reads the scalars of one pixel.
-template <class Column, class Scalar>
-std::span<Scalar, Column::channels> pixel_scalars(array_view<Scalar> column, std::int32_t pixel) {
-    return std::span<Scalar, Column::channels>(column.data() + static_cast<std::size_t>(pixel) * Column::channels,
-                                               Column::channels);
-}
-
-[[noreturn]] inline void refuse_column_length(std::size_t expected, std::size_t found) {
-    raise(error_code::mismatch, "layered image", std::to_string(expected) + " scalars in a column", std::to_string(found));
-}
-
-}  // namespace detail
-
-/// A graph with K pixels and, for each column, K rows of `channels` scalars, row-major. Every column has one row per pixel at all
-/// times: pixels are added, removed and moved only by members that take all columns along.
-///
-///     struct normal { using scalar = float; static constexpr std::size_t channels = 3; };
-///     layered_image<disparity_column, normal> surfaces(make_grid(6, 4));
-///     surfaces.column<normal>()[3 * i + 2]
-template <payload_column... Columns>
-class layered_image {
-public:
-    /// Whether there is such a column.
-    template <class Column>
-    static constexpr bool has = (std::is_same_v<Column, Columns> || ...);
-
-    layered_image() = default;
-    /// Columns are zero.
-    explicit layered_image(graph g) : graph_(std::move(g)) { (zero_column<Columns>(), ...); }
-    /// columns  K x channels scalars each, in the order of the tags. Raises mismatch for any other length.
-    layered_image(graph g, buffer<typename Columns::scalar>... columns) requires(sizeof...(Columns) > 0) : graph_(std::move(g)) {
-        (set_column<Columns>(std::move(columns)), ...);
-    }
-    /// Takes the graph and the columns that both have; other columns are zero.
-    template <payload_column... Others>
-    requires(!std::is_same_v<layered_image<Others...>, layered_image>) explicit layered_image(layered_image<Others...>&& other)
-        : graph_(std::move(other.graph_)) {
-        const auto take = [&]<class Column>(const Column&) {
-            if constexpr (layered_image<Others...>::template has<Column>)
-                values<Column>() = std::move(other.template values<Column>());
-            else
-                zero_column<Column>();
-        };
-        (take(Columns{}), ...);
-        other = {};
-    }
-    layered_image(const layered_image&) = default;
-    layered_image& operator=(const layered_image&) = default;
-    /// The moved-from image is empty.
-    layered_image(layered_image&& other) noexcept
-        : graph_(std::exchange(other.graph_, {})), columns_(std::exchange(other.columns_, {})) {}
-    layered_image& operator=(layered_image&& other) noexcept {
-        graph_ = std::exchange(other.graph_, {}), columns_ = std::exchange(other.columns_, {});
-        return *this;
-    }
-
-    const graph& topology() const { return graph_; }
-    /// The number of pixels K.
-    std::size_t size() const { return graph_.size(); }
-
-    /// K x channels scalars.
-    template <payload_column Column>
-    array_view<typename Column::scalar> column() {
-        return values<Column>();
-    }
-    template <payload_column Column>
-    array_view<const typename Column::scalar> column() const {
-        return std::get<storage<Column>>(columns_).values;
-    }
-
-    /// The scalars of one pixel.
-    template <payload_column Column>
-    std::span<typename Column::scalar, Column::channels> at(std::int32_t pixel) {
-        return detail::pixel_scalars<Column>(column<Column>(), pixel);
-    }
-    template <payload_column Column>
-    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const {
-        return detail::pixel_scalars<Column>(column<Column>(), pixel);
-    }
-
-    /// Replaces a column without a copy. Raises mismatch unless there are K x channels scalars.
-    template <payload_column Column>
-    void set_column(buffer<typename Column::scalar> scalars) {
-        if (scalars.size() != size() * Column::channels) detail::refuse_column_length(size() * Column::channels, scalars.size());
-        values<Column>() = std::move(scalars);
-    }
-
-    /// Calls edit(link_editor&), which may link and unlink pixels.
-    template <class Edit>
-    void edit_links(Edit&& edit) {
-        struct restorer {  // puts the graph back even if `edit` throws
-            graph& to;
-            graph_builder builder;
-            ~restorer() { to = std::move(builder).build(); }
-        } r{graph_, graph_builder(std::move(graph_))};
-        link_editor editor(r.builder);
-        edit(editor);
-    }
-
-    /// Moves pixel `order[i]` to index i. `order` is a permutation of all pixels.
-    void reorder(std::span<const std::int32_t> order) {
-        graph_ = reordered(graph_, order);
-        ((values<Columns>() = reordered(values<Columns>(), order, Columns::channels)), ...);
-    }
-
-    /// Removes the pixels whose entry in `kept` is 0, with their links. The others stay in their order.
-    ///
-    /// kept  K, one per pixel
-    void keep(std::span<const std::uint8_t> kept) {
-        LDI_ASSERT(kept.size() == size());
-        buffer<std::int32_t> old_index, new_index(size(), no_pixel);
-        for (std::int32_t i = 0; i < graph_.count(); ++i)
-            if (kept.data()[i] != 0) new_index[i] = old_index.count(), old_index.push_back(i);
-        graph_builder b(graph_.width(), graph_.height(), old_index.size(), unset);
-        for (std::size_t i = 0; i < old_index.size(); ++i) {
-            const std::int32_t old = old_index[i];
-            b.write_x()[i] = graph_.x()[old], b.write_y()[i] = graph_.y()[old];
-            for (const side s : all_sides) {
-                const std::int32_t neighbor = graph_.neighbor(old, s);
-                b.write_neighbors(s)[i] = neighbor == no_pixel ? no_pixel : new_index[neighbor];
-            }
-        }
-        graph_ = std::move(b).build();
-        ((values<Columns>() = reordered(values<Columns>(), old_index, Columns::channels)), ...);
-    }
-
-    /// Adds pixels: make(graph_builder) edits the topology that it receives and returns grown_pixels. New pixels get their values
-    /// from the pixels that they continue, by the rules of the columns. Returns grown_pixels::pieces. If `make` throws, the image
-    /// is empty.
-    template <class Make>
-    buffer<grown_piece> grow(Make&& make) {
-        struct cleaner {
-            layered_image* image;
-            ~cleaner() {
-                if (image != nullptr) *image = layered_image();
-            }
-        } unless_grown{this};
-        const std::size_t old_count = size();
-        grown_pixels grown = make(graph_builder(std::move(graph_)));
-        LDI_ASSERT(grown.topology.size() == old_count + grown.origins.size());
-        ((values<Columns>() = grown_column<Columns>(grown, old_count)), ...);
-        graph_ = std::move(grown.topology);
-        unless_grown.image = nullptr;
-        return std::move(grown.pieces);
-    }
-
-private:
-    template <payload_column...>
-    friend class layered_image;
-
-    template <class Column>
-    struct storage {
-        buffer<typename Column::scalar> values;
-    };
-
-    template <class Column>
-    buffer<typename Column::scalar>& values() {
-        return std::get<storage<Column>>(columns_).values;
-    }
-    template <class Column>
-    void zero_column() {
-        values<Column>() = buffer<typename Column::scalar>(size() * Column::channels);
-    }
-
-    template <class Column>
-    buffer<typename Column::scalar> grown_column(const grown_pixels& grown, [[maybe_unused]] std::size_t old_count) const {
-        buffer<typename Column::scalar> result(grown.topology.size() * Column::channels, unset);
-        typename Column::scalar* to = result.data();
-        for (const grown_piece& p : grown.pieces) {
-            if (!p.is_new) {
-                LDI_ASSERT(p.first >= 0 && p.count > 0 && static_cast<std::size_t>(p.first + p.count) <= old_count);
-                to = std::copy_n(at<Column>(p.first).data(), static_cast<std::size_t>(p.count) * Column::channels, to);
-                continue;
-            }
-            for (std::int32_t i = p.first; i < p.first + p.count; ++i)
-                for (const typename Column::scalar& value : at<Column>(grown.origins[i]))
-                    *to++ = detail::new_pixel_value<Column>(value);
-        }
-        LDI_ASSERT(to == result.end());
-        return result;
-    }
-
-    graph graph_;
-    std::tuple<storage<Columns>...> columns_;
-};
-
-/// A type with the given column, and maybe others: a layered_image, a layered_view or a single_layer.
-template <class Layers, class Column>
-concept has_column = requires {
-    requires std::remove_cvref_t<Layers>::template has<Column>;
-};
-
-/// A type with all of the given columns, and maybe more.
-template <class Layers, class... Columns>
-concept has_columns = (has_column<Layers, Columns> && ...);
-
-/// Shows a layered image that somebody else owns, or a part of its columns. Stages that only read accept it.
-template <payload_column... Columns>
-class layered_view {
-public:
-    template <class Column>
-    static constexpr bool has = (std::is_same_v<Column, Columns> || ...);
-
-    /// columns  K x channels scalars each, in the order of the tags. Raises mismatch for any other length.
-    explicit layered_view(const graph_view& g, array_view<const typename Columns::scalar>... columns)
-        : graph_(g), columns_(shown<Columns>{columns}...) {
-        const auto check = [&](std::size_t expected, std::size_t found) {
-            if (found != expected) detail::refuse_column_length(expected, found);
-        };
-        (check(g.size() * Columns::channels, columns.size()), ...);
-    }
-    template <has_columns<Columns...> Layers>
-    layered_view(const Layers& layers) : layered_view(layers.topology(), layers.template column<Columns>()...) {}
-
-    const graph_view& topology() const { return graph_; }
-    std::size_t size() const { return graph_.size(); }
-    template <payload_column Column>
-    array_view<const typename Column::scalar> column() const {
-        return std::get<shown<Column>>(columns_).values;
-    }
-    template <payload_column Column>
-    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const {
-        return detail::pixel_scalars<Column>(column<Column>(), pixel);
-    }
-
-private:
-    template <class Column>
-    struct shown {
-        array_view<const typename Column::scalar> values;
-    };
-
-    graph_view graph_;
-    std::tuple<shown<Columns>...> columns_;
-};
-
-namespace detail {
-struct expansion_access;
-}
-
-/// One layer in the order of the photo: pixel (x, y) has index y * width + x. Links and values may change, pixels may not.
-/// expand() turns it into a layered image.
-template <payload_column... Columns>
-class single_layer {
-public:
-    template <class Column>
-    static constexpr bool has = (std::is_same_v<Column, Columns> || ...);
-
-    single_layer() = default;
-    /// Raises mismatch unless the pixels are those of one layer in the photo's order.
-    explicit single_layer(layered_image<Columns...> layers) : layers_(std::move(layers)) {
-        const graph& g = topology();
-        bool in_order = g.size() == g.position_count();
-        for (std::int32_t i = 0; in_order && i < g.count(); ++i) in_order = g.position_of(i) == static_cast<std::size_t>(i);
-        if (!in_order)
-            raise(error_code::mismatch, "single_layer",
-                  std::to_string(g.width()) + " x " + std::to_string(g.height()) + " pixels, row by row", "others");
-    }
-
-    const graph& topology() const { return layers_.topology(); }
-    std::size_t size() const { return layers_.size(); }
-    template <payload_column Column>
-    array_view<typename Column::scalar> column() {
-        return layers_.template column<Column>();
-    }
-    template <payload_column Column>
-    array_view<const typename Column::scalar> column() const {
-        return layers_.template column<Column>();
-    }
-    template <payload_column Column>
-    std::span<typename Column::scalar, Column::channels> at(std::int32_t pixel) {
-        return layers_.template at<Column>(pixel);
-    }
-    template <payload_column Column>
-    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const {
-        return layers_.template at<Column>(pixel);
-    }
-    template <payload_column Column>
-    void set_column(buffer<typename Column::scalar> scalars) {
-        layers_.template set_column<Column>(std::move(scalars));
-    }
-    template <class Edit>
-    void edit_links(Edit&& edit) {
-        layers_.edit_links(edit);
-    }
-
-    /// The same layer with one more column.
-    ///
-    /// scalars  K x channels, row-major. Raises mismatch for any other length.
-    ///
-    ///     struct normal { using scalar = float; static constexpr std::size_t channels = 3; };
-    ///     auto layer = ldi::lift(photo, disparity).with<normal>(normals);  // stays with its pixels, up to the mesh
-    template <payload_column Column>
-    single_layer<Columns..., Column> with(buffer<typename Column::scalar> scalars) && {
-        static_assert(!has<Column>);
-        single_layer<Columns..., Column> result;
-        result.layers_ = layered_image<Columns..., Column>(std::move(layers_));
-        result.template set_column<Column>(std::move(scalars));
-        return result;
-    }
-
-private:
-    template <payload_column...>
-    friend class single_layer;
-    friend detail::expansion_access;
-
-    layered_image<Columns...> layers_;
-};
-
-/// The layered image that a photo becomes, and the layer that it starts from.
-using photo_layers = layered_image<color_column, disparity_column, known_column, matte_column>;
-using photo_layer = single_layer<color_column, disparity_column, known_column, matte_column>;
-
-/// validate() of the topology, and that disparities lie in [0, 1].
-template <has_column<disparity_column> Layers>
-std::optional<violation> validate(const Layers& layers) {
-    if (const std::optional<violation> broken = validate(graph_view(layers.topology()))) return broken;
-    const array_view<const float> disparity = layers.template column<disparity_column>();
-    for (std::int32_t i = 0; i < disparity.count(); ++i)
-        if (!(disparity[i] >= 0.0F && disparity[i] <= 1.0F)) return violation{invariant::disparity_in_range, i};
-    return std::nullopt;
 }
 
 }}  // namespace ldi
@@ -9291,7 +9334,7 @@ void check_no_others(const named_tensors& from, const Names& names) {
 }}  // namespace ldi
 
 // ---- ldi/nn/dense/network_description.hpp
-// A quantized network as plain data: the output of a file reader (formats/caffe2.hpp) and the input of quantized_network
+// A quantized network as plain data: the output of a file reader (io/caffe2.hpp) and the input of quantized_network
 // (nn/dense/quantized_network.hpp), which checks it.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
@@ -11103,7 +11146,7 @@ private:
 // ---- ldi/networks/farbrausch.hpp
 // Farbrausch, the inpainting network of the paper (section "LDI Inpainting"): a partial-convolution U-Net trained on images and
 // run on the links of a layered image. examples/training/farbrausch/README.md says what it computes, step by step;
-// formats/farbrausch_file.hpp loads it from a file. The full-size PartialConv, which the paper compares it with, is another
+// io/farbrausch_file.hpp loads it from a file. The full-size PartialConv, which the paper compares it with, is another
 // architecture on the same layers (networks/inpainting_architecture.hpp).
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
@@ -11370,7 +11413,7 @@ inline float exponential(float x) {
 // ---- ldi/networks/tiefenrausch.hpp
 // Tiefenrausch, the depth network of the paper (section "Depth Estimation"), with the weights its authors published, and any
 // other that takes a photo to disparity of the same size in 8 bits: examples/models has one. Build it from what
-// formats/caffe2.hpp or nn/dense/quantized_weights.hpp reads.
+// io/caffe2.hpp or nn/dense/quantized_weights.hpp reads.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -11553,6 +11596,644 @@ private:
     network_output output_;
     depth_network_sizes sizes_;
 };
+
+}}  // namespace ldi
+
+// ---- ldi/depth/discontinuity.hpp
+// Where depth jumps: a side that two pixels share, one far and one near.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// One side of a pixel with a discontinuity.
+struct discontinuity {
+    std::int32_t back;   ///< the pixel on the far side
+    std::int32_t front;  ///< the pixel on the near side
+    side towards_front;  ///< the side of `back` that `front` lies on
+};
+
+}}  // namespace ldi
+
+// ---- ldi/depth/trace_curves.hpp
+// Discontinuities of a depth map followed along the sides of pixels, from corner to corner of the lattice.
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespace curves {
+
+// Corners of the lattice, numbered y * (width + 1) + x, with one bit for each discontinuity that starts there.
+class corner_map {
+public:
+    corner_map(std::int32_t width, std::int32_t height) : stride_(width + 1), width_(width), height_(height) {
+        present_.assign(static_cast<std::size_t>(std::int64_t{stride_} * (height_ + 1)), 0);
+    }
+
+    void add(std::int32_t corner, side towards) {
+        if (present_[corner] == 0) used_.push_back(corner);
+        present_[corner] |= bit(towards);
+        const std::int32_t other = next(corner, towards);
+        if (present_[other] == 0) used_.push_back(other);
+        present_[other] |= bit(opposite(towards));
+    }
+
+    std::int32_t width() const { return width_; }
+    std::int32_t height() const { return height_; }
+    const buffer<std::int32_t>& used() const { return used_; }
+    std::int32_t corner(std::int32_t x, std::int32_t y) const { return y * stride_ + x; }
+    std::int32_t x(std::int32_t c) const { return c % stride_; }
+    std::int32_t y(std::int32_t c) const { return c / stride_; }
+    std::int32_t next(std::int32_t c, side towards) const { return c + step_x(towards) + step_y(towards) * stride_; }
+    bool has(std::int32_t c, side towards) const { return (present_[c] & bit(towards)) != 0; }
+    bool on_border_column(std::int32_t c) const { return x(c) == 0 || x(c) == width_; }
+    bool on_border(std::int32_t c) const { return on_border_column(c) || y(c) == 0 || y(c) == height_; }
+    int degree(std::int32_t c) const {
+        int count = 0;
+        for (side s : all_sides) count += has(c, s) ? 1 : 0;
+        return count;
+    }
+    void remove(std::int32_t c, side towards) {
+        LDI_ASSERT(has(c, towards));
+        present_[c] ^= bit(towards);
+        present_[next(c, towards)] ^= bit(opposite(towards));
+    }
+
+private:
+    static std::uint8_t bit(side s) { return static_cast<std::uint8_t>(1U << static_cast<unsigned>(s)); }
+
+    std::int32_t stride_, width_, height_;
+    buffer<std::uint8_t> present_;
+    buffer<std::int32_t> used_;
+};
+
+// A curve as it is traced: its corners, one more than its sides.
+struct trace {
+    buffer<std::int32_t> corners;
+    buffer<discontinuity> sides;
+    bool is_closed = false;
+};
+
+class tracer {
+public:
+    // disparity          width x height values, outlives the tracer
+    // is_cut(pixel, s)   whether there is a discontinuity on the right or lower side of a pixel, inside the photo
+    template <class IsCut>
+    tracer(std::int32_t width, std::int32_t height, const float* disparity, surface_rule surface, IsCut&& is_cut)
+        : width_(width), disparity_(disparity), surface_(surface), all_(width, height) {
+        for (std::int32_t y = 0; y < height; ++y) {
+            const std::int32_t start = y * width;
+            for (std::int32_t x = 0; x + 1 < width; ++x)
+                if (is_cut(start + x, side::right)) all_.add(all_.corner(x + 1, y), side::down);
+            if (y + 1 == height) break;
+            for (std::int32_t x = 0; x < width; ++x)
+                if (is_cut(start + x, side::down)) all_.add(all_.corner(x, y + 1), side::right);
+        }
+    }
+
+    // Removes what branches off a curve and ends after fewer than `shortest_length` sides, so that the curve runs on past it.
+    void prune_spurs(std::size_t shortest_length) {
+        buffer<std::pair<std::int32_t, side>> spur;
+        for (std::int32_t end : all_.used()) {
+            if (all_.degree(end) != 1 || all_.on_border(end)) continue;
+            spur.clear();
+            std::int32_t corner = end;
+            side towards = side::left;
+            for (side s : all_sides)
+                if (all_.has(corner, s)) towards = s;
+            bool runs_on = true;
+            while (runs_on && spur.size() < shortest_length) {
+                spur.emplace_back(corner, towards);
+                corner = all_.next(corner, towards);
+                runs_on = !ends_curves(corner);
+                if (runs_on) towards = onward(corner, opposite(towards));
+            }
+            if (spur.size() < shortest_length && all_.degree(corner) > 2)
+                for (const auto& [from, s] : spur) all_.remove(from, s);
+        }
+    }
+
+    // Calls visit(trace) for every curve: first those that start at an end or a junction, then the closed ones.
+    template <class Visit>
+    void for_each_curve(Visit&& visit) const {
+        corner_map left = all_;
+        for (std::int32_t corner : all_.used())
+            if (ends_curves(corner))
+                for (side s : all_sides)
+                    if (left.has(corner, s)) visit(follow(left, corner, s));
+        for (std::int32_t corner : all_.used())
+            for (side s : all_sides)
+                if (left.has(corner, s)) visit(follow(left, corner, s));
+    }
+
+    const corner_map& corners() const { return all_; }
+
+    // The pixels around a corner that is not on the border: two above, two below, each from the left.
+    std::array<std::int32_t, 4> pixels_around(std::int32_t corner) const {
+        const std::int32_t below_right = all_.y(corner) * width_ + all_.x(corner);
+        return {below_right - width_ - 1, below_right - width_, below_right - 1, below_right};
+    }
+
+private:
+    // Whether a corner is the end of a curve or a junction. Where two pixels of a front surface touch at a corner, across from
+    // two of a back surface, two curves pass each other.
+    bool ends_curves(std::int32_t corner) const {
+        const int degree = all_.degree(corner);
+        return degree != 2 && !(degree == 4 && is_checkered(corner));
+    }
+    bool is_checkered(std::int32_t corner) const {
+        const std::array<std::int32_t, 4> around = pixels_around(corner);
+        return surface_.same_surface(disparity_[around[0]], disparity_[around[3]]) &&
+               surface_.same_surface(disparity_[around[1]], disparity_[around[2]]);
+    }
+    // The way on for a curve that came to the corner from the side `from`. Curves that pass each other turn around the pixel of
+    // the back surface that both their sides have: pixels of the front surface hold together.
+    side onward(std::int32_t corner, side from) const {
+        if (all_.degree(corner) == 2) {
+            for (side s : all_sides)
+                if (s != from && all_.has(corner, s)) return s;
+        }
+        const std::array<std::int32_t, 4> around = pixels_around(corner);
+        const bool falling =
+            disparity_[around[0]] > disparity_[around[1]];  // the front's pixels lie at the upper left and lower right
+        switch (from) {
+            case side::left: return falling ? side::down : side::up;
+            case side::down: return falling ? side::left : side::right;
+            case side::right: return falling ? side::up : side::down;
+            case side::up: break;
+        }
+        return falling ? side::right : side::left;
+    }
+
+    trace follow(corner_map& left, std::int32_t corner, side towards) const {
+        trace t;
+        t.corners.push_back(corner);
+        while (true) {
+            t.sides.push_back(discontinuity_between(corner, towards));
+            left.remove(corner, towards);
+            corner = all_.next(corner, towards);
+            t.corners.push_back(corner);
+            if (ends_curves(corner)) return t;
+            towards = onward(corner, opposite(towards));
+            if (!left.has(corner, towards)) {  // back at the start of a closed curve
+                t.is_closed = true;
+                return t;
+            }
+        }
+    }
+
+    // The two pixels on either side of the lattice edge that leaves `corner`.
+    discontinuity discontinuity_between(std::int32_t corner, side towards) const {
+        const bool vertical = towards == side::up || towards == side::down;
+        const std::int32_t x = all_.x(corner) - (towards == side::left ? 1 : 0),
+                           y = all_.y(corner) - (towards == side::up ? 1 : 0);
+        const std::int32_t second = y * width_ + x, first = second - (vertical ? 1 : width_);
+        const side first_to_second = vertical ? side::right : side::down;
+        if (disparity_[first] > disparity_[second]) return {second, first, opposite(first_to_second)};
+        return {first, second, first_to_second};
+    }
+
+    std::int32_t width_;
+    const float* disparity_;
+    surface_rule surface_;
+    corner_map all_;
+};
+
+}}}}  // namespace ldi::detail::curves
+
+// ---- ldi/depth/detail/straightened_curve.hpp
+// The band of pixels around a discontinuity curve, straightened: one row for each corner of the curve, from the back to the front
+// across the curve. What is beyond the band's uncertain middle tells how front and back look there.
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespace curves {
+
+struct point {
+    float x = 0, y = 0;
+};
+
+// A curve as points of the plane, where pixel (x, y) covers [x, x + 1) x [y, y + 1), and where "across" is from back to front.
+struct plane_curve {
+    buffer<point> corners;  // as traced
+    buffer<point> smooth;   // without the lattice's stairs; ends stay
+    buffer<point> across;   // unit vectors
+};
+
+// reach  corners to either side that are averaged
+inline plane_curve make_plane_curve(const trace& t, const corner_map& lattice, std::int32_t reach) {
+    const std::int32_t count = t.corners.count(), period = count - 1;  // a closed curve ends in the corner that it starts from
+    plane_curve result;
+    for (std::int32_t corner : t.corners)
+        result.corners.push_back({nearest_float(lattice.x(corner)), nearest_float(lattice.y(corner))});
+    const auto wrapped = [&](std::int32_t k) { return (k % period + period) % period; };
+    result.smooth.resize(result.corners.size()), result.across.resize(result.corners.size());
+    for (std::int32_t k = 0; k < count; ++k) {
+        const std::int32_t before = t.is_closed ? reach : (std::min)(reach, k),
+                           after = t.is_closed ? reach : (std::min)(reach, period - k);
+        const std::int32_t even = (std::min)(before, after);
+        point sum, front;
+        for (std::int32_t i = k - even; i <= k + even; ++i) {
+            const point p = result.corners[t.is_closed ? wrapped(i) : i];
+            sum.x += p.x, sum.y += p.y;
+        }
+        for (std::int32_t i = k - before; i < k + after; ++i) {
+            const side s = t.sides[t.is_closed ? wrapped(i) : i].towards_front;
+            front.x += nearest_float(step_x(s)), front.y += nearest_float(step_y(s));
+        }
+        const float size = nearest_float(2 * even + 1), length = (std::max)(std::hypot(front.x, front.y), 1e-6F);
+        result.smooth[k] = {sum.x / size, sum.y / size};
+        result.across[k] = {front.x / length, front.y / length};
+    }
+    // At the photo's border a curve slides along it, so that no corner of the band is left behind.
+    for (const std::int32_t k : {std::int32_t{0}, period}) {
+        const std::int32_t corner = t.corners[k];
+        if (t.is_closed || !lattice.on_border(corner)) continue;
+        point& across = result.across[k];
+        const bool on_side = lattice.on_border_column(corner);
+        across = on_side ? point{0.0F, across.y < 0.0F ? -1.0F : 1.0F} : point{across.x < 0.0F ? -1.0F : 1.0F, 0.0F};
+    }
+    return result;
+}
+
+// Sums over samples of one side of a curve.
+struct color_sums {
+    float count = 0;
+    std::array<float, 3> sum{}, squares{};
+
+    void add(const std::uint8_t* color) {
+        count += 1.0F;
+        for (std::size_t c = 0; c < 3; ++c) {
+            const float v = nearest_float(color[c]);
+            sum[c] += v, squares[c] += v * v;
+        }
+    }
+    void add(const color_sums& other, float sign) {
+        count += sign * other.count;
+        for (std::size_t c = 0; c < 3; ++c) sum[c] += sign * other.sum[c], squares[c] += sign * other.squares[c];
+    }
+};
+
+// Normal distribution of colors, channel by channel.
+struct color_model {
+    std::array<float, 3> mean{}, precision{};
+    float log_scale = 0;
+
+    // noise  standard deviation in gray levels that any surface has at least
+    color_model(const color_sums& of, float noise) {
+        for (std::size_t c = 0; c < 3; ++c) {
+            mean[c] = of.sum[c] / of.count;
+            const float variance = (std::max)(of.squares[c] / of.count - mean[c] * mean[c], 0.0F) + noise * noise;
+            precision[c] = 1.0F / variance;
+            log_scale += 0.5F * std::log(variance);
+        }
+    }
+    float log_likelihood(const std::uint8_t* color) const {
+        float result = -log_scale;
+        for (std::size_t c = 0; c < 3; ++c) {
+            const float d = nearest_float(color[c]) - mean[c];
+            result -= 0.5F * precision[c] * d * d;
+        }
+        return result;
+    }
+};
+
+// The rows of the band.
+class band {
+public:
+    // radius  pixels to either side that are uncertain; as many beyond them tell about front and back
+    band(const plane_curve& curve, const trace& t, image_view<const std::uint8_t> photo, image_view<const float> disparity,
+         std::int32_t radius)
+        : photo_(photo), disparity_(disparity), radius_(radius), width_(nearest_int(photo.width())) {
+        rows_.resize(curve.corners.size());
+        pixels_.resize(curve.corners.size() * static_cast<std::size_t>(4 * radius));
+        for (std::int32_t k = 0; k < rows_.count(); ++k) {
+            const discontinuity& d = t.sides[(std::min)(k, t.sides.count() - 1)];
+            rows_[k].middle = 0.5F * (at(d.front) + at(d.back));
+            for (std::int32_t offset = -2 * radius; offset < 2 * radius; ++offset)
+                pixel(k, offset) = pixel_at(curve.smooth[k], curve.across[k], nearest_float(offset) + 0.5F);
+            measure(k);
+        }
+    }
+
+    std::int32_t radius() const { return radius_; }
+    std::int32_t size() const { return rows_.count(); }
+    // Cuts of row k that leave something of both surfaces: -back to front.
+    std::int32_t least_cut(std::int32_t k) const { return -rows_[k].back; }
+    std::int32_t largest_cut(std::int32_t k) const { return rows_[k].front; }
+    const color_sums& sums(std::int32_t k, bool of_front) const {
+        return of_front ? rows_[k].front_colors : rows_[k].back_colors;
+    }
+    // offset  from -2 radius to 2 radius - 1: between the cuts offset and offset + 1
+    const std::uint8_t* color(std::int32_t k, std::int32_t offset) const {
+        const std::int32_t i = pixels_[static_cast<std::size_t>(k * 4 * radius_ + offset + 2 * radius_)];
+        return i == no_pixel ? nullptr : photo_.row(i / width_) + 3 * (i % width_);
+    }
+
+private:
+    struct row {
+        float middle = 0;  // disparity between front and back
+        std::int32_t front = 0, back = 0;
+        color_sums front_colors, back_colors;
+    };
+
+    static std::int32_t nearest_int(std::size_t n) { return static_cast<std::int32_t>(n); }
+    float at(std::int32_t i) const { return disparity_.row(i / width_)[i % width_]; }
+    std::int32_t& pixel(std::int32_t k, std::int32_t offset) {
+        return pixels_[static_cast<std::size_t>(k * 4 * radius_ + offset + 2 * radius_)];
+    }
+    std::int32_t pixel_at(point from, point across, float distance) const {
+        const float x = std::floor(from.x + distance * across.x), y = std::floor(from.y + distance * across.y);
+        if (!(x >= 0.0F && y >= 0.0F && x < nearest_float(photo_.width()) && y < nearest_float(photo_.height()))) return no_pixel;
+        return static_cast<std::int32_t>(y) * width_ + static_cast<std::int32_t>(x);
+    }
+
+    // How far front and back go on, and their colors beyond the middle of the band, or of what there is of a thin thing.
+    void measure(std::int32_t k) {
+        row& r = rows_[k];
+        std::int32_t front = 0, back = 0;
+        const auto is_front = [&](std::int32_t offset) {
+            return pixel(k, offset) != no_pixel && at(pixel(k, offset)) > r.middle;
+        };
+        const auto is_back = [&](std::int32_t offset) {
+            return pixel(k, offset) != no_pixel && at(pixel(k, offset)) <= r.middle;
+        };
+        // The smooth curve may leave a pixel of the other side beside itself.
+        while (front < 2 * radius_ && (is_front(front) || front < 2)) ++front;
+        while (back < 2 * radius_ && (is_back(-back - 1) || back < 2)) ++back;
+        r.front = (std::min)(radius_, front / 2), r.back = (std::min)(radius_, back / 2);
+        for (std::int32_t offset = r.front; offset < front; ++offset)
+            if (is_front(offset)) r.front_colors.add(color(k, offset));
+        for (std::int32_t offset = -back; offset < -r.back; ++offset)
+            if (is_back(offset)) r.back_colors.add(color(k, offset));
+    }
+
+    image_view<const std::uint8_t> photo_;
+    image_view<const float> disparity_;
+    std::int32_t radius_, width_;
+    buffer<row> rows_;
+    buffer<std::int32_t> pixels_;
+};
+
+}}}}  // namespace ldi::detail::curves
+
+// ---- ldi/depth/align_silhouettes.hpp
+// Moves silhouettes onto the photo's edges. Depth is coarser than the photo and off by a sample or two, so that a rim of the
+// background sticks to what is in front of it, or a rim of the front is left behind; both are seen as soon as the camera moves.
+//
+// Along every discontinuity curve runs a band as wide as depth is uncertain. Colors beyond it, on either side, tell what front
+// and back look like there. The cut of the band that leaves the front's colors on the front's side, follows the contrast, and
+// does not jump is a shortest path, found by dynamic programming, after the contours of Rother et al., "GrabCut" (SIGGRAPH 2004),
+// section "Border matting". Ends and junctions stay. Pixels between the old curve and the new one change sides.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// The defaults were chosen by trial, on true depth degraded as networks do.
+struct alignment_options {
+    /// How far silhouettes may be off, to either side, in pixels, from 0 to 256. 0 moves none. make_photo3d() multiplies it, and
+    /// the shortest length, by the side of a sample of the depth map where that is more than a pixel.
+    float uncertainty = 3.0F;
+    /// The cost of one pixel aside from one pixel side to the next, at least 0. The larger, the less a silhouette bends to follow
+    /// colors.
+    float stiffness = 1.5F;
+    /// Curves with fewer pixel sides than this stay where they are.
+    std::size_t shortest_length = 20;
+};
+
+namespace detail::curves {
+
+// What it costs to cut every row of a band at every place, and the cheapest way along it.
+class band_cut {
+public:
+    // is_closed  the last row of the band is its first once more
+    band_cut(const band& b, float stiffness, bool is_closed)
+        : radius_(b.radius()), rows_(b.size() - (is_closed ? 1 : 0)), stiffness_(stiffness) {
+        costs_.assign(static_cast<std::size_t>(rows_) * places(), impossible);
+        const std::int32_t reach = 2 * radius_;  // rows to either side that tell about colors
+        color_sums front, back;
+        for (std::int32_t k = 0; k < (std::min)(reach, rows_); ++k) front.add(b.sums(k, true), 1), back.add(b.sums(k, false), 1);
+        for (std::int32_t k = 0; k < rows_; ++k) {
+            if (k + reach < rows_) front.add(b.sums(k + reach, true), 1), back.add(b.sums(k + reach, false), 1);
+            if (k > reach) front.add(b.sums(k - reach - 1, true), -1), back.add(b.sums(k - reach - 1, false), -1);
+            weigh_row(b, k, front, back);
+        }
+    }
+
+    void fix(std::int32_t row, std::int32_t cut) {
+        for (std::int32_t c = -radius_; c <= radius_; ++c)
+            if (c != cut) cost(row, c) = impossible;
+    }
+
+    // The cuts of `steps` rows, from `first` on and going round.
+    buffer<std::int32_t> cheapest(std::int32_t first, std::int32_t steps) const {
+        const std::size_t count = places();
+        buffer<std::int8_t> came_by(static_cast<std::size_t>(steps) * count, 0);
+        buffer<float> sums(count, 0.0F), next(count, 0.0F);
+        for (std::int32_t i = 0; i < steps; ++i) {
+            const float* of_row = costs_.data() + static_cast<std::size_t>((first + i) % rows_) * count;
+            for (std::size_t c = 0; c < count; ++c) {
+                float best = sums[c];
+                std::int8_t step = 0;
+                if (i > 0 && c > 0 && sums[c - 1] + stiffness_ < best) best = sums[c - 1] + stiffness_, step = -1;
+                if (i > 0 && c + 1 < count && sums[c + 1] + stiffness_ < best) best = sums[c + 1] + stiffness_, step = 1;
+                next[c] = best + of_row[c];
+                came_by[static_cast<std::size_t>(i) * count + c] = step;
+            }
+            sums.swap(next);
+        }
+        buffer<std::int32_t> result(static_cast<std::size_t>(steps), 0);
+        std::int32_t c = static_cast<std::int32_t>(std::min_element(sums.begin(), sums.end()) - sums.begin());
+        for (std::int32_t i = steps; i-- > 0;) {
+            result[i] = c - radius_;
+            c += came_by[static_cast<std::size_t>(i) * count + static_cast<std::size_t>(c)];
+        }
+        return result;
+    }
+
+private:
+    static constexpr float impossible = 1e6F;
+    static constexpr float noise = 6.0F;             // of a camera and of JPEG, in gray levels
+    static constexpr float largest_evidence = 3.0F;  // of one pixel, so that an outlier does not decide
+    static constexpr float contrast_weight = 3.0F;
+    static constexpr float distance_weight = 1.0F;
+
+    std::size_t places() const { return static_cast<std::size_t>(2 * radius_ + 1); }
+    float& cost(std::int32_t row, std::int32_t cut) {
+        return costs_[static_cast<std::size_t>(row) * places() + static_cast<std::size_t>(cut + radius_)];
+    }
+
+    void weigh_row(const band& b, std::int32_t k, const color_sums& front_sums, const color_sums& back_sums) {
+        const bool is_known = front_sums.count >= 8.0F && back_sums.count >= 8.0F;
+        const std::int32_t least = b.least_cut(k), most = b.largest_cut(k);
+        if (!is_known) {
+            for (std::int32_t cut = least; cut <= most; ++cut) cost(k, cut) = distance_cost(cut);
+            return;
+        }
+        const color_model front(front_sums, noise), back(back_sums, noise);
+        std::array<float, 3> direction;
+        float squared = 0.0F;
+        for (std::size_t c = 0; c < 3; ++c) direction[c] = front.mean[c] - back.mean[c], squared += direction[c] * direction[c];
+        float evidence = 0.0F;
+        for (std::int32_t cut = least; cut <= most; ++cut) {
+            cost(k, cut) = evidence + distance_cost(cut);
+            if (squared > 9.0F * noise * noise) cost(k, cut) -= contrast_weight * contrast(b, k, cut, direction, squared);
+            if (const std::uint8_t* color = b.color(k, cut))
+                evidence +=
+                    std::clamp(front.log_likelihood(color) - back.log_likelihood(color), -largest_evidence, largest_evidence);
+        }
+    }
+    float distance_cost(std::int32_t cut) const {
+        const float share = nearest_float(cut) / nearest_float(radius_);
+        return distance_weight * share * share;
+    }
+    // The share of the way from the back's color to the front's that is gone within four pixels around a cut.
+    float contrast(const band& b, std::int32_t k, std::int32_t cut, const std::array<float, 3>& direction, float squared) const {
+        const std::uint8_t *before = b.color(k, cut - 2), *behind = b.color(k, cut + 1);
+        if (before == nullptr || behind == nullptr) return 0.0F;
+        float way = 0.0F;
+        for (std::size_t c = 0; c < 3; ++c) way += direction[c] * (nearest_float(behind[c]) - nearest_float(before[c]));
+        return std::clamp(way / squared, 0.0F, 1.0F);
+    }
+
+    std::int32_t radius_, rows_;
+    float stiffness_;
+    buffer<float> costs_;
+};
+
+inline buffer<std::int32_t> cheapest_cut(const band& b, const trace& t, const corner_map& lattice, float stiffness) {
+    band_cut cut(b, stiffness, t.is_closed);
+    if (!t.is_closed) {
+        if (!lattice.on_border(t.corners.front())) cut.fix(0, 0);
+        if (!lattice.on_border(t.corners.back())) cut.fix(b.size() - 1, 0);
+        return cut.cheapest(0, b.size());
+    }
+    // The way must end where it begins. It begins half way round, at the place that a way without this condition has there.
+    const std::int32_t period = b.size() - 1, middle = period / 2;
+    cut.fix(middle, cut.cheapest(0, period)[middle]);
+    const buffer<std::int32_t> round = cut.cheapest(middle, period + 1);
+    buffer<std::int32_t> result(static_cast<std::size_t>(period + 1), 0);
+    for (std::int32_t k = 0; k <= period; ++k) result[k] = round[(k + period - middle) % period];
+    return result;
+}
+
+// A pixel that a curve passed over, and the curve's side that it belongs to.
+struct swept_pixel {
+    std::int32_t pixel, of_side;
+    friend bool operator<(const swept_pixel& a, const swept_pixel& b) {
+        return a.pixel != b.pixel ? a.pixel < b.pixel : a.of_side < b.of_side;
+    }
+};
+
+// Appends the pixels whose centers lie in a quadrilateral, which may cross itself.
+inline void sweep(const std::array<point, 4>& corners, std::int32_t width, std::int32_t height, std::int32_t of_side,
+                  buffer<swept_pixel>& swept) {
+    const auto [top, bottom] = std::minmax_element(corners.begin(), corners.end(), [](point a, point b) { return a.y < b.y; });
+    // The first row, or column, whose middle does not lie before a place.
+    const auto first_from = [](float place, std::int32_t count) {
+        return static_cast<std::int32_t>(std::clamp(std::ceil(place - 0.5F), 0.0F, nearest_float(count)));
+    };
+    for (std::int32_t y = first_from(top->y, height), end = first_from(bottom->y, height); y < end; ++y) {
+        const float at_y = nearest_float(y) + 0.5F;
+        std::array<float, 4> crossings{};
+        std::size_t count = 0;
+        for (std::size_t i = 0; i < 4; ++i) {
+            const point a = corners[i], b = corners[(i + 1) % 4];
+            if ((a.y <= at_y) == (b.y <= at_y)) continue;
+            const float crossing = a.x + (at_y - a.y) / (b.y - a.y) * (b.x - a.x);
+            std::size_t place = count++;  // sorted
+            for (; place > 0 && crossings[place - 1] > crossing; --place) crossings[place] = crossings[place - 1];
+            crossings[place] = crossing;
+        }
+        for (std::size_t i = 0; i + 1 < count; i += 2)
+            for (std::int32_t x = first_from(crossings[i], width), last = first_from(crossings[i + 1], width); x < last; ++x)
+                swept.push_back({y * width + x, of_side});
+    }
+}
+
+// The pixels that a curve passes over on its way, once, or there and back and there again.
+inline buffer<swept_pixel> swept_pixels(const plane_curve& curve, const buffer<std::int32_t>& cut, std::int32_t reach,
+                                        const corner_map& lattice) {
+    const auto moved = [&](std::int32_t k) {
+        // Cuts are whole pixels: their mean over a few corners takes the stairs off. Ends stay where they are.
+        const std::int32_t even = (std::min)({reach, k, cut.count() - 1 - k});
+        float distance = 0.0F;
+        for (std::int32_t i = k - even; i <= k + even; ++i) distance += nearest_float(cut[i]) / nearest_float(2 * even + 1);
+        return point{curve.smooth[k].x + distance * curve.across[k].x, curve.smooth[k].y + distance * curve.across[k].y};
+    };
+    buffer<swept_pixel> all, result;
+    for (std::int32_t k = 0; k + 1 < curve.corners.count(); ++k)
+        sweep({curve.corners[k], curve.corners[k + 1], moved(k + 1), moved(k)}, lattice.width(), lattice.height(), k, all);
+    std::sort(all.begin(), all.end());
+    for (std::size_t i = 0, next = 0; i < all.size(); i = next) {
+        while (next < all.size() && all[next].pixel == all[i].pixel) ++next;
+        if ((next - i) % 2 == 1) result.push_back(all[i]);
+    }
+    return result;
+}
+
+// Pixels of the front get the back's disparity beside the curve and the other way round; those of third surfaces keep theirs.
+inline void change_sides(const trace& t, const buffer<swept_pixel>& swept, const image<float>& before,
+                         image_view<float> disparity) {
+    const auto at = [&](std::int32_t pixel) { return before.data()[pixel]; };
+    const std::size_t width = before.width();
+    for (const swept_pixel& s : swept) {
+        const discontinuity& d = t.sides[s.of_side];
+        const bool was_front = at(s.pixel) > 0.5F * (at(d.front) + at(d.back));
+        const float own = at(was_front ? d.front : d.back), other = at(was_front ? d.back : d.front);
+        const std::size_t pixel = static_cast<std::size_t>(s.pixel);
+        if (std::abs(at(s.pixel) - own) < std::abs(own - other)) disparity(pixel / width, pixel % width) = other;
+    }
+}
+
+// The curves that may move.
+inline buffer<trace> long_curves(const image<float>& disparity, surface_rule surface, std::size_t shortest_length) {
+    const std::int32_t width = static_cast<std::int32_t>(disparity.width()),
+                       height = static_cast<std::int32_t>(disparity.height());
+    const float* at = disparity.data();
+    tracer curves(width, height, at, surface, [&](std::int32_t pixel, side s) {
+        return !surface.same_surface(at[pixel], at[s == side::right ? pixel + 1 : pixel + width]);
+    });
+    curves.prune_spurs(shortest_length);
+    buffer<trace> result;
+    curves.for_each_curve([&](trace t) {
+        if (t.sides.size() >= shortest_length) result.push_back(std::move(t));
+    });
+    return result;
+}
+
+inline void check_alignment(image_view<const float> disparity, image_view<const std::uint8_t> photo,
+                            const alignment_options& options) {
+    if (disparity.height() != photo.height() || disparity.width() != photo.width() || disparity.channels() != 1 ||
+        photo.channels() != 3)
+        raise(error_code::mismatch, "align_silhouettes", "a disparity map H x W x 1 and a photo H x W x 3 of the same size",
+              shape_text(disparity) + " and " + shape_text(photo));
+    if (!(options.uncertainty >= 0.0F && options.uncertainty <= 256.0F) || !(options.stiffness >= 0.0F))
+        raise(error_code::invalid_option, "alignment_options", "an uncertainty from 0 to 256 and a stiffness of at least 0",
+              detail::to_text(options.uncertainty) + " and " + detail::to_text(options.stiffness));
+}
+
+}  // namespace detail::curves
+
+/// disparity  H x W x 1, finite, with steps where one thing hides another; changed in place
+/// photo      H x W x 3
+///
+/// Raises error_code::mismatch if the images differ in size, error_code::invalid_option if the uncertainty is not from 0 to 256
+/// or the stiffness is below 0. Time is linear in the pixels and in the length of all curves times the uncertainty. Memory is 10
+/// bytes per pixel, 8 per pixel that a curve passes over, and 26 times the uncertainty per pixel side of the longest curve.
+template <executor Executor = const serial_executor>
+void align_silhouettes(image_view<float> disparity, image_view<const std::uint8_t> photo, surface_rule surface = {},
+                       const alignment_options& options = {}, Executor&& threads = {}) {
+    using namespace detail::curves;
+    check_alignment(disparity, photo, options);
+    const std::int32_t radius = static_cast<std::int32_t>(std::lround(options.uncertainty));
+    if (radius == 0 || photo.empty()) return;
+    const image<float> before{image_view<const float>(disparity)};
+    const buffer<trace> traces = long_curves(before, surface, options.shortest_length);
+    buffer<buffer<swept_pixel>> swept(traces.size());
+    const corner_map lattice(static_cast<std::int32_t>(photo.width()), static_cast<std::int32_t>(photo.height()));
+    parallel_for(threads, traces.size(), 1, [&](std::size_t first, std::size_t last) {
+        for (std::size_t i = first; i < last; ++i) {
+            const std::int32_t reach = (std::max)(radius / 2, 1);
+            const plane_curve curve = make_plane_curve(traces[i], lattice, reach);
+            const band around(curve, traces[i], photo, before, radius);
+            swept[i] = swept_pixels(curve, cheapest_cut(around, traces[i], lattice, options.stiffness), reach, lattice);
+        }
+    });
+    for (std::size_t i = 0; i < traces.size(); ++i) change_sides(traces[i], swept[i], before, disparity);
+}
 
 }}  // namespace ldi
 
@@ -12482,715 +13163,6 @@ image<float> weighted_median(image_view<const float> disparity, surface_rule sur
 
 }}  // namespace ldi
 
-// ---- ldi/occlusion/discontinuity.hpp
-// Where depth jumps: a side that two pixels share, one far and one near.
-
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-/// One side of a pixel with a discontinuity.
-struct discontinuity {
-    std::int32_t back;   ///< the pixel on the far side
-    std::int32_t front;  ///< the pixel on the near side
-    side towards_front;  ///< the side of `back` that `front` lies on
-};
-
-}}  // namespace ldi
-
-// ---- ldi/occlusion/detail/trace_curves.hpp
-// Discontinuities of a depth map followed along the sides of pixels, from corner to corner of the lattice.
-
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespace curves {
-
-// Corners of the lattice, numbered y * (width + 1) + x, with one bit for each discontinuity that starts there.
-class corner_map {
-public:
-    corner_map(std::int32_t width, std::int32_t height) : stride_(width + 1), width_(width), height_(height) {
-        present_.assign(static_cast<std::size_t>(std::int64_t{stride_} * (height_ + 1)), 0);
-    }
-
-    void add(std::int32_t corner, side towards) {
-        if (present_[corner] == 0) used_.push_back(corner);
-        present_[corner] |= bit(towards);
-        const std::int32_t other = next(corner, towards);
-        if (present_[other] == 0) used_.push_back(other);
-        present_[other] |= bit(opposite(towards));
-    }
-
-    std::int32_t width() const { return width_; }
-    std::int32_t height() const { return height_; }
-    const buffer<std::int32_t>& used() const { return used_; }
-    std::int32_t corner(std::int32_t x, std::int32_t y) const { return y * stride_ + x; }
-    std::int32_t x(std::int32_t c) const { return c % stride_; }
-    std::int32_t y(std::int32_t c) const { return c / stride_; }
-    std::int32_t next(std::int32_t c, side towards) const { return c + step_x(towards) + step_y(towards) * stride_; }
-    bool has(std::int32_t c, side towards) const { return (present_[c] & bit(towards)) != 0; }
-    bool on_border_column(std::int32_t c) const { return x(c) == 0 || x(c) == width_; }
-    bool on_border(std::int32_t c) const { return on_border_column(c) || y(c) == 0 || y(c) == height_; }
-    int degree(std::int32_t c) const {
-        int count = 0;
-        for (side s : all_sides) count += has(c, s) ? 1 : 0;
-        return count;
-    }
-    void remove(std::int32_t c, side towards) {
-        LDI_ASSERT(has(c, towards));
-        present_[c] ^= bit(towards);
-        present_[next(c, towards)] ^= bit(opposite(towards));
-    }
-
-private:
-    static std::uint8_t bit(side s) { return static_cast<std::uint8_t>(1U << static_cast<unsigned>(s)); }
-
-    std::int32_t stride_, width_, height_;
-    buffer<std::uint8_t> present_;
-    buffer<std::int32_t> used_;
-};
-
-// A curve as it is traced: its corners, one more than its sides.
-struct trace {
-    buffer<std::int32_t> corners;
-    buffer<discontinuity> sides;
-    bool is_closed = false;
-};
-
-class tracer {
-public:
-    // disparity          width x height values, outlives the tracer
-    // is_cut(pixel, s)   whether there is a discontinuity on the right or lower side of a pixel, inside the photo
-    template <class IsCut>
-    tracer(std::int32_t width, std::int32_t height, const float* disparity, surface_rule surface, IsCut&& is_cut)
-        : width_(width), disparity_(disparity), surface_(surface), all_(width, height) {
-        for (std::int32_t y = 0; y < height; ++y) {
-            const std::int32_t start = y * width;
-            for (std::int32_t x = 0; x + 1 < width; ++x)
-                if (is_cut(start + x, side::right)) all_.add(all_.corner(x + 1, y), side::down);
-            if (y + 1 == height) break;
-            for (std::int32_t x = 0; x < width; ++x)
-                if (is_cut(start + x, side::down)) all_.add(all_.corner(x, y + 1), side::right);
-        }
-    }
-
-    // Removes what branches off a curve and ends after fewer than `shortest_length` sides, so that the curve runs on past it.
-    void prune_spurs(std::size_t shortest_length) {
-        buffer<std::pair<std::int32_t, side>> spur;
-        for (std::int32_t end : all_.used()) {
-            if (all_.degree(end) != 1 || all_.on_border(end)) continue;
-            spur.clear();
-            std::int32_t corner = end;
-            side towards = side::left;
-            for (side s : all_sides)
-                if (all_.has(corner, s)) towards = s;
-            bool runs_on = true;
-            while (runs_on && spur.size() < shortest_length) {
-                spur.emplace_back(corner, towards);
-                corner = all_.next(corner, towards);
-                runs_on = !ends_curves(corner);
-                if (runs_on) towards = onward(corner, opposite(towards));
-            }
-            if (spur.size() < shortest_length && all_.degree(corner) > 2)
-                for (const auto& [from, s] : spur) all_.remove(from, s);
-        }
-    }
-
-    // Calls visit(trace) for every curve: first those that start at an end or a junction, then the closed ones.
-    template <class Visit>
-    void for_each_curve(Visit&& visit) const {
-        corner_map left = all_;
-        for (std::int32_t corner : all_.used())
-            if (ends_curves(corner))
-                for (side s : all_sides)
-                    if (left.has(corner, s)) visit(follow(left, corner, s));
-        for (std::int32_t corner : all_.used())
-            for (side s : all_sides)
-                if (left.has(corner, s)) visit(follow(left, corner, s));
-    }
-
-    const corner_map& corners() const { return all_; }
-
-    // The pixels around a corner that is not on the border: two above, two below, each from the left.
-    std::array<std::int32_t, 4> pixels_around(std::int32_t corner) const {
-        const std::int32_t below_right = all_.y(corner) * width_ + all_.x(corner);
-        return {below_right - width_ - 1, below_right - width_, below_right - 1, below_right};
-    }
-
-private:
-    // Whether a corner is the end of a curve or a junction. Where two pixels of a front surface touch at a corner, across from
-    // two of a back surface, two curves pass each other.
-    bool ends_curves(std::int32_t corner) const {
-        const int degree = all_.degree(corner);
-        return degree != 2 && !(degree == 4 && is_checkered(corner));
-    }
-    bool is_checkered(std::int32_t corner) const {
-        const std::array<std::int32_t, 4> around = pixels_around(corner);
-        return surface_.same_surface(disparity_[around[0]], disparity_[around[3]]) &&
-               surface_.same_surface(disparity_[around[1]], disparity_[around[2]]);
-    }
-    // The way on for a curve that came to the corner from the side `from`. Curves that pass each other turn around the pixel of
-    // the back surface that both their sides have: pixels of the front surface hold together.
-    side onward(std::int32_t corner, side from) const {
-        if (all_.degree(corner) == 2) {
-            for (side s : all_sides)
-                if (s != from && all_.has(corner, s)) return s;
-        }
-        const std::array<std::int32_t, 4> around = pixels_around(corner);
-        const bool falling =
-            disparity_[around[0]] > disparity_[around[1]];  // the front's pixels lie at the upper left and lower right
-        switch (from) {
-            case side::left: return falling ? side::down : side::up;
-            case side::down: return falling ? side::left : side::right;
-            case side::right: return falling ? side::up : side::down;
-            case side::up: break;
-        }
-        return falling ? side::right : side::left;
-    }
-
-    trace follow(corner_map& left, std::int32_t corner, side towards) const {
-        trace t;
-        t.corners.push_back(corner);
-        while (true) {
-            t.sides.push_back(discontinuity_between(corner, towards));
-            left.remove(corner, towards);
-            corner = all_.next(corner, towards);
-            t.corners.push_back(corner);
-            if (ends_curves(corner)) return t;
-            towards = onward(corner, opposite(towards));
-            if (!left.has(corner, towards)) {  // back at the start of a closed curve
-                t.is_closed = true;
-                return t;
-            }
-        }
-    }
-
-    // The two pixels on either side of the lattice edge that leaves `corner`.
-    discontinuity discontinuity_between(std::int32_t corner, side towards) const {
-        const bool vertical = towards == side::up || towards == side::down;
-        const std::int32_t x = all_.x(corner) - (towards == side::left ? 1 : 0),
-                           y = all_.y(corner) - (towards == side::up ? 1 : 0);
-        const std::int32_t second = y * width_ + x, first = second - (vertical ? 1 : width_);
-        const side first_to_second = vertical ? side::right : side::down;
-        if (disparity_[first] > disparity_[second]) return {second, first, opposite(first_to_second)};
-        return {first, second, first_to_second};
-    }
-
-    std::int32_t width_;
-    const float* disparity_;
-    surface_rule surface_;
-    corner_map all_;
-};
-
-}}}}  // namespace ldi::detail::curves
-
-// ---- ldi/occlusion/detail/straightened_curve.hpp
-// The band of pixels around a discontinuity curve, straightened: one row for each corner of the curve, from the back to the front
-// across the curve. What is beyond the band's uncertain middle tells how front and back look there.
-
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespace curves {
-
-struct point {
-    float x = 0, y = 0;
-};
-
-// A curve as points of the plane, where pixel (x, y) covers [x, x + 1) x [y, y + 1), and where "across" is from back to front.
-struct plane_curve {
-    buffer<point> corners;  // as traced
-    buffer<point> smooth;   // without the lattice's stairs; ends stay
-    buffer<point> across;   // unit vectors
-};
-
-// reach  corners to either side that are averaged
-inline plane_curve make_plane_curve(const trace& t, const corner_map& lattice, std::int32_t reach) {
-    const std::int32_t count = t.corners.count(), period = count - 1;  // a closed curve ends in the corner that it starts from
-    plane_curve result;
-    for (std::int32_t corner : t.corners)
-        result.corners.push_back({nearest_float(lattice.x(corner)), nearest_float(lattice.y(corner))});
-    const auto wrapped = [&](std::int32_t k) { return (k % period + period) % period; };
-    result.smooth.resize(result.corners.size()), result.across.resize(result.corners.size());
-    for (std::int32_t k = 0; k < count; ++k) {
-        const std::int32_t before = t.is_closed ? reach : (std::min)(reach, k),
-                           after = t.is_closed ? reach : (std::min)(reach, period - k);
-        const std::int32_t even = (std::min)(before, after);
-        point sum, front;
-        for (std::int32_t i = k - even; i <= k + even; ++i) {
-            const point p = result.corners[t.is_closed ? wrapped(i) : i];
-            sum.x += p.x, sum.y += p.y;
-        }
-        for (std::int32_t i = k - before; i < k + after; ++i) {
-            const side s = t.sides[t.is_closed ? wrapped(i) : i].towards_front;
-            front.x += nearest_float(step_x(s)), front.y += nearest_float(step_y(s));
-        }
-        const float size = nearest_float(2 * even + 1), length = (std::max)(std::hypot(front.x, front.y), 1e-6F);
-        result.smooth[k] = {sum.x / size, sum.y / size};
-        result.across[k] = {front.x / length, front.y / length};
-    }
-    // At the photo's border a curve slides along it, so that no corner of the band is left behind.
-    for (const std::int32_t k : {std::int32_t{0}, period}) {
-        const std::int32_t corner = t.corners[k];
-        if (t.is_closed || !lattice.on_border(corner)) continue;
-        point& across = result.across[k];
-        const bool on_side = lattice.on_border_column(corner);
-        across = on_side ? point{0.0F, across.y < 0.0F ? -1.0F : 1.0F} : point{across.x < 0.0F ? -1.0F : 1.0F, 0.0F};
-    }
-    return result;
-}
-
-// Sums over samples of one side of a curve.
-struct color_sums {
-    float count = 0;
-    std::array<float, 3> sum{}, squares{};
-
-    void add(const std::uint8_t* color) {
-        count += 1.0F;
-        for (std::size_t c = 0; c < 3; ++c) {
-            const float v = nearest_float(color[c]);
-            sum[c] += v, squares[c] += v * v;
-        }
-    }
-    void add(const color_sums& other, float sign) {
-        count += sign * other.count;
-        for (std::size_t c = 0; c < 3; ++c) sum[c] += sign * other.sum[c], squares[c] += sign * other.squares[c];
-    }
-};
-
-// Normal distribution of colors, channel by channel.
-struct color_model {
-    std::array<float, 3> mean{}, precision{};
-    float log_scale = 0;
-
-    // noise  standard deviation in gray levels that any surface has at least
-    color_model(const color_sums& of, float noise) {
-        for (std::size_t c = 0; c < 3; ++c) {
-            mean[c] = of.sum[c] / of.count;
-            const float variance = (std::max)(of.squares[c] / of.count - mean[c] * mean[c], 0.0F) + noise * noise;
-            precision[c] = 1.0F / variance;
-            log_scale += 0.5F * std::log(variance);
-        }
-    }
-    float log_likelihood(const std::uint8_t* color) const {
-        float result = -log_scale;
-        for (std::size_t c = 0; c < 3; ++c) {
-            const float d = nearest_float(color[c]) - mean[c];
-            result -= 0.5F * precision[c] * d * d;
-        }
-        return result;
-    }
-};
-
-// The rows of the band.
-class band {
-public:
-    // radius  pixels to either side that are uncertain; as many beyond them tell about front and back
-    band(const plane_curve& curve, const trace& t, image_view<const std::uint8_t> photo, image_view<const float> disparity,
-         std::int32_t radius)
-        : photo_(photo), disparity_(disparity), radius_(radius), width_(nearest_int(photo.width())) {
-        rows_.resize(curve.corners.size());
-        pixels_.resize(curve.corners.size() * static_cast<std::size_t>(4 * radius));
-        for (std::int32_t k = 0; k < rows_.count(); ++k) {
-            const discontinuity& d = t.sides[(std::min)(k, t.sides.count() - 1)];
-            rows_[k].middle = 0.5F * (at(d.front) + at(d.back));
-            for (std::int32_t offset = -2 * radius; offset < 2 * radius; ++offset)
-                pixel(k, offset) = pixel_at(curve.smooth[k], curve.across[k], nearest_float(offset) + 0.5F);
-            measure(k);
-        }
-    }
-
-    std::int32_t radius() const { return radius_; }
-    std::int32_t size() const { return rows_.count(); }
-    // Cuts of row k that leave something of both surfaces: -back to front.
-    std::int32_t least_cut(std::int32_t k) const { return -rows_[k].back; }
-    std::int32_t largest_cut(std::int32_t k) const { return rows_[k].front; }
-    const color_sums& sums(std::int32_t k, bool of_front) const {
-        return of_front ? rows_[k].front_colors : rows_[k].back_colors;
-    }
-    // offset  from -2 radius to 2 radius - 1: between the cuts offset and offset + 1
-    const std::uint8_t* color(std::int32_t k, std::int32_t offset) const {
-        const std::int32_t i = pixels_[static_cast<std::size_t>(k * 4 * radius_ + offset + 2 * radius_)];
-        return i == no_pixel ? nullptr : photo_.row(i / width_) + 3 * (i % width_);
-    }
-
-private:
-    struct row {
-        float middle = 0;  // disparity between front and back
-        std::int32_t front = 0, back = 0;
-        color_sums front_colors, back_colors;
-    };
-
-    static std::int32_t nearest_int(std::size_t n) { return static_cast<std::int32_t>(n); }
-    float at(std::int32_t i) const { return disparity_.row(i / width_)[i % width_]; }
-    std::int32_t& pixel(std::int32_t k, std::int32_t offset) {
-        return pixels_[static_cast<std::size_t>(k * 4 * radius_ + offset + 2 * radius_)];
-    }
-    std::int32_t pixel_at(point from, point across, float distance) const {
-        const float x = std::floor(from.x + distance * across.x), y = std::floor(from.y + distance * across.y);
-        if (!(x >= 0.0F && y >= 0.0F && x < nearest_float(photo_.width()) && y < nearest_float(photo_.height()))) return no_pixel;
-        return static_cast<std::int32_t>(y) * width_ + static_cast<std::int32_t>(x);
-    }
-
-    // How far front and back go on, and their colors beyond the middle of the band, or of what there is of a thin thing.
-    void measure(std::int32_t k) {
-        row& r = rows_[k];
-        std::int32_t front = 0, back = 0;
-        const auto is_front = [&](std::int32_t offset) {
-            return pixel(k, offset) != no_pixel && at(pixel(k, offset)) > r.middle;
-        };
-        const auto is_back = [&](std::int32_t offset) {
-            return pixel(k, offset) != no_pixel && at(pixel(k, offset)) <= r.middle;
-        };
-        // The smooth curve may leave a pixel of the other side beside itself.
-        while (front < 2 * radius_ && (is_front(front) || front < 2)) ++front;
-        while (back < 2 * radius_ && (is_back(-back - 1) || back < 2)) ++back;
-        r.front = (std::min)(radius_, front / 2), r.back = (std::min)(radius_, back / 2);
-        for (std::int32_t offset = r.front; offset < front; ++offset)
-            if (is_front(offset)) r.front_colors.add(color(k, offset));
-        for (std::int32_t offset = -back; offset < -r.back; ++offset)
-            if (is_back(offset)) r.back_colors.add(color(k, offset));
-    }
-
-    image_view<const std::uint8_t> photo_;
-    image_view<const float> disparity_;
-    std::int32_t radius_, width_;
-    buffer<row> rows_;
-    buffer<std::int32_t> pixels_;
-};
-
-}}}}  // namespace ldi::detail::curves
-
-// ---- ldi/occlusion/align_silhouettes.hpp
-// Moves silhouettes onto the photo's edges. Depth is coarser than the photo and off by a sample or two, so that a rim of the
-// background sticks to what is in front of it, or a rim of the front is left behind; both are seen as soon as the camera moves.
-//
-// Along every discontinuity curve runs a band as wide as depth is uncertain. Colors beyond it, on either side, tell what front
-// and back look like there. The cut of the band that leaves the front's colors on the front's side, follows the contrast, and
-// does not jump is a shortest path, found by dynamic programming, after the contours of Rother et al., "GrabCut" (SIGGRAPH 2004),
-// section "Border matting". Ends and junctions stay. Pixels between the old curve and the new one change sides.
-
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-/// The defaults were chosen by trial, on true depth degraded as networks do.
-struct alignment_options {
-    /// How far silhouettes may be off, to either side, in pixels, from 0 to 256. 0 moves none. make_photo3d() multiplies it, and
-    /// the shortest length, by the side of a sample of the depth map where that is more than a pixel.
-    float uncertainty = 3.0F;
-    /// The cost of one pixel aside from one pixel side to the next, at least 0. The larger, the less a silhouette bends to follow
-    /// colors.
-    float stiffness = 1.5F;
-    /// Curves with fewer pixel sides than this stay where they are.
-    std::size_t shortest_length = 20;
-};
-
-namespace detail::curves {
-
-// What it costs to cut every row of a band at every place, and the cheapest way along it.
-class band_cut {
-public:
-    // is_closed  the last row of the band is its first once more
-    band_cut(const band& b, float stiffness, bool is_closed)
-        : radius_(b.radius()), rows_(b.size() - (is_closed ? 1 : 0)), stiffness_(stiffness) {
-        costs_.assign(static_cast<std::size_t>(rows_) * places(), impossible);
-        const std::int32_t reach = 2 * radius_;  // rows to either side that tell about colors
-        color_sums front, back;
-        for (std::int32_t k = 0; k < (std::min)(reach, rows_); ++k) front.add(b.sums(k, true), 1), back.add(b.sums(k, false), 1);
-        for (std::int32_t k = 0; k < rows_; ++k) {
-            if (k + reach < rows_) front.add(b.sums(k + reach, true), 1), back.add(b.sums(k + reach, false), 1);
-            if (k > reach) front.add(b.sums(k - reach - 1, true), -1), back.add(b.sums(k - reach - 1, false), -1);
-            weigh_row(b, k, front, back);
-        }
-    }
-
-    void fix(std::int32_t row, std::int32_t cut) {
-        for (std::int32_t c = -radius_; c <= radius_; ++c)
-            if (c != cut) cost(row, c) = impossible;
-    }
-
-    // The cuts of `steps` rows, from `first` on and going round.
-    buffer<std::int32_t> cheapest(std::int32_t first, std::int32_t steps) const {
-        const std::size_t count = places();
-        buffer<std::int8_t> came_by(static_cast<std::size_t>(steps) * count, 0);
-        buffer<float> sums(count, 0.0F), next(count, 0.0F);
-        for (std::int32_t i = 0; i < steps; ++i) {
-            const float* of_row = costs_.data() + static_cast<std::size_t>((first + i) % rows_) * count;
-            for (std::size_t c = 0; c < count; ++c) {
-                float best = sums[c];
-                std::int8_t step = 0;
-                if (i > 0 && c > 0 && sums[c - 1] + stiffness_ < best) best = sums[c - 1] + stiffness_, step = -1;
-                if (i > 0 && c + 1 < count && sums[c + 1] + stiffness_ < best) best = sums[c + 1] + stiffness_, step = 1;
-                next[c] = best + of_row[c];
-                came_by[static_cast<std::size_t>(i) * count + c] = step;
-            }
-            sums.swap(next);
-        }
-        buffer<std::int32_t> result(static_cast<std::size_t>(steps), 0);
-        std::int32_t c = static_cast<std::int32_t>(std::min_element(sums.begin(), sums.end()) - sums.begin());
-        for (std::int32_t i = steps; i-- > 0;) {
-            result[i] = c - radius_;
-            c += came_by[static_cast<std::size_t>(i) * count + static_cast<std::size_t>(c)];
-        }
-        return result;
-    }
-
-private:
-    static constexpr float impossible = 1e6F;
-    static constexpr float noise = 6.0F;             // of a camera and of JPEG, in gray levels
-    static constexpr float largest_evidence = 3.0F;  // of one pixel, so that an outlier does not decide
-    static constexpr float contrast_weight = 3.0F;
-    static constexpr float distance_weight = 1.0F;
-
-    std::size_t places() const { return static_cast<std::size_t>(2 * radius_ + 1); }
-    float& cost(std::int32_t row, std::int32_t cut) {
-        return costs_[static_cast<std::size_t>(row) * places() + static_cast<std::size_t>(cut + radius_)];
-    }
-
-    void weigh_row(const band& b, std::int32_t k, const color_sums& front_sums, const color_sums& back_sums) {
-        const bool is_known = front_sums.count >= 8.0F && back_sums.count >= 8.0F;
-        const std::int32_t least = b.least_cut(k), most = b.largest_cut(k);
-        if (!is_known) {
-            for (std::int32_t cut = least; cut <= most; ++cut) cost(k, cut) = distance_cost(cut);
-            return;
-        }
-        const color_model front(front_sums, noise), back(back_sums, noise);
-        std::array<float, 3> direction;
-        float squared = 0.0F;
-        for (std::size_t c = 0; c < 3; ++c) direction[c] = front.mean[c] - back.mean[c], squared += direction[c] * direction[c];
-        float evidence = 0.0F;
-        for (std::int32_t cut = least; cut <= most; ++cut) {
-            cost(k, cut) = evidence + distance_cost(cut);
-            if (squared > 9.0F * noise * noise) cost(k, cut) -= contrast_weight * contrast(b, k, cut, direction, squared);
-            if (const std::uint8_t* color = b.color(k, cut))
-                evidence +=
-                    std::clamp(front.log_likelihood(color) - back.log_likelihood(color), -largest_evidence, largest_evidence);
-        }
-    }
-    float distance_cost(std::int32_t cut) const {
-        const float share = nearest_float(cut) / nearest_float(radius_);
-        return distance_weight * share * share;
-    }
-    // The share of the way from the back's color to the front's that is gone within four pixels around a cut.
-    float contrast(const band& b, std::int32_t k, std::int32_t cut, const std::array<float, 3>& direction, float squared) const {
-        const std::uint8_t *before = b.color(k, cut - 2), *behind = b.color(k, cut + 1);
-        if (before == nullptr || behind == nullptr) return 0.0F;
-        float way = 0.0F;
-        for (std::size_t c = 0; c < 3; ++c) way += direction[c] * (nearest_float(behind[c]) - nearest_float(before[c]));
-        return std::clamp(way / squared, 0.0F, 1.0F);
-    }
-
-    std::int32_t radius_, rows_;
-    float stiffness_;
-    buffer<float> costs_;
-};
-
-inline buffer<std::int32_t> cheapest_cut(const band& b, const trace& t, const corner_map& lattice, float stiffness) {
-    band_cut cut(b, stiffness, t.is_closed);
-    if (!t.is_closed) {
-        if (!lattice.on_border(t.corners.front())) cut.fix(0, 0);
-        if (!lattice.on_border(t.corners.back())) cut.fix(b.size() - 1, 0);
-        return cut.cheapest(0, b.size());
-    }
-    // The way must end where it begins. It begins half way round, at the place that a way without this condition has there.
-    const std::int32_t period = b.size() - 1, middle = period / 2;
-    cut.fix(middle, cut.cheapest(0, period)[middle]);
-    const buffer<std::int32_t> round = cut.cheapest(middle, period + 1);
-    buffer<std::int32_t> result(static_cast<std::size_t>(period + 1), 0);
-    for (std::int32_t k = 0; k <= period; ++k) result[k] = round[(k + period - middle) % period];
-    return result;
-}
-
-// A pixel that a curve passed over, and the curve's side that it belongs to.
-struct swept_pixel {
-    std::int32_t pixel, of_side;
-    friend bool operator<(const swept_pixel& a, const swept_pixel& b) {
-        return a.pixel != b.pixel ? a.pixel < b.pixel : a.of_side < b.of_side;
-    }
-};
-
-// Appends the pixels whose centers lie in a quadrilateral, which may cross itself.
-inline void sweep(const std::array<point, 4>& corners, std::int32_t width, std::int32_t height, std::int32_t of_side,
-                  buffer<swept_pixel>& swept) {
-    const auto [top, bottom] = std::minmax_element(corners.begin(), corners.end(), [](point a, point b) { return a.y < b.y; });
-    // The first row, or column, whose middle does not lie before a place.
-    const auto first_from = [](float place, std::int32_t count) {
-        return static_cast<std::int32_t>(std::clamp(std::ceil(place - 0.5F), 0.0F, nearest_float(count)));
-    };
-    for (std::int32_t y = first_from(top->y, height), end = first_from(bottom->y, height); y < end; ++y) {
-        const float at_y = nearest_float(y) + 0.5F;
-        std::array<float, 4> crossings{};
-        std::size_t count = 0;
-        for (std::size_t i = 0; i < 4; ++i) {
-            const point a = corners[i], b = corners[(i + 1) % 4];
-            if ((a.y <= at_y) == (b.y <= at_y)) continue;
-            const float crossing = a.x + (at_y - a.y) / (b.y - a.y) * (b.x - a.x);
-            std::size_t place = count++;  // sorted
-            for (; place > 0 && crossings[place - 1] > crossing; --place) crossings[place] = crossings[place - 1];
-            crossings[place] = crossing;
-        }
-        for (std::size_t i = 0; i + 1 < count; i += 2)
-            for (std::int32_t x = first_from(crossings[i], width), last = first_from(crossings[i + 1], width); x < last; ++x)
-                swept.push_back({y * width + x, of_side});
-    }
-}
-
-// The pixels that a curve passes over on its way, once, or there and back and there again.
-inline buffer<swept_pixel> swept_pixels(const plane_curve& curve, const buffer<std::int32_t>& cut, std::int32_t reach,
-                                        const corner_map& lattice) {
-    const auto moved = [&](std::int32_t k) {
-        // Cuts are whole pixels: their mean over a few corners takes the stairs off. Ends stay where they are.
-        const std::int32_t even = (std::min)({reach, k, cut.count() - 1 - k});
-        float distance = 0.0F;
-        for (std::int32_t i = k - even; i <= k + even; ++i) distance += nearest_float(cut[i]) / nearest_float(2 * even + 1);
-        return point{curve.smooth[k].x + distance * curve.across[k].x, curve.smooth[k].y + distance * curve.across[k].y};
-    };
-    buffer<swept_pixel> all, result;
-    for (std::int32_t k = 0; k + 1 < curve.corners.count(); ++k)
-        sweep({curve.corners[k], curve.corners[k + 1], moved(k + 1), moved(k)}, lattice.width(), lattice.height(), k, all);
-    std::sort(all.begin(), all.end());
-    for (std::size_t i = 0, next = 0; i < all.size(); i = next) {
-        while (next < all.size() && all[next].pixel == all[i].pixel) ++next;
-        if ((next - i) % 2 == 1) result.push_back(all[i]);
-    }
-    return result;
-}
-
-// Pixels of the front get the back's disparity beside the curve and the other way round; those of third surfaces keep theirs.
-inline void change_sides(const trace& t, const buffer<swept_pixel>& swept, const image<float>& before,
-                         image_view<float> disparity) {
-    const auto at = [&](std::int32_t pixel) { return before.data()[pixel]; };
-    const std::size_t width = before.width();
-    for (const swept_pixel& s : swept) {
-        const discontinuity& d = t.sides[s.of_side];
-        const bool was_front = at(s.pixel) > 0.5F * (at(d.front) + at(d.back));
-        const float own = at(was_front ? d.front : d.back), other = at(was_front ? d.back : d.front);
-        const std::size_t pixel = static_cast<std::size_t>(s.pixel);
-        if (std::abs(at(s.pixel) - own) < std::abs(own - other)) disparity(pixel / width, pixel % width) = other;
-    }
-}
-
-// The curves that may move.
-inline buffer<trace> long_curves(const image<float>& disparity, surface_rule surface, std::size_t shortest_length) {
-    const std::int32_t width = static_cast<std::int32_t>(disparity.width()),
-                       height = static_cast<std::int32_t>(disparity.height());
-    const float* at = disparity.data();
-    tracer curves(width, height, at, surface, [&](std::int32_t pixel, side s) {
-        return !surface.same_surface(at[pixel], at[s == side::right ? pixel + 1 : pixel + width]);
-    });
-    curves.prune_spurs(shortest_length);
-    buffer<trace> result;
-    curves.for_each_curve([&](trace t) {
-        if (t.sides.size() >= shortest_length) result.push_back(std::move(t));
-    });
-    return result;
-}
-
-inline void check_alignment(image_view<const float> disparity, image_view<const std::uint8_t> photo,
-                            const alignment_options& options) {
-    if (disparity.height() != photo.height() || disparity.width() != photo.width() || disparity.channels() != 1 ||
-        photo.channels() != 3)
-        raise(error_code::mismatch, "align_silhouettes", "a disparity map H x W x 1 and a photo H x W x 3 of the same size",
-              shape_text(disparity) + " and " + shape_text(photo));
-    if (!(options.uncertainty >= 0.0F && options.uncertainty <= 256.0F) || !(options.stiffness >= 0.0F))
-        raise(error_code::invalid_option, "alignment_options", "an uncertainty from 0 to 256 and a stiffness of at least 0",
-              detail::to_text(options.uncertainty) + " and " + detail::to_text(options.stiffness));
-}
-
-}  // namespace detail::curves
-
-/// disparity  H x W x 1, finite, with steps where one thing hides another; changed in place
-/// photo      H x W x 3
-///
-/// Raises error_code::mismatch if the images differ in size, error_code::invalid_option if the uncertainty is not from 0 to 256
-/// or the stiffness is below 0. Time is linear in the pixels and in the length of all curves times the uncertainty. Memory is 10
-/// bytes per pixel, 8 per pixel that a curve passes over, and 26 times the uncertainty per pixel side of the longest curve.
-template <executor Executor = const serial_executor>
-void align_silhouettes(image_view<float> disparity, image_view<const std::uint8_t> photo, surface_rule surface = {},
-                       const alignment_options& options = {}, Executor&& threads = {}) {
-    using namespace detail::curves;
-    check_alignment(disparity, photo, options);
-    const std::int32_t radius = static_cast<std::int32_t>(std::lround(options.uncertainty));
-    if (radius == 0 || photo.empty()) return;
-    const image<float> before{image_view<const float>(disparity)};
-    const buffer<trace> traces = long_curves(before, surface, options.shortest_length);
-    buffer<buffer<swept_pixel>> swept(traces.size());
-    const corner_map lattice(static_cast<std::int32_t>(photo.width()), static_cast<std::int32_t>(photo.height()));
-    parallel_for(threads, traces.size(), 1, [&](std::size_t first, std::size_t last) {
-        for (std::size_t i = first; i < last; ++i) {
-            const std::int32_t reach = (std::max)(radius / 2, 1);
-            const plane_curve curve = make_plane_curve(traces[i], lattice, reach);
-            const band around(curve, traces[i], photo, before, radius);
-            swept[i] = swept_pixels(curve, cheapest_cut(around, traces[i], lattice, options.stiffness), reach, lattice);
-        }
-    });
-    for (std::size_t i = 0; i < traces.size(); ++i) change_sides(traces[i], swept[i], before, disparity);
-}
-
-}}  // namespace ldi
-
-// ---- ldi/occlusion/detail/diffuse_unknown.hpp
-// Isotropic diffusion over the links of a layered image: from the pixels that are known into those that are not.
-
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
-
-/// g               in canonical order
-/// known           K, 0 where a pixel is not known
-/// rounds          Gauss-Seidel rounds on each level of the multigrid
-/// value           value(pixel, side): the channels of a known pixel that lies on this side of an unknown one
-/// before_solving  is called once all values have been asked for
-/// store           store(pixel, diffusion<Channels>::value_type): is called last, for every pixel that is not known
-///
-/// A surface without any known pixel gets the mean of the known values next to unknown pixels elsewhere.
-template <std::size_t Channels, class Value, class BeforeSolving, class Store>
-void diffuse_unknown(const graph_view& g, array_view<const std::uint8_t> known, int rounds, Value&& value,
-                     BeforeSolving&& before_solving, Store&& store) {
-    diffusion<Channels> solver;
-    solver.start();
-    buffer<std::int32_t> cell_of(g.size(), 0);
-    for (std::int32_t i = 0; i < g.count(); ++i) {
-        if (known[i] != 0) continue;
-        const std::int32_t cell = cell_of[i] = solver.add_cell(g.x()[i], g.y()[i]);
-        for (side s : all_sides) {
-            const std::int32_t neighbor = g.neighbor(i, s);
-            if (neighbor == no_pixel) continue;
-            if (known[neighbor] != 0)
-                solver.add_known_neighbor(cell, value(neighbor, s));
-            else if (s == side::left)
-                solver.link_left(cell, cell_of[neighbor]);
-            else if (s == side::up)
-                solver.link_up(cell, cell_of[neighbor]);
-        }
-    }
-    before_solving();
-    solver.solve(rounds);
-    for (std::int32_t i = 0; i < g.count(); ++i)
-        if (known[i] == 0) store(i, solver.value(cell_of[i]));
-}
-
-}}}  // namespace ldi::detail
-
-// ---- ldi/occlusion/diffusion_inpainter.hpp
-// Inpainting without a network: colors diffuse isotropically over the links of the layered image, from what is known into what
-// is not. Smooth, fast, and blind to texture.
-
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-/// A color_inpainter (photo3d.hpp).
-struct diffusion_inpainter {
-    /// Gauss-Seidel rounds on each level of the multigrid.
-    int rounds = 6;
-
-    /// layers  in canonical order; the color of every pixel whose known_column is 0 is set. A surface without any known pixel
-    ///         gets the mean of the known colors next to unknown ones elsewhere.
-    ///
-    /// Linear time; 4 bytes per pixel and up to 200 per unknown one.
-    template <has_columns<color_column, known_column> Layers, executor Executor = const serial_executor>
-    void inpaint(Layers& layers, const progress_listener& progress = {}, Executor&& = {}) const {
-        detail::diffuse_unknown<3>(
-            layers.topology(), layers.template column<known_column>(), rounds,
-            [&](std::int32_t pixel, side) { return layers.template at<color_column>(pixel).data(); },
-            [&] { progress.report("color inpainting", 0.3F); },
-            [&](std::int32_t pixel, const diffusion<3>::value_type& color) {
-                for (std::size_t c = 0; c < 3; ++c)
-                    layers.template at<color_column>(pixel)[c] = detail::rounded_to_byte(color[c]);
-            });
-    }
-};
-
-}}  // namespace ldi
-
 // ---- ldi/occlusion/discontinuity_curves.hpp
 // Depth discontinuities of a lifted photo, grouped into curves, with the lines at their ends that hidden surfaces must not grow
 // past (paper, section "Occluded Surface Hallucination", and Figure "depth_expand").
@@ -13761,7 +13733,185 @@ expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule 
 
 }}  // namespace ldi
 
-// ---- ldi/occlusion/detail/scrambled.hpp
+// ---- ldi/occlusion/lift.hpp
+// Lifting: a photo and its disparity become a layered image with one layer (paper, section "Lifting to Layered Depth Image").
+// Neighbors are linked except across discontinuities.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+namespace detail {
+
+/// Sets the positions and links of the pixels of row y.
+inline void place_row(image_view<const float> disparity, std::int32_t y, surface_rule surface, graph_builder& g) {
+    const std::int32_t stride = g.width(), start = y * stride;
+    const float* here = disparity.row(y);
+    const float* above = y > 0 ? disparity.row(y - 1) : nullptr;
+    const float* below = y + 1 < g.height() ? disparity.row(y + 1) : nullptr;
+    for (std::int32_t x = 0; x < stride; ++x) g.write_x()[start + x] = x, g.write_y()[start + x] = y;
+    const auto link_vertically = [&](std::int32_t* links, const float* other, std::int32_t step) {
+        for (std::int32_t x = 0; x < stride; ++x)
+            links[x] = other != nullptr && surface.same_surface(here[x], other[x]) ? start + x + step : no_pixel;
+    };
+    link_vertically(g.write_neighbors(side::up).data() + start, above, -stride);
+    link_vertically(g.write_neighbors(side::down).data() + start, below, stride);
+    std::int32_t* left = g.write_neighbors(side::left).data() + start;
+    std::int32_t* right = g.write_neighbors(side::right).data() + start;
+    left[0] = no_pixel;
+    for (std::int32_t x = 0; x + 1 < stride; ++x) {
+        const bool linked = surface.same_surface(here[x], here[x + 1]);
+        right[x] = linked ? start + x + 1 : no_pixel;
+        left[x + 1] = linked ? start + x : no_pixel;
+    }
+    right[stride - 1] = no_pixel;
+}
+
+}  // namespace detail
+
+/// color      H x W x 3
+/// disparity  H x W x 1, in [0, 1], larger is nearer
+///
+/// surface    decides which neighbors are linked (photo_facts::surface)
+///
+/// Pixels are in canonical order, and every color is known. Raises error_code::mismatch if the images differ in size or have no
+/// pixel, error_code::too_large if they have 2^31 or more. Linear time; 32 bytes per pixel.
+template <executor Executor = const serial_executor>
+photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> disparity, surface_rule surface = {},
+                 Executor&& threads = {}) {
+    const std::size_t rows = disparity.height(), columns = disparity.width();
+    if (color.height() != rows || color.width() != columns || color.channels() != 3 || disparity.channels() != 1 || rows == 0 ||
+        columns == 0)
+        raise(error_code::mismatch, "lift", "a photo H x W x 3 and a disparity map H x W x 1 of the same size",
+              detail::shape_text(color) + " and " + detail::shape_text(disparity));
+    if (rows > std::size_t{(std::numeric_limits<std::int32_t>::max)()} / columns)
+        raise(error_code::too_large, "lift", "fewer than 2^31 pixels", std::to_string(columns) + " x " + std::to_string(rows));
+
+    buffer<std::uint8_t> colors;
+    buffer<float> disparities;
+    colors.reserve(3 * rows * columns), disparities.reserve(rows * columns);
+    for (std::size_t y = 0; y < rows; ++y) {
+        colors.append(color.row(y), color.row(y) + 3 * columns);
+        disparities.append(disparity.row(y), disparity.row(y) + columns);
+    }
+    graph_builder g(static_cast<std::int32_t>(columns), static_cast<std::int32_t>(rows), rows * columns, unset);
+    parallel_for(threads, rows, 16, [&](std::size_t first, std::size_t last) {
+        for (std::size_t y = first; y < last; ++y) detail::place_row(disparity, static_cast<std::int32_t>(y), surface, g);
+    });
+    buffer<std::uint8_t> known(rows * columns, 1), matte(rows * columns, 0);
+    return photo_layer(
+        photo_layers(std::move(g).build(), std::move(colors), std::move(disparities), std::move(known), std::move(matte)));
+}
+
+}}  // namespace ldi
+
+// ---- ldi/occlusion/spurious_discontinuities.hpp
+// Closes discontinuities that belong to no curve. The paper removes "spurious (shorter than 20 pixels) groups from consideration"
+// (section "Occluded Surface Hallucination"). Nothing grows behind them, so they would open as cracks and cut charts into
+// slivers. Therefore the pixels on both sides are linked again, and the mesh spans the step.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// curves  those of its discontinuities that stay
+///
+/// Links all neighbors inside the photo but those on either side of a curve. Returns the number of links made.
+template <payload_column... Columns>
+std::size_t close_spurious_discontinuities(single_layer<Columns...>& layer, std::span<const discontinuity_curve> curves) {
+    buffer<std::pair<std::int32_t, std::int32_t>> kept;  // the pixel on the left or above, and the other
+    for (const discontinuity_curve& c : curves)
+        for (const discontinuity& d : c.sides) kept.emplace_back((std::min)(d.back, d.front), (std::max)(d.back, d.front));
+    std::sort(kept.begin(), kept.end());
+
+    std::size_t made = 0;
+    const std::int32_t width = layer.topology().width(), height = layer.topology().height();
+    layer.edit_links([&](link_editor& links) {
+        const auto close = [&](std::int32_t pixel, side s, std::int32_t other) {
+            if (links.neighbor(pixel, s) != no_pixel || std::binary_search(kept.begin(), kept.end(), std::pair{pixel, other}))
+                return;
+            links.link(pixel, s, other);
+            ++made;
+        };
+        for (std::int32_t y = 0, pixel = 0; y < height; ++y)
+            for (std::int32_t x = 0; x < width; ++x, ++pixel) {
+                if (x + 1 < width) close(pixel, side::right, pixel + 1);
+                if (y + 1 < height) close(pixel, side::down, pixel + width);
+            }
+    });
+    return made;
+}
+
+}}  // namespace ldi
+
+// ---- ldi/inpaint/detail/diffuse_unknown.hpp
+// Isotropic diffusion over the links of a layered image: from the pixels that are known into those that are not.
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+/// g               in canonical order
+/// known           K, 0 where a pixel is not known
+/// rounds          Gauss-Seidel rounds on each level of the multigrid
+/// value           value(pixel, side): the channels of a known pixel that lies on this side of an unknown one
+/// before_solving  is called once all values have been asked for
+/// store           store(pixel, diffusion<Channels>::value_type): is called last, for every pixel that is not known
+///
+/// A surface without any known pixel gets the mean of the known values next to unknown pixels elsewhere.
+template <std::size_t Channels, class Value, class BeforeSolving, class Store>
+void diffuse_unknown(const graph_view& g, array_view<const std::uint8_t> known, int rounds, Value&& value,
+                     BeforeSolving&& before_solving, Store&& store) {
+    diffusion<Channels> solver;
+    solver.start();
+    buffer<std::int32_t> cell_of(g.size(), 0);
+    for (std::int32_t i = 0; i < g.count(); ++i) {
+        if (known[i] != 0) continue;
+        const std::int32_t cell = cell_of[i] = solver.add_cell(g.x()[i], g.y()[i]);
+        for (side s : all_sides) {
+            const std::int32_t neighbor = g.neighbor(i, s);
+            if (neighbor == no_pixel) continue;
+            if (known[neighbor] != 0)
+                solver.add_known_neighbor(cell, value(neighbor, s));
+            else if (s == side::left)
+                solver.link_left(cell, cell_of[neighbor]);
+            else if (s == side::up)
+                solver.link_up(cell, cell_of[neighbor]);
+        }
+    }
+    before_solving();
+    solver.solve(rounds);
+    for (std::int32_t i = 0; i < g.count(); ++i)
+        if (known[i] == 0) store(i, solver.value(cell_of[i]));
+}
+
+}}}  // namespace ldi::detail
+
+// ---- ldi/inpaint/diffusion_inpainter.hpp
+// Inpainting without a network: colors diffuse isotropically over the links of the layered image, from what is known into what
+// is not. Smooth, fast, and blind to texture.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// A color_inpainter (photo3d.hpp).
+struct diffusion_inpainter {
+    /// Gauss-Seidel rounds on each level of the multigrid.
+    int rounds = 6;
+
+    /// layers  in canonical order; the color of every pixel whose known_column is 0 is set. A surface without any known pixel
+    ///         gets the mean of the known colors next to unknown ones elsewhere.
+    ///
+    /// Linear time; 4 bytes per pixel and up to 200 per unknown one.
+    template <has_columns<color_column, known_column> Layers, executor Executor = const serial_executor>
+    void inpaint(Layers& layers, const progress_listener& progress = {}, Executor&& = {}) const {
+        detail::diffuse_unknown<3>(
+            layers.topology(), layers.template column<known_column>(), rounds,
+            [&](std::int32_t pixel, side) { return layers.template at<color_column>(pixel).data(); },
+            [&] { progress.report("color inpainting", 0.3F); },
+            [&](std::int32_t pixel, const diffusion<3>::value_type& color) {
+                for (std::size_t c = 0; c < 3; ++c)
+                    layers.template at<color_column>(pixel)[c] = detail::rounded_to_byte(color[c]);
+            });
+    }
+};
+
+}}  // namespace ldi
+
+// ---- ldi/inpaint/detail/scrambled.hpp
 // Bits that look random and are always the same: noise and choices that depend on a position alone.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
@@ -13776,7 +13926,7 @@ constexpr std::uint32_t scrambled(std::uint32_t a, std::uint32_t b) {
 
 }}}  // namespace ldi::detail
 
-// ---- ldi/occlusion/grain.hpp
+// ---- ldi/inpaint/grain.hpp
 // Grain for inpainted pixels. For a color that can't be known an inpainter returns the mean of all that it might be, and a mean
 // is smooth: beside sand, leaves or film grain it looks blurred. So noise is laid over it, as strong as the fine detail of the
 // photo around it; video codecs do the same ("film grain synthesis" of AV1). Next to nothing is added where the photo is smooth,
@@ -13912,77 +14062,7 @@ void add_grain(Layers& layers, const grain_options& options = {}) {
 
 }}  // namespace ldi
 
-// ---- ldi/occlusion/lift.hpp
-// Lifting: a photo and its disparity become a layered image with one layer (paper, section "Lifting to Layered Depth Image").
-// Neighbors are linked except across discontinuities.
-
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-namespace detail {
-
-/// Sets the positions and links of the pixels of row y.
-inline void place_row(image_view<const float> disparity, std::int32_t y, surface_rule surface, graph_builder& g) {
-    const std::int32_t stride = g.width(), start = y * stride;
-    const float* here = disparity.row(y);
-    const float* above = y > 0 ? disparity.row(y - 1) : nullptr;
-    const float* below = y + 1 < g.height() ? disparity.row(y + 1) : nullptr;
-    for (std::int32_t x = 0; x < stride; ++x) g.write_x()[start + x] = x, g.write_y()[start + x] = y;
-    const auto link_vertically = [&](std::int32_t* links, const float* other, std::int32_t step) {
-        for (std::int32_t x = 0; x < stride; ++x)
-            links[x] = other != nullptr && surface.same_surface(here[x], other[x]) ? start + x + step : no_pixel;
-    };
-    link_vertically(g.write_neighbors(side::up).data() + start, above, -stride);
-    link_vertically(g.write_neighbors(side::down).data() + start, below, stride);
-    std::int32_t* left = g.write_neighbors(side::left).data() + start;
-    std::int32_t* right = g.write_neighbors(side::right).data() + start;
-    left[0] = no_pixel;
-    for (std::int32_t x = 0; x + 1 < stride; ++x) {
-        const bool linked = surface.same_surface(here[x], here[x + 1]);
-        right[x] = linked ? start + x + 1 : no_pixel;
-        left[x + 1] = linked ? start + x : no_pixel;
-    }
-    right[stride - 1] = no_pixel;
-}
-
-}  // namespace detail
-
-/// color      H x W x 3
-/// disparity  H x W x 1, in [0, 1], larger is nearer
-///
-/// surface    decides which neighbors are linked (photo_facts::surface)
-///
-/// Pixels are in canonical order, and every color is known. Raises error_code::mismatch if the images differ in size or have no
-/// pixel, error_code::too_large if they have 2^31 or more. Linear time; 32 bytes per pixel.
-template <executor Executor = const serial_executor>
-photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> disparity, surface_rule surface = {},
-                 Executor&& threads = {}) {
-    const std::size_t rows = disparity.height(), columns = disparity.width();
-    if (color.height() != rows || color.width() != columns || color.channels() != 3 || disparity.channels() != 1 || rows == 0 ||
-        columns == 0)
-        raise(error_code::mismatch, "lift", "a photo H x W x 3 and a disparity map H x W x 1 of the same size",
-              detail::shape_text(color) + " and " + detail::shape_text(disparity));
-    if (rows > std::size_t{(std::numeric_limits<std::int32_t>::max)()} / columns)
-        raise(error_code::too_large, "lift", "fewer than 2^31 pixels", std::to_string(columns) + " x " + std::to_string(rows));
-
-    buffer<std::uint8_t> colors;
-    buffer<float> disparities;
-    colors.reserve(3 * rows * columns), disparities.reserve(rows * columns);
-    for (std::size_t y = 0; y < rows; ++y) {
-        colors.append(color.row(y), color.row(y) + 3 * columns);
-        disparities.append(disparity.row(y), disparity.row(y) + columns);
-    }
-    graph_builder g(static_cast<std::int32_t>(columns), static_cast<std::int32_t>(rows), rows * columns, unset);
-    parallel_for(threads, rows, 16, [&](std::size_t first, std::size_t last) {
-        for (std::size_t y = first; y < last; ++y) detail::place_row(disparity, static_cast<std::int32_t>(y), surface, g);
-    });
-    buffer<std::uint8_t> known(rows * columns, 1), matte(rows * columns, 0);
-    return photo_layer(
-        photo_layers(std::move(g).build(), std::move(colors), std::move(disparities), std::move(known), std::move(matte)));
-}
-
-}}  // namespace ldi
-
-// ---- ldi/occlusion/detail/silhouette_band.hpp
+// ---- ldi/inpaint/detail/silhouette_band.hpp
 // The pixels of a lifted photo within a few steps of its silhouettes, each with the nearest place on one, and colors of both
 // surfaces there: samples from where neither is mixed with the other.
 
@@ -14103,7 +14183,7 @@ private:
 
 }}}  // namespace ldi::detail
 
-// ---- ldi/occlusion/detail/local_matte.hpp
+// ---- ldi/inpaint/detail/local_matte.hpp
 // The share of the nearer surface in the colors beside a silhouette, from these colors alone. Each pixel looks for the pair of
 // samples, one of either surface, of which its color is a mixture: C = alpha F + (1 - alpha) B with the least error (Wang and
 // Cohen, Optimized Color Sampling for Robust Matting, CVPR 2007; Gastal and Oliveira, Shared Sampling for Real-Time Alpha
@@ -14233,7 +14313,7 @@ private:
 
 }}}  // namespace ldi::detail
 
-// ---- ldi/occlusion/mixed_colors.hpp
+// ---- ldi/inpaint/mixed_colors.hpp
 // Next to a silhouette the lens, the resampling and an edge of depth that is a pixel off mix the colors of two surfaces. The
 // paper marks those of the foreground, so that inpainting refills them (Figure "atlas": the light blue pixels). Here the colors
 // say which are mixed, and of what: each gets back the color of its own surface, or is marked as unknown where little is left of
@@ -14423,44 +14503,7 @@ void unmix_colors(single_layer<Columns...>& layers, const mixed_color_options& o
 
 }}  // namespace ldi
 
-// ---- ldi/occlusion/spurious_discontinuities.hpp
-// Closes discontinuities that belong to no curve. The paper removes "spurious (shorter than 20 pixels) groups from consideration"
-// (section "Occluded Surface Hallucination"). Nothing grows behind them, so they would open as cracks and cut charts into
-// slivers. Therefore the pixels on both sides are linked again, and the mesh spans the step.
-
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-/// curves  those of its discontinuities that stay
-///
-/// Links all neighbors inside the photo but those on either side of a curve. Returns the number of links made.
-template <payload_column... Columns>
-std::size_t close_spurious_discontinuities(single_layer<Columns...>& layer, std::span<const discontinuity_curve> curves) {
-    buffer<std::pair<std::int32_t, std::int32_t>> kept;  // the pixel on the left or above, and the other
-    for (const discontinuity_curve& c : curves)
-        for (const discontinuity& d : c.sides) kept.emplace_back((std::min)(d.back, d.front), (std::max)(d.back, d.front));
-    std::sort(kept.begin(), kept.end());
-
-    std::size_t made = 0;
-    const std::int32_t width = layer.topology().width(), height = layer.topology().height();
-    layer.edit_links([&](link_editor& links) {
-        const auto close = [&](std::int32_t pixel, side s, std::int32_t other) {
-            if (links.neighbor(pixel, s) != no_pixel || std::binary_search(kept.begin(), kept.end(), std::pair{pixel, other}))
-                return;
-            links.link(pixel, s, other);
-            ++made;
-        };
-        for (std::int32_t y = 0, pixel = 0; y < height; ++y)
-            for (std::int32_t x = 0; x < width; ++x, ++pixel) {
-                if (x + 1 < width) close(pixel, side::right, pixel + 1);
-                if (y + 1 < height) close(pixel, side::down, pixel + width);
-            }
-    });
-    return made;
-}
-
-}}  // namespace ldi
-
-// ---- ldi/occlusion/detail/texture_cells.hpp
+// ---- ldi/inpaint/detail/texture_cells.hpp
 // The part of a layered image that texture transfer works on: the pixels that are not known, and a strip of known ones around
 // them, on the same surfaces. Few of a photo's pixels, so they are numbered anew.
 
@@ -14561,7 +14604,7 @@ inline void blur_cells(const texture_cells& cells, buffer<texture_color>& values
 
 }}}  // namespace ldi::detail
 
-// ---- ldi/occlusion/detail/texture_search.hpp
+// ---- ldi/inpaint/detail/texture_search.hpp
 // Which known pixel each unknown one takes its texture from: the randomized search of PatchMatch (Barnes, Shechtman, Finkelstein
 // and Goldman, "PatchMatch: A Randomized Correspondence Algorithm for Structural Image Editing", 2009) over the links of a
 // layered image, so that no other surface is ever reached. As in "Shift-Map Image Editing" (Pritch, Kav-Venaki and Peleg, 2009)
@@ -14700,11 +14743,11 @@ private:
 
 }}}  // namespace ldi::detail
 
-// ---- ldi/occlusion/texture_transfer.hpp
+// ---- ldi/inpaint/texture_transfer.hpp
 // Texture for inpainted pixels, from the photo itself. An inpainter that returns the mean of all that a color might be returns no
 // texture. The high frequencies of known pixels of the same surface, near the silhouette, are added to its answer: those of the
 // places that look like the answer when both are blurred (after Yi et al., "Contextual Residual Aggregation for Ultra
-// High-Resolution Image Inpainting", 2020). Grain (occlusion/grain.hpp) only where no place does. Not in the paper.
+// High-Resolution Image Inpainting", 2020). Grain (inpaint/grain.hpp) only where no place does. Not in the paper.
 //
 // High frequencies have a mean of zero and no edges that must meet, so patches may end anywhere: there are no seams to blend, and
 // no averages that would lose strength. What is stronger than the photo's detail around the hole is held back: an edge, a leaf
@@ -14823,7 +14866,7 @@ void add_texture(Layers& layers, const texture_options& options = {}, const grai
 
 }}  // namespace ldi
 
-// ---- ldi/occlusion/uncertain_rims.hpp
+// ---- ldi/inpaint/uncertain_rims.hpp
 // Where depth is coarser than the photo, silhouettes are up to a few samples off, and something of the foreground stays on the
 // background beside them: fuzz, hair, a rim. Inpainting would continue it over all of the hidden surface. But most of these
 // pixels are the background's own, and in sight: refilled, they would blur what everybody sees. So they are set aside, unknown
@@ -18142,7 +18185,7 @@ inline void check_parts(const textured_mesh& mesh, std::size_t textures) {
 // ---- ldi/mesh/soft_edges.hpp
 // Soft edges: a thin translucent strip along the silhouettes of what is in front. It begins at the edge of the mesh, half
 // opaque, and fades out over a pixel or two at the same distance, with colors from the padding of the atlas, which continues the
-// surface's. Where the photo's colors reach farther, as those of hair do, the strip does too (occlusion/mixed_colors.hpp has the
+// surface's. Where the photo's colors reach farther, as those of hair do, the strip does too (inpaint/mixed_colors.hpp has the
 // matte). Zitnick et al., High-Quality Video View Interpolation Using a Layered Representation (SIGGRAPH 2004), blend such
 // strips.
 
@@ -20511,7 +20554,7 @@ inline std::optional<std::uint64_t> whole_number(const json_value& value) {
 // ---- ldi/formats/safetensors.hpp
 // Reads safetensors files (https://huggingface.co/docs/safetensors) from memory: eight bytes of header length, a JSON header with
 // the type, the shape and the place of every tensor, then the values, little-endian. Files are not trusted.
-// formats/safetensors_file.hpp reads them by name.
+// io/safetensors_file.hpp reads them by name.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -20715,7 +20758,7 @@ inline named_tensors decode_safetensors(std::span<const std::byte> bytes, const 
 // ---- ldi/formats/farbrausch.hpp
 // Reads the inpainting network from the bytes of a safetensors file: its convolutions, and in the metadata what kind of network
 // they are. examples/training/farbrausch/export.py writes Farbrausch, examples/training/partial_convolution.py the full-size
-// PartialConv. formats/farbrausch_file.hpp reads either by name.
+// PartialConv. io/farbrausch_file.hpp reads either by name.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -20791,152 +20834,370 @@ inline farbrausch decode_farbrausch(std::span<const std::byte> bytes, const std:
 
 }}  // namespace ldi
 
-// ---- ldi/formats/detail/decimal.hpp
-// Writes a number in decimal with as few digits as read back to the same number, whatever the locale: Grisu2 of Florian Loitsch,
-// "Printing Floating-Point Numbers Quickly and Accurately with Integers" (PLDI 2010). The digits are those of nlohmann/json,
-// whose way of rounding at ties it keeps. std::to_chars is not in every standard library that ldi is compiled with.
+// ---- ldi/formats/picture_formats.hpp
+// The file formats of pictures that ldi reads. Each can be switched off, so that a service reads only what it expects, and no
+// decoder sees a file that it need not see.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+enum class picture_format { jpeg, png, gif, bmp, heif, webp, tiff, pfm, npy };
+
+/// Names in the order of the enumeration. HEIC and AVIF files are both heif.
+inline constexpr std::array<std::string_view, 9> picture_format_names = {"jpeg", "png",  "gif", "bmp", "heif",
+                                                                         "webp", "tiff", "pfm", "npy"};
+
+constexpr std::string_view to_string(picture_format format) { return picture_format_names[static_cast<std::size_t>(format)]; }
+
+/// A set of formats; all of them unless it is made of some.
+class picture_formats {
+public:
+    constexpr picture_formats() = default;
+    constexpr picture_formats(std::initializer_list<picture_format> formats) : bits_(0) {
+        for (const picture_format format : formats) bits_ |= bit(format);
+    }
+
+    constexpr bool contains(picture_format format) const { return (bits_ & bit(format)) != 0; }
+
+    /// Names with commas between them: "jpeg,png". Nothing where a name is unknown.
+    static std::optional<picture_formats> parse(std::string_view names) {
+        picture_formats result{};
+        result.bits_ = 0;
+        for (;;) {
+            const std::size_t comma = names.find(',');
+            const std::string_view name = names.substr(0, comma);
+            std::size_t i = 0;
+            while (i < picture_format_names.size() && picture_format_names[i] != name) ++i;
+            if (i == picture_format_names.size()) return std::nullopt;
+            result.bits_ |= bit(static_cast<picture_format>(i));
+            if (comma == names.npos) return result;
+            names.remove_prefix(comma + 1);
+        }
+    }
+
+    /// "jpeg, png"
+    std::string text() const {
+        std::string result;
+        for (std::size_t i = 0; i < picture_format_names.size(); ++i)
+            if (contains(static_cast<picture_format>(i)))
+                result += (result.empty() ? "" : ", ") + std::string(picture_format_names[i]);
+        return result.empty() ? "none" : result;
+    }
+
+private:
+    static constexpr unsigned bit(picture_format format) { return 1U << static_cast<unsigned>(format); }
+
+    unsigned bits_ = (1U << picture_format_names.size()) - 1;
+};
+
+}}  // namespace ldi
+
+// ---- ldi/formats/picture_header.hpp
+// The facts about a picture file that its first bytes and its header state, and ways to read them.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// significand * 2^exponent
-struct binary_number {
-    std::uint64_t significand;
-    int exponent;
+/// The facts of a complete file.
+struct picture_header {
+    picture_format format = picture_format::jpeg;
+    std::size_t width = 0, height = 0;              ///< as stored, in pixels
+    std::size_t bits = 8;                           ///< of a sample: 8 or 16; PNG's 1, 2 and 4 are decoded to 8
+    std::size_t memory_per_pixel = 0;               ///< upper bound of the bytes that decoding takes
+    double more_memory = 0;                         ///< bytes that it takes beside, whatever the number of pixels
+    std::size_t max_growth = 0;                     ///< bytes that a buffer of a PNG file's decoder may grow to
+    std::size_t scanned_channels = 0;               ///< how often decoding passes through the picture, counted for each channel
+    std::span<const std::byte> exif;                ///< a TIFF structure; empty if there is none
+    std::span<const std::byte> profile_chunk;       ///< PNG's iCCP; empty if there is none
+    buffer<std::span<const std::byte>> extensions;  ///< JPEG's APP1 and APP2 segments, in their order
+    bool has_alpha = false;                         ///< of WebP
+    std::size_t end = 0;                            ///< behind the picture: phones append others to a JPEG file
 };
 
-/// The upper 64 bits of the product, rounded half up.
-inline binary_number product(binary_number a, binary_number b) {
-    const std::uint64_t a_low = a.significand & 0xFFFFFFFF, a_high = a.significand >> 32;
-    const std::uint64_t b_low = b.significand & 0xFFFFFFFF, b_high = b.significand >> 32;
-    const std::uint64_t outer = a_low * b_high, inner = a_high * b_low;
-    const std::uint64_t middle = (a_low * b_low >> 32) + (outer & 0xFFFFFFFF) + (inner & 0xFFFFFFFF) + (std::uint64_t{1} << 31);
-    return {a_high * b_high + (outer >> 32) + (inner >> 32) + (middle >> 32), a.exponent + b.exponent + 64};
+inline unsigned byte_at(std::span<const std::byte> bytes, std::size_t i) { return std::to_integer<unsigned>(bytes[i]); }
+
+inline std::uint32_t little_endian_16(std::span<const std::byte> bytes, std::size_t i) {
+    return byte_at(bytes, i) | byte_at(bytes, i + 1) << 8;
 }
 
-/// The significands of 10^-300, 10^-292, ... 10^324, rounded to 64 bits.
-inline constexpr std::uint64_t powers_of_ten[] = {
-    0xAB70FE17C79AC6CA, 0xFF77B1FCBEBCDC4F, 0xBE5691EF416BD60C, 0x8DD01FAD907FFC3C, 0xD3515C2831559A83, 0x9D71AC8FADA6C9B5,
-    0xEA9C227723EE8BCB, 0xAECC49914078536D, 0x823C12795DB6CE57, 0xC21094364DFB5637, 0x9096EA6F3848984F, 0xD77485CB25823AC7,
-    0xA086CFCD97BF97F4, 0xEF340A98172AACE5, 0xB23867FB2A35B28E, 0x84C8D4DFD2C63F3B, 0xC5DD44271AD3CDBA, 0x936B9FCEBB25C996,
-    0xDBAC6C247D62A584, 0xA3AB66580D5FDAF6, 0xF3E2F893DEC3F126, 0xB5B5ADA8AAFF80B8, 0x87625F056C7C4A8B, 0xC9BCFF6034C13053,
-    0x964E858C91BA2655, 0xDFF9772470297EBD, 0xA6DFBD9FB8E5B88F, 0xF8A95FCF88747D94, 0xB94470938FA89BCF, 0x8A08F0F8BF0F156B,
-    0xCDB02555653131B6, 0x993FE2C6D07B7FAC, 0xE45C10C42A2B3B06, 0xAA242499697392D3, 0xFD87B5F28300CA0E, 0xBCE5086492111AEB,
-    0x8CBCCC096F5088CC, 0xD1B71758E219652C, 0x9C40000000000000, 0xE8D4A51000000000, 0xAD78EBC5AC620000, 0x813F3978F8940984,
-    0xC097CE7BC90715B3, 0x8F7E32CE7BEA5C70, 0xD5D238A4ABE98068, 0x9F4F2726179A2245, 0xED63A231D4C4FB27, 0xB0DE65388CC8ADA8,
-    0x83C7088E1AAB65DB, 0xC45D1DF942711D9A, 0x924D692CA61BE758, 0xDA01EE641A708DEA, 0xA26DA3999AEF774A, 0xF209787BB47D6B85,
-    0xB454E4A179DD1877, 0x865B86925B9BC5C2, 0xC83553C5C8965D3D, 0x952AB45CFA97A0B3, 0xDE469FBD99A05FE3, 0xA59BC234DB398C25,
-    0xF6C69A72A3989F5C, 0xB7DCBF5354E9BECE, 0x88FCF317F22241E2, 0xCC20CE9BD35C78A5, 0x98165AF37B2153DF, 0xE2A0B5DC971F303A,
-    0xA8D9D1535CE3B396, 0xFB9B7CD9A4A7443C, 0xBB764C4CA7A44410, 0x8BAB8EEFB6409C1A, 0xD01FEF10A657842C, 0x9B10A4E5E9913129,
-    0xE7109BFBA19C0C9D, 0xAC2820D9623BF429, 0x80444B5E7AA7CF85, 0xBF21E44003ACDD2D, 0x8E679C2F5E44FF8F, 0xD433179D9C8CB841,
-    0x9E19DB92B4E31BA9,
-};
-
-/// Digits of a number: 0.d1d2d3... * 10^point
-struct decimal_digits {
-    char digits[20];
-    int count = 0, point = 0;
-};
-
-/// Moves the last digit down while that leads nearer to the number, which lies `distance` below the upper bound of what reads
-/// back as it. All four are in units of the last place of the scaled number; `interval` is the width of what reads back.
-inline void round_last_digit(decimal_digits& result, std::uint64_t distance, std::uint64_t interval, std::uint64_t rest,
-                             std::uint64_t unit) {
-    while (rest < distance && interval - rest >= unit && (rest + unit < distance || distance - rest > rest + unit - distance)) {
-        --result.digits[result.count - 1];
-        rest += unit;
-    }
+inline std::uint32_t little_endian_32(std::span<const std::byte> bytes, std::size_t i) {
+    return little_endian_16(bytes, i) | little_endian_16(bytes, i + 2) << 16;
 }
 
-/// Digits of `upper`, until what is left lies inside `interval`. The exponent of `upper` is -60 to -32; decimal  of the power of
-/// ten that it is to be multiplied by.
-inline decimal_digits shortest_within(binary_number upper, std::uint64_t distance, std::uint64_t interval, int decimal) {
-    const int fraction_bits = -upper.exponent;
-    std::uint64_t whole = upper.significand >> fraction_bits;
-    std::uint64_t fraction = upper.significand & ((std::uint64_t{1} << fraction_bits) - 1);
-    std::uint64_t power = 1;
-    int left = 1;
-    for (; whole / power >= 10; power *= 10) ++left;
-
-    decimal_digits result;
-    result.point = decimal + left;
-    const auto put = [&](std::uint64_t digit) { result.digits[result.count++] = static_cast<char>('0' + digit); };
-    for (; left > 0; --left, power /= 10) {
-        put(whole / power);
-        whole %= power;
-        const std::uint64_t rest = (whole << fraction_bits) + fraction;
-        if (rest <= interval) {
-            round_last_digit(result, distance, interval, rest, power << fraction_bits);
-            return result;
-        }
-    }
-    do {
-        fraction *= 10, interval *= 10, distance *= 10;
-        put(fraction >> fraction_bits);
-        fraction &= (std::uint64_t{1} << fraction_bits) - 1;
-    } while (fraction > interval);
-    round_last_digit(result, distance, interval, fraction, std::uint64_t{1} << fraction_bits);
-    return result;
+inline std::uint32_t big_endian_16(std::span<const std::byte> bytes, std::size_t i) {
+    return byte_at(bytes, i) << 8 | byte_at(bytes, i + 1);
 }
 
-/// value  finite, above 0
-inline decimal_digits shortest_digits(double value) {
-    std::uint64_t bits;
-    std::memcpy(&bits, &value, sizeof bits);
-    const std::uint64_t hidden_bit = std::uint64_t{1} << 52, fraction = bits & (hidden_bit - 1);
-    const int biased = static_cast<int>(bits >> 52);
-    const binary_number exact =
-        biased == 0 ? binary_number{fraction, -1074} : binary_number{fraction + hidden_bit, biased - 1075};
-
-    // Everything between the middles to the neighbors reads back as the value. Below a power of two they are closer.
-    const bool is_closer_below = fraction == 0 && biased > 1;
-    binary_number high{2 * exact.significand + 1, exact.exponent - 1}, middle = exact;
-    binary_number low{(is_closer_below ? 4 : 2) * exact.significand - 1, exact.exponent - (is_closer_below ? 2 : 1)};
-    while (high.significand >> 63 == 0) high.significand <<= 1, --high.exponent;
-    low.significand <<= low.exponent - high.exponent, low.exponent = high.exponent;
-    middle.significand <<= middle.exponent - high.exponent, middle.exponent = high.exponent;
-
-    // The power of ten that brings the exponent to -60 to -32, where the digits before the point fit into 32 bits.
-    const int needed = -61 - high.exponent;
-    const int smallest = (needed * 78913) / (1 << 18) + (needed > 0 ? 1 : 0);
-    const int index = (300 + smallest + 7) / 8, decimal = 8 * index - 300;
-    const binary_number power{powers_of_ten[index], (decimal * 217706 >> 16) - 63};
-    low = product(low, power), middle = product(middle, power), high = product(high, power);
-    // The products are off by at most one unit.
-    ++low.significand, --high.significand;
-    return shortest_within(high, high.significand - middle.significand, high.significand - low.significand, -decimal);
+inline std::uint32_t big_endian_32(std::span<const std::byte> bytes, std::size_t i) {
+    return big_endian_16(bytes, i) << 16 | big_endian_16(bytes, i + 2);
 }
 
-/// Appends a number as nlohmann/json writes it: 1.5, 100.0, 0.001, 1e-05. value  finite
-inline void append_decimal(buffer<char>& to, double value) {
-    LDI_ASSERT(std::isfinite(value));
-    const auto put = [&](std::string_view text) { to.append(text.begin(), text.end()); };
-    if (std::signbit(value)) put("-");
-    if (std::fpclassify(value) == FP_ZERO) return put("0.0");
-    const decimal_digits found = shortest_digits(std::fabs(value));
-    const std::string_view digits(found.digits, static_cast<std::size_t>(found.count));
-    const auto zeros = [&](int count) { to.resize(to.size() + static_cast<std::size_t>(count), '0'); };
-    if (found.point > 15 || found.point <= -4) {
-        put(digits.substr(0, 1));
-        if (found.count > 1) put("."), put(digits.substr(1));
-        const int exponent = found.point - 1, size = exponent < 0 ? -exponent : exponent;
-        put(exponent < 0 ? "e-" : "e+");
-        const auto put_digit = [&](int digit) { to.push_back(static_cast<char>('0' + digit)); };
-        if (size >= 100) put_digit(size / 100);
-        put_digit(size / 10 % 10), put_digit(size % 10);
-    } else if (found.point <= 0) {
-        put("0."), zeros(-found.point), put(digits);
-    } else if (found.point >= found.count) {
-        put(digits), zeros(found.point - found.count), put(".0");
-    } else {
-        const std::size_t whole = static_cast<std::size_t>(found.point);
-        put(digits.substr(0, whole)), put("."), put(digits.substr(whole));
-    }
+/// Whether `text` stands at offset i.
+inline bool has_text(std::span<const std::byte> bytes, std::size_t i, std::string_view text) {
+    return bytes.size() >= i + text.size() && std::memcmp(bytes.data() + i, text.data(), text.size()) == 0;
+}
+
+inline bool is_jpeg(std::span<const std::byte> bytes) { return has_text(bytes, 0, "\xFF\xD8\xFF"); }
+inline bool is_gif(std::span<const std::byte> bytes) { return has_text(bytes, 0, "GIF87a") || has_text(bytes, 0, "GIF89a"); }
+inline bool is_webp(std::span<const std::byte> bytes) { return has_text(bytes, 0, "RIFF") && has_text(bytes, 8, "WEBP"); }
+inline bool is_png(std::span<const std::byte> bytes) { return has_text(bytes, 0, "\x89PNG\r\n\x1A\n"); }
+
+/// The two letters alone are those of many a text.
+inline bool is_bmp(std::span<const std::byte> bytes) {
+    return has_text(bytes, 0, "BM") && bytes.size() >= 18 && byte_at(bytes, 15) == 0 && byte_at(bytes, 16) == 0 &&
+           byte_at(bytes, 17) == 0;
+}
+
+inline bool is_tiff(std::span<const std::byte> bytes) {
+    using namespace std::string_view_literals;
+    return has_text(bytes, 0, "II*\0"sv) || has_text(bytes, 0, "MM\0*"sv) || has_text(bytes, 0, "II+\0"sv) ||
+           has_text(bytes, 0, "MM\0+"sv);
+}
+
+/// Whether it is HEIC or AVIF, by the brands that a file says it follows.
+inline bool is_heif(std::span<const std::byte> bytes) {
+    if (bytes.size() < 16 || !has_text(bytes, 4, "ftyp")) return false;
+    const std::size_t end = (std::min)(std::size_t{big_endian_32(bytes, 0)}, (std::min)(bytes.size(), std::size_t{256}));
+    for (std::size_t at = 8; at + 4 <= end; at += at == 8 ? 8 : 4)
+        for (const char* brand : {"heic", "heix", "heim", "heis", "hevc", "mif1", "msf1", "avif", "avis"})
+            if (has_text(bytes, at, brand)) return true;
+    return false;
+}
+
+/// A name for what the first bytes say, as error messages need it: "a GIF file".
+inline std::string describe_format(std::span<const std::byte> bytes) {
+    struct signature {
+        std::size_t offset;
+        std::string_view text, name;
+    };
+    using namespace std::string_view_literals;
+    static constexpr signature signatures[] = {
+        {0, "\xFF\xD8\xFF"sv, "a JPEG file"},
+        {0, "\x89PNG\r\n\x1A\n"sv, "a PNG file"},
+        {0, "GIF8"sv, "a GIF file"},
+        {8, "WEBP"sv, "a WebP file"},
+        {4, "ftypavif"sv, "an AVIF file"},
+        {4, "ftypavis"sv, "an AVIF file"},
+        {4, "ftyphe"sv, "a HEIC file"},
+        {4, "ftypm"sv, "a HEIC or MP4 file"},
+        {4, "ftyp"sv, "a video file"},
+        {4, "JXL "sv, "a JPEG XL file"},
+        {0, "\xFF\x0A"sv, "a JPEG XL file"},
+        {4, "jP  "sv, "a JPEG 2000 file"},
+        {0, "\xFF\x4F\xFF\x51"sv, "a JPEG 2000 file"},
+        {0, "II*\0"sv, "a TIFF or raw camera file"},
+        {0, "MM\0*"sv, "a TIFF or raw camera file"},
+        {0, "8BPS"sv, "a Photoshop file"},
+        {0, "BM"sv, "a BMP file"},
+        {0, "\x76\x2F\x31\x01"sv, "an OpenEXR file"},
+        {0, "#?RADIANCE"sv, "a Radiance HDR file"},
+        {0, "PF"sv, "a color PFM file"},
+        {0, "Pf"sv, "a PFM file"},
+        {0, "\x93NUMPY"sv, "an NPY file"},
+        {0, "%PDF"sv, "a PDF file"},
+        {0, "PK\x03\x04"sv, "a ZIP archive"},
+        {0, "glTF"sv, "a GLB file"},
+    };
+    if (bytes.empty()) return "an empty file";
+    for (const signature& s : signatures)
+        if (has_text(bytes, s.offset, s.text)) return std::string(s.name);
+    return std::to_string(bytes.size()) + " bytes of an unknown format";
+}
+
+/// Raises the error for a damaged file.
+[[noreturn]] inline void damaged(picture_format format, const std::string& where, const std::string& found) {
+    static constexpr std::array<const char*, picture_format_names.size()> names = {"JPEG", "PNG",  "GIF", "BMP", "HEIC or AVIF",
+                                                                                   "WebP", "TIFF", "PFM", "NPY"};
+    raise(error_code::invalid_data, where, std::string("an undamaged ") + names[static_cast<std::size_t>(format)] + " file",
+          found);
 }
 
 }}}  // namespace ldi::detail
 
+// ---- ldi/formats/float_map.hpp
+// Files of plain floats, read from memory: PFM (Debevec; one float per pixel, bottom row first) and NPY (NumPy's format, versions
+// 1 to 3, float32 and float64).
+
+#include <charconv>
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+namespace detail {
+
+inline bool is_pfm(std::span<const std::byte> bytes) { return has_text(bytes, 0, "Pf"); }
+inline bool is_npy(std::span<const std::byte> bytes) { return has_text(bytes, 0, "\x93NUMPY"); }
+
+/// A float of 4 or 8 bytes, as float32.
+template <class Stored>
+float stored_float(const std::byte* from, bool swap_bytes) {
+    std::byte bytes[sizeof(Stored)];
+    std::copy(from, from + sizeof(Stored), bytes);
+    if (swap_bytes) std::reverse(bytes, bytes + sizeof(Stored));
+    Stored value;
+    std::memcpy(&value, bytes, sizeof(Stored));
+    return static_cast<float>(value);
+}
+
+/// A whole number that is all of `text`; nothing if it is anything else or beyond 2^31.
+inline std::optional<std::size_t> whole_number(std::string_view text) {
+    std::uint32_t value = 0;
+    const std::from_chars_result read = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (read.ec != std::errc() || read.ptr != text.data() + text.size() || value > 0x7FFFFFFF) return std::nullopt;
+    return value;
+}
+
+/// The facts of a file whose values are floats.
+struct float_map_header : picture_header {
+    std::size_t begin = 0, item = sizeof(float);  ///< of the values, in bytes
+    bool is_swapped = false, columns_first = false;
+};
+
+/// Checks that all values are there, and how many there may be.
+inline void check_float_map(const float_map_header& header, std::span<const std::byte> bytes, const std::string& where) {
+    const std::size_t left = bytes.size() - header.begin;
+    if (header.width > left / header.item / header.height)
+        damaged(header.format, where,
+                std::to_string(left) + " bytes for " + std::to_string(header.width) + " x " + std::to_string(header.height) +
+                    " floats");
+}
+
+/// Raises invalid_data.
+inline float_map_header read_pfm_header(std::span<const std::byte> bytes, const std::string& where) {
+    const auto broken = [&](const std::string& found) { damaged(picture_format::pfm, where, found); };
+    // "Pf", width, height and scale, each followed by white space; after the last it is a single character.
+    std::string_view fields[3];
+    std::size_t at = 2;
+    for (std::string_view& field : fields) {
+        const auto is_space = [&](std::size_t i) {
+            return has_text(bytes, i, " ") || has_text(bytes, i, "\n") || has_text(bytes, i, "\r");
+        };
+        while (at < bytes.size() && is_space(at)) ++at;
+        const std::size_t first = at;
+        while (at < bytes.size() && !is_space(at) && at - first < 32) ++at;
+        if (at >= bytes.size() || !is_space(at)) broken("a header that is cut off or too long");
+        field = std::string_view(reinterpret_cast<const char*>(bytes.data()) + first, at - first);
+    }
+    const std::optional<std::size_t> width = whole_number(fields[0]), height = whole_number(fields[1]);
+    if (!width || !height || *width == 0 || *height == 0) broken("no size in its header");
+    // The sign says the byte order. The number itself is a unit of brightness, which readers leave alone.
+    const std::string_view scale = fields[2];
+    if (scale.find_first_not_of("+-.0123456789eE") != scale.npos || scale.find_first_of("123456789") == scale.npos)
+        broken("a scale of '" + std::string(scale) + "'");
+    float_map_header header;
+    header.format = picture_format::pfm;
+    header.width = *width, header.height = *height, header.begin = at + 1;
+    header.is_swapped = (scale.front() == '-') != (std::endian::native == std::endian::little);
+    return header;
+}
+
+}  // namespace detail
+
+/// H x W x 1, as stored. `where` names the file in messages. Raises invalid_data.
+inline image<float> decode_pfm(std::span<const std::byte> bytes, const std::string& where) {
+    const detail::float_map_header header = detail::read_pfm_header(bytes, where);
+    detail::check_float_map(header, bytes, where);
+    image<float> result(header.height, header.width, 1, unset);
+    const std::byte* from = bytes.data() + header.begin;
+    for (std::size_t y = header.height; y-- > 0;)
+        for (std::size_t x = 0; x < header.width; ++x, from += sizeof(float))
+            result.row(y)[x] = detail::stored_float<float>(from, header.is_swapped);
+    return result;
+}
+
+namespace detail {
+
+/// key  with its quotes
+///
+/// Returns what stands after the key and its colon in the Python dictionary that an NPY header is; empty if the key is not there.
+inline std::string_view npy_field(std::string_view dictionary, std::string_view key) {
+    const std::size_t found = dictionary.find(key);
+    if (found == dictionary.npos) return {};
+    const std::size_t value = dictionary.find_first_not_of(" :", found + key.size());
+    return value == dictionary.npos ? std::string_view() : dictionary.substr(value);
+}
+
+/// The numbers of a Python tuple, "(384, 288)". Nothing if it is not one, or has more than 8 numbers.
+inline std::optional<buffer<std::size_t>> npy_shape(std::string_view text) {
+    if (text.empty() || text.front() != '(') return std::nullopt;
+    const std::size_t end = text.find(')');
+    if (end == text.npos) return std::nullopt;
+    text = text.substr(1, end - 1);
+    buffer<std::size_t> shape;
+    while (!text.empty()) {
+        const std::size_t comma = (std::min)(text.find(','), text.size());
+        std::string_view number = text.substr(0, comma);
+        text.remove_prefix((std::min)(comma + 1, text.size()));
+        number.remove_prefix((std::min)(number.find_first_not_of(' '), number.size()));
+        number = number.substr(0, number.find(' '));
+        if (number.empty() && text.empty()) break;
+        const std::optional<std::size_t> length = whole_number(number);
+        if (!length || shape.size() == 8) return std::nullopt;
+        shape.push_back(*length);
+    }
+    return shape;
+}
+
+/// Axes of length 1 are dropped, from the end and then from the front, until two are left.
+inline void drop_unit_axes(buffer<std::size_t>& shape) {
+    while (shape.size() > 2 && shape.back() == 1) shape.pop_back();
+    while (shape.size() > 2 && shape.front() == 1) shape.erase(shape.begin());
+}
+
+/// Raises invalid_data, unsupported.
+inline float_map_header read_npy_header(std::span<const std::byte> bytes, const std::string& where) {
+    const auto broken = [&](const std::string& found) { damaged(picture_format::npy, where, found); };
+    if (bytes.size() < 12) broken("a header that is cut off");
+    const unsigned version = byte_at(bytes, 6);
+    if (version < 1 || version > 3) raise(error_code::unsupported, where, "NPY version 1, 2 or 3", std::to_string(version));
+    const std::size_t begin = version == 1 ? 10 : 12;
+    std::size_t length = byte_at(bytes, 8) | byte_at(bytes, 9) << 8;
+    if (version > 1) length |= std::size_t{byte_at(bytes, 10)} << 16 | std::size_t{byte_at(bytes, 11)} << 24;
+    if (length > bytes.size() - begin) broken("a header that is cut off");
+    const std::string_view dictionary(reinterpret_cast<const char*>(bytes.data()) + begin, length);
+
+    const std::string_view type = npy_field(dictionary, "'descr'").substr(0, 5);
+    const bool is_float32 = type == "'<f4'" || type == "'>f4'", is_float64 = type == "'<f8'" || type == "'>f8'";
+    if (!is_float32 && !is_float64)
+        raise(error_code::unsupported, where, "float32 or float64 values", "type " + std::string(type));
+    float_map_header header;
+    header.is_swapped = (type[1] == '<') != (std::endian::native == std::endian::little);
+    const std::string_view order = npy_field(dictionary, "'fortran_order'");
+    header.columns_first = order.substr(0, 4) == "True";
+    if (!header.columns_first && order.substr(0, 5) != "False") broken("no order in its header");
+    std::optional<buffer<std::size_t>> shape = npy_shape(npy_field(dictionary, "'shape'"));
+    if (!shape) broken("no shape in its header");
+    drop_unit_axes(*shape);
+    if (shape->size() != 2 || (*shape)[0] == 0 || (*shape)[1] == 0)
+        raise(error_code::unsupported, where, "a map of height x width",
+              std::to_string(shape->size()) + " axes, or an empty one");
+    header.format = picture_format::npy;
+    header.height = (*shape)[0], header.width = (*shape)[1];
+    header.begin = begin + length, header.item = is_float32 ? 4 : 8;
+    return header;
+}
+
+}  // namespace detail
+
+/// H x W x 1, as stored. `where` names the file in messages. Raises invalid_data, unsupported.
+inline image<float> decode_npy(std::span<const std::byte> bytes, const std::string& where) {
+    const detail::float_map_header header = detail::read_npy_header(bytes, where);
+    detail::check_float_map(header, bytes, where);
+    image<float> result(header.height, header.width, 1, unset);
+    const std::byte* const values = bytes.data() + header.begin;
+    for (std::size_t y = 0; y < header.height; ++y)
+        for (std::size_t x = 0; x < header.width; ++x) {
+            const std::size_t i = header.columns_first ? x * header.height + y : y * header.width + x;
+            const std::byte* const from = values + i * header.item;
+            result.row(y)[x] = header.item == 4 ? detail::stored_float<float>(from, header.is_swapped)
+                                                : detail::stored_float<double>(from, header.is_swapped);
+        }
+    return result;
+}
+
+}}  // namespace ldi
+
 // ---- ldi/formats/detail/glb_contents.hpp
 // The parts of a GLB file: what stands in its binary chunk, and the JSON that describes it (formats/glb.hpp).
+
+#include <locale>
+#include <sstream>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespace glb {
 
@@ -20956,7 +21217,20 @@ public:
 
 private:
     void add_part(std::string_view part) { text_.append(part.begin(), part.end()); }
-    void add_part(double number) { append_decimal(text_, number); }
+    /// In the fewest digits that read back as the same number, with a point or an exponent. number  finite
+    void add_part(double number) {
+#if defined(__cpp_lib_to_chars)
+        std::array<char, 32> digits;
+        const std::string_view text(digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), number).ptr);
+#else  // Emscripten: reads back as the same number, but takes 17 digits
+        std::ostringstream stream;
+        stream.imbue(std::locale::classic());
+        stream.precision(std::numeric_limits<double>::max_digits10);
+        stream << number;
+        const std::string text = stream.str();
+#endif
+        add(std::string_view(text), text.find_first_of(".e") == text.npos ? ".0" : "");
+    }
     template <std::integral Integer>
     void add_part(Integer number) {
         add_part(std::string_view(std::to_string(number)));
@@ -21175,185 +21449,7 @@ inline std::uint32_t adler32(std::span<const std::byte> bytes) {
 
 }}}  // namespace ldi::detail
 
-// ---- ldi/formats/picture_formats.hpp
-// The file formats of pictures that ldi reads. Each can be switched off, so that a service reads only what it expects, and no
-// decoder sees a file that it need not see.
-
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-enum class picture_format { jpeg, png, gif, bmp, heif, webp, tiff, pfm, npy };
-
-/// Names in the order of the enumeration. HEIC and AVIF files are both heif.
-inline constexpr std::array<std::string_view, 9> picture_format_names = {"jpeg", "png",  "gif", "bmp", "heif",
-                                                                         "webp", "tiff", "pfm", "npy"};
-
-constexpr std::string_view to_string(picture_format format) { return picture_format_names[static_cast<std::size_t>(format)]; }
-
-/// A set of formats; all of them unless it is made of some.
-class picture_formats {
-public:
-    constexpr picture_formats() = default;
-    constexpr picture_formats(std::initializer_list<picture_format> formats) : bits_(0) {
-        for (const picture_format format : formats) bits_ |= bit(format);
-    }
-
-    constexpr bool contains(picture_format format) const { return (bits_ & bit(format)) != 0; }
-
-    /// Names with commas between them: "jpeg,png". Nothing where a name is unknown.
-    static std::optional<picture_formats> parse(std::string_view names) {
-        picture_formats result{};
-        result.bits_ = 0;
-        for (;;) {
-            const std::size_t comma = names.find(',');
-            const std::string_view name = names.substr(0, comma);
-            std::size_t i = 0;
-            while (i < picture_format_names.size() && picture_format_names[i] != name) ++i;
-            if (i == picture_format_names.size()) return std::nullopt;
-            result.bits_ |= bit(static_cast<picture_format>(i));
-            if (comma == names.npos) return result;
-            names.remove_prefix(comma + 1);
-        }
-    }
-
-    /// "jpeg, png"
-    std::string text() const {
-        std::string result;
-        for (std::size_t i = 0; i < picture_format_names.size(); ++i)
-            if (contains(static_cast<picture_format>(i)))
-                result += (result.empty() ? "" : ", ") + std::string(picture_format_names[i]);
-        return result.empty() ? "none" : result;
-    }
-
-private:
-    static constexpr unsigned bit(picture_format format) { return 1U << static_cast<unsigned>(format); }
-
-    unsigned bits_ = (1U << picture_format_names.size()) - 1;
-};
-
-}}  // namespace ldi
-
-// ---- ldi/formats/detail/picture_header.hpp
-// The facts about a picture file that its first bytes and its header state, and ways to read them.
-
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
-
-/// The facts of a complete file.
-struct picture_header {
-    picture_format format = picture_format::jpeg;
-    std::size_t width = 0, height = 0;              ///< as stored, in pixels
-    std::size_t bits = 8;                           ///< of a sample: 8 or 16; PNG's 1, 2 and 4 are decoded to 8
-    std::size_t memory_per_pixel = 0;               ///< upper bound of the bytes that decoding takes
-    double more_memory = 0;                         ///< bytes that it takes beside, whatever the number of pixels
-    std::size_t max_growth = 0;                     ///< bytes that a buffer of a PNG file's decoder may grow to
-    std::size_t scanned_channels = 0;               ///< how often decoding passes through the picture, counted for each channel
-    std::span<const std::byte> exif;                ///< a TIFF structure; empty if there is none
-    std::span<const std::byte> profile_chunk;       ///< PNG's iCCP; empty if there is none
-    buffer<std::span<const std::byte>> extensions;  ///< JPEG's APP1 and APP2 segments, in their order
-    bool has_alpha = false;                         ///< of WebP
-    std::size_t end = 0;                            ///< behind the picture: phones append others to a JPEG file
-};
-
-inline unsigned byte_at(std::span<const std::byte> bytes, std::size_t i) { return std::to_integer<unsigned>(bytes[i]); }
-
-inline std::uint32_t little_endian_16(std::span<const std::byte> bytes, std::size_t i) {
-    return byte_at(bytes, i) | byte_at(bytes, i + 1) << 8;
-}
-
-inline std::uint32_t little_endian_32(std::span<const std::byte> bytes, std::size_t i) {
-    return little_endian_16(bytes, i) | little_endian_16(bytes, i + 2) << 16;
-}
-
-inline std::uint32_t big_endian_16(std::span<const std::byte> bytes, std::size_t i) {
-    return byte_at(bytes, i) << 8 | byte_at(bytes, i + 1);
-}
-
-inline std::uint32_t big_endian_32(std::span<const std::byte> bytes, std::size_t i) {
-    return big_endian_16(bytes, i) << 16 | big_endian_16(bytes, i + 2);
-}
-
-/// Whether `text` stands at offset i.
-inline bool has_text(std::span<const std::byte> bytes, std::size_t i, std::string_view text) {
-    return bytes.size() >= i + text.size() && std::memcmp(bytes.data() + i, text.data(), text.size()) == 0;
-}
-
-inline bool is_jpeg(std::span<const std::byte> bytes) { return has_text(bytes, 0, "\xFF\xD8\xFF"); }
-inline bool is_gif(std::span<const std::byte> bytes) { return has_text(bytes, 0, "GIF87a") || has_text(bytes, 0, "GIF89a"); }
-inline bool is_webp(std::span<const std::byte> bytes) { return has_text(bytes, 0, "RIFF") && has_text(bytes, 8, "WEBP"); }
-inline bool is_png(std::span<const std::byte> bytes) { return has_text(bytes, 0, "\x89PNG\r\n\x1A\n"); }
-
-/// The two letters alone are those of many a text.
-inline bool is_bmp(std::span<const std::byte> bytes) {
-    return has_text(bytes, 0, "BM") && bytes.size() >= 18 && byte_at(bytes, 15) == 0 && byte_at(bytes, 16) == 0 &&
-           byte_at(bytes, 17) == 0;
-}
-
-inline bool is_tiff(std::span<const std::byte> bytes) {
-    using namespace std::string_view_literals;
-    return has_text(bytes, 0, "II*\0"sv) || has_text(bytes, 0, "MM\0*"sv) || has_text(bytes, 0, "II+\0"sv) ||
-           has_text(bytes, 0, "MM\0+"sv);
-}
-
-/// Whether it is HEIC or AVIF, by the brands that a file says it follows.
-inline bool is_heif(std::span<const std::byte> bytes) {
-    if (bytes.size() < 16 || !has_text(bytes, 4, "ftyp")) return false;
-    const std::size_t end = (std::min)(std::size_t{big_endian_32(bytes, 0)}, (std::min)(bytes.size(), std::size_t{256}));
-    for (std::size_t at = 8; at + 4 <= end; at += at == 8 ? 8 : 4)
-        for (const char* brand : {"heic", "heix", "heim", "heis", "hevc", "mif1", "msf1", "avif", "avis"})
-            if (has_text(bytes, at, brand)) return true;
-    return false;
-}
-
-/// A name for what the first bytes say, as error messages need it: "a GIF file".
-inline std::string describe_format(std::span<const std::byte> bytes) {
-    struct signature {
-        std::size_t offset;
-        std::string_view text, name;
-    };
-    using namespace std::string_view_literals;
-    static constexpr signature signatures[] = {
-        {0, "\xFF\xD8\xFF"sv, "a JPEG file"},
-        {0, "\x89PNG\r\n\x1A\n"sv, "a PNG file"},
-        {0, "GIF8"sv, "a GIF file"},
-        {8, "WEBP"sv, "a WebP file"},
-        {4, "ftypavif"sv, "an AVIF file"},
-        {4, "ftypavis"sv, "an AVIF file"},
-        {4, "ftyphe"sv, "a HEIC file"},
-        {4, "ftypm"sv, "a HEIC or MP4 file"},
-        {4, "ftyp"sv, "a video file"},
-        {4, "JXL "sv, "a JPEG XL file"},
-        {0, "\xFF\x0A"sv, "a JPEG XL file"},
-        {4, "jP  "sv, "a JPEG 2000 file"},
-        {0, "\xFF\x4F\xFF\x51"sv, "a JPEG 2000 file"},
-        {0, "II*\0"sv, "a TIFF or raw camera file"},
-        {0, "MM\0*"sv, "a TIFF or raw camera file"},
-        {0, "8BPS"sv, "a Photoshop file"},
-        {0, "BM"sv, "a BMP file"},
-        {0, "\x76\x2F\x31\x01"sv, "an OpenEXR file"},
-        {0, "#?RADIANCE"sv, "a Radiance HDR file"},
-        {0, "PF"sv, "a color PFM file"},
-        {0, "Pf"sv, "a PFM file"},
-        {0, "\x93NUMPY"sv, "an NPY file"},
-        {0, "%PDF"sv, "a PDF file"},
-        {0, "PK\x03\x04"sv, "a ZIP archive"},
-        {0, "glTF"sv, "a GLB file"},
-    };
-    if (bytes.empty()) return "an empty file";
-    for (const signature& s : signatures)
-        if (has_text(bytes, s.offset, s.text)) return std::string(s.name);
-    return std::to_string(bytes.size()) + " bytes of an unknown format";
-}
-
-/// Raises the error for a damaged file.
-[[noreturn]] inline void damaged(picture_format format, const std::string& where, const std::string& found) {
-    static constexpr std::array<const char*, picture_format_names.size()> names = {"JPEG", "PNG",  "GIF", "BMP", "HEIC or AVIF",
-                                                                                   "WebP", "TIFF", "PFM", "NPY"};
-    raise(error_code::invalid_data, where, std::string("an undamaged ") + names[static_cast<std::size_t>(format)] + " file",
-          found);
-}
-
-}}}  // namespace ldi::detail
-
-// ---- ldi/formats/detail/picture_format.hpp
+// ---- ldi/formats/jpeg_png_header.hpp
 // Facts about a JPEG or PNG file, read from its own bytes before anything is decoded or allocated: size, bit depth, the place of
 // its EXIF data, and whether it is complete. The decoder behind it (stb_image) checks neither checksums nor, in a JPEG, that all
 // of the picture is there; these functions do.
@@ -21556,7 +21652,7 @@ inline picture_header read_picture_header(std::span<const std::byte> bytes, cons
 // ---- ldi/formats/plain_png.hpp
 // Writes PNG files with the standard library alone, so that a texture needs no encoder. Rows are filtered and their bytes coded
 // by one Huffman code, without looking for repetitions: photographs become 4 to 15 % larger than libpng makes them
-// (formats/picture.hpp), flat pictures many times. PNG: ISO/IEC 15948; zlib: RFC 1950; deflate: RFC 1951.
+// (io/picture.hpp), flat pictures many times. PNG: ISO/IEC 15948; zlib: RFC 1950; deflate: RFC 1951.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -21764,7 +21860,7 @@ inline buffer<std::byte> encode_plain_png(image_view<const std::uint8_t> picture
 
 // ---- ldi/formats/glb.hpp
 // A 3D photo as one GLB file (binary glTF 2.0): a mesh, its texture or textures, and the camera that took the photo. Only
-// features that every viewer reads; KHR_materials_unlit is declared as used, not as required. formats/glb_file.hpp writes it to a
+// features that every viewer reads; KHR_materials_unlit is declared as used, not as required. io/glb_file.hpp writes it to a
 // file.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
@@ -22046,7 +22142,7 @@ inline buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const s
 
 // ---- ldi/formats/tiefenrausch.hpp
 // Reads a depth network from the bytes of a safetensors file as examples/training/tiefenrausch_small/export.py writes it: a small
-// student of the published network, in the same arithmetic. formats/tiefenrausch_file.hpp reads it by name.
+// student of the published network, in the same arithmetic. io/tiefenrausch_file.hpp reads it by name.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -22124,7 +22220,7 @@ concept color_inpainter = requires(const T& t, working_layers<>& layers, const p
 /// A disparity map that is there already, from a phone or a file.
 struct given_disparity {
     /// h x w x 1, finite, larger is nearer. With normalize_options::is_inverse_depth, the default, 0 or more: 0 is infinitely
-    /// far, as a sky is. Where 0 stands for an unknown value, fill it in before (formats/depth_map.hpp has fill_invalid()).
+    /// far, as a sky is. Where 0 stands for an unknown value, fill it in before (io/depth_map.hpp has fill_invalid()).
     image<float> map;
 
     template <executor Executor>
@@ -22468,6 +22564,5 @@ photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& esti
 }}  // namespace ldi
 
 // ---- ldi/ldi.hpp
-// All of ldi that works on values in memory, from a photo's pixels and the bytes of weight files to the bytes of a GLB file;
-// needs the standard library and nothing else. Included by name: the other ldi/formats/... for files (link ldi::io),
-// ldi/adapt/... for Eigen and xtensor.
+// Everything that needs the standard library only: from a photo's pixels and the bytes of weight files to the bytes of a GLB
+// file. Include by name: ldi/io/... for files and decoders (link ldi::io), ldi/adapt/... for Eigen and xtensor.

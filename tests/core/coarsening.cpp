@@ -12,6 +12,12 @@ using namespace ldi;
 using ldi::testing::random_layers;
 
 namespace {
+struct material {  // the kept pixel's, at every level
+    using scalar = std::uint16_t;
+    static constexpr std::size_t channels = 1;
+    static scalar coarser(array_view<const scalar> values) { return first_of(values); }
+};
+
 bool is_kept(const graph_view& g, std::int32_t pixel) {
     return g.x()[static_cast<std::size_t>(pixel)] % 2 == 0 && g.y()[static_cast<std::size_t>(pixel)] % 2 == 0;
 }
@@ -258,4 +264,37 @@ TEST_CASE("orphans that are reached over many paths are queued once") {
     const memory_scope scope(own.source);
     const coarsened result = coarsen(g, orphan_rule::adopt_nearest);
     CHECK(std::count(result.parent.begin(), result.parent.end(), no_pixel) == 0);
+}
+
+TEST_CASE("a coarse pixel's values follow each column's rule, over all pixels that collapse to it") {
+    using layers_of_test = layered_image<color_column, disparity_column, known_column, material>;
+    std::mt19937 random(11);
+    for (int round = 0; round < 200; ++round) {
+        layers_of_test fine(ldi::testing::random_graph(random).topology());
+        const std::int32_t count = fine.topology().count();
+        for (std::int32_t i = 0; i < count; ++i) {
+            for (std::uint8_t& c : fine.at<color_column>(i)) c = static_cast<std::uint8_t>(random() % 256);
+            fine.at<disparity_column>(i)[0] = static_cast<float>(random() % 1000) / 1000.0F;
+            fine.at<known_column>(i)[0] = static_cast<std::uint8_t>(random() % 4 != 0);
+            fine.at<material>(i)[0] = static_cast<std::uint16_t>(i);
+        }
+        const orphan_rule rule = round % 2 == 0 ? orphan_rule::stay : orphan_rule::adopt_nearest;
+        const auto level = coarsen(fine, rule);
+        const coarsened topology = coarsen(graph_view(fine.topology()), rule);
+        REQUIRE(level.layers.topology() == topology.topology);
+        REQUIRE(level.parent == topology.parent);
+        for (std::int32_t c = 0; c < level.layers.topology().count(); ++c) {
+            double red = 0, disparity = 0, children = 0;
+            std::uint8_t known = 1;
+            for (std::int32_t i = 0; i < count; ++i) {
+                if (level.parent[i] != c) continue;
+                red += fine.at<color_column>(i)[0], disparity += double{fine.at<disparity_column>(i)[0]}, ++children;
+                known = (std::min)(known, fine.at<known_column>(i)[0]);
+            }
+            REQUIRE(level.layers.at<color_column>(c)[0] == std::round(red / children));
+            REQUIRE(level.layers.at<disparity_column>(c)[0] == Approx(disparity / children));
+            REQUIRE(level.layers.at<known_column>(c)[0] == known);
+            REQUIRE(level.layers.at<material>(c)[0] == level.kept[c]);
+        }
+    }
 }

@@ -1,10 +1,10 @@
-#include <ldi/formats/glb_file.hpp>
-#include <ldi/formats/picture.hpp>
+#include <ldi/io/glb_file.hpp>
+#include <ldi/io/picture.hpp>
 
 #include <catch2/catch.hpp>
-#include <tests/formats/support.hpp>
 #include <tests/formats/tinygltf_glb.hpp>
 #include <tests/support/counted_memory.hpp>
+#include <tests/support/files.hpp>
 
 #include <cstdlib>
 #include <random>

@@ -1,6 +1,6 @@
 #include <ldi/formats/detail/json.hpp>
 
-#include "tests/formats/support.hpp"
+#include "tests/support/files.hpp"
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>

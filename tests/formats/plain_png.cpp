@@ -1,8 +1,8 @@
-#include <ldi/formats/photo.hpp>
 #include <ldi/formats/plain_png.hpp>
+#include <ldi/io/photo.hpp>
 
 #include <catch2/catch.hpp>
-#include <tests/formats/support.hpp>
+#include <tests/support/files.hpp>
 
 #include <zlib.h>
 

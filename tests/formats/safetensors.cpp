@@ -1,7 +1,7 @@
-#include <ldi/formats/safetensors_file.hpp>
+#include <ldi/io/safetensors_file.hpp>
 
-#include "tests/formats/support.hpp"
 #include "tests/support/counted_memory.hpp"
+#include "tests/support/files.hpp"
 #include "tests/support/safetensors_file.hpp"
 
 #include <catch2/catch.hpp>

@@ -3,7 +3,7 @@
 //
 //   clang++ -std=c++20 -g -O1 -fsanitize=fuzzer,address,undefined -Iinclude -I. tests/fuzz/caffe2.cpp -o fuzz_caffe2
 //   ./fuzz_caffe2 -max_len=64 -max_total_time=60
-#include <ldi/formats/caffe2.hpp>
+#include <ldi/io/caffe2.hpp>
 #include <ldi/networks/tiefenrausch.hpp>
 #include <tests/support/caffe2_files.hpp>
 

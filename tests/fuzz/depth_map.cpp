@@ -1,6 +1,6 @@
 // libFuzzer: any bytes are a depth map or an error. Built by clang++ -fsanitize=fuzzer,address,undefined.
-#include <ldi/formats/depth_map.hpp>
-#include <tests/formats/support.hpp>
+#include <ldi/io/depth_map.hpp>
+#include <tests/support/files.hpp>
 
 #include <cstdlib>
 

@@ -4,9 +4,9 @@
 // Bytes: width, height, kind (bit 0: values are float32, not bytes; 1: inverse depth), motion; then the values,
 // repeated.
 #include <ldi/core/validate.hpp>
-#include <ldi/formats/depth_map.hpp>
 #include <ldi/formats/glb.hpp>
-#include <ldi/occlusion/diffusion_inpainter.hpp>
+#include <ldi/inpaint/diffusion_inpainter.hpp>
+#include <ldi/io/depth_map.hpp>
 #include <ldi/photo3d.hpp>
 
 #include <cstdint>

@@ -2,11 +2,11 @@
 // days to find its way past the first bytes of a format.
 //
 //   make_corpus FOLDER
-#include <ldi/formats/picture.hpp>
-#include <tests/formats/encoded_files.hpp>
-#include <tests/formats/gif_bmp_files.hpp>
-#include <tests/formats/item_files.hpp>
-#include <tests/formats/phone_files.hpp>
+#include <ldi/io/picture.hpp>
+#include <tests/io/encoded_files.hpp>
+#include <tests/io/gif_bmp_files.hpp>
+#include <tests/io/item_files.hpp>
+#include <tests/io/phone_files.hpp>
 
 #include <cstdio>
 #include <cstring>
@@ -20,7 +20,7 @@ using namespace ldi::testing;
 namespace {
 
 const image<std::uint8_t> picture = smooth_picture(12, 20, 3);
-const std::filesystem::path test_files = std::filesystem::path(LDI_SOURCE_DIR) / "tests/formats/files";
+const std::filesystem::path test_files = std::filesystem::path(LDI_SOURCE_DIR) / "tests/io/files";
 
 void add(const std::filesystem::path& folder, const std::string& name, const byte_string& file) {
     std::filesystem::create_directories(folder);

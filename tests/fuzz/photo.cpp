@@ -1,7 +1,7 @@
 // libFuzzer: any bytes are a photo, with depth inside or without, or an error. Built by clang++
 // -fsanitize=fuzzer,address,undefined.
-#include <ldi/formats/photo_depth.hpp>
-#include <tests/formats/support.hpp>
+#include <ldi/io/photo_depth.hpp>
+#include <tests/support/files.hpp>
 
 #include <cmath>
 #include <cstdlib>

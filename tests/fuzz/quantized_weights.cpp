@@ -1,6 +1,6 @@
 // libFuzzer: any bytes are a weight file with an 8-bit network that runs, or an error. Fused layers must make what single layers
 // make. Built by clang++ -fsanitize=fuzzer,address,undefined; start from tests/fuzz/corpus/quantized_weights.
-#include <ldi/formats/tiefenrausch_file.hpp>
+#include <ldi/io/tiefenrausch_file.hpp>
 
 #include <algorithm>
 #include <cstddef>

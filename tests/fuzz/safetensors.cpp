@@ -1,7 +1,7 @@
 // libFuzzer: any bytes are a weight file or an error, and any weight file is an inpainting network or an error. Our own network,
 // in 8-bit integers, colors any picture with any holes. Built by clang++ -fsanitize=fuzzer,address,undefined; start from
 // tests/fuzz/corpus/safetensors.
-#include <ldi/formats/farbrausch_file.hpp>
+#include <ldi/io/farbrausch_file.hpp>
 
 #include <cstddef>
 #include <cstdint>

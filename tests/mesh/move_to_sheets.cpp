@@ -2,7 +2,7 @@
 
 #include "examples/scenes/scene.hpp"
 
-#include <ldi/occlusion/diffusion_inpainter.hpp>
+#include <ldi/inpaint/diffusion_inpainter.hpp>
 #include <ldi/photo3d.hpp>
 #include <ldi/render/rasterizer.hpp>
 

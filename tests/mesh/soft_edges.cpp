@@ -2,11 +2,11 @@
 
 #include <ldi/charts/charts.hpp>
 #include <ldi/formats/glb.hpp>
+#include <ldi/inpaint/diffusion_inpainter.hpp>
+#include <ldi/inpaint/mixed_colors.hpp>
 #include <ldi/mesh/build_mesh.hpp>
-#include <ldi/occlusion/diffusion_inpainter.hpp>
 #include <ldi/occlusion/discontinuity_curves.hpp>
 #include <ldi/occlusion/expand.hpp>
-#include <ldi/occlusion/mixed_colors.hpp>
 #include <ldi/occlusion/spurious_discontinuities.hpp>
 #include <ldi/texture/atlas.hpp>
 

@@ -1,5 +1,5 @@
-#include <ldi/formats/farbrausch_file.hpp>
-#include <ldi/formats/safetensors_file.hpp>
+#include <ldi/io/farbrausch_file.hpp>
+#include <ldi/io/safetensors_file.hpp>
 #include <ldi/networks/farbrausch.hpp>
 #include <ldi/nn/ldi/convolution_layer.hpp>
 

@@ -1,4 +1,4 @@
-#include <ldi/formats/caffe2.hpp>
+#include <ldi/io/caffe2.hpp>
 #include <ldi/networks/tiefenrausch.hpp>
 #include <tests/support/caffe2_files.hpp>
 #include <tests/support/npy.hpp>

@@ -5,7 +5,7 @@
 #include "tests/support/hard_maps.hpp"
 #include "tests/support/stage_peaks.hpp"
 
-#include <ldi/occlusion/diffusion_inpainter.hpp>
+#include <ldi/inpaint/diffusion_inpainter.hpp>
 #include <ldi/photo3d.hpp>
 
 #include <catch2/catch.hpp>

@@ -1,7 +1,7 @@
 // Photos and depth maps at the ends of what numbers can be: each is refused before any work, or becomes a GLB file of finite
 // numbers.
 #include <ldi/formats/glb.hpp>
-#include <ldi/occlusion/diffusion_inpainter.hpp>
+#include <ldi/inpaint/diffusion_inpainter.hpp>
 #include <ldi/photo3d.hpp>
 
 #include <catch2/catch.hpp>

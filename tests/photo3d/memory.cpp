@@ -2,8 +2,8 @@
 #include "tests/support/counted_memory.hpp"
 #include "tests/support/lifted_scene.hpp"
 
-#include <ldi/formats/farbrausch_file.hpp>
-#include <ldi/formats/tiefenrausch_file.hpp>
+#include <ldi/io/farbrausch_file.hpp>
+#include <ldi/io/tiefenrausch_file.hpp>
 #include <ldi/ldi.hpp>
 
 #include <catch2/catch.hpp>
@@ -76,7 +76,7 @@ const std::filesystem::path tests = std::filesystem::path(LDI_SOURCE_DIR) / "tes
 #endif
 
 TEST_CASE("every stage, with both networks, allocates from the caller's memory and from nowhere else") {
-    const ldi::tiefenrausch depth = ldi::load_depth_network(tests / "formats/files/tiefenrausch_weights.safetensors");
+    const ldi::tiefenrausch depth = ldi::load_depth_network(tests / "io/files/tiefenrausch_weights.safetensors");
     const ldi::farbrausch inpainter = ldi::load_farbrausch(tests / "networks/files/farbrausch_weights.safetensors");
     std::mt19937 random(9);
     const ldi::image<float> map = ldi::testing::random_disparity(random, 48, 64);
@@ -132,7 +132,7 @@ TEST_CASE("sheets of a photo four times as large take no more memory, but for th
 }
 
 TEST_CASE("wherever memory runs out on the whole way, that is thrown, and all that was taken is given back") {
-    const ldi::tiefenrausch depth = ldi::load_depth_network(tests / "formats/files/tiefenrausch_weights.safetensors");
+    const ldi::tiefenrausch depth = ldi::load_depth_network(tests / "io/files/tiefenrausch_weights.safetensors");
     const ldi::farbrausch inpainter = ldi::load_farbrausch(tests / "networks/files/farbrausch_weights.safetensors");
     std::mt19937 random(9);
     const ldi::image<float> map = ldi::testing::random_disparity(random, 24, 32);

@@ -1,4 +1,4 @@
-#include <ldi/occlusion/diffusion_inpainter.hpp>
+#include <ldi/inpaint/diffusion_inpainter.hpp>
 #include <ldi/photo3d.hpp>
 
 #include "bench/quality/extremes.hpp"

@@ -23,7 +23,7 @@ PROGRAM, SOURCE = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
 KILLS = int(sys.argv[3]) if len(sys.argv) > 3 else 6
 DONE, NEVER, USAGE, TRY_AGAIN = 0, 1, 2, 75
 VIEWER = b"1<title>3D photo</title>2<!-- the photo goes here -->3"
-NETWORK = os.path.join(SOURCE, "tests/formats/files/tiefenrausch_weights.safetensors")
+NETWORK = os.path.join(SOURCE, "tests/io/files/tiefenrausch_weights.safetensors")
 passed = failed = 0
 
 

@@ -216,7 +216,7 @@ def main():
         run("a photo of one pixel", [file(folder, "one.png", png(1, 1)), "--depth", file(folder, "one_depth.png", png(1, 1, 1))])
         run("one row of pixels", [file(folder, "row.png", png(300, 1)), "--depth", file(folder, "row_depth.png", png(300, 1, 1))])
         run("a depth map of another size", [SAMPLE, "--depth", file(folder, "d.npy", npy(96, 128, 1.0)), "--size", "256"])
-        run("a CMYK photo", [os.path.join(SOURCE, "tests/formats/files/cmyk.jpg"), "--depth", file(folder, "c.npy", npy(24, 16, 1.0))])
+        run("a CMYK photo", [os.path.join(SOURCE, "tests/io/files/cmyk.jpg"), "--depth", file(folder, "c.npy", npy(24, 16, 1.0))])
         run("a photo of 100 megapixels", [file(folder, "large.png", png(10000, 10000, 1)), "--depth", file(folder, "l.npy", npy(10, 10, 1.0)), "--size", "512"])
 
         for name, map_file, is_sheet in (("flat", file(folder, "flat.npy", npy(60, 80, 1.0)), True), ("stepped", small_depth, False)):
@@ -260,7 +260,7 @@ def main():
         run("an inpainting network cut off", [small, *depth, "--inpainting-model", file(folder, "cut.safetensors", open(weights, "rb").read()[:9000])], ["cut.safetensors", "tensor", "expected"])
         run("a photo for an inpainting network", [small, *depth, "--inpainting-model", SAMPLE], ["sample.jpg", "expected"])
 
-        student = os.path.join(SOURCE, "tests/formats/files/tiefenrausch_weights.safetensors")
+        student = os.path.join(SOURCE, "tests/io/files/tiefenrausch_weights.safetensors")
         run("a depth network in a file", [small, "--depth-model", student])
         run("an inpainting network for depth", [small, "--depth-model", weights], ["farbrausch_weights.safetensors", "a depth network", "found farbrausch"])
         run("a depth network for inpainting", [small, *depth, "--inpainting-model", student], ["tiefenrausch_weights.safetensors", "an inpainting network", "found tiefenrausch_small"])

@@ -1,9 +1,9 @@
 // No hole in 3D photos of ordinary photographs, with depth by the network that ships: slow.
 #include <bench/quality/holes.hpp>
 
-#include <ldi/formats/photo.hpp>
-#include <ldi/formats/tiefenrausch_file.hpp>
-#include <ldi/occlusion/diffusion_inpainter.hpp>
+#include <ldi/inpaint/diffusion_inpainter.hpp>
+#include <ldi/io/photo.hpp>
+#include <ldi/io/tiefenrausch_file.hpp>
 
 #include <catch2/catch.hpp>
 

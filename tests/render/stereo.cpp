@@ -1,7 +1,7 @@
 #include <ldi/render/stereo.hpp>
 
-#include <ldi/formats/depth_map.hpp>
-#include <ldi/formats/picture.hpp>
+#include <ldi/io/depth_map.hpp>
+#include <ldi/io/picture.hpp>
 
 #include <catch2/catch.hpp>
 

@@ -1,7 +1,7 @@
 #include <examples/scenes/scene.hpp>
 
-#include <ldi/formats/depth_map.hpp>
-#include <ldi/formats/photo.hpp>
+#include <ldi/io/depth_map.hpp>
+#include <ldi/io/photo.hpp>
 
 #include <catch2/catch.hpp>
 

@@ -1,7 +1,7 @@
 #include <examples/service/message.hpp>
 
 #include <catch2/catch.hpp>
-#include <tests/formats/support.hpp>
+#include <tests/support/files.hpp>
 
 #include <string>
 

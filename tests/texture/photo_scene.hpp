@@ -4,13 +4,13 @@
 #include "tests/support/lifted_scene.hpp"
 #include "tests/support/random_graph.hpp"
 
-#include <ldi/formats/depth_map.hpp>
-#include <ldi/formats/photo.hpp>
-#include <ldi/occlusion/diffusion_inpainter.hpp>
+#include <ldi/inpaint/diffusion_inpainter.hpp>
+#include <ldi/inpaint/mixed_colors.hpp>
+#include <ldi/io/depth_map.hpp>
+#include <ldi/io/photo.hpp>
 #include <ldi/occlusion/discontinuity_curves.hpp>
 #include <ldi/occlusion/expand.hpp>
 #include <ldi/occlusion/lift.hpp>
-#include <ldi/occlusion/mixed_colors.hpp>
 
 #include <cstddef>
 #include <cstdint>

@@ -7,10 +7,10 @@
 
 #include <ldi/base/executor.hpp>
 #include <ldi/base/progress.hpp>
-#include <ldi/formats/depth_map.hpp>
+#include <ldi/inpaint/diffusion_inpainter.hpp>
+#include <ldi/io/depth_map.hpp>
 #include <ldi/networks/farbrausch.hpp>
 #include <ldi/networks/tiefenrausch.hpp>
-#include <ldi/occlusion/diffusion_inpainter.hpp>
 
 #include <pybind11/pybind11.h>
 

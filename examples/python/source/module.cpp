@@ -6,9 +6,9 @@
 #include "values.hpp"
 
 #include <ldi/formats/farbrausch.hpp>
-#include <ldi/formats/photo.hpp>
-#include <ldi/formats/picture.hpp>
 #include <ldi/formats/tiefenrausch.hpp>
+#include <ldi/io/photo.hpp>
+#include <ldi/io/picture.hpp>
 
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>

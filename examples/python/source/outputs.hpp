@@ -9,7 +9,7 @@
 
 #include <ldi/base/executor.hpp>
 #include <ldi/formats/glb.hpp>
-#include <ldi/formats/picture.hpp>
+#include <ldi/io/picture.hpp>
 #include <ldi/render/camera_paths.hpp>
 #include <ldi/render/rasterizer.hpp>
 

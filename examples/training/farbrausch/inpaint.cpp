@@ -6,8 +6,8 @@
 // In, as often as one likes: height, width (int32), height x width x 3 bytes, then height x width labels: 0 known, 1 hole, 2 does
 // not exist, as masks.py has them. Out, for each: height x width x 3 bytes; what does not exist is black.
 
-#include <ldi/formats/farbrausch_file.hpp>
-#include <ldi/occlusion/texture_transfer.hpp>
+#include <ldi/inpaint/texture_transfer.hpp>
+#include <ldi/io/farbrausch_file.hpp>
 
 #include <cstddef>
 #include <cstdint>

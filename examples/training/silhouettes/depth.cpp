@@ -8,7 +8,7 @@
 // weighted median, and after alignment with the photo's edges and removal of middle components, which is what make_photo3d()
 // lifts.
 
-#include <ldi/formats/tiefenrausch_file.hpp>
+#include <ldi/io/tiefenrausch_file.hpp>
 #include <ldi/photo3d.hpp>
 
 #include <algorithm>

@@ -3,8 +3,8 @@
 //
 //   convert FOLDER_OF_THE_PUBLISHED_NETWORK FILE.safetensors
 
-#include <ldi/formats/caffe2.hpp>
-#include <ldi/formats/file.hpp>
+#include <ldi/io/caffe2.hpp>
+#include <ldi/io/file.hpp>
 
 #include <nlohmann/json.hpp>
 

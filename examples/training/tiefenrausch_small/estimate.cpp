@@ -8,7 +8,7 @@
 // multiples of 32), height x width x 3 bytes. Out, for each: height, width (int32), the network's own result (height x width
 // bytes; at the larger size, where it sees the photo at two), disparity (height x width float32).
 
-#include <ldi/formats/tiefenrausch_file.hpp>
+#include <ldi/io/tiefenrausch_file.hpp>
 
 #include <cstdint>
 #include <cstdio>

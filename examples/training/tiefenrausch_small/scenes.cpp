@@ -8,9 +8,9 @@
 
 #include <examples/scenes/scene.hpp>
 
-#include <ldi/formats/file.hpp>
-#include <ldi/formats/photo.hpp>
-#include <ldi/formats/picture.hpp>
+#include <ldi/io/file.hpp>
+#include <ldi/io/photo.hpp>
+#include <ldi/io/picture.hpp>
 
 #include <nlohmann/json.hpp>
 

@@ -4,6 +4,7 @@
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/core/graph_builder.hpp>
+#include <ldi/core/layered_image.hpp>
 #include <ldi/core/runs.hpp>
 
 #include <cstddef>
@@ -160,6 +161,48 @@ inline coarsened coarsen(const graph_view& g, orphan_rule orphans = orphan_rule:
     result.topology = std::move(coarse).build();
     for (const pixel_run& run : runs) detail::find_parents(g, run, result.parent);
     if (orphans == orphan_rule::adopt_nearest) detail::adopt_nearest_parent(g, result.parent);
+    return result;
+}
+
+/// A layered image at half resolution, and how it connects to its parent level.
+template <payload_column... Columns>
+struct coarsened_layers {
+    layered_image<Columns...> layers;
+    buffer<std::int32_t> kept, parent;  ///< as in coarsened
+};
+
+/// Halves the resolution of a layered image. The values of a coarse pixel come from the fine pixels whose parent it is, by the
+/// rule `coarser` of each column (core/columns.hpp): from the kept pixel first, then from the others by ascending index.
+template <payload_column... Columns>
+coarsened_layers<Columns...> coarsen(const layered_image<Columns...>& fine, orphan_rule orphans = orphan_rule::stay) {
+    coarsened level = coarsen(graph_view(fine.topology()), orphans);
+    const std::size_t count = level.kept.size();
+    // children[first[c]] to children[first[c + 1] - 1] are the fine pixels of coarse pixel c, the kept one first.
+    buffer<std::size_t> first(count + 1);
+    for (const std::int32_t p : level.parent)
+        if (p != no_pixel) ++first[static_cast<std::size_t>(p) + 1];
+    for (std::size_t c = 0; c < count; ++c) first[c + 1] += first[c];
+    buffer<std::int32_t> children(first[count]);
+    buffer<std::size_t> next = first;
+    for (std::size_t c = 0; c < count; ++c) children[next[c]++] = level.kept[c];
+    for (std::int32_t i = 0; i < level.parent.count(); ++i) {
+        const std::int32_t p = level.parent[i];
+        if (p != no_pixel && level.kept[p] != i) children[next[static_cast<std::size_t>(p)]++] = i;
+    }
+
+    coarsened_layers<Columns...> result{layered_image<Columns...>(std::move(level.topology)), std::move(level.kept),
+                                        std::move(level.parent)};
+    const auto fill = [&]<class Column>(const Column&) {
+        buffer<typename Column::scalar> values;
+        for (std::int32_t c = 0; c < static_cast<std::int32_t>(count); ++c)
+            for (std::size_t channel = 0; channel < Column::channels; ++channel) {
+                values.clear();
+                for (std::size_t k = first[c]; k < first[static_cast<std::size_t>(c) + 1]; ++k)
+                    values.push_back(fine.template at<Column>(children[k])[channel]);
+                result.layers.template at<Column>(c)[channel] = detail::coarser_value<Column>(values);
+            }
+    };
+    (fill(Columns{}), ...);
     return result;
 }
 

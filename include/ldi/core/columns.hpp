@@ -5,6 +5,7 @@
 #include <ldi/base/array_view.hpp>
 #include <ldi/base/config.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <concepts>
 #include <cstddef>
@@ -105,6 +106,7 @@ struct known_column {
     using scalar = std::uint8_t;
     static constexpr std::size_t channels = 1;
     static constexpr scalar new_pixel(scalar origin) { return zeroed(origin); }
+    static scalar coarser(array_view<const scalar> values) { return *std::min_element(values.begin(), values.end()); }
 };
 
 /// Near a silhouette: the share of the nearer surface in the photo's color, 0 to 255. 0 elsewhere.

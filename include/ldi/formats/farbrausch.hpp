@@ -1,6 +1,6 @@
 // Reads the inpainting network from the bytes of a safetensors file: its convolutions, and in the metadata what kind of network
 // they are. examples/training/farbrausch/export.py writes Farbrausch, examples/training/partial_convolution.py the full-size
-// PartialConv. formats/farbrausch_file.hpp reads either by name.
+// PartialConv. io/farbrausch_file.hpp reads either by name.
 #pragma once
 
 #include <ldi/base/error.hpp>

@@ -1,5 +1,5 @@
 // A 3D photo as one GLB file (binary glTF 2.0): a mesh, its texture or textures, and the camera that took the photo. Only
-// features that every viewer reads; KHR_materials_unlit is declared as used, not as required. formats/glb_file.hpp writes it to a
+// features that every viewer reads; KHR_materials_unlit is declared as used, not as required. io/glb_file.hpp writes it to a
 // file.
 #pragma once
 
@@ -10,7 +10,7 @@
 #include <ldi/core/camera.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/formats/detail/glb_contents.hpp>
-#include <ldi/formats/detail/picture_format.hpp>
+#include <ldi/formats/jpeg_png_header.hpp>
 #include <ldi/formats/plain_png.hpp>
 #include <ldi/mesh/textured_mesh.hpp>
 

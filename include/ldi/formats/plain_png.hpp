@@ -1,6 +1,6 @@
 // Writes PNG files with the standard library alone, so that a texture needs no encoder. Rows are filtered and their bytes coded
 // by one Huffman code, without looking for repetitions: photographs become 4 to 15 % larger than libpng makes them
-// (formats/picture.hpp), flat pictures many times. PNG: ISO/IEC 15948; zlib: RFC 1950; deflate: RFC 1951.
+// (io/picture.hpp), flat pictures many times. PNG: ISO/IEC 15948; zlib: RFC 1950; deflate: RFC 1951.
 #pragma once
 
 #include <ldi/base/buffer.hpp>

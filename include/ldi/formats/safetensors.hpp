@@ -1,6 +1,6 @@
 // Reads safetensors files (https://huggingface.co/docs/safetensors) from memory: eight bytes of header length, a JSON header with
 // the type, the shape and the place of every tensor, then the values, little-endian. Files are not trusted.
-// formats/safetensors_file.hpp reads them by name.
+// io/safetensors_file.hpp reads them by name.
 #pragma once
 
 #include <ldi/base/buffer.hpp>

@@ -1,5 +1,5 @@
 // Reads a depth network from the bytes of a safetensors file as examples/training/tiefenrausch_small/export.py writes it: a small
-// student of the published network, in the same arithmetic. formats/tiefenrausch_file.hpp reads it by name.
+// student of the published network, in the same arithmetic. io/tiefenrausch_file.hpp reads it by name.
 #pragma once
 
 #include <ldi/formats/safetensors.hpp>

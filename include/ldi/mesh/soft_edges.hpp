@@ -1,6 +1,6 @@
 // Soft edges: a thin translucent strip along the silhouettes of what is in front. It begins at the edge of the mesh, half
 // opaque, and fades out over a pixel or two at the same distance, with colors from the padding of the atlas, which continues the
-// surface's. Where the photo's colors reach farther, as those of hair do, the strip does too (occlusion/mixed_colors.hpp has the
+// surface's. Where the photo's colors reach farther, as those of hair do, the strip does too (inpaint/mixed_colors.hpp has the
 // matte). Zitnick et al., High-Quality Video View Interpolation Using a Layered Representation (SIGGRAPH 2004), blend such
 // strips.
 #pragma once

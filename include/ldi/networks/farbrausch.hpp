@@ -1,6 +1,6 @@
 // Farbrausch, the inpainting network of the paper (section "LDI Inpainting"): a partial-convolution U-Net trained on images and
 // run on the links of a layered image. examples/training/farbrausch/README.md says what it computes, step by step;
-// formats/farbrausch_file.hpp loads it from a file. The full-size PartialConv, which the paper compares it with, is another
+// io/farbrausch_file.hpp loads it from a file. The full-size PartialConv, which the paper compares it with, is another
 // architecture on the same layers (networks/inpainting_architecture.hpp).
 #pragma once
 

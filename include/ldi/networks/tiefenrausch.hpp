@@ -1,6 +1,6 @@
 // Tiefenrausch, the depth network of the paper (section "Depth Estimation"), with the weights its authors published, and any
 // other that takes a photo to disparity of the same size in 8 bits: examples/models has one. Build it from what
-// formats/caffe2.hpp or nn/dense/quantized_weights.hpp reads.
+// io/caffe2.hpp or nn/dense/quantized_weights.hpp reads.
 #pragma once
 
 #include <ldi/base/buffer.hpp>

@@ -9,8 +9,8 @@
 #include <ldi/base/disjoint_sets.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/core/layered_image.hpp>
-#include <ldi/occlusion/detail/trace_curves.hpp>
-#include <ldi/occlusion/discontinuity.hpp>
+#include <ldi/depth/discontinuity.hpp>
+#include <ldi/depth/trace_curves.hpp>
 
 #include <algorithm>
 #include <cmath>

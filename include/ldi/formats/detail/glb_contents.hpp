@@ -2,18 +2,20 @@
 #pragma once
 
 #include <ldi/base/buffer.hpp>
-#include <ldi/formats/detail/decimal.hpp>
 #include <ldi/mesh/textured_mesh.hpp>
 #include <ldi/version.hpp>
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <locale>
 #include <span>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -36,7 +38,20 @@ public:
 
 private:
     void add_part(std::string_view part) { text_.append(part.begin(), part.end()); }
-    void add_part(double number) { append_decimal(text_, number); }
+    /// In the fewest digits that read back as the same number, with a point or an exponent. number  finite
+    void add_part(double number) {
+#if defined(__cpp_lib_to_chars)
+        std::array<char, 32> digits;
+        const std::string_view text(digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), number).ptr);
+#else  // Emscripten: reads back as the same number, but takes 17 digits
+        std::ostringstream stream;
+        stream.imbue(std::locale::classic());
+        stream.precision(std::numeric_limits<double>::max_digits10);
+        stream << number;
+        const std::string text = stream.str();
+#endif
+        add(std::string_view(text), text.find_first_of(".e") == text.npos ? ".0" : "");
+    }
     template <std::integral Integer>
     void add_part(Integer number) {
         add_part(std::string_view(std::to_string(number)));

@@ -1,4 +1,4 @@
-// A quantized network as plain data: the output of a file reader (formats/caffe2.hpp) and the input of quantized_network
+// A quantized network as plain data: the output of a file reader (io/caffe2.hpp) and the input of quantized_network
 // (nn/dense/quantized_network.hpp), which checks it.
 #pragma once
 

@@ -1,0 +1,153 @@
+// What the standard library's files do not know: locks that end with the process that holds them, and owners. On systems without
+// POSIX they do nothing.
+#pragma once
+
+#include <ldi/io/file.hpp>
+#include <ldi/io/system_error.hpp>
+
+#include <array>
+#include <cerrno>
+#include <cstddef>
+#include <filesystem>
+#include <fstream>
+#include <ios>
+#include <span>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <utility>
+
+#if defined(__unix__) || defined(__APPLE__)
+#define LDI_HAS_POSIX_FILES 1
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#else
+#define LDI_HAS_POSIX_FILES 0
+#endif
+
+namespace ldi::examples {
+
+#if LDI_HAS_POSIX_FILES
+
+/// An open file or folder.
+class file_handle {
+public:
+    file_handle() = default;
+    file_handle(const std::filesystem::path& path, int flags) : number_(::open(path.c_str(), flags | O_CLOEXEC)) {}
+    /// In a folder.
+    file_handle(const file_handle& folder, const std::filesystem::path& name, int flags)
+        : number_(::openat(folder.number_, name.c_str(), flags | O_CLOEXEC)) {}
+    file_handle(file_handle&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
+    file_handle& operator=(file_handle&& other) noexcept {
+        std::swap(number_, other.number_);
+        return *this;
+    }
+    ~file_handle() {
+        if (number_ >= 0) ::close(number_);
+    }
+    int number() const { return number_; }
+
+private:
+    int number_ = -1;
+};
+
+/// A lock on a folder, which ends with the process at the latest, however that ends.
+class folder_lock {
+public:
+    folder_lock() = default;
+    /// may_wait  for another process that holds it
+    folder_lock(const std::filesystem::path& folder, bool may_wait)
+        : folder_(folder, O_RDONLY | O_DIRECTORY | O_NOFOLLOW),
+          is_held_(folder_.number() >= 0 && ::flock(folder_.number(), may_wait ? LOCK_EX : LOCK_EX | LOCK_NB) == 0) {}
+    /// False also where the file system knows no locks.
+    bool is_held() const { return is_held_; }
+    /// Whether the folder still has this name, and belongs to whom this process works for.
+    bool is_own(const std::filesystem::path& name) const {
+        struct stat locked, named;
+        return ::fstat(folder_.number(), &locked) == 0 && ::lstat(name.c_str(), &named) == 0 && locked.st_ino == named.st_ino &&
+               locked.st_dev == named.st_dev && locked.st_uid == ::geteuid();
+    }
+
+private:
+    file_handle folder_;
+    bool is_held_ = false;
+};
+
+/// Keeps others from a file who lock it, too; waits for them.
+class file_lock {
+public:
+    explicit file_lock(const std::filesystem::path& path) : file_(path, O_WRONLY) { ::flock(file_.number(), LOCK_EX); }
+
+private:
+    file_handle file_;
+};
+
+/// The same for all names of one file, different for different files; empty where there is none.
+inline std::string file_identity(const std::filesystem::path& path) {
+    struct stat found;
+    if (::stat(path.c_str(), &found) != 0) return {};
+    return std::to_string(found.st_dev) + ":" + std::to_string(found.st_ino);
+}
+
+inline int check_writable(const std::filesystem::path& path) {
+    return ::faccessat(AT_FDCWD, path.c_str(), W_OK, AT_EACCESS) == 0 ? 0 : last_error();
+}
+
+/// Gives one file the owner, the group and the permissions of another.
+inline int copy_ownership(const std::filesystem::path& from, const std::filesystem::path& to) {
+    struct stat wanted, made;
+    if (::stat(from.c_str(), &wanted) != 0 || ::stat(to.c_str(), &made) != 0) return last_error();
+    const bool is_others = wanted.st_uid != made.st_uid || wanted.st_gid != made.st_gid;
+    if (is_others && ::chown(to.c_str(), wanted.st_uid, wanted.st_gid) != 0) return last_error();
+    return ::chmod(to.c_str(), wanted.st_mode & 07777) == 0 ? 0 : last_error();
+}
+
+#else
+
+class folder_lock {
+public:
+    folder_lock() = default;
+    folder_lock(const std::filesystem::path&, bool) {}
+    bool is_held() const { return false; }
+    bool is_own(const std::filesystem::path&) const { return true; }
+};
+
+class file_lock {
+public:
+    explicit file_lock(const std::filesystem::path&) {}
+};
+
+inline std::string file_identity(const std::filesystem::path&) { return {}; }
+
+inline int check_writable(const std::filesystem::path&) { return 0; }
+
+inline int copy_ownership(const std::filesystem::path& from, const std::filesystem::path& to) {
+    std::error_code failure;
+    std::filesystem::permissions(to, std::filesystem::status(from, failure).permissions(), failure);
+    return failure.value();
+}
+
+#endif
+
+/// Gives a file that is there the content of another without replacing it, so that its other names see it, too.
+inline int overwrite(const std::filesystem::path& path, const std::filesystem::path& content) {
+    errno = 0;
+    std::ifstream from(content, std::ios::binary);
+    std::fstream to(path, std::ios::binary | std::ios::in | std::ios::out);
+    if (!from || !to) return last_error();
+    std::array<char, 1 << 16> chunk;
+    std::uintmax_t size = 0;
+    while (to && (from.read(chunk.data(), chunk.size()) || from.gcount() > 0)) {
+        to.write(chunk.data(), from.gcount());
+        size += static_cast<std::uintmax_t>(from.gcount());
+    }
+    to.close();
+    if (from.bad() || !to) return last_error();
+    std::error_code failure;
+    std::filesystem::resize_file(path, size, failure);
+    return failure ? failure.value() : synchronize(path);
+}
+
+}  // namespace ldi::examples

@@ -1,0 +1,87 @@
+// A folder of a temporary name in which files wait until they are complete: .ldi-NUMBER.tmp. Its owner holds a lock on it, by
+// which others know one that was abandoned.
+#pragma once
+
+#include "file_system.hpp"
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <random>
+#include <string>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+namespace ldi::examples {
+
+struct staging_folder {
+    std::filesystem::path beside, path;
+    folder_lock lock;
+
+    /// From here on nobody takes it for abandoned, whatever becomes of its owner. Returns 0 or an error number.
+    int keep() {
+        std::error_code failure;
+        std::filesystem::path kept = path;
+        kept.replace_extension(".recover");
+        if (kept == path) return 0;
+        std::filesystem::rename(path, kept, failure);
+        if (!failure) path = kept;
+        return failure.value();
+    }
+
+    void remove() const {
+        std::error_code ignored;
+        // Again, since somebody who writes a file in it may just have made that.
+        for (int tries = 0; tries < 8 && std::filesystem::exists(path, ignored); ++tries)
+            std::filesystem::remove_all(path, ignored);
+    }
+};
+
+/// Removes what processes left that were killed.
+inline void remove_abandoned(const std::filesystem::path& folder) {
+    std::error_code failure;
+    for (std::filesystem::directory_iterator item(folder, failure), end; !failure && item != end; item.increment(failure)) {
+        const std::filesystem::path path = item->path();
+        if (path.filename().string().rfind(".ldi-", 0) != 0 || path.extension() != ".tmp") continue;
+        const folder_lock lock(path, false);
+        std::error_code ignored;
+        if (lock.is_held() && lock.is_own(path)) std::filesystem::remove_all(path, ignored);
+    }
+}
+
+/// Makes one in a folder. Raises file_access, unavailable.
+inline staging_folder make_staging_folder(const std::filesystem::path& beside, bool removes_abandoned) {
+    if (removes_abandoned) remove_abandoned(beside);
+    std::random_device random;
+    for (;;) {
+        const std::uint64_t number = (std::uint64_t{random()} << 32) | random();
+        std::string name = ".ldi-";
+        for (int shift = 60; shift >= 0; shift -= 4) name += "0123456789abcdef"[(number >> shift) & 15];
+        staging_folder made;
+        made.beside = beside;
+        made.path = beside / (name + ".tmp");
+        std::error_code failure;
+        std::filesystem::create_directory(made.path, failure);
+        if (failure) raise_system_error(failure.value(), beside, "a folder in which files can be made");
+        // What it holds may replace something private.
+        std::filesystem::permissions(made.path, std::filesystem::perms::group_all | std::filesystem::perms::others_all,
+                                     std::filesystem::perm_options::remove, failure);
+        // Somebody who looked for abandoned ones just before the lock was there holds it for now, and then has removed the
+        // folder.
+        made.lock = folder_lock(made.path, true);
+        if (std::filesystem::exists(made.path, failure) && (!made.lock.is_held() || made.lock.is_own(made.path))) return made;
+    }
+}
+
+/// Keeps out other processes that put several files into the same folders, so that files of one set stay together. Each folder is
+/// locked once, whatever its names, and all processes lock in the same order, so that nobody waits forever.
+inline std::vector<folder_lock> lock_folders(const std::vector<staging_folder>& stagings) {
+    std::map<std::string, std::filesystem::path> folders;
+    for (const staging_folder& staging : stagings) folders.emplace(file_identity(staging.beside), staging.beside);
+    std::vector<folder_lock> locks;
+    for (const auto& [identity, folder] : folders) locks.emplace_back(folder, true);
+    return locks;
+}
+
+}  // namespace ldi::examples

@@ -1,0 +1,284 @@
+// Moves silhouettes onto the photo's edges. Depth is coarser than the photo and off by a sample or two, so that a rim of the
+// background sticks to what is in front of it, or a rim of the front is left behind; both are seen as soon as the camera moves.
+//
+// Along every discontinuity curve runs a band as wide as depth is uncertain. Colors beyond it, on either side, tell what front
+// and back look like there. The cut of the band that leaves the front's colors on the front's side, follows the contrast, and
+// does not jump is a shortest path, found by dynamic programming, after the contours of Rother et al., "GrabCut" (SIGGRAPH 2004),
+// section "Border matting". Ends and junctions stay. Pixels between the old curve and the new one change sides.
+#pragma once
+
+#include <ldi/base/buffer.hpp>
+#include <ldi/base/error.hpp>
+#include <ldi/base/executor.hpp>
+#include <ldi/base/numbers.hpp>
+#include <ldi/base/printable.hpp>
+#include <ldi/core/image.hpp>
+#include <ldi/core/surface.hpp>
+#include <ldi/depth/detail/straightened_curve.hpp>
+#include <ldi/depth/trace_curves.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <utility>
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// The defaults were chosen by trial, on true depth degraded as networks do.
+struct alignment_options {
+    /// How far silhouettes may be off, to either side, in pixels, from 0 to 256. 0 moves none. make_photo3d() multiplies it, and
+    /// the shortest length, by the side of a sample of the depth map where that is more than a pixel.
+    float uncertainty = 3.0F;
+    /// The cost of one pixel aside from one pixel side to the next, at least 0. The larger, the less a silhouette bends to follow
+    /// colors.
+    float stiffness = 1.5F;
+    /// Curves with fewer pixel sides than this stay where they are.
+    std::size_t shortest_length = 20;
+};
+
+namespace detail::curves {
+
+// What it costs to cut every row of a band at every place, and the cheapest way along it.
+class band_cut {
+public:
+    // is_closed  the last row of the band is its first once more
+    band_cut(const band& b, float stiffness, bool is_closed)
+        : radius_(b.radius()), rows_(b.size() - (is_closed ? 1 : 0)), stiffness_(stiffness) {
+        costs_.assign(static_cast<std::size_t>(rows_) * places(), impossible);
+        const std::int32_t reach = 2 * radius_;  // rows to either side that tell about colors
+        color_sums front, back;
+        for (std::int32_t k = 0; k < (std::min)(reach, rows_); ++k) front.add(b.sums(k, true), 1), back.add(b.sums(k, false), 1);
+        for (std::int32_t k = 0; k < rows_; ++k) {
+            if (k + reach < rows_) front.add(b.sums(k + reach, true), 1), back.add(b.sums(k + reach, false), 1);
+            if (k > reach) front.add(b.sums(k - reach - 1, true), -1), back.add(b.sums(k - reach - 1, false), -1);
+            weigh_row(b, k, front, back);
+        }
+    }
+
+    void fix(std::int32_t row, std::int32_t cut) {
+        for (std::int32_t c = -radius_; c <= radius_; ++c)
+            if (c != cut) cost(row, c) = impossible;
+    }
+
+    // The cuts of `steps` rows, from `first` on and going round.
+    buffer<std::int32_t> cheapest(std::int32_t first, std::int32_t steps) const {
+        const std::size_t count = places();
+        buffer<std::int8_t> came_by(static_cast<std::size_t>(steps) * count, 0);
+        buffer<float> sums(count, 0.0F), next(count, 0.0F);
+        for (std::int32_t i = 0; i < steps; ++i) {
+            const float* of_row = costs_.data() + static_cast<std::size_t>((first + i) % rows_) * count;
+            for (std::size_t c = 0; c < count; ++c) {
+                float best = sums[c];
+                std::int8_t step = 0;
+                if (i > 0 && c > 0 && sums[c - 1] + stiffness_ < best) best = sums[c - 1] + stiffness_, step = -1;
+                if (i > 0 && c + 1 < count && sums[c + 1] + stiffness_ < best) best = sums[c + 1] + stiffness_, step = 1;
+                next[c] = best + of_row[c];
+                came_by[static_cast<std::size_t>(i) * count + c] = step;
+            }
+            sums.swap(next);
+        }
+        buffer<std::int32_t> result(static_cast<std::size_t>(steps), 0);
+        std::int32_t c = static_cast<std::int32_t>(std::min_element(sums.begin(), sums.end()) - sums.begin());
+        for (std::int32_t i = steps; i-- > 0;) {
+            result[i] = c - radius_;
+            c += came_by[static_cast<std::size_t>(i) * count + static_cast<std::size_t>(c)];
+        }
+        return result;
+    }
+
+private:
+    static constexpr float impossible = 1e6F;
+    static constexpr float noise = 6.0F;             // of a camera and of JPEG, in gray levels
+    static constexpr float largest_evidence = 3.0F;  // of one pixel, so that an outlier does not decide
+    static constexpr float contrast_weight = 3.0F;
+    static constexpr float distance_weight = 1.0F;
+
+    std::size_t places() const { return static_cast<std::size_t>(2 * radius_ + 1); }
+    float& cost(std::int32_t row, std::int32_t cut) {
+        return costs_[static_cast<std::size_t>(row) * places() + static_cast<std::size_t>(cut + radius_)];
+    }
+
+    void weigh_row(const band& b, std::int32_t k, const color_sums& front_sums, const color_sums& back_sums) {
+        const bool is_known = front_sums.count >= 8.0F && back_sums.count >= 8.0F;
+        const std::int32_t least = b.least_cut(k), most = b.largest_cut(k);
+        if (!is_known) {
+            for (std::int32_t cut = least; cut <= most; ++cut) cost(k, cut) = distance_cost(cut);
+            return;
+        }
+        const color_model front(front_sums, noise), back(back_sums, noise);
+        std::array<float, 3> direction;
+        float squared = 0.0F;
+        for (std::size_t c = 0; c < 3; ++c) direction[c] = front.mean[c] - back.mean[c], squared += direction[c] * direction[c];
+        float evidence = 0.0F;
+        for (std::int32_t cut = least; cut <= most; ++cut) {
+            cost(k, cut) = evidence + distance_cost(cut);
+            if (squared > 9.0F * noise * noise) cost(k, cut) -= contrast_weight * contrast(b, k, cut, direction, squared);
+            if (const std::uint8_t* color = b.color(k, cut))
+                evidence +=
+                    std::clamp(front.log_likelihood(color) - back.log_likelihood(color), -largest_evidence, largest_evidence);
+        }
+    }
+    float distance_cost(std::int32_t cut) const {
+        const float share = nearest_float(cut) / nearest_float(radius_);
+        return distance_weight * share * share;
+    }
+    // The share of the way from the back's color to the front's that is gone within four pixels around a cut.
+    float contrast(const band& b, std::int32_t k, std::int32_t cut, const std::array<float, 3>& direction, float squared) const {
+        const std::uint8_t *before = b.color(k, cut - 2), *behind = b.color(k, cut + 1);
+        if (before == nullptr || behind == nullptr) return 0.0F;
+        float way = 0.0F;
+        for (std::size_t c = 0; c < 3; ++c) way += direction[c] * (nearest_float(behind[c]) - nearest_float(before[c]));
+        return std::clamp(way / squared, 0.0F, 1.0F);
+    }
+
+    std::int32_t radius_, rows_;
+    float stiffness_;
+    buffer<float> costs_;
+};
+
+inline buffer<std::int32_t> cheapest_cut(const band& b, const trace& t, const corner_map& lattice, float stiffness) {
+    band_cut cut(b, stiffness, t.is_closed);
+    if (!t.is_closed) {
+        if (!lattice.on_border(t.corners.front())) cut.fix(0, 0);
+        if (!lattice.on_border(t.corners.back())) cut.fix(b.size() - 1, 0);
+        return cut.cheapest(0, b.size());
+    }
+    // The way must end where it begins. It begins half way round, at the place that a way without this condition has there.
+    const std::int32_t period = b.size() - 1, middle = period / 2;
+    cut.fix(middle, cut.cheapest(0, period)[middle]);
+    const buffer<std::int32_t> round = cut.cheapest(middle, period + 1);
+    buffer<std::int32_t> result(static_cast<std::size_t>(period + 1), 0);
+    for (std::int32_t k = 0; k <= period; ++k) result[k] = round[(k + period - middle) % period];
+    return result;
+}
+
+// A pixel that a curve passed over, and the curve's side that it belongs to.
+struct swept_pixel {
+    std::int32_t pixel, of_side;
+    friend bool operator<(const swept_pixel& a, const swept_pixel& b) {
+        return a.pixel != b.pixel ? a.pixel < b.pixel : a.of_side < b.of_side;
+    }
+};
+
+// Appends the pixels whose centers lie in a quadrilateral, which may cross itself.
+inline void sweep(const std::array<point, 4>& corners, std::int32_t width, std::int32_t height, std::int32_t of_side,
+                  buffer<swept_pixel>& swept) {
+    const auto [top, bottom] = std::minmax_element(corners.begin(), corners.end(), [](point a, point b) { return a.y < b.y; });
+    // The first row, or column, whose middle does not lie before a place.
+    const auto first_from = [](float place, std::int32_t count) {
+        return static_cast<std::int32_t>(std::clamp(std::ceil(place - 0.5F), 0.0F, nearest_float(count)));
+    };
+    for (std::int32_t y = first_from(top->y, height), end = first_from(bottom->y, height); y < end; ++y) {
+        const float at_y = nearest_float(y) + 0.5F;
+        std::array<float, 4> crossings{};
+        std::size_t count = 0;
+        for (std::size_t i = 0; i < 4; ++i) {
+            const point a = corners[i], b = corners[(i + 1) % 4];
+            if ((a.y <= at_y) == (b.y <= at_y)) continue;
+            const float crossing = a.x + (at_y - a.y) / (b.y - a.y) * (b.x - a.x);
+            std::size_t place = count++;  // sorted
+            for (; place > 0 && crossings[place - 1] > crossing; --place) crossings[place] = crossings[place - 1];
+            crossings[place] = crossing;
+        }
+        for (std::size_t i = 0; i + 1 < count; i += 2)
+            for (std::int32_t x = first_from(crossings[i], width), last = first_from(crossings[i + 1], width); x < last; ++x)
+                swept.push_back({y * width + x, of_side});
+    }
+}
+
+// The pixels that a curve passes over on its way, once, or there and back and there again.
+inline buffer<swept_pixel> swept_pixels(const plane_curve& curve, const buffer<std::int32_t>& cut, std::int32_t reach,
+                                        const corner_map& lattice) {
+    const auto moved = [&](std::int32_t k) {
+        // Cuts are whole pixels: their mean over a few corners takes the stairs off. Ends stay where they are.
+        const std::int32_t even = (std::min)({reach, k, cut.count() - 1 - k});
+        float distance = 0.0F;
+        for (std::int32_t i = k - even; i <= k + even; ++i) distance += nearest_float(cut[i]) / nearest_float(2 * even + 1);
+        return point{curve.smooth[k].x + distance * curve.across[k].x, curve.smooth[k].y + distance * curve.across[k].y};
+    };
+    buffer<swept_pixel> all, result;
+    for (std::int32_t k = 0; k + 1 < curve.corners.count(); ++k)
+        sweep({curve.corners[k], curve.corners[k + 1], moved(k + 1), moved(k)}, lattice.width(), lattice.height(), k, all);
+    std::sort(all.begin(), all.end());
+    for (std::size_t i = 0, next = 0; i < all.size(); i = next) {
+        while (next < all.size() && all[next].pixel == all[i].pixel) ++next;
+        if ((next - i) % 2 == 1) result.push_back(all[i]);
+    }
+    return result;
+}
+
+// Pixels of the front get the back's disparity beside the curve and the other way round; those of third surfaces keep theirs.
+inline void change_sides(const trace& t, const buffer<swept_pixel>& swept, const image<float>& before,
+                         image_view<float> disparity) {
+    const auto at = [&](std::int32_t pixel) { return before.data()[pixel]; };
+    const std::size_t width = before.width();
+    for (const swept_pixel& s : swept) {
+        const discontinuity& d = t.sides[s.of_side];
+        const bool was_front = at(s.pixel) > 0.5F * (at(d.front) + at(d.back));
+        const float own = at(was_front ? d.front : d.back), other = at(was_front ? d.back : d.front);
+        const std::size_t pixel = static_cast<std::size_t>(s.pixel);
+        if (std::abs(at(s.pixel) - own) < std::abs(own - other)) disparity(pixel / width, pixel % width) = other;
+    }
+}
+
+// The curves that may move.
+inline buffer<trace> long_curves(const image<float>& disparity, surface_rule surface, std::size_t shortest_length) {
+    const std::int32_t width = static_cast<std::int32_t>(disparity.width()),
+                       height = static_cast<std::int32_t>(disparity.height());
+    const float* at = disparity.data();
+    tracer curves(width, height, at, surface, [&](std::int32_t pixel, side s) {
+        return !surface.same_surface(at[pixel], at[s == side::right ? pixel + 1 : pixel + width]);
+    });
+    curves.prune_spurs(shortest_length);
+    buffer<trace> result;
+    curves.for_each_curve([&](trace t) {
+        if (t.sides.size() >= shortest_length) result.push_back(std::move(t));
+    });
+    return result;
+}
+
+inline void check_alignment(image_view<const float> disparity, image_view<const std::uint8_t> photo,
+                            const alignment_options& options) {
+    if (disparity.height() != photo.height() || disparity.width() != photo.width() || disparity.channels() != 1 ||
+        photo.channels() != 3)
+        raise(error_code::mismatch, "align_silhouettes", "a disparity map H x W x 1 and a photo H x W x 3 of the same size",
+              shape_text(disparity) + " and " + shape_text(photo));
+    if (!(options.uncertainty >= 0.0F && options.uncertainty <= 256.0F) || !(options.stiffness >= 0.0F))
+        raise(error_code::invalid_option, "alignment_options", "an uncertainty from 0 to 256 and a stiffness of at least 0",
+              detail::to_text(options.uncertainty) + " and " + detail::to_text(options.stiffness));
+}
+
+}  // namespace detail::curves
+
+/// disparity  H x W x 1, finite, with steps where one thing hides another; changed in place
+/// photo      H x W x 3
+///
+/// Raises error_code::mismatch if the images differ in size, error_code::invalid_option if the uncertainty is not from 0 to 256
+/// or the stiffness is below 0. Time is linear in the pixels and in the length of all curves times the uncertainty. Memory is 10
+/// bytes per pixel, 8 per pixel that a curve passes over, and 26 times the uncertainty per pixel side of the longest curve.
+template <executor Executor = const serial_executor>
+void align_silhouettes(image_view<float> disparity, image_view<const std::uint8_t> photo, surface_rule surface = {},
+                       const alignment_options& options = {}, Executor&& threads = {}) {
+    using namespace detail::curves;
+    check_alignment(disparity, photo, options);
+    const std::int32_t radius = static_cast<std::int32_t>(std::lround(options.uncertainty));
+    if (radius == 0 || photo.empty()) return;
+    const image<float> before{image_view<const float>(disparity)};
+    const buffer<trace> traces = long_curves(before, surface, options.shortest_length);
+    buffer<buffer<swept_pixel>> swept(traces.size());
+    const corner_map lattice(static_cast<std::int32_t>(photo.width()), static_cast<std::int32_t>(photo.height()));
+    parallel_for(threads, traces.size(), 1, [&](std::size_t first, std::size_t last) {
+        for (std::size_t i = first; i < last; ++i) {
+            const std::int32_t reach = (std::max)(radius / 2, 1);
+            const plane_curve curve = make_plane_curve(traces[i], lattice, reach);
+            const band around(curve, traces[i], photo, before, radius);
+            swept[i] = swept_pixels(curve, cheapest_cut(around, traces[i], lattice, options.stiffness), reach, lattice);
+        }
+    });
+    for (std::size_t i = 0; i < traces.size(); ++i) change_sides(traces[i], swept[i], before, disparity);
+}
+
+}}  // namespace ldi

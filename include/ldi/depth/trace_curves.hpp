@@ -1,0 +1,192 @@
+// Discontinuities of a depth map followed along the sides of pixels, from corner to corner of the lattice.
+#pragma once
+
+#include <ldi/base/buffer.hpp>
+#include <ldi/core/graph.hpp>
+#include <ldi/core/surface.hpp>
+#include <ldi/depth/discontinuity.hpp>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespace curves {
+
+// Corners of the lattice, numbered y * (width + 1) + x, with one bit for each discontinuity that starts there.
+class corner_map {
+public:
+    corner_map(std::int32_t width, std::int32_t height) : stride_(width + 1), width_(width), height_(height) {
+        present_.assign(static_cast<std::size_t>(std::int64_t{stride_} * (height_ + 1)), 0);
+    }
+
+    void add(std::int32_t corner, side towards) {
+        if (present_[corner] == 0) used_.push_back(corner);
+        present_[corner] |= bit(towards);
+        const std::int32_t other = next(corner, towards);
+        if (present_[other] == 0) used_.push_back(other);
+        present_[other] |= bit(opposite(towards));
+    }
+
+    std::int32_t width() const { return width_; }
+    std::int32_t height() const { return height_; }
+    const buffer<std::int32_t>& used() const { return used_; }
+    std::int32_t corner(std::int32_t x, std::int32_t y) const { return y * stride_ + x; }
+    std::int32_t x(std::int32_t c) const { return c % stride_; }
+    std::int32_t y(std::int32_t c) const { return c / stride_; }
+    std::int32_t next(std::int32_t c, side towards) const { return c + step_x(towards) + step_y(towards) * stride_; }
+    bool has(std::int32_t c, side towards) const { return (present_[c] & bit(towards)) != 0; }
+    bool on_border_column(std::int32_t c) const { return x(c) == 0 || x(c) == width_; }
+    bool on_border(std::int32_t c) const { return on_border_column(c) || y(c) == 0 || y(c) == height_; }
+    int degree(std::int32_t c) const {
+        int count = 0;
+        for (side s : all_sides) count += has(c, s) ? 1 : 0;
+        return count;
+    }
+    void remove(std::int32_t c, side towards) {
+        LDI_ASSERT(has(c, towards));
+        present_[c] ^= bit(towards);
+        present_[next(c, towards)] ^= bit(opposite(towards));
+    }
+
+private:
+    static std::uint8_t bit(side s) { return static_cast<std::uint8_t>(1U << static_cast<unsigned>(s)); }
+
+    std::int32_t stride_, width_, height_;
+    buffer<std::uint8_t> present_;
+    buffer<std::int32_t> used_;
+};
+
+// A curve as it is traced: its corners, one more than its sides.
+struct trace {
+    buffer<std::int32_t> corners;
+    buffer<discontinuity> sides;
+    bool is_closed = false;
+};
+
+class tracer {
+public:
+    // disparity          width x height values, outlives the tracer
+    // is_cut(pixel, s)   whether there is a discontinuity on the right or lower side of a pixel, inside the photo
+    template <class IsCut>
+    tracer(std::int32_t width, std::int32_t height, const float* disparity, surface_rule surface, IsCut&& is_cut)
+        : width_(width), disparity_(disparity), surface_(surface), all_(width, height) {
+        for (std::int32_t y = 0; y < height; ++y) {
+            const std::int32_t start = y * width;
+            for (std::int32_t x = 0; x + 1 < width; ++x)
+                if (is_cut(start + x, side::right)) all_.add(all_.corner(x + 1, y), side::down);
+            if (y + 1 == height) break;
+            for (std::int32_t x = 0; x < width; ++x)
+                if (is_cut(start + x, side::down)) all_.add(all_.corner(x, y + 1), side::right);
+        }
+    }
+
+    // Removes what branches off a curve and ends after fewer than `shortest_length` sides, so that the curve runs on past it.
+    void prune_spurs(std::size_t shortest_length) {
+        buffer<std::pair<std::int32_t, side>> spur;
+        for (std::int32_t end : all_.used()) {
+            if (all_.degree(end) != 1 || all_.on_border(end)) continue;
+            spur.clear();
+            std::int32_t corner = end;
+            side towards = side::left;
+            for (side s : all_sides)
+                if (all_.has(corner, s)) towards = s;
+            bool runs_on = true;
+            while (runs_on && spur.size() < shortest_length) {
+                spur.emplace_back(corner, towards);
+                corner = all_.next(corner, towards);
+                runs_on = !ends_curves(corner);
+                if (runs_on) towards = onward(corner, opposite(towards));
+            }
+            if (spur.size() < shortest_length && all_.degree(corner) > 2)
+                for (const auto& [from, s] : spur) all_.remove(from, s);
+        }
+    }
+
+    // Calls visit(trace) for every curve: first those that start at an end or a junction, then the closed ones.
+    template <class Visit>
+    void for_each_curve(Visit&& visit) const {
+        corner_map left = all_;
+        for (std::int32_t corner : all_.used())
+            if (ends_curves(corner))
+                for (side s : all_sides)
+                    if (left.has(corner, s)) visit(follow(left, corner, s));
+        for (std::int32_t corner : all_.used())
+            for (side s : all_sides)
+                if (left.has(corner, s)) visit(follow(left, corner, s));
+    }
+
+    const corner_map& corners() const { return all_; }
+
+    // The pixels around a corner that is not on the border: two above, two below, each from the left.
+    std::array<std::int32_t, 4> pixels_around(std::int32_t corner) const {
+        const std::int32_t below_right = all_.y(corner) * width_ + all_.x(corner);
+        return {below_right - width_ - 1, below_right - width_, below_right - 1, below_right};
+    }
+
+private:
+    // Whether a corner is the end of a curve or a junction. Where two pixels of a front surface touch at a corner, across from
+    // two of a back surface, two curves pass each other.
+    bool ends_curves(std::int32_t corner) const {
+        const int degree = all_.degree(corner);
+        return degree != 2 && !(degree == 4 && is_checkered(corner));
+    }
+    bool is_checkered(std::int32_t corner) const {
+        const std::array<std::int32_t, 4> around = pixels_around(corner);
+        return surface_.same_surface(disparity_[around[0]], disparity_[around[3]]) &&
+               surface_.same_surface(disparity_[around[1]], disparity_[around[2]]);
+    }
+    // The way on for a curve that came to the corner from the side `from`. Curves that pass each other turn around the pixel of
+    // the back surface that both their sides have: pixels of the front surface hold together.
+    side onward(std::int32_t corner, side from) const {
+        if (all_.degree(corner) == 2) {
+            for (side s : all_sides)
+                if (s != from && all_.has(corner, s)) return s;
+        }
+        const std::array<std::int32_t, 4> around = pixels_around(corner);
+        const bool falling =
+            disparity_[around[0]] > disparity_[around[1]];  // the front's pixels lie at the upper left and lower right
+        switch (from) {
+            case side::left: return falling ? side::down : side::up;
+            case side::down: return falling ? side::left : side::right;
+            case side::right: return falling ? side::up : side::down;
+            case side::up: break;
+        }
+        return falling ? side::right : side::left;
+    }
+
+    trace follow(corner_map& left, std::int32_t corner, side towards) const {
+        trace t;
+        t.corners.push_back(corner);
+        while (true) {
+            t.sides.push_back(discontinuity_between(corner, towards));
+            left.remove(corner, towards);
+            corner = all_.next(corner, towards);
+            t.corners.push_back(corner);
+            if (ends_curves(corner)) return t;
+            towards = onward(corner, opposite(towards));
+            if (!left.has(corner, towards)) {  // back at the start of a closed curve
+                t.is_closed = true;
+                return t;
+            }
+        }
+    }
+
+    // The two pixels on either side of the lattice edge that leaves `corner`.
+    discontinuity discontinuity_between(std::int32_t corner, side towards) const {
+        const bool vertical = towards == side::up || towards == side::down;
+        const std::int32_t x = all_.x(corner) - (towards == side::left ? 1 : 0),
+                           y = all_.y(corner) - (towards == side::up ? 1 : 0);
+        const std::int32_t second = y * width_ + x, first = second - (vertical ? 1 : width_);
+        const side first_to_second = vertical ? side::right : side::down;
+        if (disparity_[first] > disparity_[second]) return {second, first, opposite(first_to_second)};
+        return {first, second, first_to_second};
+    }
+
+    std::int32_t width_;
+    const float* disparity_;
+    surface_rule surface_;
+    corner_map all_;
+};
+
+}}}}  // namespace ldi::detail::curves

@@ -1,0 +1,194 @@
+// Files of plain floats, read from memory: PFM (Debevec; one float per pixel, bottom row first) and NPY (NumPy's format, versions
+// 1 to 3, float32 and float64).
+#pragma once
+
+#include <ldi/base/buffer.hpp>
+#include <ldi/base/error.hpp>
+#include <ldi/core/image.hpp>
+#include <ldi/formats/picture_header.hpp>
+
+#include <algorithm>
+#include <bit>
+#include <charconv>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+namespace detail {
+
+inline bool is_pfm(std::span<const std::byte> bytes) { return has_text(bytes, 0, "Pf"); }
+inline bool is_npy(std::span<const std::byte> bytes) { return has_text(bytes, 0, "\x93NUMPY"); }
+
+/// A float of 4 or 8 bytes, as float32.
+template <class Stored>
+float stored_float(const std::byte* from, bool swap_bytes) {
+    std::byte bytes[sizeof(Stored)];
+    std::copy(from, from + sizeof(Stored), bytes);
+    if (swap_bytes) std::reverse(bytes, bytes + sizeof(Stored));
+    Stored value;
+    std::memcpy(&value, bytes, sizeof(Stored));
+    return static_cast<float>(value);
+}
+
+/// A whole number that is all of `text`; nothing if it is anything else or beyond 2^31.
+inline std::optional<std::size_t> whole_number(std::string_view text) {
+    std::uint32_t value = 0;
+    const std::from_chars_result read = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (read.ec != std::errc() || read.ptr != text.data() + text.size() || value > 0x7FFFFFFF) return std::nullopt;
+    return value;
+}
+
+/// The facts of a file whose values are floats.
+struct float_map_header : picture_header {
+    std::size_t begin = 0, item = sizeof(float);  ///< of the values, in bytes
+    bool is_swapped = false, columns_first = false;
+};
+
+/// Checks that all values are there, and how many there may be.
+inline void check_float_map(const float_map_header& header, std::span<const std::byte> bytes, const std::string& where) {
+    const std::size_t left = bytes.size() - header.begin;
+    if (header.width > left / header.item / header.height)
+        damaged(header.format, where,
+                std::to_string(left) + " bytes for " + std::to_string(header.width) + " x " + std::to_string(header.height) +
+                    " floats");
+}
+
+/// Raises invalid_data.
+inline float_map_header read_pfm_header(std::span<const std::byte> bytes, const std::string& where) {
+    const auto broken = [&](const std::string& found) { damaged(picture_format::pfm, where, found); };
+    // "Pf", width, height and scale, each followed by white space; after the last it is a single character.
+    std::string_view fields[3];
+    std::size_t at = 2;
+    for (std::string_view& field : fields) {
+        const auto is_space = [&](std::size_t i) {
+            return has_text(bytes, i, " ") || has_text(bytes, i, "\n") || has_text(bytes, i, "\r");
+        };
+        while (at < bytes.size() && is_space(at)) ++at;
+        const std::size_t first = at;
+        while (at < bytes.size() && !is_space(at) && at - first < 32) ++at;
+        if (at >= bytes.size() || !is_space(at)) broken("a header that is cut off or too long");
+        field = std::string_view(reinterpret_cast<const char*>(bytes.data()) + first, at - first);
+    }
+    const std::optional<std::size_t> width = whole_number(fields[0]), height = whole_number(fields[1]);
+    if (!width || !height || *width == 0 || *height == 0) broken("no size in its header");
+    // The sign says the byte order. The number itself is a unit of brightness, which readers leave alone.
+    const std::string_view scale = fields[2];
+    if (scale.find_first_not_of("+-.0123456789eE") != scale.npos || scale.find_first_of("123456789") == scale.npos)
+        broken("a scale of '" + std::string(scale) + "'");
+    float_map_header header;
+    header.format = picture_format::pfm;
+    header.width = *width, header.height = *height, header.begin = at + 1;
+    header.is_swapped = (scale.front() == '-') != (std::endian::native == std::endian::little);
+    return header;
+}
+
+}  // namespace detail
+
+/// H x W x 1, as stored. `where` names the file in messages. Raises invalid_data.
+inline image<float> decode_pfm(std::span<const std::byte> bytes, const std::string& where) {
+    const detail::float_map_header header = detail::read_pfm_header(bytes, where);
+    detail::check_float_map(header, bytes, where);
+    image<float> result(header.height, header.width, 1, unset);
+    const std::byte* from = bytes.data() + header.begin;
+    for (std::size_t y = header.height; y-- > 0;)
+        for (std::size_t x = 0; x < header.width; ++x, from += sizeof(float))
+            result.row(y)[x] = detail::stored_float<float>(from, header.is_swapped);
+    return result;
+}
+
+namespace detail {
+
+/// key  with its quotes
+///
+/// Returns what stands after the key and its colon in the Python dictionary that an NPY header is; empty if the key is not there.
+inline std::string_view npy_field(std::string_view dictionary, std::string_view key) {
+    const std::size_t found = dictionary.find(key);
+    if (found == dictionary.npos) return {};
+    const std::size_t value = dictionary.find_first_not_of(" :", found + key.size());
+    return value == dictionary.npos ? std::string_view() : dictionary.substr(value);
+}
+
+/// The numbers of a Python tuple, "(384, 288)". Nothing if it is not one, or has more than 8 numbers.
+inline std::optional<buffer<std::size_t>> npy_shape(std::string_view text) {
+    if (text.empty() || text.front() != '(') return std::nullopt;
+    const std::size_t end = text.find(')');
+    if (end == text.npos) return std::nullopt;
+    text = text.substr(1, end - 1);
+    buffer<std::size_t> shape;
+    while (!text.empty()) {
+        const std::size_t comma = (std::min)(text.find(','), text.size());
+        std::string_view number = text.substr(0, comma);
+        text.remove_prefix((std::min)(comma + 1, text.size()));
+        number.remove_prefix((std::min)(number.find_first_not_of(' '), number.size()));
+        number = number.substr(0, number.find(' '));
+        if (number.empty() && text.empty()) break;
+        const std::optional<std::size_t> length = whole_number(number);
+        if (!length || shape.size() == 8) return std::nullopt;
+        shape.push_back(*length);
+    }
+    return shape;
+}
+
+/// Axes of length 1 are dropped, from the end and then from the front, until two are left.
+inline void drop_unit_axes(buffer<std::size_t>& shape) {
+    while (shape.size() > 2 && shape.back() == 1) shape.pop_back();
+    while (shape.size() > 2 && shape.front() == 1) shape.erase(shape.begin());
+}
+
+/// Raises invalid_data, unsupported.
+inline float_map_header read_npy_header(std::span<const std::byte> bytes, const std::string& where) {
+    const auto broken = [&](const std::string& found) { damaged(picture_format::npy, where, found); };
+    if (bytes.size() < 12) broken("a header that is cut off");
+    const unsigned version = byte_at(bytes, 6);
+    if (version < 1 || version > 3) raise(error_code::unsupported, where, "NPY version 1, 2 or 3", std::to_string(version));
+    const std::size_t begin = version == 1 ? 10 : 12;
+    std::size_t length = byte_at(bytes, 8) | byte_at(bytes, 9) << 8;
+    if (version > 1) length |= std::size_t{byte_at(bytes, 10)} << 16 | std::size_t{byte_at(bytes, 11)} << 24;
+    if (length > bytes.size() - begin) broken("a header that is cut off");
+    const std::string_view dictionary(reinterpret_cast<const char*>(bytes.data()) + begin, length);
+
+    const std::string_view type = npy_field(dictionary, "'descr'").substr(0, 5);
+    const bool is_float32 = type == "'<f4'" || type == "'>f4'", is_float64 = type == "'<f8'" || type == "'>f8'";
+    if (!is_float32 && !is_float64)
+        raise(error_code::unsupported, where, "float32 or float64 values", "type " + std::string(type));
+    float_map_header header;
+    header.is_swapped = (type[1] == '<') != (std::endian::native == std::endian::little);
+    const std::string_view order = npy_field(dictionary, "'fortran_order'");
+    header.columns_first = order.substr(0, 4) == "True";
+    if (!header.columns_first && order.substr(0, 5) != "False") broken("no order in its header");
+    std::optional<buffer<std::size_t>> shape = npy_shape(npy_field(dictionary, "'shape'"));
+    if (!shape) broken("no shape in its header");
+    drop_unit_axes(*shape);
+    if (shape->size() != 2 || (*shape)[0] == 0 || (*shape)[1] == 0)
+        raise(error_code::unsupported, where, "a map of height x width",
+              std::to_string(shape->size()) + " axes, or an empty one");
+    header.format = picture_format::npy;
+    header.height = (*shape)[0], header.width = (*shape)[1];
+    header.begin = begin + length, header.item = is_float32 ? 4 : 8;
+    return header;
+}
+
+}  // namespace detail
+
+/// H x W x 1, as stored. `where` names the file in messages. Raises invalid_data, unsupported.
+inline image<float> decode_npy(std::span<const std::byte> bytes, const std::string& where) {
+    const detail::float_map_header header = detail::read_npy_header(bytes, where);
+    detail::check_float_map(header, bytes, where);
+    image<float> result(header.height, header.width, 1, unset);
+    const std::byte* const values = bytes.data() + header.begin;
+    for (std::size_t y = 0; y < header.height; ++y)
+        for (std::size_t x = 0; x < header.width; ++x) {
+            const std::size_t i = header.columns_first ? x * header.height + y : y * header.width + x;
+            const std::byte* const from = values + i * header.item;
+            result.row(y)[x] = header.item == 4 ? detail::stored_float<float>(from, header.is_swapped)
+                                                : detail::stored_float<double>(from, header.is_swapped);
+        }
+    return result;
+}
+
+}}  // namespace ldi

@@ -1,0 +1,140 @@
+// The share of the nearer surface in the colors beside a silhouette, from these colors alone. Each pixel looks for the pair of
+// samples, one of either surface, of which its color is a mixture: C = alpha F + (1 - alpha) B with the least error (Wang and
+// Cohen, Optimized Color Sampling for Robust Matting, CVPR 2007; Gastal and Oliveira, Shared Sampling for Real-Time Alpha
+// Matting, Eurographics 2010). Diffusion then smooths the shares, each pulled towards its estimate the more, the less error the
+// pair has.
+#pragma once
+
+#include <ldi/base/buffer.hpp>
+#include <ldi/core/diffusion.hpp>
+#include <ldi/core/graph.hpp>
+#include <ldi/inpaint/detail/silhouette_band.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+/// A color as a mixture of two.
+struct mixture {
+    float alpha = 0;  ///< the foreground's share
+    float_color foreground{}, background{};
+    int confidence = 0;  ///< 0 to 8, against 1 for each of four neighbors
+};
+
+/// The mixture of a foreground and a background sample that is nearest to a color. One that is nearly pure is preferred, because
+/// in a texture some pair of samples explains every color; by how much was chosen on the views of bench/quality.
+inline mixture unmix(const float_color& color, const float_color* foregrounds, const float_color* backgrounds,
+                     std::size_t count) {
+    mixture best;
+    float least = std::numeric_limits<float>::infinity(), contrast = 1;
+    for (std::size_t f = 0; f < count; ++f)
+        for (std::size_t b = 0; b < count; ++b) {
+            float_color across, from_background, error;
+            for (std::size_t c = 0; c < 3; ++c)
+                across[c] = foregrounds[f][c] - backgrounds[b][c], from_background[c] = color[c] - backgrounds[b][c];
+            const float squared = across[0] * across[0] + across[1] * across[1] + across[2] * across[2];
+            const float along = from_background[0] * across[0] + from_background[1] * across[1] + from_background[2] * across[2];
+            const float alpha = std::clamp(along / (squared + 1.0F), 0.0F, 1.0F);
+            for (std::size_t c = 0; c < 3; ++c) error[c] = from_background[c] - alpha * across[c];
+            const float squared_error = error[0] * error[0] + error[1] * error[1] + error[2] * error[2];
+            const float cost = squared_error + 0.5F * squared * alpha * (1.0F - alpha);
+            if (cost >= least) continue;
+            least = cost, contrast = squared;
+            best = {alpha, foregrounds[f], backgrounds[b], 0};
+        }
+    // A tenth of the contrast is what grain makes of a mixture; half of it is another color.
+    const float error = std::sqrt(least / (contrast + 1.0F));
+    best.confidence = static_cast<int>(std::clamp(10.0F - 20.0F * error, 0.0F, 8.0F));
+    return best;
+}
+
+/// Mixtures of all pixels of a band, in the order of its places. Where a pixel's nearest side cannot tell, confidence is 0 and
+/// alpha is 1 in front, 0 behind.
+class local_matte {
+public:
+    local_matte(const graph_view& g, const silhouette_band& band, array_view<const std::uint8_t> colors)
+        : graph_(g), band_(band) {
+        mixtures_.reserve(band.places().size());
+        for (const silhouette_band::place& p : band.places()) mixtures_.push_back(estimate(p, colors));
+    }
+
+    const buffer<mixture>& mixtures() const { return mixtures_; }
+
+    void smooth(int rounds) {
+        diffusion<1> solver;
+        solver.start();
+        buffer<std::int32_t> cells(mixtures_.size(), 0), order;
+        for (const silhouette_band::place& p : band_.places()) order.push_back(p.pixel);
+        std::sort(order.begin(), order.end());
+        for (const std::int32_t pixel : order) {
+            const std::int32_t i = band_.find(pixel);
+            if (!can_tell(i)) continue;
+            const std::int32_t cell = cells[i] = solver.add_cell(graph_.x()[pixel], graph_.y()[pixel]);
+            for (int n = 0; n < mixtures_[i].confidence; ++n) solver.add_known_neighbor(cell, &mixtures_[i].alpha);
+            add_neighbors(solver, cells, i);
+        }
+        solver.solve(rounds);
+        for (std::int32_t i = 0; i < mixtures_.count(); ++i)
+            if (cells[i] > 0) mixtures_[i].alpha = std::clamp(solver.value(cells[i])[0], 0.0F, 1.0F);
+    }
+
+private:
+    /// Samples come from the pixel's nearest side, and from those of pixels this far from it along rows and columns.
+    static constexpr std::int32_t sample_distance = 4;
+    static constexpr std::size_t most_samples = 5;
+
+    bool can_tell(std::int32_t place) const { return band_.sides()[band_.places()[place].side].can_tell; }
+
+    mixture estimate(const silhouette_band::place& p, array_view<const std::uint8_t> colors) const {
+        if (!band_.sides()[p.side].can_tell) return {p.in_front ? 1.0F : 0.0F, {}, {}, 0};
+        float_color foregrounds[most_samples], backgrounds[most_samples], color;
+        std::int32_t taken[most_samples];
+        std::size_t count = 0;
+        const auto take = [&](std::int32_t number) {
+            const silhouette_side& s = band_.sides()[number];
+            if (!s.can_tell || std::find(taken, taken + count, number) != taken + count) return;
+            foregrounds[count] = s.foreground, backgrounds[count] = s.background, taken[count] = number;
+            ++count;
+        };
+        take(p.side);
+        const std::int32_t x = graph_.x()[p.pixel], y = graph_.y()[p.pixel];
+        for (const side s : all_sides) {
+            const std::int32_t u = x + sample_distance * step_x(s), v = y + sample_distance * step_y(s);
+            if (u < 0 || v < 0 || u >= graph_.width() || v >= graph_.height()) continue;
+            const std::int32_t other = band_.find(v * graph_.width() + u);
+            if (other >= 0) take(band_.places()[other].side);
+        }
+        for (std::size_t c = 0; c < 3; ++c) color[c] = static_cast<float>(colors[3 * static_cast<std::size_t>(p.pixel) + c]);
+        return unmix(color, foregrounds, backgrounds, count);
+    }
+
+    /// A share is smooth in the picture: also from pixel to pixel across the silhouette. Beyond the band nothing is mixed.
+    void add_neighbors(diffusion<1>& solver, const buffer<std::int32_t>& cells, std::int32_t place) const {
+        const silhouette_band::place& p = band_.places()[place];
+        const float pure = p.in_front ? 1.0F : 0.0F;
+        const std::int32_t cell = cells[place], x = graph_.x()[p.pixel], y = graph_.y()[p.pixel];
+        for (const side s : all_sides) {
+            const std::int32_t u = x + step_x(s), v = y + step_y(s);
+            if (u < 0 || v < 0 || u >= graph_.width() || v >= graph_.height()) continue;
+            const std::int32_t other = band_.find(v * graph_.width() + u);
+            if (other < 0)
+                solver.add_known_neighbor(cell, &pure);
+            else if (!can_tell(other))
+                continue;
+            else if (s == side::left)
+                solver.link_left(cell, cells[other]);
+            else if (s == side::up)
+                solver.link_up(cell, cells[other]);
+        }
+    }
+
+    graph_view graph_;
+    const silhouette_band& band_;
+    buffer<mixture> mixtures_;
+};
+
+}}}  // namespace ldi::detail

@@ -1,0 +1,150 @@
+// Which known pixel each unknown one takes its texture from: the randomized search of PatchMatch (Barnes, Shechtman, Finkelstein
+// and Goldman, "PatchMatch: A Randomized Correspondence Algorithm for Structural Image Editing", 2009) over the links of a
+// layered image, so that no other surface is ever reached. As in "Shift-Map Image Editing" (Pritch, Kav-Venaki and Peleg, 2009)
+// it costs where two neighbors take from pixels that are not neighbors: what is copied then hangs together.
+#pragma once
+
+#include <ldi/base/buffer.hpp>
+#include <ldi/base/numbers.hpp>
+#include <ldi/core/graph.hpp>
+#include <ldi/inpaint/detail/scrambled.hpp>
+#include <ldi/inpaint/detail/texture_cells.hpp>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <utility>
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+/// A cell with its surroundings: blurred colors of itself, and of those `tap_distance` steps away on each side. Of 16 bytes for
+/// the sake of vector instructions; the last is 0.
+using texture_surroundings = std::array<std::uint8_t, 16>;
+
+inline constexpr int tap_distance = 4;
+inline constexpr int tap_values = 15;
+
+inline buffer<texture_surroundings> describe_cells(const texture_cells& cells, const buffer<texture_color>& blurred) {
+    buffer<texture_surroundings> result(cells.pixel.size());
+    for (std::int32_t cell = 0; cell < cells.count(); ++cell) {
+        std::size_t at = 0;
+        const auto put = [&](std::int32_t tap) {
+            for (const float value : blurred[tap]) result[cell][at++] = rounded_mean(value);
+        };
+        put(cell);
+        for (side s : all_sides) put(cells.walk(cell, s, tap_distance));
+    }
+    return result;
+}
+
+/// The sum of the absolute differences.
+inline int difference_of(const texture_surroundings& a, const texture_surroundings& b) {
+    int sum = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) sum += std::abs(int{a[i]} - int{b[i]});
+    return sum;
+}
+
+class texture_search {
+public:
+    /// reach  in steps along x and along y
+    texture_search(const graph_view& g, const texture_cells& cells, const buffer<texture_surroundings>& looks, int reach)
+        : graph_(g), cells_(cells), looks_(looks), reach_(reach) {}
+
+    /// Per cell, the source of its texture; no_pixel for a known cell, and where no source is found.
+    buffer<std::int32_t> run(int rounds) {
+        source_ = buffer<std::int32_t>(cells_.pixel.size(), no_pixel);
+        find_nearest_known();
+        for (int round = 0; round < rounds; ++round)
+            for (std::int32_t k = 0; k < cells_.count(); ++k) {
+                const bool forward = round % 2 == 0;
+                const std::int32_t cell = forward ? k : cells_.count() - 1 - k;
+                if (cells_.is_unknown(cell) && nearest_known_[cell] != no_pixel) improve(cell, round, forward);
+            }
+        return std::move(source_);
+    }
+
+private:
+    // Cost of two neighbors whose sources are not; chosen by trial.
+    static constexpr int incoherence = 100;
+    // Of so many cells one looks further than its neighbors' sources, which then spread.
+    static constexpr std::uint32_t seldom = 32;
+
+    /// Sets where to look first: the known cell nearest to each unknown one over links, or no_pixel.
+    void find_nearest_known() {
+        nearest_known_ = buffer<std::int32_t>(cells_.pixel.size(), no_pixel);
+        buffer<std::int32_t> wave, further;
+        for (std::int32_t cell = 0; cell < cells_.count(); ++cell) {
+            if (!cells_.is_unknown(cell)) continue;
+            for (side s : all_sides)
+                if (const std::int32_t n = cells_.neighbor(cell, s); n != no_pixel && !cells_.is_unknown(n))
+                    nearest_known_[cell] = n;
+            if (nearest_known_[cell] != no_pixel) wave.push_back(cell);
+        }
+        while (!wave.empty()) {
+            further.clear();
+            for (std::int32_t cell : wave)
+                for (side s : all_sides) {
+                    const std::int32_t n = cells_.neighbor(cell, s);
+                    if (n == no_pixel || !cells_.is_unknown(n) || nearest_known_[n] != no_pixel) continue;
+                    nearest_known_[n] = nearest_known_[cell];
+                    further.push_back(n);
+                }
+            wave.swap(further);
+        }
+    }
+
+    int cost(std::int32_t cell, std::int32_t from) const {
+        int sum = difference_of(looks_[cell], looks_[from]);
+        for (side s : all_sides) {
+            const std::int32_t n = cells_.neighbor(cell, s);
+            if (n == no_pixel || !cells_.is_unknown(n)) continue;
+            if (source_[n] == no_pixel || cells_.neighbor(from, s) != source_[n]) sum += incoherence;
+        }
+        return sum;
+    }
+
+    void improve(std::int32_t cell, int round, bool forward) {
+        std::int32_t& best = source_[cell];
+        int least = -1;  // not computed before there is something to compare, which is seldom
+        const auto consider = [&](std::int32_t from) {
+            if (from == no_pixel || from == best || !cells_.is_source(from)) return;
+            if (best == no_pixel) {
+                best = from;
+                return;
+            }
+            if (least < 0) least = cost(cell, best);
+            if (const int c = cost(cell, from); c < least) least = c, best = from;
+        };
+        for (side s : {forward ? side::left : side::right, forward ? side::up : side::down}) {
+            const std::int32_t n = cells_.neighbor(cell, s);
+            if (n != no_pixel && source_[n] != no_pixel) consider(cells_.neighbor(source_[n], opposite(s)));
+        }
+        const std::int32_t pixel = cells_.pixel[cell];
+        const std::uint32_t random =
+            scrambled(static_cast<std::uint32_t>(graph_.x()[pixel]),
+                      64 * static_cast<std::uint32_t>(graph_.y()[pixel]) + static_cast<std::uint32_t>(round));
+        if (best != no_pixel && random % seldom != 0) return;
+        for (std::uint32_t n = 0; n < 4; ++n) consider(wander(nearest_known_[cell], scrambled(random, n), reach_));
+        for (int radius = reach_ / 2; radius > 0 && best != no_pixel; radius /= 2)
+            consider(wander(best, scrambled(random, 100 + static_cast<std::uint32_t>(radius)), radius));
+    }
+
+    /// A cell within this many steps along x and then y, as far as links go.
+    std::int32_t wander(std::int32_t cell, std::uint32_t random, int radius) const {
+        const auto within = [radius](std::uint32_t bits) {  // -radius ... radius
+            return static_cast<int>(bits * static_cast<std::uint32_t>(2 * radius + 1) >> 16) - radius;
+        };
+        const int dx = within(random & 0xFFFF), dy = within(random >> 16);
+        const std::int32_t across = cells_.walk(cell, dx < 0 ? side::left : side::right, std::abs(dx));
+        return cells_.walk(across, dy < 0 ? side::up : side::down, std::abs(dy));
+    }
+
+    graph_view graph_;
+    const texture_cells& cells_;
+    const buffer<texture_surroundings>& looks_;
+    int reach_;
+    buffer<std::int32_t> source_, nearest_known_;
+};
+
+}}}  // namespace ldi::detail

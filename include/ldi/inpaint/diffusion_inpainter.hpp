@@ -1,0 +1,38 @@
+// Inpainting without a network: colors diffuse isotropically over the links of the layered image, from what is known into what
+// is not. Smooth, fast, and blind to texture.
+#pragma once
+
+#include <ldi/base/executor.hpp>
+#include <ldi/base/numbers.hpp>
+#include <ldi/base/progress.hpp>
+#include <ldi/core/layered_image.hpp>
+#include <ldi/inpaint/detail/diffuse_unknown.hpp>
+
+#include <cstddef>
+#include <cstdint>
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// A color_inpainter (photo3d.hpp).
+struct diffusion_inpainter {
+    /// Gauss-Seidel rounds on each level of the multigrid.
+    int rounds = 6;
+
+    /// layers  in canonical order; the color of every pixel whose known_column is 0 is set. A surface without any known pixel
+    ///         gets the mean of the known colors next to unknown ones elsewhere.
+    ///
+    /// Linear time; 4 bytes per pixel and up to 200 per unknown one.
+    template <has_columns<color_column, known_column> Layers, executor Executor = const serial_executor>
+    void inpaint(Layers& layers, const progress_listener& progress = {}, Executor&& = {}) const {
+        detail::diffuse_unknown<3>(
+            layers.topology(), layers.template column<known_column>(), rounds,
+            [&](std::int32_t pixel, side) { return layers.template at<color_column>(pixel).data(); },
+            [&] { progress.report("color inpainting", 0.3F); },
+            [&](std::int32_t pixel, const diffusion<3>::value_type& color) {
+                for (std::size_t c = 0; c < 3; ++c)
+                    layers.template at<color_column>(pixel)[c] = detail::rounded_to_byte(color[c]);
+            });
+    }
+};
+
+}}  // namespace ldi

@@ -1,0 +1,135 @@
+// Texture for inpainted pixels, from the photo itself. An inpainter that returns the mean of all that a color might be returns no
+// texture. The high frequencies of known pixels of the same surface, near the silhouette, are added to its answer: those of the
+// places that look like the answer when both are blurred (after Yi et al., "Contextual Residual Aggregation for Ultra
+// High-Resolution Image Inpainting", 2020). Grain (inpaint/grain.hpp) only where no place does. Not in the paper.
+//
+// High frequencies have a mean of zero and no edges that must meet, so patches may end anywhere: there are no seams to blend, and
+// no averages that would lose strength. What is stronger than the photo's detail around the hole is held back: an edge, a leaf
+// before the sky.
+#pragma once
+
+#include <ldi/base/buffer.hpp>
+#include <ldi/base/numbers.hpp>
+#include <ldi/core/graph.hpp>
+#include <ldi/core/layered_image.hpp>
+#include <ldi/inpaint/detail/texture_cells.hpp>
+#include <ldi/inpaint/detail/texture_search.hpp>
+#include <ldi/inpaint/grain.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+struct texture_options {
+    /// Relative to the texture of the photo; 0 for none, which leaves grain.
+    float strength = 1.0F;
+    /// No pixel's texture is stronger than this many times the photo's detail around; it comes near to it gradually. A large
+    /// number copies edges, too.
+    float crest = 4.0F;
+    /// Texture comes from known pixels up to this many steps over links from an inpainted one.
+    int reach = 32;
+    /// Mean difference of the blurred colors, in gray levels, up to which a place counts as alike. From there to twice as much,
+    /// texture fades into grain.
+    float tolerance = 13.0F;
+    /// Rounds of the search; its direction alternates.
+    int rounds = 2;
+};
+
+namespace detail {
+
+/// Where texture comes from, and what is added.
+class texture_transfer {
+public:
+    /// color, known  the columns of a layered image with this graph
+    texture_transfer(const graph_view& g, array_view<const std::uint8_t> color, array_view<const std::uint8_t> known,
+                     const texture_options& options)
+        : options_(options), cells_(find_texture_cells(g, known, options.reach, margin)) {
+        buffer<texture_color> blurred(cells_.pixel.size(), unset);
+        for (std::int32_t cell = 0; cell < cells_.count(); ++cell)
+            for (std::size_t c = 0; c < 3; ++c)
+                blurred[cell][c] = color.data()[3 * std::ptrdiff_t{cells_.pixel[cell]} + static_cast<std::ptrdiff_t>(c)];
+        fine_ = blurred;
+        blur_cells(cells_, blurred, 1);
+        for (std::int32_t cell = 0; cell < cells_.count(); ++cell)
+            for (std::size_t c = 0; c < 3; ++c) fine_[cell][c] -= blurred[cell][c];
+        blur_cells(cells_, blurred, 3);
+        looks_ = describe_cells(cells_, blurred);
+        source_ = texture_search(g, cells_, looks_, options.reach).run(options.rounds);
+    }
+
+    const texture_cells& cells() const { return cells_; }
+
+    /// How much a cell's source looks like it, from 0 to 1.
+    float likeness(std::int32_t cell) const {
+        if (source_[cell] == no_pixel) return 0.0F;
+        const float difference = nearest_float(difference_of(looks_[cell], looks_[source_[cell]])) / nearest_float(tap_values);
+        if (difference <= options_.tolerance) return 1.0F;
+        return (std::max)(2.0F - difference / options_.tolerance, 0.0F);  // a tolerance of 0 leaves only what is equal
+    }
+
+    /// The texture of an unknown cell, none if it has no source. `noise`: the photo's detail around it.
+    texture_color texture(std::int32_t cell, float noise) const {
+        if (source_[cell] == no_pixel) return {};
+        texture_color result = fine_[source_[cell]];
+        const float most = options_.crest * noise;
+        for (float& value : result) value *= options_.strength * (most > 0.0F ? most / (most + std::abs(value)) : 0.0F);
+        return result;
+    }
+
+private:
+    static constexpr int margin = 3;  // what blurring and the taps around the last sources need, nearly
+
+    texture_options options_;
+    texture_cells cells_;
+    buffer<texture_color> fine_;  // high frequencies
+    buffer<texture_surroundings> looks_;
+    buffer<std::int32_t> source_;
+};
+
+inline void check_options(const texture_options& options) {
+    check_option("texture_options, strength", options.strength, 0.0F, 100.0F);
+    check_option("texture_options, crest", options.crest, 0.0F, 1000.0F);
+    check_option("texture_options, reach", nearest_float(options.reach), 1.0F, 200.0F);
+    check_option("texture_options, tolerance", options.tolerance, 0.0F, 255.0F);
+    check_option("texture_options, rounds", nearest_float(options.rounds), 1.0F, 60.0F);
+}
+
+}  // namespace detail
+
+/// Adds texture to every pixel whose known_column is 0, and grain where nothing known is like it; all others stay as they are.
+///
+/// layers  in canonical order, with a color everywhere
+/// grain   also says how the photo's detail is measured: with a limit of 0 nothing is added. A texture strength of 0 leaves
+/// add_grain()
+///
+/// Raises invalid_option as add_grain() does, and for a strength, crest or tolerance that is not in [0, 100], [0, 1000] or [0,
+/// 255], a reach that is not in [1, 200], or rounds that are not in [1, 60]. Linear time; up to 150 bytes per pixel, where all
+/// are unknown or near.
+template <has_columns<color_column, known_column> Layers>
+void add_texture(Layers& layers, const texture_options& options = {}, const grain_options& grain = {}) {
+    detail::check_options(options);
+    detail::check_options(grain);
+    if (options.strength == 0.0F) return add_grain(layers, grain);
+    if (grain.limit == 0.0F) return;
+    const auto& g = layers.topology();
+    const buffer<float> around = detail::detail_around_unknown(layers, grain.limit, grain.rounds);
+    if (around.empty()) return;
+    const detail::texture_transfer transfer(g, layers.template column<color_column>(), layers.template column<known_column>(),
+                                            options);
+    const detail::texture_cells& cells = transfer.cells();
+    std::int32_t next = 0;
+    for (std::int32_t cell = 0; cell < cells.count(); ++cell) {
+        if (!cells.is_unknown(cell)) continue;
+        const std::int32_t pixel = cells.pixel[cell];
+        const float noise = around[next++], likeness = transfer.likeness(cell);
+        const float rest = (1.0F - likeness) * grain.strength * noise * detail::grain_at(g.x()[pixel], g.y()[pixel]);
+        const detail::texture_color texture = transfer.texture(cell, noise);
+        const auto color = layers.template at<color_column>(pixel);
+        for (std::size_t c = 0; c < 3; ++c) color[c] = detail::rounded_to_byte(color[c] + likeness * texture[c] + rest);
+    }
+}
+
+}}  // namespace ldi

@@ -1,0 +1,101 @@
+// Where depth is coarser than the photo, silhouettes are up to a few samples off, and something of the foreground stays on the
+// background beside them: fuzz, hair, a rim. Inpainting would continue it over all of the hidden surface. But most of these
+// pixels are the background's own, and in sight: refilled, they would blur what everybody sees. So they are set aside, unknown
+// while hidden surfaces get their colors, and put back afterwards, if they don't look like what is in front of them.
+#pragma once
+
+#include <ldi/base/buffer.hpp>
+#include <ldi/core/layered_image.hpp>
+#include <ldi/inpaint/mixed_colors.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// What restore_rims() needs to know about a pixel.
+struct uncertain_rim {
+    std::array<std::uint8_t, 3> color;  ///< of the pixel itself
+    std::array<float, 3> foreground;    ///< of the surface in front of it, 0 to 255
+    bool is_distinguishable;            ///< whether the surface in front looks different, so that `foreground` is reliable
+};
+
+/// 0, or 1 + the pixel's index in the list of mark_uncertain_rims().
+struct rim_column {
+    using scalar = std::int32_t;
+    static constexpr std::size_t channels = 1;
+    static constexpr scalar new_pixel(scalar origin) { return zeroed(origin); }
+};
+
+namespace detail {
+
+/// How far a color lies on the way from one to another, 0 to 1 and beyond; 0 where those look alike.
+inline float share_of_way(const std::uint8_t* color, const std::uint8_t* from, const float* to) {
+    constexpr float least_contrast = 40.0F;  // as in mixed_color_options
+    float along = 0, squared = 0;
+    for (std::size_t c = 0; c < 3; ++c) {
+        const float start = static_cast<float>(from[c]), way = to[c] - start;
+        along += (static_cast<float>(color[c]) - start) * way, squared += way * way;
+    }
+    return squared < least_contrast * least_contrast ? 0.0F : along / squared;
+}
+
+}  // namespace detail
+
+/// Marks the known pixels of the background within `width` pixels of silhouettes as unknown, except those that would have no
+/// known pixel behind them. Call it after unmix_colors() and before expand().
+///
+/// layers  every pixel with a missing link inside the photo lies on a silhouette
+///
+/// Sets the rim column and returns the list that it refers to, in the order of the pixels. Linear time, whatever the width; up to
+/// 150 bytes per pixel, where all lie within it.
+template <payload_column... Columns>
+buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int width) {
+    static_assert(has_columns<single_layer<Columns...>, color_column, disparity_column, known_column, rim_column>);
+    buffer<uncertain_rim> rims;
+    if (width <= 0) return rims;
+    const graph& g = layers.topology();
+    const auto known = layers.template column<known_column>();
+    const auto rim_of = layers.template column<rim_column>();
+    detail::silhouette_band band(g, layers.template column<disparity_column>(), width);
+    band.sample(layers.template column<color_column>(), 0.0F);
+    buffer<std::int32_t> edge;
+    for (const detail::silhouette_side& s : band.sides()) edge.push_back(s.back);
+    // What was unmixed or refilled at the silhouette itself is unknown already: the margin begins behind it.
+    const buffer<std::uint8_t> before(known.begin(), known.end());
+    std::fill(known.begin(), known.end(), std::uint8_t{1});
+    detail::mark_margin(layers, edge, width);
+    for (std::int32_t i = 0; i < g.count(); ++i) {
+        if (before[i] != 0 && known[i] == 0) {
+            const detail::silhouette_band::place& nearest = band.places()[band.find(i)];
+            const detail::silhouette_side& s = band.sides()[nearest.side];
+            const auto color = layers.template at<color_column>(i);
+            // A narrow surface between two others may be the near one at the nearest silhouette.
+            rims.push_back({{color[0], color[1], color[2]}, s.foreground, s.can_tell && !nearest.in_front});
+            rim_of[i] = rims.count();
+        }
+        known[i] = known[i] != 0 ? before[i] : std::uint8_t{0};
+    }
+    return rims;
+}
+
+/// Restores the colors of the pixels that mark_uncertain_rims() marked, which become known again, unless their own color has an
+/// eighth or more of the foreground in it: on the way from the color that inpainting gave them, which continues the background,
+/// to the foreground's. (The eighth was found by trial.)
+template <has_columns<color_column, known_column, rim_column> Layers>
+void restore_rims(Layers& layers, std::span<const uncertain_rim> rims) {
+    const auto rim_of = layers.template column<rim_column>();
+    for (std::int32_t i = 0; i < rim_of.count(); ++i) {
+        if (rim_of[i] == 0) continue;
+        const uncertain_rim& rim = rims[static_cast<std::size_t>(rim_of[i] - 1)];
+        std::uint8_t* const color = layers.template at<color_column>(i).data();
+        if (rim.is_distinguishable && detail::share_of_way(rim.color.data(), color, rim.foreground.data()) > 0.125F) continue;
+        layers.template column<known_column>()[i] = 1;
+        std::copy_n(rim.color.data(), 3, color);
+    }
+}
+
+}}  // namespace ldi

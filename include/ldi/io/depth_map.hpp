@@ -1,0 +1,235 @@
+// Depth maps that people have: PNG of 8 or 16 bits, JPEG companions, PFM and NPY, of disparity or meters, with holes. They all
+// become one thing: disparity, larger nearer, up to a positive scale and a shift, NaN where the file knows nothing.
+#pragma once
+
+#include <ldi/base/buffer.hpp>
+#include <ldi/base/error.hpp>
+#include <ldi/base/numbers.hpp>
+#include <ldi/base/printable.hpp>
+#include <ldi/core/image.hpp>
+#include <ldi/formats/float_map.hpp>
+#include <ldi/formats/picture_formats.hpp>
+#include <ldi/io/detail/decoding_budget.hpp>
+#include <ldi/io/detail/picture_decoder.hpp>
+#include <ldi/io/file.hpp>
+#include <ldi/io/picture_limits.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <filesystem>
+#include <limits>
+#include <span>
+#include <string>
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// The quantity that a stored value grows with.
+enum class depth_map_kind {
+    disparity,  ///< nearness, up to a scale and a shift (1 / distance, stereo disparity, what a network gives)
+    meters,     ///< distance from the camera; 0 and below is invalid
+};
+
+struct depth_map_options {
+    depth_map_kind kind = depth_map_kind::disparity;
+    bool white_is_near = true;  ///< false: disparity whose smallest values are nearest (Lens Blur companions). Not for meters.
+    bool invalid_zero = false;  ///< a stored 0 means unknown (16-bit PNG files of sensors and stereo benchmarks)
+    float scale = 1;            ///< multiplies every stored value; 0.001 for meters stored as millimeters. Positive.
+    picture_limits limits = {.max_pixels = 64'000'000};
+    picture_formats formats = {};  ///< those that are read
+};
+
+/// Decodes a depth map in memory: gray PNG (a value is 0 to 255, or 0 to 65,535 in 16-bit files), gray JPEG, PFM, or NPY of
+/// float32 or float64 (H x W, also with axes of length 1 before or behind). Color files whose channels agree count as gray;
+/// alpha and EXIF orientation are ignored.
+///
+/// Returns H x W x 1 disparity, larger nearer; in 1 / meter for depth_map_kind::meters. NaN where the file holds none: NaN,
+/// infinity, and 0 as the options have it.
+/// Raises unsupported, invalid_data, too_large, invalid_option.
+image<float> decode_depth_map(std::span<const std::byte> bytes, const depth_map_options& options = {},
+                              const std::string& where = "depth map");
+
+/// The size of a depth map, and the memory that decode_depth_map() and then fill_invalid() take. Raises what decode_depth_map()
+/// raises for a header.
+decoding_estimate estimate_depth_map(std::span<const std::byte> bytes, const depth_map_options& options = {},
+                                     const std::string& where = "depth map");
+
+/// decode_depth_map() of a file; also raises file_access.
+image<float> load_depth_map(const std::filesystem::path& path, const depth_map_options& options = {});
+
+/// Gives every NaN pixel the value of the nearest valid one, counted in steps up, down, left and right; among equally near ones
+/// the choice is fixed. Raises invalid_data if no pixel is valid.
+image<float> fill_invalid(image<float> depth_map, const std::string& where = "depth map");
+
+/// Averages blocks of pixels, as far as they are known, until a map has at most so many. No stage of a 3D photo works on more
+/// than 4096 x 4096, and each copies the map.
+image<float> shrink_depth_map(image<float> depth_map, std::size_t max_pixels = 32'000'000);
+
+/// Checks that a depth map can belong to a photo: their sizes may differ, their proportions by at most 2 %. Raises mismatch.
+///
+/// photo  an image or a view
+template <class Picture>
+void check_fits(const image<float>& depth_map, const Picture& photo, const std::string& where = "depth map") {
+    const auto ratio = [](const auto& picture) {
+        return detail::nearest_double(picture.width()) / detail::nearest_double(picture.height());
+    };
+    const double map_ratio = ratio(depth_map), photo_ratio = ratio(photo);
+    if (std::abs(std::log(map_ratio / photo_ratio)) <= std::log(1.02)) return;
+    const auto size = [](std::size_t w, std::size_t h) { return std::to_string(w) + " x " + std::to_string(h); };
+    raise(error_code::mismatch, where, "the proportions of the photo, " + size(photo.width(), photo.height()),
+          size(depth_map.width(), depth_map.height()));
+}
+
+namespace detail {
+
+/// The values of a gray PNG or JPEG file. Raises as decode_depth_map() does.
+template <class Sample>
+image<float> decode_gray_as(std::span<const std::byte> bytes, const picture_header& header, const std::string& where) {
+    const decoded_picture<Sample> picture = decode_picture<Sample>(bytes, header, where);
+    image<float> result(picture.height, picture.width, 1, unset);
+    const std::size_t count = picture.height * picture.width;
+    const Sample* sample = picture.samples.get();
+    if (picture.channels < 3) {
+        for (std::size_t i = 0; i < count; ++i, sample += picture.channels) result.data()[i] = sample[0];
+        return result;
+    }
+    // Gray saved as color differs between channels by what JPEG loses; a color-mapped picture of depth differs by
+    // far more. The limit, 3 % of the full range on average, was chosen by trial.
+    double difference = 0;
+    for (std::size_t i = 0; i < count; ++i, sample += picture.channels) {
+        result.data()[i] = sample[1];
+        difference += std::abs(sample[0] - sample[1]) + std::abs(sample[2] - sample[1]);
+    }
+    if (difference / nearest_double(count) > 0.03 * (std::numeric_limits<Sample>::max)())
+        raise(error_code::unsupported, where, "a gray depth map", "a color picture");
+    return result;
+}
+
+inline image<float> decode_gray(std::span<const std::byte> bytes, const picture_header& header, const std::string& where) {
+    return header.bits == 16 ? decode_gray_as<std::uint16_t>(bytes, header, where)
+                             : decode_gray_as<std::uint8_t>(bytes, header, where);
+}
+
+/// Reads a header, and takes what the map needs up to its end: beside its samples, floats, and as much again to turn the map or
+/// to fill its holes.
+inline picture_header take_depth_header(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where) {
+    picture_header header;
+    if (is_pfm(bytes))
+        header = read_pfm_header(bytes, where);
+    else if (is_npy(bytes))
+        header = read_npy_header(bytes, where);
+    else if (is_jpeg(bytes) || is_png(bytes))
+        header = read_picture_header(bytes, where);
+    else
+        raise(bytes.empty() ? error_code::invalid_data : error_code::unsupported, where, "a gray PNG, JPEG, PFM or NPY file",
+              describe_format(bytes));
+    header.memory_per_pixel = (std::max)(header.memory_per_pixel + 1, 2 * sizeof(float));
+    budget.take(header, where);
+    return header;
+}
+
+inline image<float> decode_stored_depth(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where) {
+    const picture_header header = take_depth_header(bytes, budget, where);
+    if (header.format == picture_format::pfm) return decode_pfm(bytes, where);
+    if (header.format == picture_format::npy) return decode_npy(bytes, where);
+    return decode_gray(bytes, header, where);
+}
+
+}  // namespace detail
+
+inline image<float> decode_depth_map(std::span<const std::byte> bytes, const depth_map_options& options,
+                                     const std::string& where) {
+    if (!(options.scale > 0) || !std::isfinite(options.scale))
+        raise(error_code::invalid_option, "depth map scale", "a positive number", detail::to_text(options.scale));
+    detail::decoding_budget budget(options.limits, options.formats, bytes.size());
+    image<float> result = detail::decode_stored_depth(bytes, budget, where);
+    const std::span<float> values(result.data(), result.size());
+    constexpr float invalid = std::numeric_limits<float>::quiet_NaN();
+    float largest = -std::numeric_limits<float>::infinity(), smallest = -largest;
+    const bool is_meters = options.kind == depth_map_kind::meters;
+    for (float& v : values) {
+        if (options.invalid_zero && v == 0) v = invalid;
+        v *= options.scale;
+        if (is_meters) v = v > 0 && std::isfinite(v) ? 1 / v : invalid;
+        if (!std::isfinite(v)) v = invalid;
+        largest = (std::max)(largest, v), smallest = (std::min)(smallest, v);  // keep what they are where v is NaN
+    }
+    if (options.kind == depth_map_kind::disparity && !options.white_is_near) {
+        // The difference of two floats may exceed their range; that of their halves never does.
+        const float factor = std::isfinite(largest - smallest) ? 1.0F : 0.5F;
+        for (float& v : values) v = factor * largest - factor * v;
+    }
+    return result;
+}
+
+inline decoding_estimate estimate_depth_map(std::span<const std::byte> bytes, const depth_map_options& options,
+                                            const std::string& where) {
+    detail::decoding_budget budget(options.limits, options.formats, bytes.size());
+    const detail::picture_header header = detail::take_depth_header(bytes, budget, where);
+    return {header.height, header.width, budget.taken()};
+}
+
+inline image<float> load_depth_map(const std::filesystem::path& path, const depth_map_options& options) {
+    return decode_depth_map(read_file(path), options, path.string());
+}
+
+inline image<float> fill_invalid(image<float> depth_map, const std::string& where) {
+    const std::size_t w = depth_map.width(), count = depth_map.size();
+    LDI_ASSERT(count <= 0xFFFFFFFF);
+    float* const values = depth_map.data();
+    const auto for_each_neighbor = [&](std::size_t i, auto&& visit) {
+        const std::size_t x = i % w;
+        if (i >= w) visit(i - w);
+        if (i + w < count) visit(i + w);
+        if (x > 0) visit(i - 1);
+        if (x + 1 < w) visit(i + 1);
+    };
+    const auto is_at_hole = [&](std::size_t i) {
+        bool result = false;
+        for_each_neighbor(i, [&](std::size_t neighbor) { result = result || std::isnan(values[neighbor]); });
+        return result;
+    };
+    std::size_t holes = 0, sources = 0;
+    for (std::size_t i = 0; i < count; ++i)
+        if (std::isnan(values[i]))
+            ++holes;
+        else if (is_at_hole(i))
+            ++sources;
+    if (holes == count) raise(error_code::invalid_data, where, "at least one valid depth", "none");
+    buffer<std::uint32_t> reached;  // breadth-first, so that nearer sources come first
+    reached.reserve(sources + holes);
+    for (std::size_t i = 0; i < count && sources > 0; ++i)
+        if (!std::isnan(values[i]) && is_at_hole(i)) reached.push_back(static_cast<std::uint32_t>(i));
+    for (std::size_t at = 0; at < reached.size(); ++at) {
+        const std::uint32_t i = reached[at];
+        for_each_neighbor(i, [&](std::size_t neighbor) {
+            if (!std::isnan(values[neighbor])) return;
+            values[neighbor] = values[i];
+            reached.push_back(static_cast<std::uint32_t>(neighbor));
+        });
+    }
+    return depth_map;
+}
+
+inline image<float> shrink_depth_map(image<float> depth_map, std::size_t max_pixels) {
+    LDI_ASSERT(max_pixels > 0);
+    const std::size_t height = depth_map.height(), width = depth_map.width();
+    const auto blocks = [](std::size_t length, std::size_t side) { return (length + side - 1) / side; };
+    std::size_t side = 1;
+    while (blocks(height, side) > max_pixels / blocks(width, side)) ++side;
+    if (side == 1) return depth_map;
+    image<float> result(blocks(height, side), blocks(width, side), 1, unset);
+    for (std::size_t y = 0; y < result.height(); ++y)
+        for (std::size_t x = 0; x < result.width(); ++x) {
+            double sum = 0, count = 0;
+            for (std::size_t v = y * side; v < (std::min)((y + 1) * side, height); ++v)
+                for (std::size_t u = x * side; u < (std::min)((x + 1) * side, width); ++u)
+                    if (const float value = depth_map.row(v)[u]; !std::isnan(value)) sum += double{value}, ++count;
+            result.row(y)[x] = count > 0 ? static_cast<float>(sum / count) : std::numeric_limits<float>::quiet_NaN();
+        }
+    return result;
+}
+
+}}  // namespace ldi

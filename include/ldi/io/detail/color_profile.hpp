@@ -1,0 +1,167 @@
+// Colors as a photo's profile has them (ICC, or primaries by number), made sRGB by Little CMS. Phones store Display P3, whose
+// colors look pale when they are taken for sRGB.
+#pragma once
+
+#include <ldi/core/image.hpp>
+#include <ldi/io/detail/readers.hpp>
+#include <ldi/io/detail/stored_photo.hpp>
+
+#if defined(LDI_WITH_LCMS2)
+#include <lcms2.h>
+#include <lcms2_plugin.h>
+#endif
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <memory>
+#include <span>
+#include <string_view>
+#include <vector>
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { inline namespace LDI_READERS {
+
+/// Memory that reading a profile may take: its own bytes, and what Little CMS makes of it.
+inline constexpr std::size_t max_profile_memory = std::size_t{16} << 20;
+
+/// color    H x W x 3; becomes sRGB where the profile is of RGB or gray and can be read in max_profile_memory, and stays as it is
+///          elsewhere
+/// profile  what the samples are meant in
+inline void convert_to_srgb(image<std::uint8_t>& color, const color_profile& profile);
+
+/// The profile in the APP2 segments of a JPEG file, which may be in parts; empty if there is none or a part is missing.
+inline std::vector<std::byte> jpeg_profile(std::span<const std::span<const std::byte>> segments) {
+    constexpr std::string_view name("ICC_PROFILE\0", 12);
+    std::array<std::span<const std::byte>, 256> parts;
+    unsigned count = 0;
+    for (const std::span<const std::byte> segment : segments) {
+        if (!has_text(segment, 0, name) || segment.size() <= 14) continue;
+        std::span<const std::byte>& part = parts[byte_at(segment, 12)];
+        if (!part.empty()) continue;
+        part = segment.subspan(14);
+        if (byte_at(segment, 12) == 1) count = byte_at(segment, 13);
+    }
+    std::vector<std::byte> profile;
+    for (unsigned i = 1; i <= count; ++i) {
+        if (parts[i].empty() || profile.size() + parts[i].size() > max_profile_bytes) return {};
+        profile.insert(profile.end(), parts[i].begin(), parts[i].end());
+    }
+    return profile;
+}
+
+/// chunk  the body of a PNG file's iCCP chunk: a name, a zero, a method (0), and the profile, compressed
+inline std::vector<std::byte> png_profile(std::span<const std::byte> chunk) {
+    const auto name_end = std::find(chunk.begin(), chunk.end(), std::byte{0});
+    const std::size_t begin = static_cast<std::size_t>(name_end - chunk.begin()) + 2;
+    if (begin >= chunk.size() || chunk.size() > max_profile_bytes) return {};
+    const stb::growth_limit growth(max_profile_bytes);
+    int size = 0;
+    const std::unique_ptr<char[], stb_free> inflated(stb::stbi_zlib_decode_malloc_guesssize_headerflag(
+        reinterpret_cast<const char*>(chunk.data() + begin), static_cast<int>(chunk.size() - begin), 16384, &size, 1));
+    if (!inflated) return {};
+    const std::byte* const first = reinterpret_cast<const std::byte*>(inflated.get());
+    return std::vector<std::byte>(first, first + size);
+}
+
+#if defined(LDI_WITH_LCMS2)
+
+/// What is left of max_profile_memory: a profile may list the same table many times, and each is read.
+inline thread_local std::size_t profile_memory_left = 0;
+
+/// Memory for Little CMS, counted when it is taken and not when it comes back.
+struct profile_memory {
+    static bool take(std::size_t bytes) {
+        if (bytes > profile_memory_left) return false;
+        profile_memory_left -= bytes;
+        return true;
+    }
+    static void* allocate(cmsContext, cmsUInt32Number bytes) { return take(bytes) ? std::malloc(bytes) : nullptr; }
+    static void* reallocate(cmsContext, void* block, cmsUInt32Number bytes) {
+        return take(bytes) ? std::realloc(block, bytes) : nullptr;
+    }
+    static void release(cmsContext, void* block) { std::free(block); }
+};
+
+struct context_deleter {
+    void operator()(cmsContext context) const { cmsDeleteContext(context); }
+};
+using context_handle = std::unique_ptr<_cmsContext_struct, context_deleter>;
+
+inline context_handle open_context() {
+    profile_memory_left = max_profile_memory;
+    cmsPluginMemHandler handler = {};
+    handler.base.Magic = cmsPluginMagicNumber;
+    handler.base.ExpectedVersion = 2000;
+    handler.base.Type = cmsPluginMemHandlerSig;
+    handler.MallocPtr = profile_memory::allocate;
+    handler.FreePtr = profile_memory::release;
+    handler.ReallocPtr = profile_memory::reallocate;
+    return context_handle(cmsCreateContext(&handler, nullptr));
+}
+
+struct profile_closer {
+    void operator()(void* profile) const { cmsCloseProfile(profile); }
+};
+struct transform_deleter {
+    void operator()(void* transform) const { cmsDeleteTransform(transform); }
+};
+using profile_handle = std::unique_ptr<void, profile_closer>;
+
+/// Null if the profile is damaged, or sRGB.
+inline profile_handle open_profile(cmsContext context, const color_profile& profile) {
+    if (!profile.icc.empty())
+        return profile_handle(
+            cmsOpenProfileFromMemTHR(context, profile.icc.data(), static_cast<cmsUInt32Number>(profile.icc.size())));
+    cmsCIExyY white = {0.3127, 0.3290, 1.0};
+    cmsCIExyYTRIPLE p3 = {{0.680, 0.320, 1.0}, {0.265, 0.690, 1.0}, {0.150, 0.060, 1.0}};
+    cmsCIExyYTRIPLE bt2020 = {{0.708, 0.292, 1.0}, {0.170, 0.797, 1.0}, {0.131, 0.046, 1.0}};
+    if (profile.primaries != 9 && profile.primaries != 12) return nullptr;
+    double curve_of_srgb[5] = {2.4, 1 / 1.055, 0.055 / 1.055, 1 / 12.92, 0.04045};
+    cmsToneCurve* const curve = cmsBuildParametricToneCurve(context, 4, curve_of_srgb);
+    if (curve == nullptr) return nullptr;
+    cmsToneCurve* curves[3] = {curve, curve, curve};
+    profile_handle made(cmsCreateRGBProfileTHR(context, &white, profile.primaries == 12 ? &p3 : &bt2020, curves));
+    cmsFreeToneCurve(curve);
+    return made;
+}
+
+/// Whether a transform moves some color by more than rounding does. Most profiles are sRGB under one name or another.
+inline bool changes_colors(void* transform, bool is_gray) {
+    for (unsigned i = 0; i < 6 * 6 * 6; ++i) {
+        std::uint8_t from[3] = {static_cast<std::uint8_t>(i % 6 * 51), static_cast<std::uint8_t>(i / 6 % 6 * 51),
+                                static_cast<std::uint8_t>(i / 36 * 51)};
+        if (is_gray) from[1] = from[2] = from[0];
+        std::uint8_t to[3];
+        cmsDoTransform(transform, from, to, 1);
+        for (int c = 0; c < 3; ++c)
+            if (std::abs(int{from[c]} - int{to[c]}) > 2) return true;
+    }
+    return false;
+}
+
+inline void convert_to_srgb(image<std::uint8_t>& color, const color_profile& profile) {
+    if (profile.icc.empty() && profile.primaries == 0) return;
+    const context_handle context = open_context();
+    if (!context) return;
+    const profile_handle source = open_profile(context.get(), profile), target(cmsCreate_sRGBProfileTHR(context.get()));
+    if (!source || !target) return;
+    const bool is_gray = cmsGetColorSpace(source.get()) == cmsSigGrayData;
+    if (!is_gray && cmsGetColorSpace(source.get()) != cmsSigRgbData) return;
+    // Gray lies three times in each pixel; two of them are passed over.
+    const cmsUInt32Number from = is_gray ? COLORSPACE_SH(PT_GRAY) | CHANNELS_SH(1) | EXTRA_SH(2) | BYTES_SH(1) : TYPE_RGB_8;
+    const std::unique_ptr<void, transform_deleter> transform(cmsCreateTransformTHR(
+        context.get(), source.get(), from, target.get(), TYPE_RGB_8, INTENT_RELATIVE_COLORIMETRIC, cmsFLAGS_NOCACHE));
+    if (!transform || !changes_colors(transform.get(), is_gray)) return;
+    for (std::size_t y = 0; y < color.height(); ++y)
+        cmsDoTransform(transform.get(), color.row(y), color.row(y), static_cast<cmsUInt32Number>(color.width()));
+}
+
+#else
+
+inline void convert_to_srgb(image<std::uint8_t>&, const color_profile&) {}
+
+#endif
+
+}}}}  // namespace ldi::detail

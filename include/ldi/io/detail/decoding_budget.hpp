@@ -1,0 +1,83 @@
+// The budget of one input file (io/picture_limits.hpp): every decoder asks it before it allocates.
+#pragma once
+
+#include <ldi/base/error.hpp>
+#include <ldi/base/numbers.hpp>
+#include <ldi/formats/picture_formats.hpp>
+#include <ldi/formats/picture_header.hpp>
+#include <ldi/io/picture_limits.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+/// Refuses a picture whose header promises more than `max_pixels`.
+inline void check_pixel_count(std::size_t width, std::size_t height, std::size_t max_pixels, const std::string& where) {
+    if (width > max_pixels / height)
+        raise(error_code::too_large, where, "at most " + std::to_string(max_pixels) + " pixels",
+              std::to_string(width) + " x " + std::to_string(height));
+}
+
+class decoding_budget {
+public:
+    /// file_bytes  the length of the input file
+    decoding_budget(const picture_limits& limits, picture_formats formats, std::size_t file_bytes)
+        : max_pixels_(limits.max_pixels), formats_(formats), samples_(limits.max_scanned_samples), file_bytes_(file_bytes) {
+        const double granted =
+            nearest_double(limits.max_memory) + nearest_double(limits.max_memory_per_byte) * nearest_double(file_bytes);
+        memory_ = granted < 0x1p62 ? static_cast<std::size_t>(granted) : std::size_t{1} << 62;
+    }
+
+    std::size_t max_pixels() const { return max_pixels_; }
+    std::size_t taken() const { return taken_; }
+    std::size_t left() const { return memory_ - taken_; }
+
+    /// From now on no picture may have more pixels.
+    void lower_max_pixels(std::size_t max_pixels) { max_pixels_ = (std::min)(max_pixels_, max_pixels); }
+
+    /// Raises unsupported where the caller has switched the format off.
+    void check_format(picture_format format, const std::string& where) const {
+        if (!formats_.contains(format))
+            raise(error_code::unsupported, where, "a format that is switched on: " + formats_.text(),
+                  "a " + std::string(to_string(format)) + " file");
+    }
+
+    /// what  that takes the memory, for the message: "metadata of 12 bytes"
+    /// Raises too_large.
+    void take(double bytes, const std::string& where, const std::string& what) {
+        if (!(bytes <= nearest_double(left())))
+            raise(error_code::too_large, where,
+                  "a file that decodes in " + std::to_string(memory_ / 1'000'000) + " MB, of which " +
+                      std::to_string(left() / 1'000'000) + " are left",
+                  what + " in " + std::to_string(file_bytes_) + " bytes");
+        taken_ += static_cast<std::size_t>(bytes);
+    }
+    void take_samples(double samples, const std::string& where, const std::string& what) {
+        if (!(samples <= nearest_double(samples_)))
+            raise(error_code::too_large, where, "scans through at most " + std::to_string(samples_) + " samples", what);
+        samples_ -= static_cast<std::uint64_t>(samples);
+    }
+
+    /// What decoding a picture takes. Raises unsupported, too_large.
+    void take(const picture_header& header, const std::string& where) {
+        check_format(header.format, where);
+        check_pixel_count(header.width, header.height, max_pixels_, where);
+        const double pixels = nearest_double(header.width) * nearest_double(header.height);
+        const std::string size = std::to_string(header.width) + " x " + std::to_string(header.height) + " pixels";
+        take(pixels * nearest_double(header.memory_per_pixel) + header.more_memory, where, size);
+        if (header.scanned_channels > 0)
+            take_samples(nearest_double(header.scanned_channels) * pixels, where,
+                         size + ", " + std::to_string(header.scanned_channels) + " times");
+    }
+
+private:
+    std::size_t max_pixels_ = 0, memory_ = 0, taken_ = 0;
+    picture_formats formats_;
+    std::uint64_t samples_ = 0;
+    std::size_t file_bytes_ = 0;
+};
+
+}}}  // namespace ldi::detail

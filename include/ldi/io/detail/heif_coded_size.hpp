@@ -1,0 +1,190 @@
+// The size of a coded picture inside a HEIC or AVIF file, by its own headers: those of HEVC (ITU-T H.265, 7.3.2.2) and AV1 (AV1
+// bitstream specification, 5.5). The container states a size, too, which decoders do not hold themselves to.
+#pragma once
+
+#include <ldi/formats/picture_header.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+struct coded_size {
+    std::uint64_t width = 0, height = 0;
+    bool is_deep = false;  ///< more than 8 bits per sample
+
+    void include(const coded_size& other) {
+        width = (std::max)(width, other.width), height = (std::max)(height, other.height);
+        is_deep = is_deep || other.is_deep;
+    }
+};
+
+/// Bits, highest first; 0 beyond the end.
+class bit_reader {
+public:
+    /// is_escaped  a byte 3 behind two zeros is no data, as in HEVC
+    bit_reader(std::span<const std::byte> bytes, bool is_escaped) : bytes_(bytes), is_escaped_(is_escaped) {}
+
+    std::uint64_t next(unsigned count) {
+        std::uint64_t value = 0;
+        for (; count > 0; --count) value = value << 1 | bit();
+        return value;
+    }
+    /// An Exp-Golomb number below 2^32.
+    std::uint64_t golomb() {
+        unsigned zeros = 0;
+        while (zeros < 32 && bit() == 0) ++zeros;
+        return (std::uint64_t{1} << zeros) - 1 + next(zeros);
+    }
+
+private:
+    unsigned bit() {
+        if (left_ == 0) {
+            const bool is_escape = is_escaped_ && at_ >= 2 && at_ < bytes_.size() && byte_at(bytes_, at_) == 3 &&
+                                   byte_at(bytes_, at_ - 1) == 0 && byte_at(bytes_, at_ - 2) == 0;
+            if (is_escape) ++at_;
+            current_ = at_ < bytes_.size() ? byte_at(bytes_, at_) : 0;
+            ++at_, left_ = 8;
+        }
+        return current_ >> --left_ & 1;
+    }
+
+    std::span<const std::byte> bytes_;
+    bool is_escaped_;
+    std::size_t at_ = 0;
+    unsigned current_ = 0, left_ = 0;
+};
+
+/// unit  of HEVC's network abstraction layer; only sequence parameter sets say a size
+inline coded_size size_in_hevc_unit(std::span<const std::byte> unit) {
+    constexpr std::uint64_t sequence_parameter_set = 33;
+    bit_reader bits(unit, true);
+    bits.next(1);
+    if (bits.next(6) != sequence_parameter_set || bits.next(6) != 0) return {};
+    bits.next(3 + 4);
+    const std::uint64_t layers = bits.next(3);
+    bits.next(1 + 64), bits.next(32);  // profile, tier and level
+    bool has_profile[8] = {}, has_level[8] = {};
+    for (std::uint64_t i = 0; i < layers; ++i) has_profile[i] = bits.next(1) != 0, has_level[i] = bits.next(1) != 0;
+    if (layers > 0) bits.next(static_cast<unsigned>(2 * (8 - layers)));
+    for (std::uint64_t i = 0; i < layers; ++i) {
+        if (has_profile[i]) bits.next(64), bits.next(24);
+        if (has_level[i]) bits.next(8);
+    }
+    bits.golomb();
+    if (bits.golomb() == 3) bits.next(1);
+    coded_size size;
+    size.width = bits.golomb(), size.height = bits.golomb();
+    if (bits.next(1) != 0)
+        for (int side = 0; side < 4; ++side) bits.golomb();
+    const bool is_luma_deep = bits.golomb() > 0;
+    size.is_deep = bits.golomb() > 0 || is_luma_deep;
+    return size;
+}
+
+/// data  units behind their lengths, as an item holds them
+inline coded_size size_in_hevc_item(std::span<const std::byte> data, std::size_t length_size) {
+    coded_size largest;
+    while (data.size() > length_size) {
+        std::size_t length = 0;
+        for (std::size_t i = 0; i < length_size; ++i) length = length << 8 | byte_at(data, i);
+        data = data.subspan(length_size);
+        length = (std::min)(length, data.size());
+        largest.include(size_in_hevc_unit(data.first(length)));
+        data = data.subspan(length);
+    }
+    return largest;
+}
+
+/// hvcc  the decoder configuration record
+inline coded_size size_in_hevc_configuration(std::span<const std::byte> hvcc) {
+    coded_size largest;
+    if (hvcc.size() < 23) return largest;
+    std::size_t at = 23;
+    for (unsigned arrays = byte_at(hvcc, 22); arrays > 0 && at + 3 <= hvcc.size(); --arrays) {
+        at += 3;
+        for (unsigned units = big_endian_16(hvcc, at - 2); units > 0 && at + 2 <= hvcc.size(); --units) {
+            const std::size_t length = (std::min)(std::size_t{big_endian_16(hvcc, at)}, hvcc.size() - at - 2);
+            largest.include(size_in_hevc_unit(hvcc.subspan(at + 2, length)));
+            at += 2 + length;
+        }
+    }
+    return largest;
+}
+
+/// What a sequence header of AV1 says before its size.
+inline void skip_av1_operating_points(bit_reader& bits) {
+    bool has_decoder_model = false;
+    unsigned delay_bits = 0;
+    if (bits.next(1) != 0) {  // timing
+        bits.next(64);
+        if (bits.next(1) != 0) bits.golomb();
+        has_decoder_model = bits.next(1) != 0;
+        if (has_decoder_model) {
+            delay_bits = static_cast<unsigned>(bits.next(5)) + 1;
+            bits.next(32 + 5 + 5);
+        }
+    }
+    const bool has_display_delay = bits.next(1) != 0;
+    for (std::uint64_t points = bits.next(5) + 1; points > 0; --points) {
+        bits.next(12);
+        if (bits.next(5) > 7) bits.next(1);
+        if (has_decoder_model && bits.next(1) != 0) bits.next(2 * delay_bits + 1);
+        if (has_display_delay && bits.next(1) != 0) bits.next(4);
+    }
+}
+
+inline coded_size size_in_av1_header(std::span<const std::byte> header) {
+    bit_reader bits(header, false);
+    bits.next(3 + 1);
+    const bool is_reduced = bits.next(1) != 0;
+    if (is_reduced)
+        bits.next(5);
+    else
+        skip_av1_operating_points(bits);
+    const unsigned width_bits = static_cast<unsigned>(bits.next(4)) + 1, height_bits = static_cast<unsigned>(bits.next(4)) + 1;
+    coded_size size;
+    size.width = bits.next(width_bits) + 1, size.height = bits.next(height_bits) + 1;
+    if (is_reduced) {
+        bits.next(3);
+    } else {
+        // Each frame may state a size of its own, in as many bits.
+        size.width = std::uint64_t{1} << width_bits, size.height = std::uint64_t{1} << height_bits;
+        if (bits.next(1) != 0) bits.next(7);
+        bits.next(7);
+        const bool has_order = bits.next(1) != 0;
+        if (has_order) bits.next(2);
+        const bool chooses_tools = bits.next(1) != 0;
+        if ((chooses_tools || bits.next(1) != 0) && bits.next(1) == 0) bits.next(1);
+        if (has_order) bits.next(3);
+    }
+    bits.next(3);
+    size.is_deep = bits.next(1) != 0;
+    return size;
+}
+
+/// units  open bitstream units, as an item or its configuration holds them; only sequence headers say a size
+inline coded_size size_in_av1_units(std::span<const std::byte> units) {
+    constexpr unsigned sequence_header = 1;
+    coded_size largest;
+    while (!units.empty()) {
+        const unsigned head = byte_at(units, 0);
+        std::size_t at = (head & 4) != 0 ? 2 : 1, size = 0;
+        const bool has_size = (head & 2) != 0;
+        for (unsigned shift = 0; has_size && shift < 56 && at < units.size(); shift += 7) {
+            const unsigned byte = byte_at(units, at++);
+            size |= std::size_t{byte & 127} << shift;
+            if (byte < 128) break;
+        }
+        at = (std::min)(at, units.size());
+        if (!has_size) size = units.size();
+        size = (std::min)(size, units.size() - at);
+        if ((head >> 3 & 15) == sequence_header) largest.include(size_in_av1_header(units.subspan(at, size)));
+        units = units.subspan(at + size);
+    }
+    return largest;
+}
+
+}}}  // namespace ldi::detail

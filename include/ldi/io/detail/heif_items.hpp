@@ -1,0 +1,211 @@
+// The cost of decoding a picture of a HEIC or AVIF file: of the coded pictures that it is made of, through grids, overlays and
+// identities, and of the pictures in between. A picture that is made of itself is refused.
+#pragma once
+
+#include <ldi/base/buffer.hpp>
+#include <ldi/base/error.hpp>
+#include <ldi/base/numbers.hpp>
+#include <ldi/io/detail/decoding_budget.hpp>
+#include <ldi/io/detail/heif_boxes.hpp>
+#include <ldi/io/detail/heif_coded_size.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+class heif_items {
+public:
+    /// Also takes what libheif holds of the file, whatever is decoded: it reads the items' bytes, each as often as it is listed.
+    ///
+    /// Raises invalid_data, unsupported, too_large.
+    heif_items(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where)
+        : boxes_(bytes, where), where_(where) {
+        double listed = 0;
+        for (const auto& [id, item] : boxes_.items)
+            for (const std::span<const std::byte>& extent : item.extents) listed += nearest_double(extent.size());
+        budget.take(2 * listed, where, "items of " + std::to_string(static_cast<std::uint64_t>(listed)) + " bytes");
+        for (const auto& [id, item] : boxes_.items)
+            if (!item.sources.empty() || !item.auxiliaries.empty()) cost_of(id, 0);
+    }
+
+    /// The picture that the file shows.
+    picture_header take_primary(decoding_budget& budget) { return take(boxes_.primary, budget, where_); }
+
+    /// Whether auxiliary pictures of depth belong to it. Takes all of them: libheif says which one it decodes.
+    bool take_depth(decoding_budget& budget) {
+        const auto primary = boxes_.items.find(boxes_.primary);
+        if (primary == boxes_.items.end()) return false;
+        bool is_there = false;
+        for (const std::uint32_t id : primary->second.auxiliaries) {
+            if (!is_auxiliary(id, "urn:mpeg:hevc:2015:auxid:2") &&
+                !is_auxiliary(id, "urn:mpeg:mpegB:cicp:systems:auxiliary:depth"))
+                continue;
+            take(id, budget, where_ + ", depth");
+            is_there = true;
+        }
+        return is_there;
+    }
+
+private:
+    /// What decoding an item takes.
+    struct cost {
+        double width = 0, height = 0, memory = 0;
+        double pixels = 0;        ///< of all pictures, each as often as it is decoded, turned or cropped
+        double pictures = 0;      ///< each as often as it is decoded
+        double per_pixel = 0;     ///< bytes
+        bool is_foreign = false;  ///< coded in a way of which no size is known here
+        bool is_known = false;    ///< else it is being found
+    };
+
+    // Beyond what any camera writes: a grid of 4,096 tiles of 512 x 512 pixels has a gigapixel.
+    static constexpr double max_pictures = 4096;
+    static constexpr int max_depth = 8;  ///< pictures made of pictures
+
+    [[noreturn]] void broken(const std::string& found) const { damaged(picture_format::heif, where_, found); }
+
+    picture_header take(std::uint32_t id, decoding_budget& budget, const std::string& where) {
+        const cost c = cost_of(id, 0);
+        if (c.pictures > max_pictures)
+            raise(error_code::too_large, where,
+                  "a picture of at most " + std::to_string(static_cast<int>(max_pictures)) + " tiles", "more of them");
+        if (c.is_foreign) raise(error_code::unsupported, where, "a picture coded as HEVC or AV1", "another coding");
+        picture_header header;
+        header.format = picture_format::heif;
+        header.width = static_cast<std::size_t>(c.width), header.height = static_cast<std::size_t>(c.height);
+        if (header.width == 0 || header.height == 0) broken("an empty picture");
+        header.more_memory = c.memory + 4e6;  // the decoder itself
+        budget.take(header, where);
+        budget.take_samples(3 * c.pixels, where,
+                            "pictures of " + std::to_string(static_cast<std::uint64_t>(c.pixels)) + " pixels");
+        return header;
+    }
+
+    /// Each item is looked at once, and not again while it is looked at.
+    const cost& cost_of(std::uint32_t id, int depth) {
+        const auto item = boxes_.items.find(id);
+        if (item == boxes_.items.end()) broken("a picture made of one that is not there");
+        if (depth > max_depth) broken("pictures made of pictures " + std::to_string(depth) + " deep");
+        const auto [place, is_new] = costs_.try_emplace(id);
+        cost& c = place->second;
+        if (!is_new) {
+            if (!c.is_known) broken("a picture that is made of itself");
+            return c;
+        }
+        read_properties(item->second, c);
+        if (item->second.type == "grid" || item->second.type == "iovl" || item->second.type == "iden")
+            read_derived(item->second, c, depth);
+        else
+            read_coded(item->second, c);
+        for (const std::uint32_t other : item->second.auxiliaries) {
+            const cost& auxiliary = cost_of(other, depth + 1);
+            if (is_auxiliary(other, "urn:mpeg:avc:2015:auxid:1") || is_auxiliary(other, "urn:mpeg:hevc:2015:auxid:1") ||
+                is_auxiliary(other, "urn:mpeg:mpegB:cicp:systems:auxiliary:alpha"))
+                c.memory += auxiliary.memory, c.pixels += auxiliary.pixels, c.pictures += auxiliary.pictures;
+        }
+        c.is_known = true;
+        return c;
+    }
+
+    /// The size that is stated, which may be too small, and how often the picture is turned, mirrored or cropped.
+    void read_properties(const heif_item& item, cost& c) const {
+        double passes = 1;
+        for (const std::size_t index : item.properties) {
+            const heif_property& p = boxes_.properties[index];
+            if (p.type == "ispe" && p.body.size() >= 12) {
+                c.width = (std::max)(c.width, nearest_double(big_endian_32(p.body, 4)));
+                c.height = (std::max)(c.height, nearest_double(big_endian_32(p.body, 8)));
+            }
+            if (p.type == "irot" || p.type == "imir" || p.type == "clap") ++passes;
+        }
+        c.pixels = passes;  // for each pixel; read_size() knows how many
+    }
+
+    /// Adds the picture itself.
+    static void add_own(cost& c) {
+        c.memory += c.width * c.height * c.per_pixel;
+        c.pixels *= c.width * c.height;
+    }
+
+    void read_coded(const heif_item& item, cost& c) const {
+        coded_size size;
+        for (const std::size_t index : item.properties) {
+            const heif_property& p = boxes_.properties[index];
+            if (p.type == "hvcC" && p.body.size() > 21) {
+                size.include(size_in_hevc_configuration(p.body));
+                size.include(size_in_hevc_item(contiguous(item), (byte_at(p.body, 21) & 3) + 1));
+            }
+            if (p.type == "av1C" && p.body.size() >= 4) {
+                size.include(size_in_av1_units(p.body.subspan(4)));
+                size.include(size_in_av1_units(contiguous(item)));
+            }
+        }
+        c.width = (std::max)(c.width, nearest_double(size.width)), c.height = (std::max)(c.height, nearest_double(size.height));
+        // As coded (at most 3 samples), in tiles and together, and as RGB; what an AV1 decoder keeps beside.
+        const bool is_av1 = item.type == "av01";
+        c.per_pixel = size.is_deep ? (is_av1 ? 24 : 18) : is_av1 ? 15 : 10;
+        c.pictures = 1;
+        c.is_foreign = item.type != "hvc1" && item.type != "av01";
+        add_own(c);
+    }
+
+    void read_derived(const heif_item& item, cost& c, int depth) {
+        double pixels = 0, memory = 0;
+        for (const std::uint32_t id : item.sources) {
+            const cost& source = cost_of(id, depth + 1);
+            pixels += source.pixels, c.pictures += source.pictures;
+            memory = (std::max)(memory, source.memory);
+            c.per_pixel = (std::max)(c.per_pixel, source.per_pixel), c.is_foreign = c.is_foreign || source.is_foreign;
+            if (item.type == "iden") c.width = (std::max)(c.width, source.width), c.height = (std::max)(c.height, source.height);
+        }
+        ++c.pictures;
+        if (item.type != "iden") read_canvas(item, c);
+        add_own(c);
+        c.pixels += pixels;
+        c.memory += 4 * memory;  // libheif decodes up to four tiles at once
+    }
+
+    /// The size that a grid or an overlay makes its picture.
+    void read_canvas(const heif_item& item, cost& c) const {
+        buffer<std::byte> data;
+        for (const std::span<const std::byte>& extent : item.extents)
+            if (data.size() < 24) data.append(extent.data(), extent.data() + (std::min)(extent.size(), std::size_t{24}));
+        heif_numbers numbers({data.data(), data.size()}, where_);
+        numbers.next(1);
+        const std::size_t size = (numbers.next(1) & 1) != 0 ? 4 : 2;
+        numbers.next(item.type == "grid" ? 2 : 8);  // rows and columns; a background
+        c.width = (std::max)(c.width, nearest_double(numbers.next(size)));
+        c.height = (std::max)(c.height, nearest_double(numbers.next(size)));
+    }
+
+    std::span<const std::byte> contiguous(const heif_item& item) const {
+        if (item.extents.size() == 1) return item.extents[0];
+        joined_.clear();
+        for (const std::span<const std::byte>& extent : item.extents)
+            joined_.append(extent.data(), extent.data() + extent.size());
+        return {joined_.data(), joined_.size()};
+    }
+
+    /// Whether an item's auxC property names this type.
+    bool is_auxiliary(std::uint32_t id, std::string_view type) const {
+        const auto item = boxes_.items.find(id);
+        if (item == boxes_.items.end()) return false;
+        for (const std::size_t index : item->second.properties) {
+            const heif_property& p = boxes_.properties[index];
+            if (p.type == "auxC" && has_text(p.body, 4, type)) return true;
+        }
+        return false;
+    }
+
+    heif_boxes boxes_;
+    const std::string& where_;
+    std::map<std::uint32_t, cost> costs_;
+    mutable buffer<std::byte> joined_;
+};
+
+}}}  // namespace ldi::detail

@@ -1,0 +1,76 @@
+// Depth as photos carry it: an 8- or 16-bit gray picture, and words on what its values mean. Here the one becomes disparity by
+// the other.
+#pragma once
+
+#include <ldi/base/error.hpp>
+#include <ldi/base/numbers.hpp>
+#include <ldi/core/image.hpp>
+#include <ldi/io/depth_map.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+/// How a stored value v, from 0 to 1, becomes a distance.
+enum class depth_coding {
+    range_inverse,  ///< 1 / distance goes from 1 / first (v = 0) to 1 / last (v = 1): GDepth, Dynamic Depth
+    range_linear,   ///< distance goes from first to last
+    disparity,      ///< 1 / distance goes from first to last: Apple
+};
+
+struct depth_meaning {
+    depth_coding coding = depth_coding::disparity;
+    double first = 0, last = 1;
+    double unit = 0;  ///< in meters; 0 if not known, then distances are right up to a factor
+};
+
+/// A gray picture's values from 0 to 1. Raises as decode_depth_map() does.
+inline image<float> decode_gray_unit(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where) {
+    const picture_header header = take_depth_header(bytes, budget, where);
+    image<float> values = decode_gray(bytes, header, where);
+    const float scale = header.bits == 16 ? 1.0F / 65535 : 1.0F / 255;
+    for (float& v : values) v *= scale;
+    return values;
+}
+
+/// values  H x W x 1, from 0 to 1; NaN stays
+///
+/// Returns 1 / distance, in 1 / meter where the unit is known. Values without a distance above 0 are put at 1000 times the
+/// nearest one's. Raises invalid_data where the range is none.
+inline image<float> to_disparity(image<float> values, const depth_meaning& meaning, const std::string& where) {
+    const double first = meaning.first, last = meaning.last;
+    const bool is_distance = meaning.coding != depth_coding::disparity;
+    if (!std::isfinite(first) || !std::isfinite(last) || first == last || (is_distance && (first <= 0 || last <= 0)))
+        raise(error_code::invalid_data, where, "a range of depth", std::to_string(first) + " to " + std::to_string(last));
+    const double unit = meaning.unit > 0 ? meaning.unit : 1;
+    double highest = 0;
+    for (float& value : values) {
+        const double v = value;
+        double disparity = first + v * (last - first);
+        if (meaning.coding == depth_coding::range_inverse) disparity = (1 - v) / first + v / last;
+        if (meaning.coding == depth_coding::range_linear) disparity = 1 / disparity;
+        value = static_cast<float>(disparity / unit);
+        if (std::isfinite(value)) highest = (std::max)(highest, double{value});
+    }
+    const float lowest = (std::max)(static_cast<float>(highest / 1000), std::numeric_limits<float>::min());
+    if (!(highest > 0)) raise(error_code::invalid_data, where, "some distance above 0", "none");
+    for (float& v : values)
+        if (!std::isnan(v)) v = std::isfinite(v) ? (std::max)(v, lowest) : lowest;
+    return values;
+}
+
+/// Makes those pixels NaN whose confidence is 0. A confidence map may be smaller than its depth map.
+inline void drop_unsure(image<float>& values, const image<float>& confidence) {
+    for (std::size_t y = 0; y < values.height(); ++y)
+        for (std::size_t x = 0; x < values.width(); ++x)
+            if (confidence.row(y * confidence.height() / values.height())[x * confidence.width() / values.width()] == 0)
+                values.row(y)[x] = std::numeric_limits<float>::quiet_NaN();
+}
+
+}}}  // namespace ldi::detail

@@ -1,0 +1,54 @@
+// A photo between its decoder and decode_photo(): the samples as they are stored, and what is needed to show them as they are
+// meant.
+#pragma once
+
+#include <ldi/base/error.hpp>
+#include <ldi/io/detail/picture_decoder.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+/// A longer ICC profile is taken for none: those of cameras and screens have some kilobytes, those of scanners half a megabyte.
+inline constexpr std::size_t max_profile_bytes = std::size_t{2} << 20;
+
+/// The colors that samples stand for. Without either member they are sRGB.
+struct color_profile {
+    std::vector<std::byte> icc;
+    unsigned primaries = 0;  ///< as ITU-T H.273 numbers them (9 BT.2020, 12 Display P3), with sRGB's curve; 0 if not stated
+};
+
+struct stored_photo {
+    decoded_picture<std::uint8_t> picture;
+    unsigned orientation = 1;                ///< as EXIF numbers them
+    std::optional<float> focal_length_35mm;  ///< in millimeters
+    color_profile profile;
+};
+
+/// Memory for a picture. Raises out_of_memory.
+inline decoded_picture<std::uint8_t> allocate_picture(std::size_t height, std::size_t width, std::size_t channels,
+                                                      const std::string& where) {
+    decoded_picture<std::uint8_t> picture;
+    picture.samples.reset(static_cast<std::uint8_t*>(std::malloc(height * width * channels)));
+    if (!picture.samples)
+        raise(error_code::out_of_memory, where, "memory for a picture",
+              std::to_string(width) + " x " + std::to_string(height) + " pixels");
+    picture.height = height, picture.width = width, picture.channels = channels;
+    return picture;
+}
+
+/// Raises out_of_memory where there is not so much memory now. For libraries that call a lack of it damage, or wait forever for
+/// threads that could not start.
+inline void require_memory(std::size_t bytes, const std::string& where) {
+    void* volatile const probe = std::malloc(bytes);  // volatile: else compilers leave it out
+    if (probe == nullptr)
+        raise(error_code::out_of_memory, where, "memory for decoding, " + std::to_string(bytes / 1'000'000) + " MB", "less");
+    std::free(probe);
+}
+
+}}}  // namespace ldi::detail

@@ -1,0 +1,186 @@
+// TIFF files, through libtiff: the first picture of a file, of any kind that libtiff makes 8-bit RGB of. Raw files of cameras,
+// which are TIFF files too and begin with a thumbnail, are refused.
+#pragma once
+
+#include <ldi/base/numbers.hpp>
+#include <ldi/io/detail/decoding_budget.hpp>
+#include <ldi/io/detail/stored_photo.hpp>
+#include <ldi/io/detail/tiff_directory.hpp>
+
+#include <tiffio.h>
+
+#include <algorithm>
+#include <cstdarg>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+/// A file in memory, as libtiff's callbacks see it, and the first thing that libtiff complained of.
+struct tiff_memory {
+    std::span<const std::byte> bytes;
+    std::size_t position = 0;
+    std::string complaint;
+
+    static tiff_memory& of(thandle_t self) { return *static_cast<tiff_memory*>(self); }
+    static tmsize_t read(thandle_t self, void* to, tmsize_t size) {
+        tiff_memory& file = of(self);
+        const std::size_t left = file.bytes.size() - (std::min)(file.position, file.bytes.size());
+        const std::size_t count = (std::min)(left, static_cast<std::size_t>((std::max)(size, tmsize_t{0})));
+        if (count > 0) std::memcpy(to, file.bytes.data() + file.position, count);
+        file.position += count;
+        return static_cast<tmsize_t>(count);
+    }
+    static tmsize_t write(thandle_t, void*, tmsize_t) { return 0; }
+    static toff_t seek(thandle_t self, toff_t offset, int whence) {
+        tiff_memory& file = of(self);
+        const toff_t base = whence == SEEK_SET ? 0 : whence == SEEK_CUR ? file.position : file.bytes.size();
+        file.position = static_cast<std::size_t>(base + offset);
+        return file.position;
+    }
+    static int close(thandle_t) { return 0; }
+    static toff_t size(thandle_t self) { return of(self).bytes.size(); }
+    static int complain(TIFF*, void* self, const char*, const char* format, va_list arguments) {
+        std::string& complaint = of(self).complaint;
+        char text[200];
+        std::vsnprintf(text, sizeof text, format, arguments);
+        if (complaint.empty()) complaint = text;
+        return 1;
+    }
+    static int ignore(TIFF*, void*, const char*, const char*, va_list) { return 1; }
+};
+
+struct tiff_closer {
+    void operator()(TIFF* file) const { TIFFClose(file); }
+    void operator()(TIFFOpenOptions* options) const { TIFFOpenOptionsFree(options); }
+};
+using tiff_handle = std::unique_ptr<TIFF, tiff_closer>;
+
+inline tiff_handle open_tiff(tiff_memory& memory, std::size_t max_block) {
+    const std::unique_ptr<TIFFOpenOptions, tiff_closer> options(TIFFOpenOptionsAlloc());
+    if (!options) return nullptr;
+    TIFFOpenOptionsSetMaxSingleMemAlloc(options.get(), static_cast<tmsize_t>(max_block));
+    TIFFOpenOptionsSetErrorHandlerExtR(options.get(), tiff_memory::complain, &memory);
+    TIFFOpenOptionsSetWarningHandlerExtR(options.get(), tiff_memory::ignore, nullptr);
+    return tiff_handle(TIFFClientOpenExt("photo", "rm", &memory, tiff_memory::read, tiff_memory::write, tiff_memory::seek,
+                                         tiff_memory::close, tiff_memory::size, nullptr, nullptr, options.get()));
+}
+
+/// What libtiff gives: red, green, blue, alpha, from the lowest byte up, colors multiplied by alpha. Becomes bytes, laid on
+/// white.
+inline void lay_on_white(std::uint8_t* samples, std::size_t pixels) {
+    for (std::size_t i = 0; i < pixels; ++i) {
+        std::uint32_t packed;
+        std::memcpy(&packed, samples + 4 * i, 4);
+        const std::uint32_t paper = 255 - TIFFGetA(packed);
+        const std::uint32_t color[3] = {TIFFGetR(packed), TIFFGetG(packed), TIFFGetB(packed)};
+        for (std::size_t c = 0; c < 3; ++c)
+            samples[3 * i + c] = static_cast<std::uint8_t>((std::min)(color[c] + paper, std::uint32_t{255}));
+    }
+}
+
+/// A file whose directory has been read, and what decoding its picture takes.
+struct opened_tiff {
+    tiff_memory memory;
+    tiff_handle file;
+    picture_header header;
+
+    /// Raises unsupported, invalid_data, too_large.
+    opened_tiff(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where) : memory{bytes, 0, {}} {
+        budget.check_format(picture_format::tiff, where);
+        // libtiff reads the values of all entries, and keeps them; thousands of entries may list the same ones.
+        double listed = 0;
+        tiff_directory(bytes).for_each([&](const tiff_directory::entry& e) {
+            if (!e.is_inside) listed += (std::min)(e.bytes, nearest_double(bytes.size()));
+        });
+        budget.take(2 * listed, where, "a directory of " + std::to_string(static_cast<std::uint64_t>(listed)) + " bytes");
+        file = open_tiff(memory, budget.left());
+        if (!file) broken(where);
+        read_header(where);
+        budget.take(header, where);
+    }
+
+    opened_tiff(const opened_tiff&) = delete;  // libtiff keeps the address of `memory`
+    opened_tiff& operator=(const opened_tiff&) = delete;
+
+    [[noreturn]] void broken(const std::string& where) const {
+        for (const char* const said : {"No space", "ut of memory", "nsufficient memory", "o allocate memory"})
+            if (memory.complaint.find(said) != std::string::npos)
+                raise(error_code::out_of_memory, where, "memory for a picture", memory.complaint);
+        damaged(picture_format::tiff, where, memory.complaint);
+    }
+
+private:
+    void read_header(const std::string& where) {
+        std::uint32_t width = 0, height = 0, kind = 0;
+        const void* data = nullptr;
+        TIFFGetField(file.get(), TIFFTAG_SUBFILETYPE, &kind);
+        if ((kind & FILETYPE_REDUCEDIMAGE) != 0 || TIFFGetField(file.get(), TIFFTAG_DNGVERSION, &data) == 1)
+            raise(error_code::unsupported, where, "a TIFF file of a picture", "a camera's raw file: develop it first");
+        TIFFGetField(file.get(), TIFFTAG_IMAGEWIDTH, &width);
+        TIFFGetField(file.get(), TIFFTAG_IMAGELENGTH, &height);
+        if (width == 0 || height == 0) broken(where);
+        header.format = picture_format::tiff;
+        header.width = width, header.height = height;
+        header.memory_per_pixel = 8;  // packed samples, then RGB
+        // The bytes of a strip or tile, its samples, a plane at a time or all at once, as some codecs keep them once more, and a
+        // tile as packed samples.
+        std::uint32_t tile_width = 0, tile_height = 0;
+        const bool is_tiled = TIFFIsTiled(file.get()) != 0;
+        if (is_tiled) {
+            TIFFGetField(file.get(), TIFFTAG_TILEWIDTH, &tile_width);
+            TIFFGetField(file.get(), TIFFTAG_TILELENGTH, &tile_height);
+        }
+        std::uint16_t layout = PLANARCONFIG_CONTIG;
+        TIFFGetFieldDefaulted(file.get(), TIFFTAG_PLANARCONFIG, &layout);
+        const double part = nearest_double(is_tiled ? TIFFTileSize64(file.get()) : TIFFStripSize64(file.get()));
+        header.more_memory = nearest_double(memory.bytes.size()) + 2 * part * (layout == PLANARCONFIG_CONTIG ? 1 : 4) +
+                             4 * nearest_double(tile_width) * nearest_double(tile_height);
+    }
+};
+
+/// Raises unsupported, invalid_data, too_large.
+inline stored_photo decode_tiff(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where) {
+    opened_tiff opened(bytes, budget, where);
+    const tiff_handle& file = opened.file;
+    const std::uint32_t width = static_cast<std::uint32_t>(opened.header.width),
+                        height = static_cast<std::uint32_t>(opened.header.height);
+    char reason[1024] = "";
+    if (TIFFRGBAImageOK(file.get(), reason) == 0) raise(error_code::unsupported, where, "a TIFF file of 8 or 16 bits", reason);
+
+    stored_photo photo;
+    std::uint16_t orientation = 1;
+    TIFFGetFieldDefaulted(file.get(), TIFFTAG_ORIENTATION, &orientation);
+    photo.orientation = orientation;
+    TIFFSetField(file.get(), TIFFTAG_ORIENTATION, ORIENTATION_TOPLEFT);  // libtiff would mirror, but not turn
+    std::uint32_t count = 0;
+    const void* data = nullptr;
+    if (TIFFGetField(file.get(), TIFFTAG_ICCPROFILE, &count, &data) == 1 && count <= max_profile_bytes) {
+        const std::byte* const first = static_cast<const std::byte*>(data);
+        photo.profile.icc.assign(first, first + count);
+    }
+    photo.picture = allocate_picture(height, width, 4, where);
+    require_memory(8 * std::size_t{width} * height, where);
+    std::uint8_t* const samples = photo.picture.samples.get();
+    if (TIFFReadRGBAImageOriented(file.get(), width, height, reinterpret_cast<std::uint32_t*>(samples), ORIENTATION_TOPLEFT, 1) ==
+        0)
+        opened.broken(where);
+    lay_on_white(samples, std::size_t{width} * height);
+    photo.picture.channels = 3;
+
+    constexpr std::size_t exif_tag = 0x8769, focal_length_tag = 0xA405;
+    const tiff_directory directory(bytes);
+    if (const std::optional<std::uint64_t> exif = directory.find(exif_tag)) {
+        const std::uint64_t focal_length = directory.at(*exif).find(focal_length_tag).value_or(0);
+        if (focal_length > 0 && focal_length < 65536) photo.focal_length_35mm = nearest_float(focal_length);
+    }
+    return photo;
+}
+
+}}}  // namespace ldi::detail

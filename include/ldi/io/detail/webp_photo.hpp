@@ -1,0 +1,76 @@
+// WebP files, through libwebp.
+#pragma once
+
+#include <ldi/io/detail/exif.hpp>
+#include <ldi/io/detail/stored_photo.hpp>
+
+#include <webp/decode.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+/// The body of a chunk of a RIFF file; empty if it has none of that name. Sizes are little-endian and padded to even ones.
+inline std::span<const std::byte> riff_chunk(std::span<const std::byte> bytes, std::string_view name) {
+    for (std::size_t at = 12; at + 8 <= bytes.size();) {
+        std::size_t size = 0;
+        for (std::size_t i = 4; i-- > 0;) size = size << 8 | byte_at(bytes, at + 4 + i);
+        if (size > bytes.size() - at - 8) break;
+        if (has_text(bytes, at, name)) return bytes.subspan(at + 8, size);
+        at += 8 + size + size % 2;
+    }
+    return {};
+}
+
+/// Raises unsupported (an animation), invalid_data.
+inline picture_header read_webp_header(std::span<const std::byte> bytes, const std::string& where) {
+    WebPBitstreamFeatures features;
+    if (WebPGetFeatures(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size(), &features) != VP8_STATUS_OK)
+        damaged(picture_format::webp, where, "a bad header");
+    if (features.has_animation) raise(error_code::unsupported, where, "a WebP file of one picture", "an animation");
+    picture_header header;
+    header.format = picture_format::webp;
+    header.width = static_cast<std::size_t>(features.width), header.height = static_cast<std::size_t>(features.height);
+    header.memory_per_pixel = 11;  // samples as stored (4, and for lossless files 4 more), then as decoded (3)
+    header.has_alpha = features.has_alpha != 0;
+    return header;
+}
+
+/// Raises unsupported, invalid_data, too_large, out_of_memory.
+inline stored_photo decode_webp(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where) {
+    budget.check_format(picture_format::webp, where);
+    const picture_header header = read_webp_header(bytes, where);
+    budget.take(header, where);
+    stored_photo photo;
+    const std::size_t channels = header.has_alpha ? 4 : 3;
+    photo.picture = allocate_picture(header.height, header.width, channels, where);
+    require_memory(8 * header.width * header.height, where);
+    WebPDecoderConfig into;
+    WebPInitDecoderConfig(&into);
+    into.output.colorspace = header.has_alpha ? MODE_RGBA : MODE_RGB;
+    into.output.is_external_memory = 1;
+    into.output.u.RGBA.rgba = photo.picture.samples.get();
+    into.output.u.RGBA.stride = static_cast<int>(header.width * channels);
+    into.output.u.RGBA.size = header.width * channels * header.height;
+    const VP8StatusCode status = WebPDecode(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size(), &into);
+    if (status == VP8_STATUS_OUT_OF_MEMORY)
+        raise(error_code::out_of_memory, where, "memory for a picture",
+              std::to_string(header.width) + " x " + std::to_string(header.height) + " pixels");
+    if (status != VP8_STATUS_OK) damaged(picture_format::webp, where, "a picture that is cut off or damaged");
+
+    std::span<const std::byte> exif = riff_chunk(bytes, "EXIF");
+    if (has_text(exif, 0, std::string_view("Exif\0\0", 6))) exif = exif.subspan(6);
+    const exif_facts facts = read_exif(exif);
+    photo.orientation = facts.orientation, photo.focal_length_35mm = facts.focal_length_35mm;
+    const std::span<const std::byte> icc = riff_chunk(bytes, "ICCP");
+    if (icc.size() <= max_profile_bytes) photo.profile.icc.assign(icc.begin(), icc.end());
+    return photo;
+}
+
+}}}  // namespace ldi::detail

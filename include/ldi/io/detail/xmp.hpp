@@ -1,0 +1,172 @@
+// XMP packets (ISO 16684-1) as a flat list of properties, through pugixml. A property is written as an attribute or as an
+// element, under whatever prefix; both come out as namespace, name and text.
+#pragma once
+
+#include <ldi/io/detail/decoding_budget.hpp>
+
+#include <pugixml.hpp>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstddef>
+#include <cstring>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+struct xmp_property {
+    std::string_view space;  ///< the namespace's address, without the slash that some writers put at its end
+    std::string_view name, text;
+    std::size_t owner;  ///< number of the structure that it belongs to
+};
+
+/// The properties of one or more packets. Damaged XML gives what stands before the damage.
+class xmp_properties {
+public:
+    /// Raises too_large.
+    void add(std::span<const std::byte> packet, decoding_budget& budget, const std::string& where) {
+        take(packet, budget, where);
+        documents_.push_back(std::make_unique<pugi::xml_document>());
+        pugi::xml_document& document = *documents_.back();
+        const pugi::xml_parse_result parsed =
+            document.load_buffer(packet.data(), packet.size(), pugi::parse_minimal | pugi::parse_escapes | pugi::parse_cdata);
+        if (parsed.status == pugi::status_out_of_memory)
+            raise(error_code::out_of_memory, "XMP", "memory for " + std::to_string(packet.size()) + " bytes", "less");
+        structure_walker walker(*this);
+        document.traverse(walker);
+    }
+
+    const std::vector<xmp_property>& all() const { return list_; }
+
+    /// Of a structure, or of any.
+    std::optional<std::string_view> text(std::string_view space, std::string_view name,
+                                         std::optional<std::size_t> owner = {}) const {
+        for (const xmp_property& p : list_)
+            if (p.space == space && p.name == name && (!owner || p.owner == *owner)) return p.text;
+        return std::nullopt;
+    }
+
+    /// A finite number.
+    std::optional<double> number(std::string_view space, std::string_view name, std::optional<std::size_t> owner = {}) const {
+        const std::optional<std::string_view> written = text(space, name, owner);
+        if (!written) return std::nullopt;
+        double value = 0;
+        const std::from_chars_result read = std::from_chars(written->data(), written->data() + written->size(), value);
+        if (read.ec != std::errc() || !std::isfinite(value)) return std::nullopt;
+        return value;
+    }
+
+private:
+    /// An element of the tree and its text begin with "<" each, an attribute has its "=": at most 64 bytes for each of them.
+    static void take(std::span<const std::byte> packet, decoding_budget& budget, const std::string& where) {
+        const auto is_mark = [](std::byte b) { return b == std::byte{'<'} || b == std::byte{'='}; };
+        const std::ptrdiff_t marks = std::count_if(packet.begin(), packet.end(), is_mark);
+        budget.take(nearest_double(packet.size()) + 128 * nearest_double(marks), where,
+                    "XMP of " + std::to_string(packet.size()) + " bytes");
+    }
+
+    /// Goes through all elements, without recursion, so that no nesting is too deep.
+    struct structure_walker : pugi::xml_tree_walker {
+        explicit structure_walker(xmp_properties& properties) : to(properties) {}
+
+        bool for_each(pugi::xml_node& node) override {
+            if (node.type() != pugi::node_element) return true;
+            ++to.elements_;
+            numbers.resize(static_cast<std::size_t>(depth()) + 1);
+            numbers.back() = to.elements_;
+            for (const pugi::xml_attribute attribute : node.attributes())
+                to.append(node, attribute.name(), attribute.value(), to.elements_);
+            const bool is_leaf = !node.first_child() || (!node.first_child().next_sibling() && !node.first_child().first_child());
+            if (is_leaf && numbers.size() > 1) to.append(node, node.name(), node.child_value(), numbers[numbers.size() - 2]);
+            return true;
+        }
+
+        xmp_properties& to;
+        std::vector<std::size_t> numbers;  ///< of the elements around, outermost first
+    };
+
+    void append(pugi::xml_node node, std::string_view qualified, std::string_view text, std::size_t owner) {
+        if (++looked_at_ > max_properties) return;
+        const std::size_t colon = qualified.find(':');
+        if (colon == qualified.npos || colon > max_prefix || qualified.substr(0, colon) == "xmlns") return;
+        const std::string declaration = "xmlns:" + std::string(qualified.substr(0, colon));
+        std::string_view space;
+        for (int level = 0; level < max_levels && node && space.empty(); ++level, node = node.parent()) {
+            int count = 0;
+            for (pugi::xml_attribute a = node.first_attribute(); a && count < max_attributes; a = a.next_attribute(), ++count)
+                if (std::strncmp(declaration.c_str(), a.name(), declaration.size() + 1) == 0) space = beginning(a.value());
+        }
+        if (!space.empty() && space.back() == '/') space.remove_suffix(1);
+        if (!space.empty()) list_.push_back({space, qualified.substr(colon + 1), text, owner});
+    }
+
+    /// An address, of which a hostile packet may have a megabyte: more of it than any known one has need not be read.
+    static std::string_view beginning(const char* address) {
+        std::size_t size = 0;
+        while (size < max_space && address[size] != 0) ++size;
+        return {address, size};
+    }
+
+    // Far more than in any real packet: hostile ones would make the search for namespaces take hours.
+    static constexpr std::size_t max_properties = 10'000, max_prefix = 64, max_space = 256;
+    static constexpr int max_levels = 64, max_attributes = 256;
+
+    std::vector<std::unique_ptr<pugi::xml_document>> documents_;
+    std::vector<xmp_property> list_;
+    std::size_t elements_ = 0, looked_at_ = 0;
+};
+
+/// Adds the XMP of a JPEG file: the packet, and what of it did not fit into 64 kB and follows in numbered parts (Extended XMP).
+///
+/// Raises too_large.
+inline void add_jpeg_xmp(xmp_properties& to, std::span<const std::span<const std::byte>> segments, std::size_t file_size,
+                         decoding_budget& budget, const std::string& where) {
+    constexpr std::string_view packet_name("http://ns.adobe.com/xap/1.0/\0", 29);
+    constexpr std::string_view part_name("http://ns.adobe.com/xmp/extension/\0", 35);
+    for (const std::span<const std::byte> segment : segments)
+        if (has_text(segment, 0, packet_name)) to.add(segment.subspan(packet_name.size()), budget, where);
+    const std::optional<std::string_view> identifier = to.text("http://ns.adobe.com/xmp/note", "HasExtendedXMP");
+    if (!identifier || identifier->size() != 32) return;
+    std::vector<std::byte> whole;
+    for (const std::span<const std::byte> segment : segments) {
+        // The name, the identifier, the length of the whole and the place of the part.
+        if (!has_text(segment, 0, part_name) || !has_text(segment, 35, *identifier) || segment.size() < 75) continue;
+        const std::size_t length = big_endian_32(segment, 67), place = big_endian_32(segment, 71);
+        const std::span<const std::byte> part = segment.subspan(75);
+        if (length > file_size || place > length || part.size() > length - place) continue;
+        if (length > whole.size()) {
+            budget.take(nearest_double(length), where, "XMP of " + std::to_string(length) + " bytes");
+            whole.resize(length);
+        }
+        std::copy(part.begin(), part.end(), whole.begin() + static_cast<std::ptrdiff_t>(place));
+    }
+    if (!whole.empty()) to.add(whole, budget, where);
+}
+
+/// The bytes that base64 text stands for; white space and padding are passed over, and what follows anything else is not read.
+inline std::vector<std::byte> decode_base64(std::string_view text) {
+    constexpr std::string_view digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    unsigned char value_of[256];
+    std::memset(value_of, 255, sizeof value_of);
+    for (std::size_t i = 0; i < digits.size(); ++i)
+        value_of[static_cast<unsigned char>(digits[i])] = static_cast<unsigned char>(i);
+    std::vector<std::byte> bytes;
+    bytes.reserve(text.size() / 4 * 3 + 3);
+    unsigned pending = 0, count = 0;
+    for (const char c : text) {
+        if (c == ' ' || c == '\n' || c == '\r' || c == '\t') continue;
+        const unsigned value = value_of[static_cast<unsigned char>(c)];
+        if (value == 255) break;
+        pending = (pending << 6 | value) & 0xFFFFFF, count += 6;
+        if (count >= 8) count -= 8, bytes.push_back(static_cast<std::byte>(pending >> count & 255));
+    }
+    return bytes;
+}
+
+}}}  // namespace ldi::detail

@@ -1,0 +1,16 @@
+// Reads the inpainting network by name.
+#pragma once
+
+#include <ldi/formats/farbrausch.hpp>
+#include <ldi/io/file.hpp>
+
+#include <filesystem>
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// Raises file_access, and what decode_farbrausch() raises.
+inline farbrausch load_farbrausch(const std::filesystem::path& path, arithmetic kind = arithmetic::float32) {
+    return decode_farbrausch(read_file(path), path.string(), kind);
+}
+
+}}  // namespace ldi

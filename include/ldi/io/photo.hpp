@@ -1,0 +1,223 @@
+// Photos: JPEG, PNG, GIF, BMP, HEIC, AVIF, WebP and TIFF files, upright and as 8-bit sRGB whatever they hold. The lens, where
+// EXIF names it, comes along, since the field of view decides how far apart in space two pixels lie.
+#pragma once
+
+#include <ldi/base/error.hpp>
+#include <ldi/core/image.hpp>
+#include <ldi/formats/picture_formats.hpp>
+#include <ldi/io/detail/color_profile.hpp>
+#include <ldi/io/detail/decoding_budget.hpp>
+#include <ldi/io/detail/exif.hpp>
+#include <ldi/io/detail/gif_bmp_header.hpp>
+#include <ldi/io/detail/orientation.hpp>
+#include <ldi/io/detail/picture_decoder.hpp>
+#include <ldi/io/detail/readers.hpp>
+#include <ldi/io/detail/stored_photo.hpp>
+#include <ldi/io/file.hpp>
+#include <ldi/io/picture_limits.hpp>
+
+#if defined(LDI_WITH_LIBHEIF)
+#include <ldi/io/detail/heif_file.hpp>
+#endif
+#if defined(LDI_WITH_LIBWEBP)
+#include <ldi/io/detail/webp_photo.hpp>
+#endif
+#if defined(LDI_WITH_LIBTIFF)
+#include <ldi/io/detail/tiff_photo.hpp>
+#endif
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// A photo as a person sees it.
+struct photo {
+    image<std::uint8_t> color;               ///< H x W x 3: red, green, blue, sRGB
+    std::optional<float> focal_length_35mm;  ///< EXIF FocalLengthIn35mmFilm, in millimeters; see focal_length_from_35mm()
+};
+
+struct photo_options {
+    picture_limits limits = {};
+    picture_formats formats = {};  ///< those that are read, of the photo and of the depth inside it
+};
+
+inline namespace LDI_READERS {
+
+/// Decodes a JPEG, PNG, GIF or BMP file in memory; also HEIC, AVIF, WebP and TIFF, where ldi::io was configured with their
+/// libraries.
+///
+/// The EXIF orientation is applied. Colors become sRGB, by the file's profile (ICC; Display P3 and BT.2020 by their number),
+/// where ldi::io has Little CMS. Gray becomes RGB, Adobe CMYK and YCCK too (without a profile); of 16 bits the upper 8 are kept;
+/// what is transparent is laid on white. An animated GIF gives its first frame, an animated PNG its default picture, which is its
+/// first frame in most. Gain maps
+/// (Ultra HDR, HEIC) are left alone: the photo is as an ordinary screen shows it.
+///
+/// where  the name that errors give the data
+/// Raises unsupported (another format, which the message names, or one that is switched off), invalid_data (empty, cut off or
+/// damaged), too_large, out_of_memory.
+photo decode_photo(std::span<const std::byte> bytes, const photo_options& options = {}, const std::string& where = "photo");
+
+/// The size of a photo, and the memory that decode_photo() takes. Raises what decode_photo() raises for a header.
+decoding_estimate estimate_photo(std::span<const std::byte> bytes, const photo_options& options = {},
+                                 const std::string& where = "photo");
+
+/// decode_photo() of a file; also raises file_access.
+photo load_photo(const std::filesystem::path& path, const photo_options& options = {});
+
+}  // inline namespace
+
+namespace detail {
+
+/// `value` seen through `alpha` on white.
+inline std::uint8_t over_white(unsigned value, unsigned alpha) {
+    return static_cast<std::uint8_t>((value * alpha + 255 * (255 - alpha) + 127) / 255);
+}
+
+/// H x W x 3, upright, the profile not yet applied.
+inline image<std::uint8_t> upright_color(const stored_photo& photo) {
+    const decoded_picture<std::uint8_t>& stored = photo.picture;
+    const upright_order order = make_upright(photo.orientation, stored.height, stored.width);
+    image<std::uint8_t> color(order.height, order.width, 3, unset);
+    const bool has_alpha = stored.channels == 2 || stored.channels == 4;
+    const std::size_t green = stored.channels >= 3 ? 1 : 0, blue = stored.channels >= 3 ? 2 : 0;
+    std::ptrdiff_t row = order.origin;
+    for (std::size_t y = 0; y < order.height; ++y, row += order.down) {
+        std::uint8_t* to = color.row(y);
+        std::ptrdiff_t from = row;
+        for (std::size_t x = 0; x < order.width; ++x, to += 3, from += order.right) {
+            const std::uint8_t* const sample = stored.samples.get() + static_cast<std::size_t>(from) * stored.channels;
+            to[0] = sample[0], to[1] = sample[green], to[2] = sample[blue];
+            if (!has_alpha) continue;
+            const unsigned alpha = sample[stored.channels - 1];
+            for (std::size_t c = 0; c < 3; ++c) to[c] = over_white(to[c], alpha);
+        }
+    }
+    return color;
+}
+
+/// Facts about a file that stb_image decodes. Raises invalid_data, unsupported.
+inline picture_header read_plain_header(std::span<const std::byte> bytes, const std::string& where) {
+    if (is_gif(bytes)) return read_gif_header(bytes, where);
+    return is_bmp(bytes) ? read_bmp_header(bytes, where) : read_picture_header(bytes, where);
+}
+
+inline bool is_plain(std::span<const std::byte> bytes) {
+    return is_jpeg(bytes) || is_png(bytes) || is_gif(bytes) || is_bmp(bytes);
+}
+
+/// header  of a JPEG, PNG, GIF or BMP file, whose memory has been granted
+inline stored_photo decode_plain(std::span<const std::byte> bytes, const picture_header& header, const std::string& where) {
+    stored_photo photo;
+    photo.picture = decode_picture<std::uint8_t>(bytes, header, where);
+    const exif_facts facts = read_exif(header.exif);
+    photo.orientation = facts.orientation, photo.focal_length_35mm = facts.focal_length_35mm;
+    photo.profile.icc =
+        header.format == picture_format::png ? png_profile(header.profile_chunk) : jpeg_profile(header.extensions);
+    return photo;
+}
+
+}  // namespace detail
+
+namespace detail::inline LDI_READERS {
+
+/// Raises the error for a file that is no photo, or none that this build reads.
+[[noreturn]] inline void refuse_format(std::span<const std::byte> bytes, const std::string& where) {
+    const char* expected =
+        "a JPEG"
+#if defined(LDI_WITH_LIBHEIF)
+        ", HEIC, AVIF"
+#endif
+#if defined(LDI_WITH_LIBWEBP)
+        ", WebP"
+#endif
+#if defined(LDI_WITH_LIBTIFF)
+        ", TIFF"
+#endif
+        ", GIF, BMP or PNG file";
+    std::string found = describe_format(bytes);
+    if (is_heif(bytes) || is_webp(bytes) || is_tiff(bytes))
+        found += ", which this build does not read: its library was not there when ldi was configured";
+    raise(bytes.empty() ? error_code::invalid_data : error_code::unsupported, where, expected, found);
+}
+
+/// The header of the photo; takes from the budget what decoding it takes, but for a color profile. Raises as decode_photo() does.
+inline picture_header take_photo_header(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where) {
+    picture_header header;
+    if (is_plain(bytes)) {
+        header = read_plain_header(bytes, where);
+        budget.take(header, where);
+        return header;
+    }
+#if defined(LDI_WITH_LIBHEIF)
+    if (is_heif(bytes)) {
+        budget.check_format(picture_format::heif, where);
+        return heif_items(bytes, budget, where).take_primary(budget);
+    }
+#endif
+#if defined(LDI_WITH_LIBWEBP)
+    if (is_webp(bytes)) {
+        budget.check_format(picture_format::webp, where);
+        header = read_webp_header(bytes, where);
+        budget.take(header, where);
+        return header;
+    }
+#endif
+#if defined(LDI_WITH_LIBTIFF)
+    if (is_tiff(bytes)) return opened_tiff(bytes, budget, where).header;
+#endif
+    refuse_format(bytes, where);
+}
+
+/// By what the first bytes say. Raises as decode_photo() does.
+inline stored_photo decode_stored(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where) {
+#if defined(LDI_WITH_LIBHEIF)
+    if (is_heif(bytes)) return decode_heif(bytes, budget, where);
+#endif
+#if defined(LDI_WITH_LIBWEBP)
+    if (is_webp(bytes)) return decode_webp(bytes, budget, where);
+#endif
+#if defined(LDI_WITH_LIBTIFF)
+    if (is_tiff(bytes)) return decode_tiff(bytes, budget, where);
+#endif
+    if (!is_plain(bytes)) refuse_format(bytes, where);
+    return decode_plain(bytes, take_photo_header(bytes, budget, where), where);
+}
+
+inline photo decode_photo_within(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where) {
+    const stored_photo stored = decode_stored(bytes, budget, where);
+    photo result;
+    result.focal_length_35mm = stored.focal_length_35mm;
+    result.color = upright_color(stored);
+    if (!stored.profile.icc.empty()) budget.take(nearest_double(max_profile_memory), where, "a color profile");
+    convert_to_srgb(result.color, stored.profile);
+    return result;
+}
+
+}  // namespace detail
+
+inline namespace LDI_READERS {
+
+inline photo decode_photo(std::span<const std::byte> bytes, const photo_options& options, const std::string& where) {
+    detail::decoding_budget budget(options.limits, options.formats, bytes.size());
+    return detail::decode_photo_within(bytes, budget, where);
+}
+
+inline decoding_estimate estimate_photo(std::span<const std::byte> bytes, const photo_options& options,
+                                        const std::string& where) {
+    detail::decoding_budget budget(options.limits, options.formats, bytes.size());
+    const detail::picture_header header = detail::take_photo_header(bytes, budget, where);
+    return {header.height, header.width, budget.taken() + detail::max_profile_memory};
+}
+
+inline photo load_photo(const std::filesystem::path& path, const photo_options& options) {
+    return decode_photo(read_file(path), options, path.string());
+}
+
+}  // inline namespace
+
+}}  // namespace ldi

@@ -1,0 +1,244 @@
+// Photos together with the depth that they bring along: inside the file, as phones write it, or in a file beside it.
+//
+// Inside JPEG: GDepth, Dynamic Depth and Apple's (where ldi::io has pugixml); inside HEIC and AVIF: the auxiliary picture
+// (libheif and pugixml); in PNG: the right half, where it is gray and the left is not; beside any photo, `photo_depth.png` and
+// the like, as Facebook's 3D photos had it.
+#pragma once
+
+#include <ldi/base/error.hpp>
+#include <ldi/base/numbers.hpp>
+#include <ldi/core/image.hpp>
+#include <ldi/io/depth_map.hpp>
+#include <ldi/io/detail/orientation.hpp>
+#include <ldi/io/detail/readers.hpp>
+#include <ldi/io/detail/side_by_side.hpp>
+#include <ldi/io/photo.hpp>
+
+#if defined(LDI_WITH_PUGIXML)
+#include <ldi/io/detail/jpeg_depth.hpp>
+#if defined(LDI_WITH_LIBHEIF)
+#include <ldi/io/detail/heif_depth.hpp>
+#endif
+#endif
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// Depth that came with a photo.
+struct photo_depth {
+    image<float> disparity;              ///< h x w x 1, upright, larger is nearer; NaN where nothing is known; see fill_invalid()
+    bool is_inverse_depth = false;       ///< 1 / distance up to a factor; else up to a shift, too
+    bool is_metric = false;              ///< 1 / distance in meters
+    bool is_white_near_a_guess = false;  ///< nothing says which end is near: see agreement()
+    std::string source;                  ///< in words, "GDepth, RangeInverse", or the path of the file
+};
+
+struct photo_with_depth {
+    ldi::photo photo;
+    std::optional<photo_depth> depth;
+    std::string refused;  ///< an error's text, where there was depth that could not be used; the photo is good without
+};
+
+/// The Pearson correlation of two maps of one photo, which may have different sizes; 0 where a map is the same everywhere. Where
+/// it is below 0 for a depth map and what a network estimates, black is near in the map.
+inline float agreement(const image<float>& a, const image<float>& b);
+
+/// A file beside the photo whose name says that it is the photo's depth map, `photo_depth.png` for `photo.jpg`; empty if there is
+/// none.
+inline std::filesystem::path depth_map_beside(const std::filesystem::path& photo);
+
+/// Turns a map round, so that what was nearest is farthest.
+inline void turn_round(image<float>& disparity);
+
+inline namespace LDI_READERS {
+
+/// decode_photo(), and the depth inside the file. Raises what decode_photo() raises.
+photo_with_depth decode_photo_with_depth(std::span<const std::byte> bytes, const photo_options& options = {},
+                                         const std::string& where = "photo");
+
+/// The size of a photo, and the memory that decode_photo_with_depth() takes, with depth inside that fill_invalid() then fills.
+/// Raises what decode_photo_with_depth() raises for a header.
+decoding_estimate estimate_photo_with_depth(std::span<const std::byte> bytes, const photo_options& options = {},
+                                            const std::string& where = "photo");
+
+/// decode_photo_with_depth() of a file. A depth map beside it, such as `photo_depth.png` for `photo.jpg`, goes before what is
+/// inside. Also raises file_access.
+photo_with_depth load_photo_with_depth(const std::filesystem::path& path, const photo_options& options = {});
+
+}  // inline namespace
+
+// ----------------------------------------------------------------------------------------------------------------------------
+
+inline float agreement(const image<float>& a, const image<float>& b) {
+    constexpr std::size_t samples = 64;  // to each side
+    double count = 0, a_sum = 0, b_sum = 0, aa = 0, bb = 0, ab = 0;
+    const auto sample = [](const image<float>& map, std::size_t y, std::size_t x) {
+        return double{map.row((2 * y + 1) * map.height() / (2 * samples))[(2 * x + 1) * map.width() / (2 * samples)]};
+    };
+    for (std::size_t y = 0; y < samples; ++y)
+        for (std::size_t x = 0; x < samples; ++x) {
+            const double u = sample(a, y, x), v = sample(b, y, x);
+            if (!std::isfinite(u) || !std::isfinite(v)) continue;
+            ++count, a_sum += u, b_sum += v, aa += u * u, bb += v * v, ab += u * v;
+        }
+    if (count == 0) return 0;
+    const double spread = (aa - a_sum * a_sum / count) * (bb - b_sum * b_sum / count);
+    return spread > 0 ? static_cast<float>((ab - a_sum * b_sum / count) / std::sqrt(spread)) : 0;
+}
+
+inline void turn_round(image<float>& disparity) {
+    float lowest = std::numeric_limits<float>::infinity(), highest = -lowest;
+    for (const float v : disparity) lowest = (std::min)(lowest, v), highest = (std::max)(highest, v);
+    for (float& v : disparity) v = highest - v + lowest;
+}
+
+inline std::filesystem::path depth_map_beside(const std::filesystem::path& photo) {
+    for (const char* ending : {".png", ".jpg", ".jpeg", ".PNG", ".JPG", ".JPEG", ".pfm", ".npy"}) {
+        std::filesystem::path companion = photo;
+        companion.replace_filename(photo.stem().string() + "_depth" + ending);
+        std::error_code ignored;
+        if (std::filesystem::is_regular_file(companion, ignored)) return companion;
+    }
+    return {};
+}
+
+namespace detail {
+
+/// Runs `read`, which sets result.depth. An error of it goes to result.refused, and the depth with it.
+template <class Read>
+void try_depth(photo_with_depth& result, const std::string& where, Read&& read) {
+    try {
+        read();
+        if (!result.depth) return;
+        check_fits(result.depth->disparity, result.photo.color, where);
+        const auto is_valid = [](float v) { return !std::isnan(v); };
+        const image<float>& map = result.depth->disparity;
+        if (std::none_of(map.begin(), map.end(), is_valid))
+            raise(error_code::invalid_data, where, "at least one valid depth", "none");
+    } catch (const error& e) {
+        if (e.code() == error_code::out_of_memory) throw;  // the same may succeed later
+        result.depth.reset();
+        result.refused = e.what();
+    }
+}
+
+}  // namespace detail
+
+namespace detail::inline LDI_READERS {
+
+/// The depth inside a JPEG, HEIC or AVIF file.
+inline std::optional<photo_depth> find_depth_inside([[maybe_unused]] std::span<const std::byte> bytes,
+                                                    [[maybe_unused]] decoding_budget& budget,
+                                                    [[maybe_unused]] const std::string& where) {
+#if defined(LDI_WITH_PUGIXML)
+    std::optional<found_depth> found;
+    unsigned orientation = 1;
+    if (is_jpeg(bytes)) {
+        const picture_header header = read_jpeg_header(bytes, where);
+        if (const std::optional<located_depth> located = locate_jpeg_depth(bytes, header, budget, where))
+            found = decode_located(*located, budget);
+        orientation = read_exif(header.exif).orientation;
+    }
+#if defined(LDI_WITH_LIBHEIF)
+    if (is_heif(bytes)) found = find_heif_depth(bytes, budget, where);
+#endif
+    if (found)
+        return photo_depth{turn_upright(std::move(found->disparity), orientation), found->is_inverse_depth, found->is_metric,
+                           false, std::move(found->source)};
+#endif
+    return std::nullopt;
+}
+
+/// Takes from the budget what find_depth_inside() takes.
+inline void take_depth_inside([[maybe_unused]] std::span<const std::byte> bytes, [[maybe_unused]] decoding_budget& budget,
+                              [[maybe_unused]] const std::string& where) {
+#if defined(LDI_WITH_PUGIXML)
+    if (is_jpeg(bytes)) {
+        const picture_header header = read_jpeg_header(bytes, where);
+        const std::optional<located_depth> located = locate_jpeg_depth(bytes, header, budget, where);
+        if (located) take_depth_header(located->depth, budget, located->where);
+        if (located && !located->confidence.empty()) take_depth_header(located->confidence, budget, located->where);
+    }
+#if defined(LDI_WITH_LIBHEIF)
+    if (is_heif(bytes)) heif_items(bytes, budget, where).take_depth(budget);
+#endif
+#endif
+}
+
+/// What is taken by a picture's left half, in color, and its right one, as floats, with as much again to fill holes.
+inline double memory_of_halves(std::size_t height, std::size_t width) {
+    return nearest_double(height) * nearest_double(width) / 2 * (3 + 2 * sizeof(float));
+}
+
+}  // namespace detail
+
+inline namespace LDI_READERS {
+
+inline photo_with_depth decode_photo_with_depth(std::span<const std::byte> bytes, const photo_options& options,
+                                                const std::string& where) {
+    detail::decoding_budget budget(options.limits, options.formats, bytes.size());
+    photo_with_depth result;
+    result.photo = detail::decode_photo_within(bytes, budget, where);
+    if (detail::is_png(bytes) && detail::is_side_by_side(result.photo.color)) {
+        const image<std::uint8_t>& stored = result.photo.color;
+        budget.take(detail::memory_of_halves(stored.height(), stored.width()), where, "a photo beside its depth map");
+        const image<std::uint8_t> both = std::move(result.photo.color);
+        const std::size_t half = both.width() / 2;
+        result.photo.color = detail::take_columns<std::uint8_t>(both, 0, half, 3);
+        result.depth = photo_depth{detail::take_columns<float>(both, half, half, 1), false, false, true, "the right half"};
+        return result;
+    }
+    budget.lower_max_pixels(depth_map_options().limits.max_pixels);  // a depth map needs no more
+    detail::try_depth(result, where, [&] { result.depth = detail::find_depth_inside(bytes, budget, where); });
+    return result;
+}
+
+inline decoding_estimate estimate_photo_with_depth(std::span<const std::byte> bytes, const photo_options& options,
+                                                   const std::string& where) {
+    detail::decoding_budget budget(options.limits, options.formats, bytes.size());
+    const detail::picture_header header = detail::take_photo_header(bytes, budget, where);
+    if (detail::is_png(bytes))
+        budget.take((std::min)(detail::memory_of_halves(header.height, header.width), detail::nearest_double(budget.left())),
+                    where, "a photo beside its depth map");
+    budget.lower_max_pixels(depth_map_options().limits.max_pixels);
+    try {
+        detail::take_depth_inside(bytes, budget, where);
+    } catch (const error&) {  // what stood in the way of depth stands in its way again when it is decoded
+    }
+    return {header.height, header.width, budget.taken() + detail::max_profile_memory};
+}
+
+inline photo_with_depth load_photo_with_depth(const std::filesystem::path& path, const photo_options& options) {
+    const std::filesystem::path companion = depth_map_beside(path);
+    if (companion.empty()) return decode_photo_with_depth(read_file(path), options, path.string());
+    const std::vector<std::byte> bytes = read_file(path);
+    photo_with_depth result;
+    result.photo = decode_photo(bytes, options, path.string());
+    detail::try_depth(result, companion.string(), [&] {
+        depth_map_options map;
+        map.formats = options.formats;
+        result.depth = photo_depth{load_depth_map(companion, map), false, false, true, companion.string()};
+    });
+    if (result.depth) return result;
+    const std::string refused = std::move(result.refused);
+    result = {};
+    result = decode_photo_with_depth(bytes, options, path.string());
+    if (result.refused.empty()) result.refused = refused;
+    return result;
+}
+
+}  // inline namespace
+
+}}  // namespace ldi

@@ -1,0 +1,106 @@
+// Writes pictures: JPEG for the atlas, PNG for everything whose values must come back as they were.
+#pragma once
+
+#include <ldi/base/buffer.hpp>
+#include <ldi/base/error.hpp>
+#include <ldi/core/image.hpp>
+#include <ldi/io/detail/stb_image_write.hpp>
+#include <ldi/io/file.hpp>
+
+#include <png.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// A JPEG file of an H x W x 1 or H x W x 3 image, each side 1 to 65,535 pixels, below 2 GB in memory. Color has half the
+/// resolution (4:2:0) at quality 90 and below.
+///
+/// quality  1 to 100
+/// Raises invalid_option, too_large.
+std::vector<std::byte> encode_jpeg(const image<std::uint8_t>& picture, int quality = 85);
+
+/// A PNG file of an H x W x 1 or H x W x 3 image. Raises too_large.
+std::vector<std::byte> encode_png(const image<std::uint8_t>& picture);
+
+/// A 16-bit gray PNG file of an H x W x 1 image, as depth maps are kept. Raises too_large.
+std::vector<std::byte> encode_png(const image<std::uint16_t>& picture);
+
+/// encode_jpeg() to a file; also raises file_access.
+inline void save_jpeg(const std::filesystem::path& path, const image<std::uint8_t>& picture, int quality = 85) {
+    write_file(path, encode_jpeg(picture, quality));
+}
+
+/// encode_png() to a file; also raises file_access.
+template <class Scalar>
+void save_png(const std::filesystem::path& path, const image<Scalar>& picture) {
+    write_file(path, encode_png(picture));
+}
+
+namespace detail {
+
+template <class Scalar>
+std::vector<std::byte> encode_png_as(const image<Scalar>& picture, png_uint_32 format) {
+    LDI_ASSERT(picture.height() > 0 && picture.width() > 0);
+    const auto too_large = [&](const char* reason) {
+        raise(error_code::too_large, "encode_png", "a picture that fits in a PNG file",
+              std::to_string(picture.width()) + " x " + std::to_string(picture.height()) + " pixels: " + reason);
+    };
+    if (picture.width() > 0x7FFFFFFF / 6 || picture.height() > 0x7FFFFFFF) too_large("a side too long");
+    png_image description = {};
+    description.version = PNG_IMAGE_VERSION;
+    description.width = static_cast<png_uint_32>(picture.width());
+    description.height = static_cast<png_uint_32>(picture.height());
+    description.format = format;
+    png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(description);  // an upper bound, so that one pass of compression is enough
+    std::vector<std::byte> bytes(size);
+    if (png_image_write_to_memory(&description, bytes.data(), &size, 0, picture.data(), 0, nullptr) == 0) {
+        for (const char* const said : {"nsufficient memory", "ut of memory"})
+            if (std::strstr(description.message, said) != nullptr) out_of_memory();
+        too_large(description.message);
+    }
+    bytes.resize(size);
+    bytes.shrink_to_fit();
+    return bytes;
+}
+
+}  // namespace detail
+
+inline std::vector<std::byte> encode_jpeg(const image<std::uint8_t>& picture, int quality) {
+    LDI_ASSERT(picture.channels() == 1 || picture.channels() == 3);
+    LDI_ASSERT(picture.height() > 0 && picture.width() > 0);
+    if (quality < 1 || quality > 100) raise(error_code::invalid_option, "JPEG quality", "1 to 100", std::to_string(quality));
+    // The encoder counts samples in int.
+    if (picture.height() > 65535 || picture.width() > 65535 || picture.size() > std::size_t{(std::numeric_limits<int>::max)()})
+        raise(error_code::too_large, "encode_jpeg", "sides of at most 65535 pixels, and below 2 GB in memory",
+              std::to_string(picture.width()) + " x " + std::to_string(picture.height()));
+    std::vector<std::byte> bytes;
+    const auto append = [](void* to, void* data, int size) {
+        // Not insert(): g++ 12 takes what it inlines there for an overflow, and says so in the user's build.
+        std::vector<std::byte>& all = *static_cast<std::vector<std::byte>*>(to);
+        const std::size_t used = all.size(), added = static_cast<std::size_t>(size);
+        all.resize(used + added);
+        if (added > 0) std::memcpy(all.data() + used, data, added);
+    };
+    detail::stb::stbi_write_jpg_to_func(append, &bytes, static_cast<int>(picture.width()), static_cast<int>(picture.height()),
+                                        static_cast<int>(picture.channels()), picture.data(), quality);
+    return bytes;
+}
+
+inline std::vector<std::byte> encode_png(const image<std::uint8_t>& picture) {
+    LDI_ASSERT(picture.channels() == 1 || picture.channels() == 3);
+    return detail::encode_png_as(picture, picture.channels() == 3 ? PNG_FORMAT_RGB : PNG_FORMAT_GRAY);
+}
+
+inline std::vector<std::byte> encode_png(const image<std::uint16_t>& picture) {
+    LDI_ASSERT(picture.channels() == 1);
+    return detail::encode_png_as(picture, PNG_FORMAT_LINEAR_Y);
+}
+
+}}  // namespace ldi

@@ -1,0 +1,25 @@
+// Reads a depth network by name: a safetensors file (formats/tiefenrausch.hpp), or the folder of the published network
+// (io/published_network.hpp).
+#pragma once
+
+#include <ldi/formats/tiefenrausch.hpp>
+#include <ldi/io/file.hpp>
+#include <ldi/io/published_network.hpp>
+
+#include <filesystem>
+#include <system_error>
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// Raises file_access, and what decode_tiefenrausch() raises.
+inline tiefenrausch load_tiefenrausch_file(const std::filesystem::path& path) {
+    return decode_tiefenrausch(read_file(path), path.string());
+}
+
+/// path  a folder that holds the published network (load_tiefenrausch()), or a file (load_tiefenrausch_file())
+inline tiefenrausch load_depth_network(const std::filesystem::path& path) {
+    std::error_code ignored;
+    return std::filesystem::is_directory(path, ignored) ? load_tiefenrausch(path) : load_tiefenrausch_file(path);
+}
+
+}}  // namespace ldi

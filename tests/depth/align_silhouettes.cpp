@@ -1,0 +1,136 @@
+#include <ldi/depth/align_silhouettes.hpp>
+
+#include "tests/support/lifted_scene.hpp"
+
+#include <catch2/catch.hpp>
+
+#include <array>
+#include <cmath>
+#include <random>
+
+namespace {
+
+using color = std::array<std::uint8_t, 3>;
+
+// Two surfaces that meet at a curve, in color and, moved, in depth.
+struct scene {
+    ldi::image<std::uint8_t> photo;
+    ldi::image<float> truth, given;
+};
+
+template <class IsFront>
+scene make_scene(std::size_t height, std::size_t width, float moved_x, float moved_y, color front, color back, float noise,
+                 IsFront&& is_front) {
+    std::mt19937 random(1);
+    std::normal_distribution<float> normal(0.0F, noise);
+    scene s{ldi::image<std::uint8_t>(height, width, 3), ldi::image<float>(height, width), ldi::image<float>(height, width)};
+    for (std::size_t y = 0; y < height; ++y)
+        for (std::size_t x = 0; x < width; ++x) {
+            const float fx = static_cast<float>(x) + 0.5F, fy = static_cast<float>(y) + 0.5F;
+            const bool here = is_front(fx, fy);
+            s.truth(y, x) = here ? 0.8F : 0.2F;
+            s.given(y, x) = is_front(fx - moved_x, fy - moved_y) ? 0.8F : 0.2F;
+            for (std::size_t c = 0; c < 3; ++c)
+                s.photo(y, x, c) = static_cast<std::uint8_t>(std::clamp(
+                    static_cast<float>((here ? front : back)[c]) + (noise > 0.0F ? normal(random) : 0.0F), 0.0F, 255.0F));
+        }
+    return s;
+}
+
+double share_wrong(const ldi::image<float>& map, const ldi::image<float>& truth) {
+    std::size_t wrong = 0;
+    for (std::size_t i = 0; i < map.size(); ++i) wrong += map.data()[i] != truth.data()[i] ? 1U : 0U;
+    return static_cast<double>(wrong) / static_cast<double>(map.size());
+}
+
+const auto disc = [](float x, float y) { return std::hypot(x - 48.0F, y - 40.0F) < 25.0F; };
+const auto half = [](float x, float y) { return x + 0.3F * y > 55.0F; };
+const color red{190, 60, 50}, gray{110, 115, 120};
+
+}  // namespace
+
+TEST_CASE("silhouettes that are off by up to the uncertainty come to lie on color edges") {
+    for (const float noise : {0.0F, 8.0F})
+        for (const auto& [dx, dy] : {std::pair{2.0F, 0.0F}, {-2.0F, 0.0F}, {0.0F, 2.0F}, {-1.5F, 1.5F}}) {
+            CAPTURE(noise, dx, dy);
+            scene s = make_scene(80, 100, dx, dy, red, gray, noise, disc);
+            const double before = share_wrong(s.given, s.truth);
+            ldi::align_silhouettes(s.given, s.photo);
+            CHECK(share_wrong(s.given, s.truth) < 0.25 * before);
+            s = make_scene(80, 100, dx, dy, red, gray, noise, half);  // a curve from border to border
+            ldi::align_silhouettes(s.given, s.photo);
+            CHECK(share_wrong(s.given, s.truth) < 0.004);
+        }
+}
+
+TEST_CASE("where colors tell nothing, silhouettes only lose the lattice's stairs") {
+    scene s = make_scene(80, 100, 2.0F, 0.0F, gray, gray, 8.0F, disc);
+    const ldi::image<float> before = s.given;
+    ldi::align_silhouettes(s.given, s.photo);
+    CHECK(share_wrong(s.given, before) < 0.01);
+}
+
+TEST_CASE("a silhouette does not move farther than it is uncertain") {
+    scene s = make_scene(80, 100, 9.0F, 0.0F, red, gray, 0.0F, half);
+    const ldi::image<float> before = s.given;
+    ldi::align_silhouettes(s.given, s.photo);
+    for (std::size_t y = 0; y < 80; ++y)
+        for (std::size_t x = 5; x + 5 < 100; ++x)
+            if (before(y, x - 5) == before(y, x + 5)) REQUIRE(s.given(y, x) == before(y, x));
+    s.given = before;
+    ldi::align_silhouettes(s.given, s.photo, {}, {.uncertainty = 0.0F});
+    CHECK(s.given == before);
+}
+
+TEST_CASE("thin things stay, and third surfaces keep their depth") {
+    const auto rod = [](float x, float) { return std::abs(x - 50.0F) < 2.0F; };
+    scene s = make_scene(80, 100, 1.0F, 0.0F, red, gray, 4.0F, rod);
+    ldi::align_silhouettes(s.given, s.photo);
+    CHECK(share_wrong(s.given, s.truth) < 0.005);
+
+    s = make_scene(80, 100, 2.0F, 0.0F, red, gray, 4.0F, disc);
+    for (std::size_t y = 0; y < 80; ++y)
+        for (std::size_t x = 48; x < 60; ++x) s.given(y, x) = 0.5F;  // between both, across the disc
+    const ldi::image<float> before = s.given;
+    ldi::align_silhouettes(s.given, s.photo);
+    for (std::size_t y = 0; y < 80; ++y)
+        for (std::size_t x = 53; x < 55; ++x) REQUIRE(s.given(y, x) == 0.5F);
+}
+
+TEST_CASE("only disparities of the map occur after aligning, on any number of threads alike") {
+    std::mt19937 random(5);
+    for (int round = 0; round < 40; ++round) {
+        const ldi::image<float> map = ldi::testing::random_disparity(random, 1 + random() % 60, 1 + random() % 60);
+        ldi::image<std::uint8_t> photo(map.height(), map.width(), 3);
+        for (std::uint8_t& v : photo) v = static_cast<std::uint8_t>(random());
+        ldi::image<float> aligned = map, by_threads = map;
+        ldi::align_silhouettes(aligned, photo, {}, {.uncertainty = static_cast<float>(random() % 9), .shortest_length = 5});
+        for (const float v : aligned) REQUIRE(std::find(map.begin(), map.end(), v) != map.end());
+        aligned = map;
+        ldi::align_silhouettes(aligned, photo);
+        ldi::align_silhouettes(by_threads, photo, {}, {}, ldi::thread_pool(3));
+        REQUIRE(by_threads == aligned);
+    }
+}
+
+TEST_CASE("single glints beside a silhouette do not draw it to them") {
+    // Surfaces that differ little, and right of their edge, in every twelfth row, a pixel far brighter than both.
+    scene s = make_scene(72, 100, 0.0F, 0.0F, {100, 100, 100}, {70, 70, 70}, 0.0F, [](float x, float) { return x < 50.0F; });
+    for (const std::size_t distance : {std::size_t{0}, std::size_t{1}, std::size_t{2}}) {
+        CAPTURE(distance);
+        scene glints = s;
+        for (std::size_t y = 6; y < 72; y += 12)
+            for (std::size_t c = 0; c < 3; ++c) glints.photo(y, 50 + distance, c) = 255;
+        ldi::align_silhouettes(glints.given, glints.photo);
+        CHECK(share_wrong(glints.given, s.truth) == 0.0);
+    }
+}
+
+TEST_CASE("images of different sizes and options that make no sense are refused") {
+    ldi::image<float> map(10, 12);
+    const ldi::image<std::uint8_t> photo(10, 12, 3);
+    CHECK_THROWS_WITH(ldi::align_silhouettes(map, ldi::image<std::uint8_t>(10, 13, 3)),
+                      Catch::Contains("of the same size") && Catch::Contains("10 x 12 x 1 and 10 x 13 x 3"));
+    CHECK_THROWS_WITH(ldi::align_silhouettes(map, photo, {}, {.uncertainty = 257.0F}), Catch::Contains("from 0 to 256"));
+    CHECK_THROWS_WITH(ldi::align_silhouettes(map, photo, {}, {.stiffness = -1.0F}), Catch::Contains("at least 0"));
+}

@@ -1,0 +1,198 @@
+#include <ldi/inpaint/mixed_colors.hpp>
+
+#include "tests/support/counted_memory.hpp"
+#include "tests/support/lifted_scene.hpp"
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <random>
+
+namespace {
+
+using color = std::array<float, 3>;
+
+/// A disc before a background, both textured, seen by a camera whose pixels mix both along the rim.
+struct disc_scene {
+    static constexpr std::size_t size = 120;
+    ldi::photo_layer photo;
+    ldi::image<float> alpha{size, size};  ///< the disc's true share
+    ldi::image<float> front{size, size, 3}, back{size, size, 3};
+
+    disc_scene(std::mt19937& random, float blur) {
+        std::uniform_real_distribution<float> unit(0.0F, 1.0F);
+        const float x0 = 60 + 4 * unit(random), y0 = 60 + 4 * unit(random), radius = 30 + 8 * unit(random);
+        // Two colors that differ, with waves of a tenth of their distance.
+        const color disc{200 + 40 * unit(random), 20 + 60 * unit(random), 20 + 80 * unit(random)};
+        const color wall{20 + 60 * unit(random), 120 + 60 * unit(random), 150 + 60 * unit(random)};
+        ldi::image<std::uint8_t> picture(size, size, 3);
+        ldi::image<float> disparity(size, size);
+        for (std::size_t y = 0; y < size; ++y)
+            for (std::size_t x = 0; x < size; ++x) {
+                const float u = static_cast<float>(x), v = static_cast<float>(y);
+                const float inside = radius - std::hypot(u + 0.5F - x0, v + 0.5F - y0);
+                const float share = alpha(y, x) = std::clamp(0.5F + inside / blur, 0.0F, 1.0F);
+                disparity(y, x) = inside > 0 ? 0.8F : 0.2F;
+                for (std::size_t c = 0; c < 3; ++c) {
+                    front(y, x, c) = disc[c] + 10 * std::sin(0.3F * u + 0.1F * v);
+                    back(y, x, c) = wall[c] + 10 * std::sin(0.2F * v - 0.15F * u);
+                    const float mixed = share * front(y, x, c) + (1 - share) * back(y, x, c);
+                    picture(y, x, c) = static_cast<std::uint8_t>(std::clamp(mixed + 0.5F, 0.0F, 255.0F));
+                }
+            }
+        photo = ldi::lift(picture, disparity);
+    }
+
+    float distance(const ldi::photo_layer& layer, std::size_t i, const ldi::image<float>& truth) const {
+        float sum = 0;
+        for (std::size_t c = 0; c < 3; ++c) {
+            const float d = static_cast<float>(layer.column<ldi::color_column>()[3 * i + c]) - truth.data()[3 * i + c];
+            sum += d * d;
+        }
+        return std::sqrt(sum);
+    }
+};
+
+}  // namespace
+
+TEST_CASE("beside a silhouette the shares of the two surfaces are found to a tenth, and the foreground's colors cleaned") {
+    std::mt19937 random(5);
+    for (int round = 0; round < 20; ++round) {
+        const disc_scene scene(random, 1.0F + 0.15F * static_cast<float>(round % 10));
+        ldi::photo_layer layer = scene.photo;
+        ldi::unmix_colors(layer);
+        const auto matte = layer.column<ldi::matte_column>();
+        double off = 0, mixed = 0, before = 0, after = 0, kept = 0, leaked = 0;
+        for (std::size_t i = 0; i < layer.size(); ++i) {
+            const float alpha = scene.alpha.data()[i];
+            const bool in_front = layer.column<ldi::disparity_column>()[i] > 0.5F;
+            if (alpha > 0 && alpha < 1) {
+                off += std::abs(static_cast<double>(matte.data()[i]) / 255 - static_cast<double>(alpha)), mixed += 1;
+                if (in_front) {
+                    before += static_cast<double>(scene.distance(scene.photo, i, scene.front));
+                    after += static_cast<double>(scene.distance(layer, i, scene.front));
+                }
+            }
+            if (in_front) REQUIRE(layer.column<ldi::known_column>()[i] == 1);
+            if (in_front || layer.column<ldi::known_column>()[i] == 0) continue;
+            kept += 1;
+            leaked = std::max(leaked, static_cast<double>(alpha));
+        }
+        CHECK(off / mixed < 0.1);
+        CHECK(after < 0.7 * before);
+        CHECK(leaked < 0.5);  // what had more of the foreground's color is refilled
+        CHECK(kept > 9000);
+    }
+}
+
+TEST_CASE("what is not mixed keeps its colors, but for some pixels and for the background beside the silhouette") {
+    std::mt19937 random(6);
+    for (int round = 0; round < 10; ++round) {
+        const disc_scene scene(random, 0.001F);
+        ldi::photo_layer layer = scene.photo;
+        ldi::unmix_colors(layer);
+        std::size_t changed = 0;
+        const auto disparity = layer.column<ldi::disparity_column>();
+        for (std::int32_t i = 0; i < layer.topology().count(); ++i) {
+            bool touches_silhouette = false;
+            for (const ldi::side s : ldi::all_sides)
+                if (layer.topology().neighbor(i, s) == ldi::no_pixel && disparity[i] < 0.5F) touches_silhouette = true;
+            const std::size_t at = static_cast<std::size_t>(i);
+            const bool is_same = scene.distance(layer, at, disparity[i] > 0.5F ? scene.front : scene.back) < 2;
+            const bool is_known = layer.column<ldi::known_column>()[i] == 1;
+            changed += touches_silhouette || (is_same && is_known) ? 0U : 1U;
+        }
+        CHECK(changed < 5);
+    }
+}
+
+TEST_CASE("margins grow with photos of more than 1536 pixels") {
+    ldi::image<float> map(24, 3072);
+    for (std::size_t y = 0; y < 24; ++y)
+        for (std::size_t x = 0; x < 3072; ++x) map(y, x, 0) = x < 1500 ? 0.2F : 0.8F;
+    ldi::photo_layer layers = ldi::testing::lift_disparity(map);
+    ldi::unmix_colors(layers);
+    for (std::size_t i = 0; i < layers.size(); ++i) {
+        const std::int32_t x = layers.topology().x()[i];
+        REQUIRE(layers.column<ldi::known_column>()[i] == (x >= 1498 && x < 1504 ? 0 : 1));
+    }
+}
+
+TEST_CASE("options that mean nothing are refused") {
+    ldi::photo_layer layers = ldi::testing::lift_disparity(ldi::image<float>(4, 4));
+    for (const ldi::mixed_color_options& options :
+         {ldi::mixed_color_options{.foreground_margin = -1}, ldi::mixed_color_options{.background_margin = -1},
+          ldi::mixed_color_options{.reach = 2.0F}, ldi::mixed_color_options{.contrast = 0.0F}})
+        CHECK_THROWS_AS(ldi::unmix_colors(layers, options), ldi::error);
+}
+
+TEST_CASE("the margins on both sides of a silhouette are unknown, all else stays known") {
+    ldi::image<float> map(20, 40);
+    for (std::size_t y = 0; y < 20; ++y)
+        for (std::size_t x = 0; x < 40; ++x) map(y, x, 0) = x < 20 ? 0.2F : 0.8F;
+    ldi::photo_layer layers = ldi::testing::lift_disparity(map);
+    ldi::mixed_color_options options;
+    options.foreground_margin = 3;
+    options.background_margin = 1;
+    ldi::unmix_colors(layers, options);
+    for (std::size_t i = 0; i < layers.size(); ++i) {
+        const std::int32_t x = layers.topology().x()[i];
+        REQUIRE(layers.column<ldi::known_column>()[i] == (x >= 19 && x < 23 ? 0 : 1));
+    }
+}
+
+TEST_CASE("a rod thinner than its margins keeps its colors") {
+    ldi::image<float> map(20, 40);
+    for (std::size_t y = 0; y < 20; ++y)
+        for (std::size_t x = 0; x < 40; ++x) map(y, x, 0) = x >= 20 && x < 24 ? 0.8F : 0.2F;
+    ldi::photo_layer layers = ldi::testing::lift_disparity(map);
+    ldi::unmix_colors(layers);
+    for (std::size_t i = 0; i < layers.size(); ++i)
+        if (layers.topology().x()[i] >= 20 && layers.topology().x()[i] < 24) REQUIRE(layers.column<ldi::known_column>()[i] == 1);
+}
+
+TEST_CASE("every unknown pixel can be refilled: links lead from it to a known one within the margin") {
+    std::mt19937 random(1);
+    for (int round = 0; round < 200; ++round) {
+        ldi::photo_layer layers =
+            ldi::testing::lift_disparity(ldi::testing::random_disparity(random, 1 + random() % 40, 1 + random() % 40));
+        ldi::mixed_color_options options;
+        options.foreground_margin = static_cast<int>(random() % 5);
+        options.background_margin = static_cast<int>(random() % 5);
+        ldi::unmix_colors(layers, options);
+        // Both margins together are at most 8 steps wide where a surface is in front on one side and behind on the other.
+        ldi::buffer<std::uint8_t> reached = layers.column<ldi::known_column>().copy();
+        for (int step = 0; step < options.foreground_margin + options.background_margin; ++step) {
+            const ldi::buffer<std::uint8_t> before = reached;
+            for (std::int32_t i = 0; i < static_cast<std::int32_t>(layers.size()); ++i)
+                for (ldi::side s : ldi::all_sides)
+                    if (const std::int32_t n = layers.topology().neighbor(i, s);
+                        n != ldi::no_pixel && before[static_cast<std::size_t>(n)] != 0)
+                        reached[static_cast<std::size_t>(i)] = 1;
+        }
+        for (std::uint8_t r : reached) REQUIRE(r == 1);
+    }
+}
+
+TEST_CASE("margins as wide as silhouettes of a coarse depth map are off take memory for each pixel once") {
+    ldi::image<float> disparity(128, 128);
+    for (std::size_t y = 0; y < 128; ++y)
+        for (std::size_t x = 0; x < 128; ++x) disparity(y, x) = x + y / 2 < 90 ? 0.2F : 0.8F;
+    ldi::photo_layer layer = ldi::testing::lift_disparity(disparity);
+    ldi::testing::counted_memory own;
+    own.limit = 400 * layer.size();
+    const ldi::memory_scope scope(own.source);
+    ldi::mixed_color_options options;
+    options.foreground_margin = options.background_margin = 48;
+    ldi::unmix_colors(layer, options);
+    const auto& known = layer.column<ldi::known_column>();
+    CHECK(std::count(known.begin(), known.end(), 0) > 128 * 60);
+    // A margin without an end has no known pixel behind it, so that all stay.
+    layer = ldi::testing::lift_disparity(disparity);
+    options.foreground_margin = options.background_margin = 1 << 30;
+    ldi::unmix_colors(layer, options);
+    CHECK(std::count(layer.column<ldi::known_column>().begin(), layer.column<ldi::known_column>().end(), 0) == 0);
+}

@@ -1,0 +1,267 @@
+#include "tests/support/random_graph.hpp"
+
+#include <ldi/core/components.hpp>
+#include <ldi/inpaint/texture_transfer.hpp>
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <random>
+
+using namespace ldi;
+
+namespace {
+
+using rgb = std::array<int, 3>;
+
+constexpr std::int32_t width = 120, height = 80;
+
+bool in_hole(std::int32_t x) { return x >= 40 && x < 80; }
+
+void set_color(photo_layers& layers, std::int32_t pixel, const rgb& color) {
+    for (std::size_t c = 0; c < 3; ++c)
+        layers.at<color_column>(pixel)[c] = static_cast<std::uint8_t>(std::clamp(color[c], 0, 255));
+}
+
+/// One surface with a band in the middle that is not known: what it shows, and what an inpainter answered there.
+template <class Shown, class Answer>
+photo_layers around_a_band(const Shown& shown, const Answer& answer) {
+    photo_layers layers(make_grid(width, height));
+    for (std::int32_t i = 0; i < width * height; ++i) {
+        const std::int32_t x = i % width, y = i / width;
+        layers.at<known_column>(i)[0] = in_hole(x) ? 0 : 1;
+        set_color(layers, i, in_hole(x) ? answer(x, y) : shown(x, y));
+    }
+    return layers;
+}
+
+const grain_options no_grain{.strength = 0.0F};
+
+/// Mean absolute difference of green between vertical neighbors, inside the band or outside.
+double vertical_gradient(const photo_layers& layers, bool inside) {
+    double sum = 0, count = 0;
+    for (std::int32_t i = 0; i < width * (height - 1); ++i)
+        if (in_hole(i % width) == inside) {
+            sum += std::abs(layers.at<color_column>(i)[1] - layers.at<color_column>(i + width)[1]);
+            count += 1;
+        }
+    return sum / count;
+}
+
+bool same_colors(const photo_layers& a, const photo_layers& b) { return a.column<color_column>() == b.column<color_column>(); }
+
+}  // namespace
+
+TEST_CASE("noise goes on where it was hidden, nearly as strong, without any grain") {
+    for (const int strength : {3, 10, 30}) {
+        std::mt19937 random(static_cast<unsigned>(strength));
+        photo_layers layers = around_a_band(
+            [&](std::int32_t, std::int32_t) {
+                const int value = 128 + testing::below(random, 2 * strength + 1) - strength;
+                return rgb{value, value, value};
+            },
+            [](std::int32_t, std::int32_t) {
+                return rgb{128, 128, 128};
+            });
+        add_texture(layers, {}, no_grain);
+        const double share = vertical_gradient(layers, true) / vertical_gradient(layers, false);
+        INFO("of noise up to " << strength << " gray levels the gradients are " << share << " of those outside");
+        CHECK(share > 0.6);
+        CHECK(share < 1.0);
+    }
+}
+
+TEST_CASE("what is copied hangs together: fine lines go on as lines") {
+    photo_layers layers = around_a_band(
+        [](std::int32_t, std::int32_t y) {
+            const int value = y % 2 == 0 ? 120 : 136;
+            return rgb{value, value, value};
+        },
+        [](std::int32_t, std::int32_t) {
+            return rgb{128, 128, 128};
+        });
+    add_texture(layers, {}, no_grain);
+    int along = 0, across = 0, count = 0;
+    for (std::int32_t i = 0; i < width * (height - 1); ++i) {
+        if (!in_hole(i % width) || !in_hole(i % width + 1)) continue;
+        const int here = layers.at<color_column>(i)[1];
+        along += here == layers.at<color_column>(i + 1)[1] ? 1 : 0;
+        across += (here > 128) != (layers.at<color_column>(i + width)[1] > 128) ? 1 : 0;
+        ++count;
+    }
+    CHECK(along > 0.9 * count);
+    CHECK(across > 0.9 * count);
+}
+
+TEST_CASE(
+    "a sky gets no bark: texture comes from where the blurred colors are alike, and is no stronger than the detail around") {
+    const auto is_sky = [](std::int32_t y) { return y < height / 2; };
+    const auto answer = [&](std::int32_t, std::int32_t y) { return is_sky(y) ? rgb{90, 140, 220} : rgb{110, 80, 50}; };
+    std::mt19937 random(5);
+    photo_layers layers = around_a_band(
+        [&](std::int32_t x, std::int32_t y) {
+            rgb color = answer(x, y);
+            for (int& value : color) value += is_sky(y) ? 0 : testing::below(random, 41) - 20;
+            return color;
+        },
+        answer);
+    const photo_layers before = layers;
+    add_texture(layers, {}, no_grain);
+    double bark = 0;
+    for (std::int32_t i = 0; i < width * height; ++i)
+        for (std::size_t c = 0; c < 3; ++c) {
+            const int change = std::abs(layers.at<color_column>(i)[c] - before.at<color_column>(i)[c]);
+            const std::int32_t from_border = i / width - height / 2;
+            if (from_border < -4) REQUIRE(change <= 1);
+            if (from_border > 4 && in_hole(i % width)) bark += change;
+        }
+    CHECK(bark / (3 * 40 * (height / 2 - 5)) > 3);
+}
+
+TEST_CASE("specks, far stronger than the photo's detail around, are held back") {
+    std::mt19937 random(8);
+    const photo_layers before = around_a_band(
+        [&](std::int32_t x, std::int32_t y) {
+            const bool is_speck = (x < 35 || x >= 85) && (7 * x + 13 * y) % 31 == 0;
+            const int value = 128 + testing::below(random, 5) - 2 + (is_speck ? 100 : 0);
+            return rgb{value, value, value};
+        },
+        [](std::int32_t, std::int32_t) {
+            return rgb{128, 128, 128};
+        });
+    const auto greatest_change = [&](float crest) {
+        photo_layers layers = before;
+        texture_options options;
+        options.crest = crest, options.tolerance = 255.0F;
+        add_texture(layers, options, no_grain);
+        int greatest = 0;
+        for (std::int32_t i = 0; i < width * height; ++i)
+            greatest = std::max(greatest, std::abs(layers.at<color_column>(i)[1] - before.at<color_column>(i)[1]));
+        return greatest;
+    };
+    CHECK(greatest_change(texture_options().crest) < 10);
+    CHECK(greatest_change(1000.0F) > 40);
+}
+
+TEST_CASE("neighbors take their texture from neighbors, nearly everywhere") {
+    std::mt19937 random(9);
+    const photo_layers layers = around_a_band(
+        [&](std::int32_t, std::int32_t) {
+            return rgb{testing::below(random, 40), 20, 20};
+        },
+        [](std::int32_t, std::int32_t) {
+            return rgb{20, 20, 20};
+        });
+    const graph& g = layers.topology();
+    const detail::texture_cells cells = detail::find_texture_cells(g, layers.column<known_column>(), 32, 3);
+    buffer<detail::texture_color> colors(cells.pixel.size());
+    for (std::int32_t cell = 0; cell < cells.count(); ++cell)
+        std::ranges::copy(layers.at<color_column>(cells.pixel[cell]), colors[cell].begin());
+    detail::blur_cells(cells, colors, 4);
+    const buffer<detail::texture_surroundings> looks = detail::describe_cells(cells, colors);
+    const buffer<std::int32_t> source = detail::texture_search(g, cells, looks, 32).run(2);
+    int pairs = 0, coherent = 0;
+    for (std::int32_t cell = 0; cell < cells.count(); ++cell)
+        for (const side s : {side::right, side::down}) {
+            const std::int32_t n = cells.neighbor(cell, s);
+            if (n == no_pixel || !cells.is_unknown(cell) || !cells.is_unknown(n)) continue;
+            REQUIRE(cells.is_source(source[cell]));
+            ++pairs;
+            coherent += cells.neighbor(source[cell], s) == source[n] ? 1 : 0;
+        }
+    CHECK(coherent > 0.9 * pairs);
+}
+
+TEST_CASE(
+    "texture comes over links only, and only what is not known changes: each of the surfaces varies in a channel of its own") {
+    std::mt19937 random(6);
+    std::size_t changed = 0;
+    for (int round = 0; round < 300; ++round) {
+        const testing::random_layers made = testing::random_graph(random, 30);
+        const components surfaces = connected_components(made.topology());
+        photo_layers layers(made.topology());
+        const auto own = [&](std::int32_t pixel) { return static_cast<std::size_t>(surfaces.label[pixel] % 3); };
+        for (std::int32_t i = 0; i < made.topology().count(); ++i) {
+            const bool known = testing::chance(random, 70);
+            layers.at<known_column>(i)[0] = known ? 1 : 0;
+            rgb color{100, 100, 100};
+            if (known) color[own(i)] += testing::below(random, 31) - 15;
+            set_color(layers, i, color);
+        }
+        const photo_layers before = layers;
+        texture_options options;
+        options.reach = 1 + testing::below(random, 40);
+        add_texture(layers, options, no_grain);
+        REQUIRE((layers.column<known_column>() == before.column<known_column>()));
+        for (std::int32_t i = 0; i < made.topology().count(); ++i)
+            for (std::size_t c = 0; c < 3; ++c) {
+                const bool differs = layers.at<color_column>(i)[c] != before.at<color_column>(i)[c];
+                if (before.at<known_column>(i)[0] != 0 || c != own(i)) REQUIRE_FALSE(differs);
+                changed += differs ? 1 : 0;
+            }
+        photo_layers again = before;
+        add_texture(again, options, no_grain);
+        REQUIRE(same_colors(layers, again));
+    }
+    CHECK(changed > 1000);
+}
+
+TEST_CASE("where nothing known is alike there is grain, and so there is without texture") {
+    std::mt19937 random(7);
+    photo_layers layers = around_a_band(
+        [&](std::int32_t, std::int32_t) {
+            return rgb{60 + testing::below(random, 21), 60, 60};
+        },
+        [](std::int32_t x, std::int32_t) {
+            return x < 48 || x >= 72 ? rgb{65, 60, 60} : rgb{200, 200, 200};
+        });
+    photo_layers grain = layers, strength_0 = layers;
+    add_texture(layers);
+    add_grain(grain);
+    texture_options none;
+    none.strength = 0.0F;
+    add_texture(strength_0, none);
+    CHECK(same_colors(strength_0, grain));
+    bool all_differ = false;
+    for (std::int32_t i = 0; i < width * height; ++i) {
+        const bool equal = std::ranges::equal(layers.at<color_column>(i), grain.at<color_column>(i));
+        if (const std::int32_t x = i % width; x >= 56 && x < 64) REQUIRE(equal);
+        all_differ = all_differ || !equal;
+    }
+    CHECK(all_differ);
+}
+
+TEST_CASE("images without a pixel, without an unknown one and without a known one are left as they are") {
+    for (const std::int32_t side : {0, 1, 20})
+        for (const int known : {0, 1}) {
+            photo_layers layers(make_grid(side, side));
+            for (std::int32_t i = 0; i < side * side; ++i) {
+                layers.at<known_column>(i)[0] = static_cast<std::uint8_t>(known);
+                set_color(layers, i, {i % 50, 2 * i % 90, 7});
+            }
+            const photo_layers before = layers;
+            add_texture(layers);
+            CHECK(same_colors(layers, before));
+        }
+}
+
+TEST_CASE("texture options that make no sense are errors that name them") {
+    photo_layers layers(make_grid(2, 2));
+    const auto is_refused = [&](const char* name, auto change) {
+        texture_options options;
+        change(options);
+        CHECK_THROWS_WITH(add_texture(layers, options), Catch::Contains(std::string("texture_options, ") + name));
+    };
+    for (const float wrong : {-1.0F, std::nanf(""), 1e9F}) {
+        is_refused("strength", [&](texture_options& o) { o.strength = wrong; });
+        is_refused("crest", [&](texture_options& o) { o.crest = wrong; });
+        is_refused("tolerance", [&](texture_options& o) { o.tolerance = wrong; });
+    }
+    for (const int wrong : {-1, 0, 201}) {
+        is_refused("reach", [&](texture_options& o) { o.reach = wrong; });
+        is_refused("rounds", [&](texture_options& o) { o.rounds = wrong; });
+    }
+}

@@ -1,0 +1,142 @@
+#include <ldi/inpaint/uncertain_rims.hpp>
+
+#include "tests/support/lifted_scene.hpp"
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <random>
+#include <utility>
+
+namespace {
+
+using layer_with_rims = decltype(std::declval<ldi::photo_layer>().with<ldi::rim_column>({}));
+
+layer_with_rims with_rims(ldi::photo_layer layer) {
+    ldi::buffer<std::int32_t> none(layer.size(), 0);
+    return std::move(layer).with<ldi::rim_column>(std::move(none));
+}
+
+/// A red thing in front of a green wall, from column 20 on, and red fuzz on the wall beside it.
+layer_with_rims fuzzy_scene(std::size_t fuzz) {
+    ldi::image<float> disparity(20, 40);
+    ldi::image<std::uint8_t> photo(20, 40, 3);
+    for (std::size_t y = 0; y < 20; ++y)
+        for (std::size_t x = 0; x < 40; ++x) {
+            disparity(y, x, 0) = x < 20 ? 0.2F : 0.8F;
+            photo(y, x, 0) = x + fuzz < 20 ? 20 : 200;
+            photo(y, x, 1) = x + fuzz < 20 ? 200 : 20;
+        }
+    return with_rims(ldi::lift(photo, disparity));
+}
+
+void paint_unknown(layer_with_rims& layer, std::uint8_t red, std::uint8_t green) {
+    for (std::int32_t i = 0; i < layer.topology().count(); ++i)
+        if (layer.column<ldi::known_column>()[i] == 0)
+            layer.at<ldi::color_column>(i)[0] = red, layer.at<ldi::color_column>(i)[1] = green;
+}
+
+}  // namespace
+
+TEST_CASE("rims of the background are unknown while they are set aside, and nothing else is") {
+    layer_with_rims layer = fuzzy_scene(0);
+    const ldi::buffer<ldi::uncertain_rim> rims = ldi::mark_uncertain_rims(layer, 3);
+    CHECK(rims.size() == 3 * 20);
+    for (std::int32_t i = 0; i < layer.topology().count(); ++i) {
+        const std::int32_t x = layer.topology().x()[i];
+        REQUIRE(layer.column<ldi::known_column>()[i] == (x >= 17 && x < 20 ? 0 : 1));
+    }
+}
+
+TEST_CASE("a rim that looks like the background comes back as it was") {
+    layer_with_rims layer = fuzzy_scene(0);
+    const layer_with_rims before = layer;
+    const ldi::buffer<ldi::uncertain_rim> rims = ldi::mark_uncertain_rims(layer, 3);
+    paint_unknown(layer, 30, 190);
+    ldi::restore_rims(layer, rims);
+    CHECK(layer.column<ldi::known_column>() == before.column<ldi::known_column>());
+    CHECK(layer.column<ldi::color_column>() == before.column<ldi::color_column>());
+}
+
+TEST_CASE("what looks like the foreground keeps the color that continues the background") {
+    layer_with_rims layer = fuzzy_scene(2);
+    const ldi::buffer<ldi::uncertain_rim> rims = ldi::mark_uncertain_rims(layer, 4);
+    paint_unknown(layer, 20, 200);
+    ldi::restore_rims(layer, rims);
+    for (std::int32_t i = 0; i < layer.topology().count(); ++i) {
+        const std::int32_t x = layer.topology().x()[i];
+        if (x >= 20) continue;
+        REQUIRE(layer.at<ldi::color_column>(i)[0] == 20);
+        REQUIRE(layer.column<ldi::known_column>()[i] == (x < 18 ? 1 : 0));
+    }
+}
+
+TEST_CASE("fuzz keeps the background's color where the foreground's differs by more than 40, and comes back below that") {
+    for (const auto& [difference, is_fuzz] : {std::pair{30, false}, {36, false}, {44, true}, {60, true}, {75, true}}) {
+        CAPTURE(difference);
+        layer_with_rims layer = fuzzy_scene(2);
+        // Red alone tells the thing and its fuzz from the wall.
+        const auto repaint = [&](std::int32_t i) {
+            const auto color = layer.at<ldi::color_column>(i);
+            color[0] = static_cast<std::uint8_t>(color[0] == 200 ? 100 + difference : 100), color[1] = 50;
+        };
+        for (std::int32_t i = 0; i < layer.topology().count(); ++i) repaint(i);
+        const layer_with_rims before = layer;
+        const ldi::buffer<ldi::uncertain_rim> rims = ldi::mark_uncertain_rims(layer, 4);
+        paint_unknown(layer, 100, 50);
+        ldi::restore_rims(layer, rims);
+        for (std::int32_t i = 0; i < layer.topology().count(); ++i) {
+            const std::int32_t x = layer.topology().x()[i];
+            if (x != 18 && x != 19) continue;
+            REQUIRE(layer.column<ldi::known_column>()[i] == (is_fuzz ? 0 : 1));
+            REQUIRE(layer.at<ldi::color_column>(i)[0] == (is_fuzz ? 100 : before.at<ldi::color_column>(i)[0]));
+        }
+    }
+}
+
+TEST_CASE("a surface too narrow to tell from what is in front of it comes back, whatever was painted there") {
+    // A wall, a post of four columns before it, and a thing before both: the post is the near one at its nearest silhouette.
+    ldi::image<float> disparity(20, 40);
+    ldi::image<std::uint8_t> photo(20, 40, 3);
+    for (std::size_t y = 0; y < 20; ++y)
+        for (std::size_t x = 0; x < 40; ++x) {
+            disparity(y, x, 0) = x < 18 ? 0.2F : x < 22 ? 0.5F : 0.8F;
+            photo(y, x, 0) = x < 18 ? 20 : x < 22 ? 120 : 220;
+        }
+    layer_with_rims layer = with_rims(ldi::lift(photo, disparity));
+    const layer_with_rims before = layer;
+    const ldi::buffer<ldi::uncertain_rim> rims = ldi::mark_uncertain_rims(layer, 3);
+    const auto nearer_to_the_wall = [&](std::int32_t i) { return layer.topology().x()[i] == 19; };
+    for (std::int32_t i = 0; i < layer.topology().count(); ++i)
+        if (nearer_to_the_wall(i)) REQUIRE(layer.column<ldi::known_column>()[i] == 0);
+    paint_unknown(layer, 20, 0);
+    ldi::restore_rims(layer, rims);
+    for (std::int32_t i = 0; i < layer.topology().count(); ++i)
+        if (nearer_to_the_wall(i)) REQUIRE(layer.at<ldi::color_column>(i)[0] == before.at<ldi::color_column>(i)[0]);
+}
+
+TEST_CASE("what was set aside can be refilled, and is put back whole where nobody painted over it") {
+    std::mt19937 random(2);
+    for (int round = 0; round < 200; ++round) {
+        layer_with_rims layer =
+            with_rims(ldi::testing::lift_disparity(ldi::testing::random_disparity(random, 1 + random() % 40, 1 + random() % 40)));
+        for (std::uint8_t& value : layer.column<ldi::color_column>()) value = static_cast<std::uint8_t>(random());
+        for (std::uint8_t& known : layer.column<ldi::known_column>()) known = random() % 8 != 0;
+        const layer_with_rims before = layer;
+        const int width = static_cast<int>(random() % 6);
+        const ldi::buffer<ldi::uncertain_rim> rims = ldi::mark_uncertain_rims(layer, width);
+        const ldi::graph& g = layer.topology();
+        std::int32_t marked = 0;
+        for (std::int32_t i = 0; i < g.count(); ++i)
+            if (const std::int32_t rim = layer.column<ldi::rim_column>()[i]; rim != 0) REQUIRE(rim == ++marked);
+        REQUIRE(marked == rims.count());
+        REQUIRE((width > 0 || rims.empty()));
+        for (std::int32_t i = 0; i < g.count(); ++i)
+            REQUIRE(layer.column<ldi::known_column>()[i] <= before.column<ldi::known_column>()[i]);
+        ldi::restore_rims(layer, rims);
+        REQUIRE(layer.column<ldi::known_column>() == before.column<ldi::known_column>());
+        REQUIRE(layer.column<ldi::color_column>() == before.column<ldi::color_column>());
+    }
+}

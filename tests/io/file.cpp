@@ -1,0 +1,77 @@
+#include <ldi/io/file.hpp>
+
+#include <catch2/catch.hpp>
+#include <tests/support/files.hpp>
+
+using namespace ldi;
+using namespace ldi::testing;
+
+TEST_CASE("a file comes back as it was written") {
+    const scratch_folder folder;
+    std::mt19937 random(1);
+    for (std::size_t size : {0u, 1u, 17u, 65535u, 65536u, 65537u, 300000u}) {
+        byte_string bytes(size);
+        for (std::byte& b : bytes) b = static_cast<std::byte>(random());
+        write_file(folder / "file", bytes);
+        CHECK(read_file(folder / "file") == bytes);
+        CHECK(folder.file_count() == 1);
+    }
+}
+
+TEST_CASE("a file longer than the limit is refused, one as long is read") {
+    const scratch_folder folder;
+    write_file(folder / "file", byte_string(100000));
+    CHECK(read_file(folder / "file", 100000).size() == 100000);
+    CHECK(raised([&] { read_file(folder / "file", 99999); }) == error_code::too_large);
+}
+
+TEST_CASE("what can't be read or written is named, with the reason") {
+    const scratch_folder folder;
+    CHECK_THAT(message_of([&] { read_file(folder / "absent.jpg"); }),
+               Catch::Contains("absent.jpg") && Catch::Contains("no such file"));
+    CHECK(raised([&] { read_file(folder / "absent.jpg"); }) == error_code::file_access);
+    CHECK(raised([&] { read_file(folder / ""); }) == error_code::file_access);
+    CHECK_THAT(message_of([&] { write_file(folder / "absent/file", {}); }),
+               Catch::Contains("absent") && Catch::Contains("found no folder"));
+    CHECK(raised([&] { write_file(folder / "absent/file", {}); }) == error_code::file_access);
+    CHECK(folder.file_count() == 0);
+}
+
+TEST_CASE("a failed write leaves what was there, and nothing beside it") {
+    const scratch_folder folder;
+    std::filesystem::create_directories(folder / "taken");
+    CHECK(raised([&] { write_file(folder / "taken", bytes_of("new")); }) == error_code::file_access);
+    CHECK(std::filesystem::is_directory(folder / "taken"));
+    CHECK(folder.file_count() == 1);
+
+    const std::string too_long(300, 'n');
+    CHECK(raised([&] { write_file(folder / too_long, bytes_of("new")); }) == error_code::file_access);
+    CHECK(folder.file_count() == 1);
+}
+
+TEST_CASE("a device is written to and not replaced") {
+    if (!std::filesystem::is_character_file("/dev/null") || !std::filesystem::is_character_file("/dev/full")) return;
+    write_file("/dev/null", bytes_of("gone"));
+    CHECK(std::filesystem::is_character_file("/dev/null"));
+    CHECK_THAT(message_of([] { write_file("/dev/full", byte_string(100000)); }),
+               Catch::Contains("/dev/full") && Catch::Contains("No space left"));
+}
+
+TEST_CASE("a written file keeps its permissions, and a link to it stays a link") {
+    const scratch_folder folder;
+    std::filesystem::create_directory(folder / "sub");
+    for (const char* name : {"sub/file", "closed"}) write_file(folder / name, bytes_of("a rather long old content"));
+    std::filesystem::create_symlink("sub/file", folder / "link");
+    std::filesystem::create_symlink("sub/new", folder / "dangling");
+    const std::filesystem::perms rare =
+        std::filesystem::perms::owner_read | std::filesystem::perms::owner_write | std::filesystem::perms::others_exec;
+    std::filesystem::permissions(folder / "closed", rare);
+    for (const char* name : {"link", "dangling", "closed"}) write_file(folder / name, bytes_of(name));
+    CHECK(std::filesystem::is_symlink(folder / "link"));
+    CHECK(read_file(folder / "sub/file") == bytes_of("link"));
+    CHECK(std::filesystem::is_symlink(folder / "dangling"));
+    CHECK(read_file(folder / "sub/new") == bytes_of("dangling"));
+    CHECK(std::filesystem::status(folder / "closed").permissions() == rare);
+    CHECK(read_file(folder / "closed") == bytes_of("closed"));
+    CHECK(folder.file_count() == 4);
+}

@@ -1,0 +1,365 @@
+// Files that mean harm: small ones that ask for much memory or for work without end. SECURITY.md says what is promised;
+// tests/hostile runs the program on some hundred more of them.
+#include <ldi/io/photo_depth.hpp>
+
+#include <catch2/catch.hpp>
+#include <ldi/io/picture.hpp>
+#include <tests/io/encoded_files.hpp>
+#include <tests/io/item_files.hpp>
+#include <tests/io/phone_files.hpp>
+#include <tests/support/peak_memory.hpp>
+
+#include <string>
+#include <vector>
+
+using namespace ldi;
+using namespace ldi::testing;
+using ldi::testing::measures_resident_memory;
+using ldi::testing::peak_memory;
+
+namespace {
+
+constexpr double megabyte = 1e6;
+const image<std::uint8_t> small = smooth_picture(24, 32, 3);
+const byte_string small_jpeg = encode_jpeg(small, 80);
+const std::string identifier(32, 'A');
+
+/// A JPEG file with this XMP, in as many segments as it takes.
+byte_string with_extended_xmp(const std::string& packet) {
+    byte_string segments =
+        xmp_segment(xmp_packet("xmlns:xmpNote=\"http://ns.adobe.com/xmp/note/\" xmpNote:HasExtendedXMP=\"" + identifier + "\""));
+    append(segments, extended_xmp_segments(packet, identifier, 60'000));
+    return with_segments(small_jpeg, segments);
+}
+
+/// Memory that decoding takes, in bytes per byte of the file.
+double memory_per_byte(const byte_string& file) {
+    const std::optional<double> bytes = peak_memory([&] { decode_photo_with_depth(file); });
+    REQUIRE(bytes);
+    return *bytes / static_cast<double>(file.size());
+}
+
+std::string repeated(const std::string& text, int count) {
+    std::string result;
+    for (int i = 0; i < count; ++i) result += text;
+    return result;
+}
+
+}  // namespace
+
+#if defined(LDI_WITH_PUGIXML)
+
+TEST_CASE("thousands of properties of one long namespace take no more memory than the file") {
+    const byte_string file =
+        with_extended_xmp("<r xmlns:a=\"" + std::string(400'000, 'A') + "\">" + repeated("<a:b/>", 9990) + "</r>");
+    CHECK(memory_per_byte(file) < 20);
+    CHECK_FALSE(decode_photo_with_depth(file).depth);
+}
+
+TEST_CASE("XMP of nothing but elements or attributes takes no more than its budget") {
+    std::string attributes = "<r";
+    for (int i = 0; i < 100'000; ++i) attributes += " a" + std::to_string(i) + "=\"\"";
+    for (const std::string& packet :
+         {"<r>" + repeated("<a/>", 200'000) + "</r>", attributes + "/>", repeated("<a:b xmlns:a=\"u\">", 50'000)}) {
+        const byte_string file = with_extended_xmp(packet);
+        CHECK(memory_per_byte(file) < 140);
+        const photo_with_depth found =
+            decode_photo_with_depth(file, {.limits = {.max_memory = 2'000'000, .max_memory_per_byte = 1}});
+        CHECK_THAT(found.refused, Catch::Contains("XMP of"));
+    }
+}
+
+TEST_CASE("the Multi-Picture Format's directory is read once, however often it lists its list") {
+    constexpr std::uint32_t entries = 5000;
+    byte_string tiff = bytes_of(std::string_view("MM\0*\0\0\0\x08", 8));
+    append(tiff, big_endian(entries, 2));
+    for (std::uint32_t i = 0; i < entries; ++i) {
+        append(tiff, big_endian(0xB0020007, 4));
+        append(tiff, big_endian(60'000, 4)), append(tiff, big_endian(10, 4));
+    }
+    tiff.resize(65'000);
+    byte_string segment = bytes_of(std::string_view("MPF\0", 4));
+    append(segment, tiff);
+    CHECK(detail::list_pictures(segment, segment).size() <= 16);
+    const byte_string file = with_segments(small_jpeg, jpeg_segment(0xE2, segment));
+    CHECK(memory_per_byte(file) < 20);
+    CHECK_FALSE(decode_photo_with_depth(file).depth);
+}
+
+TEST_CASE("a depth map inside a photo takes few bytes per pixel, and holes are filled in as many") {
+    constexpr std::uint32_t width = 4000, height = 3000;
+    byte_string rows(std::size_t{width} * height, std::byte{90});
+    const byte_string depth = png_file(width, height, 8, 0, rows);
+    const byte_string file =
+        gdepth_jpeg(small_jpeg, depth, "GDepth:Near=\"1\" GDepth:Far=\"100\" GDepth:Format=\"RangeInverse\"");
+    const auto per_pixel = [&](auto&& call) {
+        const std::optional<double> bytes = peak_memory(call);
+        REQUIRE(bytes);
+        return *bytes / (double{width} * height);
+    };
+    CHECK(decode_photo_with_depth(file).depth);
+    CHECK(per_pixel([&] { decode_photo_with_depth(file); }) < 9);
+    image<float> map(height, width, 1, std::numeric_limits<float>::quiet_NaN());
+    map(5, 7) = 1;
+    CHECK(per_pixel([&] { fill_invalid(std::move(map)); }) < 4.5);  // beside the map itself
+}
+
+TEST_CASE("one budget covers the photo, its depth map and the confidence of that") {
+    const byte_string depth = encode_png(smooth_picture(96, 128, 1)), photo = encode_jpeg(smooth_picture(96, 128, 3), 80);
+    const byte_string file =
+        dynamic_depth_jpeg(photo, {{"Depth", "", depth}, {"Confidence", "", depth}}, "DepthMap:Near=\"0.5\" DepthMap:Far=\"4\"");
+    const std::size_t of_photo = estimate_photo(photo).memory, of_map = estimate_depth_map(depth).memory;
+    const auto refused_within = [&](std::size_t bytes) {
+        return decode_photo_with_depth(file, {.limits = {.max_memory = bytes, .max_memory_per_byte = 0}}).refused;
+    };
+    CHECK(decode_photo_with_depth(file).depth);
+    CHECK(refused_within(2 * of_photo + 2 * of_map) == "");
+    // Each of the three fits alone, and so do two of them.
+    const std::size_t decoding = of_photo - detail::max_profile_memory;
+    CHECK_THAT(refused_within(decoding + of_map + of_map / 2), Catch::Contains("confidence") && Catch::Contains("are left"));
+    CHECK_THAT(refused_within(decoding + of_map / 2), Catch::Contains("Dynamic Depth") && Catch::Contains("are left"));
+    CHECK(raised([&] { refused_within(decoding / 2); }) == error_code::too_large);
+}
+
+#endif
+
+#if defined(LDI_WITH_LIBHEIF)
+
+TEST_CASE("HEIC items that are made of themselves, without end, or of too much are refused before libheif sees them") {
+    for (const heif_compression_format format : {heif_compression_HEVC, heif_compression_AV1}) {
+        const std::optional<byte_string> made = heif_file_of(smooth_picture(64, 64, 3), {format, {}, {}, 0});
+        if (!made) {
+            WARN("skipped: libheif has no encoder of format " << format);
+            continue;
+        }
+        const coded_picture coded = coded_picture_of(*made);
+        const byte_string sound = item_file(
+            {{{1, coded.type, {{0, coded.data.size()}}}}, {coded.configuration, size_box(64, 64)}, {{1, {1, 2}}}}, coded.data);
+        CHECK(largest_difference(decode_photo(sound).color, decode_photo(*made).color) == 0);
+        for (const auto& [name, file] : hostile_item_files(coded)) {
+            INFO(name);
+            const auto decode = [&file = file] { decode_photo_with_depth(file); };
+            const std::optional<double> bytes = peak_memory(decode);
+            REQUIRE(bytes);  // it does not end by a signal
+            CHECK(*bytes < 20 * megabyte);
+            const std::optional<error_code> code = raised(decode);
+            CHECK((code == error_code::invalid_data || code == error_code::too_large));
+            CHECK(raised([&file = file] { estimate_photo_with_depth(file); }) == code);
+        }
+    }
+}
+
+TEST_CASE("a HEIC picture that is larger than its file states counts as what it is") {
+    for (const heif_compression_format format : {heif_compression_HEVC, heif_compression_AV1}) {
+        const std::optional<byte_string> made = heif_file_of(image<std::uint8_t>(600, 800, 3, 99), {format, {}, {}, 0});
+        if (!made) continue;
+        const coded_picture coded = coded_picture_of(*made);
+        const byte_string file = item_file(
+            {{{1, coded.type, {{0, coded.data.size()}}}}, {coded.configuration, size_box(64, 64)}, {{1, {1, 2}}}}, coded.data);
+        CHECK(raised([&] { decode_photo(file, {.limits = {.max_pixels = 600 * 800 - 1}}); }) == error_code::too_large);
+        CHECK(estimate_photo(file).width >= 800);
+    }
+}
+
+TEST_CASE("HEIC items that list the same bytes count as often as they list them") {
+    const std::optional<byte_string> made = heif_file_of(smooth_picture(64, 64, 3), {heif_compression_HEVC, {}, {}, 0});
+    if (!made) {
+        WARN("skipped: libheif has no encoder of HEVC");
+        return;
+    }
+    const coded_picture coded = coded_picture_of(*made);
+    const std::size_t n = coded.data.size(), more = 1'000'000;
+    byte_string data = coded.data;
+    append(data, bytes_of(std::string_view("\0\0\0\6Exif\0\0MM\0*\0\0\0\x08\0\0", 20)));
+    data.resize(n + more);
+    for (const std::size_t items : {std::size_t{400}, std::size_t{20}}) {
+        file_items all{{{1, coded.type, {{0, n}}}}, {coded.configuration, size_box(64, 64)}, {{1, {1, 2}}}, {}};
+        for (std::uint32_t i = 0; i < items; ++i) {
+            const std::size_t pieces = 400 / items;
+            all.items.push_back({10 + i, "Exif", std::vector<std::pair<std::size_t, std::size_t>>(pieces, {n, more})});
+            all.references.push_back({"cdsc", 10 + i, {1}});
+        }
+        const byte_string file = item_file(all, data);
+        CHECK(raised([&] { decode_photo(file); }) == error_code::too_large);
+        CHECK(memory_per_byte(file) < 20);
+    }
+}
+
+#endif
+
+#if defined(LDI_WITH_LIBTIFF)
+
+TEST_CASE("TIFF entries that list the same bytes count as often as they list them, and tiles as large as they are") {
+    using entry = std::array<std::uint32_t, 4>;
+    const auto tiff = [](const std::vector<entry>& entries, std::size_t size) {
+        byte_string file = bytes_of(std::string_view("MM\0*\0\0\0\x08", 8));
+        append(file, big_endian(static_cast<std::uint32_t>(entries.size()), 2));
+        for (const entry& e : entries) {
+            append(file, big_endian(e[0], 2)), append(file, big_endian(e[1], 2));
+            append(file, big_endian(e[2], 4));
+            append(file, e[1] == 3 ? big_endian(e[3] << 16, 4) : big_endian(e[3], 4));
+        }
+        file.resize(size);
+        return file;
+    };
+    std::vector<entry> entries = {{256, 4, 1, 64},  {257, 4, 1, 64}, {258, 3, 1, 8},  {259, 3, 1, 1},   {262, 3, 1, 1},
+                                  {273, 4, 1, 400}, {277, 3, 1, 1},  {278, 4, 1, 64}, {279, 4, 1, 4096}};
+    const byte_string sound = tiff(entries, 1'000'000);
+    CHECK(decode_photo(sound).color.width() == 64);
+    for (std::uint32_t i = 0; i < 1000; ++i) entries.push_back({40'000 + i, 7, 900'000, 8});
+    const byte_string file = tiff(entries, 1'000'000);
+    CHECK(raised([&] { decode_photo(file); }) == error_code::too_large);
+    CHECK(memory_per_byte(file) < 20);
+
+    const byte_string tile = tiff({{256, 4, 1, 64},
+                                   {257, 4, 1, 64},
+                                   {258, 3, 1, 1},
+                                   {259, 3, 1, 32773},
+                                   {262, 3, 1, 1},
+                                   {277, 3, 1, 1},
+                                   {322, 4, 1, 16384},
+                                   {323, 4, 1, 16384},
+                                   {324, 4, 1, 400},
+                                   {325, 4, 1, 90'000}},
+                                  100'000);
+    CHECK(raised([&] { decode_photo(tile); }) == error_code::too_large);
+    CHECK(*peak_memory([&] { decode_photo(tile); }) < 20 * megabyte);
+}
+
+#endif
+
+TEST_CASE("EXIF entries that list the same bytes take no more memory than the file") {
+    byte_string exif = bytes_of(std::string_view("MM\0*\0\0\0\x08", 8));
+    append(exif, big_endian(50'000, 2));
+    for (int i = 0; i < 50'000; ++i) {
+        append(exif, big_endian(0x010E, 2)), append(exif, big_endian(2, 2));
+        append(exif, big_endian(900'000, 4)), append(exif, big_endian(100, 4));
+    }
+    exif.resize(std::size_t{1} << 20, std::byte{'a'});
+    CHECK(memory_per_byte(png_file(8, 8, 8, 0, byte_string(64), png_chunk("eXIf", exif))) < 20);
+}
+
+TEST_CASE("the codes of a GIF file stand for as many pixels as it has") {
+    // 64 x 64 pixels, codes of 9 bits: a clear code and one pixel, then ever longer repetitions of it.
+    const auto gif = [](unsigned codes) {
+        byte_string file = bytes_of(std::string_view("GIF89a\x40\0\x40\0\0\0\0,\0\0\0\0\x40\0\x40\0\0\x08", 24));
+        byte_string bits;
+        unsigned waiting = 0, waiting_bits = 0, size = 9, next = 258;
+        const auto put = [&](unsigned code) {
+            for (waiting |= code << waiting_bits, waiting_bits += size; waiting_bits >= 8; waiting >>= 8, waiting_bits -= 8)
+                bits.push_back(static_cast<std::byte>(waiting & 255));
+        };
+        put(256), put(0);
+        for (unsigned i = 0; i < codes; ++i) {
+            put(next < 4096 ? next : 4095);
+            if (next < 4096 && ++next == 1U << size && size < 12) ++size;
+        }
+        put(257), put(0);
+        for (std::size_t at = 0; at < bits.size(); at += 255) {
+            const std::size_t count = std::min(bits.size() - at, std::size_t{255});
+            file.push_back(static_cast<std::byte>(count));
+            file.insert(file.end(), bits.begin() + static_cast<std::ptrdiff_t>(at),
+                        bits.begin() + static_cast<std::ptrdiff_t>(at + count));
+        }
+        append(file, bytes_of(std::string_view("\0;", 2)));
+        return file;
+    };
+    CHECK_THAT(message_of([&] { decode_photo(gif(88)); }), Catch::Contains("cut off"));  // 1 + 2 + ... + 89 pixels
+    CHECK_THAT(message_of([&] { decode_photo(gif(100)); }), Catch::Contains("more data than its picture has"));
+    CHECK_THAT(message_of([&] { decode_photo(gif(100'000)); }), Catch::Contains("more data than its picture has"));
+}
+
+TEST_CASE("an estimate is an upper bound of the memory that decoding takes, and not far above it") {
+    constexpr std::size_t height = 1400, width = 2000;
+    const image<std::uint8_t> color = smooth_picture(height, width, 3);
+    const image<std::uint8_t> transparent(height / 2, width / 2, 4, 99), plain(height / 2, width / 2, 3, 99);
+    const byte_string rows(reinterpret_cast<const std::byte*>(color.data()),
+                           reinterpret_cast<const std::byte*>(color.data()) + color.size());
+    std::vector<std::pair<std::string, byte_string>> files = {
+        {"JPEG", encode_jpeg(color, 85)},
+        {"PNG", encode_png(color)},
+        {"gray PNG", encode_png(smooth_picture(height, width, 1))},
+        {"deep PNG", png_file(width, height, 16, 6, byte_string(8 * width * height, std::byte{7}))},
+        {"palette PNG", png_file(width, height, 8, 3, byte_string(width * height), png_chunk("PLTE", bytes_of("abc")))},
+    };
+    const byte_string depth = encode_png(smooth_picture(height, width, 1));
+#if defined(LDI_WITH_PUGIXML)
+    files.emplace_back("depth inside",
+                       dynamic_depth_jpeg(encode_jpeg(color, 85), {{"Depth", "", depth}, {"Confidence", "", depth}},
+                                          "DepthMap:Near=\"0.5\" DepthMap:Far=\"4\""));
+    files.emplace_back("depth as text",
+                       gdepth_jpeg(small_jpeg, encode_png(smooth_picture(24, 32, 1)), "GDepth:Near=\"1\" GDepth:Far=\"9\""));
+#endif
+#if defined(LDI_WITH_LIBHEIF)
+    for (const heif_compression_format format : {heif_compression_HEVC, heif_compression_AV1})
+        if (const std::optional<byte_string> file = heif_file_of(transparent, {format, {}, {}, 0})) {
+            files.emplace_back("HEIF " + std::to_string(format), *heif_file_of(plain, {format, {}, {}, 0}));
+            files.emplace_back("HEIF with alpha " + std::to_string(format), *file);
+            files.emplace_back("HEIF with depth " + std::to_string(format), alpha_called_depth(*file));
+        }
+#endif
+#if defined(LDI_WITH_LIBWEBP)
+    files.emplace_back("WebP", webp_file(color));
+    files.emplace_back("transparent WebP", webp_file(transparent));
+#endif
+#if defined(LDI_WITH_LIBTIFF)
+    files.emplace_back("TIFF", tiff_file(color));
+    files.emplace_back("deep TIFF", tiff_file(color, {.compression = COMPRESSION_ADOBE_DEFLATE, .bits = 16}));
+#endif
+    for (const auto& [name, file] : files) {
+        INFO(name);
+        const double estimate = static_cast<double>(estimate_photo_with_depth(file).memory - detail::max_profile_memory);
+        const std::optional<double> measured = peak_memory([&file = file] {
+            photo_with_depth found = decode_photo_with_depth(file);
+            if (found.depth) fill_invalid(std::move(found.depth->disparity));
+        });
+        REQUIRE(measured);
+        INFO(*measured / megabyte << " MB measured, " << estimate / megabyte << " estimated");
+        if (!measures_resident_memory) continue;
+        CHECK(*measured < estimate + 5 * megabyte);  // libraries' tables, and what malloc() keeps
+        CHECK(estimate < 2 * *measured + 5 * megabyte);
+    }
+    const std::optional<double> measured = peak_memory([&] { fill_invalid(decode_depth_map(depth)); });
+    CHECK(*measured < static_cast<double>(estimate_depth_map(depth).memory) + 2 * megabyte);
+    CHECK(estimate_depth_map(depth).height == height);
+}
+
+TEST_CASE("each format can be switched off, also that of the depth inside a photo") {
+    const std::pair<picture_format, byte_string> files[] = {{picture_format::jpeg, small_jpeg},
+                                                            {picture_format::png, encode_png(small)}};
+    for (const auto& [format, file] : files) {
+        CHECK(decode_photo(file, {.formats = {format}}).color.width() == 32);
+        const photo_options others = {.formats = {picture_format::gif, picture_format::tiff}};
+        CHECK(raised([&file = file, &others] { decode_photo(file, others); }) == error_code::unsupported);
+        CHECK_THAT(message_of([&file = file, &others] { decode_photo(file, others); }),
+                   Catch::Contains("switched on: gif, tiff") && Catch::Contains(std::string(to_string(format))));
+        CHECK(raised([&file = file] { decode_depth_map(file, {.formats = {picture_format::npy}}); }) == error_code::unsupported);
+    }
+#if defined(LDI_WITH_LIBWEBP)
+    const byte_string webp = webp_file(small);
+    CHECK(raised([&] { decode_photo(webp, {.formats = {picture_format::jpeg}}); }) == error_code::unsupported);
+    CHECK(raised([&] { estimate_photo(webp, {.formats = {picture_format::jpeg}}); }) == error_code::unsupported);
+#endif
+#if defined(LDI_WITH_LIBTIFF)
+    const byte_string tiff = tiff_file(small);
+    CHECK(raised([&] { decode_photo(tiff, {.formats = {picture_format::jpeg}}); }) == error_code::unsupported);
+#endif
+#if defined(LDI_WITH_LIBHEIF)
+    if (const std::optional<byte_string> heif = heif_file_of(small, {heif_compression_HEVC, {}, {}, 0}))
+        CHECK_THAT(message_of([&] { decode_photo(*heif, {.formats = {picture_format::jpeg}}); }),
+                   Catch::Contains("switched on: jpeg"));
+#endif
+    const byte_string pfm = bytes_of("Pf\n1 1\n-1.0\n????");
+    CHECK(raised([&] { decode_depth_map(pfm, {.formats = {picture_format::npy}}); }) == error_code::unsupported);
+#if defined(LDI_WITH_PUGIXML)
+    const byte_string gdepth =
+        gdepth_jpeg(small_jpeg, encode_png(smooth_picture(24, 32, 1)), "GDepth:Near=\"1\" GDepth:Far=\"9\"");
+    CHECK(decode_photo_with_depth(gdepth).depth);
+    CHECK_THAT(decode_photo_with_depth(gdepth, {.formats = {picture_format::jpeg}}).refused,
+               Catch::Contains("switched on: jpeg"));
+#endif
+    CHECK(picture_formats::parse("jpeg,png")->text() == "jpeg, png");
+    CHECK_FALSE(picture_formats::parse("jpeg, png"));
+    CHECK_FALSE(picture_formats::parse(""));
+    CHECK(picture_formats().contains(picture_format::npy));
+}

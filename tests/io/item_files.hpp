@@ -1,0 +1,204 @@
+// HEIC files built box by box, for tests and fuzzers: of items that libheif's encoder would never write.
+#pragma once
+
+#include <tests/io/encoded_files.hpp>
+#include <tests/support/files.hpp>
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace ldi::testing {
+
+inline byte_string box(std::string_view type, const byte_string& body) {
+    byte_string result = big_endian(static_cast<std::uint32_t>(body.size() + 8), 4);
+    append(result, bytes_of(type));
+    append(result, body);
+    return result;
+}
+
+inline byte_string full_box(std::string_view type, std::uint32_t version, const byte_string& body) {
+    byte_string result = big_endian(version << 24, 4);
+    append(result, body);
+    return box(type, result);
+}
+
+inline byte_string size_box(std::uint32_t width, std::uint32_t height) {
+    byte_string body = big_endian(width, 4);
+    append(body, big_endian(height, 4));
+    return full_box("ispe", 0, body);
+}
+
+inline byte_string auxiliary_box(std::string_view type) {
+    byte_string body = bytes_of(type);
+    body.push_back(std::byte{0});
+    return full_box("auxC", 0, body);
+}
+
+/// What a derived picture says of itself: "grid" or "iovl".
+inline byte_string grid_data(std::uint32_t rows, std::uint32_t columns, std::uint32_t width, std::uint32_t height) {
+    byte_string data = {std::byte{0}, std::byte{1}, static_cast<std::byte>(rows - 1), static_cast<std::byte>(columns - 1)};
+    append(data, big_endian(width, 4)), append(data, big_endian(height, 4));
+    return data;
+}
+inline byte_string overlay_data(std::uint32_t width, std::uint32_t height) {
+    byte_string data(10);
+    data[1] = std::byte{1};
+    append(data, big_endian(width, 4)), append(data, big_endian(height, 4));
+    data.resize(data.size() + 8);  // the offset of one picture
+    return data;
+}
+
+struct file_items {
+    struct item {
+        std::uint32_t id;
+        std::string type;
+        std::vector<std::pair<std::size_t, std::size_t>> extents;  ///< first byte in the data, and length
+    };
+    struct reference {
+        std::string type;
+        std::uint32_t from;
+        std::vector<std::uint32_t> to;
+    };
+    std::vector<item> items;
+    std::vector<byte_string> properties;
+    std::vector<std::pair<std::uint32_t, std::vector<std::uint32_t>>> uses = {};  ///< of properties, counted from 1, by an item
+    std::vector<reference> references = {};
+};
+
+/// The file shows item 1.
+inline byte_string item_file(const file_items& of, const byte_string& data) {
+    const auto number = [](std::size_t value, int size) { return big_endian(static_cast<std::uint32_t>(value), size); };
+    const auto meta = [&](std::size_t base) {
+        byte_string locations = bytes_of("\x44"), list = number(of.items.size(), 2), all_properties, uses, references = {};
+        locations.push_back(std::byte{0});
+        append(locations, number(of.items.size(), 2));
+        for (const file_items::item& item : of.items) {
+            append(locations, number(item.id, 2)), append(locations, number(0, 4));
+            append(locations, number(item.extents.size(), 2));
+            for (const auto& [at, size] : item.extents)
+                append(locations, number(base + at, 4)), append(locations, number(size, 4));
+            byte_string entry = number(item.id, 2);
+            append(entry, number(0, 2)), append(entry, bytes_of(item.type)), append(entry, number(0, 1));
+            if (item.type == "mime") append(entry, bytes_of(std::string_view("application/rdf+xml\0", 20)));
+            append(list, full_box("infe", 2, entry));
+        }
+        for (const byte_string& property : of.properties) append(all_properties, property);
+        append(uses, number(of.uses.size(), 4));
+        for (const auto& [id, numbers] : of.uses) {
+            append(uses, number(id, 2)), append(uses, number(numbers.size(), 1));
+            for (const std::uint32_t n : numbers) append(uses, number(n, 1));
+        }
+        for (const file_items::reference& r : of.references) {
+            byte_string body = number(r.from, 2);
+            append(body, number(r.to.size(), 2));
+            for (const std::uint32_t id : r.to) append(body, number(id, 2));
+            append(references, box(r.type, body));
+        }
+        byte_string handler(4);
+        append(handler, bytes_of("pict")), handler.resize(21);
+        byte_string body = full_box("hdlr", 0, handler);
+        append(body, full_box("pitm", 0, number(1, 2)));
+        append(body, full_box("iloc", 1, locations));
+        append(body, full_box("iinf", 0, list));
+        byte_string properties = box("ipco", all_properties);
+        append(properties, full_box("ipma", 0, uses));
+        append(body, box("iprp", properties));
+        if (!of.references.empty()) append(body, full_box("iref", 0, references));
+        return full_box("meta", 0, body);
+    };
+    byte_string file = box("ftyp", bytes_of(std::string_view("heic\0\0\0\0mif1heic", 16)));
+    append(file, meta(file.size() + meta(0).size() + 8));
+    append(file, box("mdat", data));
+    return file;
+}
+
+#if defined(LDI_WITH_LIBHEIF)
+
+/// A coded picture and its decoder's configuration (hvcC, av1C), to be put into other files.
+struct coded_picture {
+    std::string type;
+    byte_string configuration, data;
+};
+
+/// The only picture of a file that libheif's encoder has written.
+inline coded_picture coded_picture_of(const byte_string& file) {
+    const auto find = [&](std::string_view type) {
+        const byte_string name = bytes_of(type);
+        const auto at = std::search(file.begin(), file.end(), name.begin(), name.end());
+        if (at == file.end()) return byte_string();
+        const std::size_t begin = static_cast<std::size_t>(at - file.begin()) - 4;
+        std::size_t size = 0;
+        for (std::size_t i = 0; i < 4; ++i) size = size << 8 | std::to_integer<std::size_t>(file[begin + i]);
+        return byte_string(file.begin() + static_cast<std::ptrdiff_t>(begin),
+                           file.begin() + static_cast<std::ptrdiff_t>(begin + size));
+    };
+    coded_picture result{"hvc1", find("hvcC"), find("mdat")};
+    if (result.configuration.empty()) result.type = "av01", result.configuration = find("av1C");
+    result.data.erase(result.data.begin(), result.data.begin() + 8);
+    return result;
+}
+
+/// Pictures that are made of themselves, or of so many or so large ones that nobody could decode them; each with a name.
+inline std::vector<std::pair<std::string, byte_string>> hostile_item_files(const coded_picture& coded) {
+    const std::size_t n = coded.data.size();
+    const std::vector<byte_string> properties = {coded.configuration, size_box(64, 64)};
+    const auto with = [&](const byte_string& more) {
+        byte_string data = coded.data;
+        append(data, more);
+        return data;
+    };
+    std::vector<std::pair<std::string, byte_string>> files;
+    for (const std::string type : {"grid", "iovl", "iden"}) {
+        const byte_string own = type == "grid" ? grid_data(1, 1, 64, 64) : type == "iovl" ? overlay_data(64, 64) : byte_string();
+        const std::pair<std::size_t, std::size_t> place{n, own.size()};
+        files.emplace_back(type + "_self",
+                           item_file({{{1, type, {place}}}, properties, {{1, {2}}}, {{"dimg", 1, {1}}}}, with(own)));
+        files.emplace_back(type + "_cycle", item_file({{{1, type, {place}}, {2, type, {place}}, {3, type, {place}}},
+                                                       properties,
+                                                       {{1, {2}}, {2, {2}}, {3, {2}}},
+                                                       {{"dimg", 1, {2}}, {"dimg", 2, {3}}, {"dimg", 3, {1}}}},
+                                                      with(own)));
+        file_items levels{{}, properties, {}, {}};
+        for (std::uint32_t i = 1; i <= 24; ++i) {
+            levels.items.push_back({i, type, {place}});
+            levels.uses.push_back({i, {2}});
+            levels.references.push_back({"dimg", i, {i < 24 ? i + 1 : 100, i < 24 ? i + 1 : 100}});
+        }
+        levels.items.push_back({100, coded.type, {{0, n}}});
+        levels.uses.push_back({100, {1, 2}});
+        files.emplace_back(type + "_levels", item_file(levels, with(own)));
+    }
+    for (const std::string type : {"grid", "iovl"}) {
+        const byte_string own = type == "grid" ? grid_data(1, 1, 30000, 30000) : overlay_data(30000, 30000);
+        files.emplace_back(type + "_large", item_file({{{1, type, {{n, own.size()}}}, {2, coded.type, {{0, n}}}},
+                                                       properties,
+                                                       {{1, {2}}, {2, {1, 2}}},
+                                                       {{"dimg", 1, {2}}}},
+                                                      with(own)));
+    }
+    const byte_string tiles = grid_data(80, 80, 5120, 5120);
+    files.emplace_back("grid_tiles", item_file({{{1, "grid", {{n, tiles.size()}}}, {2, coded.type, {{0, n}}}},
+                                                {coded.configuration, size_box(64, 64), size_box(5120, 5120)},
+                                                {{1, {3}}, {2, {1, 2}}},
+                                                {{"dimg", 1, std::vector<std::uint32_t>(6400, 2)}}},
+                                               with(tiles)));
+    const byte_string turn = box("irot", bytes_of("\1"));
+    files.emplace_back("turns", item_file({{{1, coded.type, {{0, n}}}},
+                                           {coded.configuration, size_box(8192, 8192), turn},
+                                           {{1, std::vector<std::uint32_t>(255, 3)}}},
+                                          coded.data));
+    const byte_string alpha = auxiliary_box("urn:mpeg:hevc:2015:auxid:1");
+    files.emplace_back("alpha_cycle", item_file({{{1, coded.type, {{0, n}}}, {2, coded.type, {{0, n}}}},
+                                                 {coded.configuration, size_box(64, 64), alpha},
+                                                 {{1, {1, 2, 3}}, {2, {1, 2, 3}}},
+                                                 {{"auxl", 1, {2}}, {"auxl", 2, {1}}}},
+                                                coded.data));
+    return files;
+}
+
+#endif
+
+}  // namespace ldi::testing

@@ -1,0 +1,305 @@
+#include <ldi/io/photo.hpp>
+
+#include <catch2/catch.hpp>
+#include <ldi/io/picture.hpp>
+#include <tests/support/files.hpp>
+
+#include <array>
+
+using namespace ldi;
+using namespace ldi::testing;
+
+namespace {
+
+const std::filesystem::path files = std::filesystem::path(LDI_SOURCE_DIR) / "tests/io/files";
+
+/// The picture as it must be stored so that it is upright in the given EXIF orientation: the definition in EXIF's own words, "the
+/// 0th row is the visual top (right, bottom, left) side, the 0th column the visual left (...) side".
+image<std::uint8_t> stored_in(unsigned orientation, const image<std::uint8_t>& upright) {
+    const std::size_t h = upright.height(), w = upright.width();
+    const bool lying = orientation >= 5;
+    image<std::uint8_t> stored(lying ? w : h, lying ? h : w, 3);
+    for (std::size_t r = 0; r < stored.height(); ++r)
+        for (std::size_t c = 0; c < stored.width(); ++c) {
+            const std::size_t first = lying ? c : r, second = lying ? r : c;  // along the visual height, along the visual width
+            const bool from_bottom = orientation == 3 || orientation == 4 || orientation == 7 || orientation == 8;
+            const bool from_right = orientation == 2 || orientation == 3 || orientation == 6 || orientation == 7;
+            const std::size_t y = from_bottom ? h - 1 - first : first, x = from_right ? w - 1 - second : second;
+            for (std::size_t k = 0; k < 3; ++k) stored(r, c, k) = upright(y, x, k);
+        }
+    return stored;
+}
+
+byte_string rows_of(const image<std::uint8_t>& picture) {
+    const std::byte* const first = reinterpret_cast<const std::byte*>(picture.data());
+    return byte_string(first, first + picture.size());
+}
+
+byte_string rgb_png(const image<std::uint8_t>& picture, const byte_string& extra = {}) {
+    return png_file(static_cast<std::uint32_t>(picture.width()), static_cast<std::uint32_t>(picture.height()), 8, 2,
+                    rows_of(picture), extra);
+}
+
+}  // namespace
+
+TEST_CASE("photos are upright in all eight EXIF orientations, of PNG and JPEG, in both byte orders") {
+    const image<std::uint8_t> upright = smooth_picture(13, 22, 3);
+    for (unsigned orientation = 1; orientation <= 8; ++orientation)
+        for (bool little_endian : {false, true}) {
+            const image<std::uint8_t> stored = stored_in(orientation, upright);
+            const byte_string exif = exif_bytes(orientation, 26, little_endian);
+            const photo png = decode_photo(rgb_png(stored, png_chunk("eXIf", exif)));
+            CHECK(largest_difference(png.color, upright) == 0);
+            CHECK(png.focal_length_35mm == 26.0F);
+            const photo jpeg = decode_photo(jpeg_with_exif(encode_jpeg(stored, 100), exif));
+            CHECK(largest_difference(jpeg.color, upright) <= 8);
+            CHECK(jpeg.focal_length_35mm == 26.0F);
+        }
+}
+
+TEST_CASE("a photo without EXIF, with a focal length of 0 or a senseless orientation is taken as it is") {
+    const image<std::uint8_t> picture = smooth_picture(5, 9, 3);
+    CHECK_FALSE(decode_photo(rgb_png(picture)).focal_length_35mm);
+    for (unsigned orientation : {0u, 9u, 65535u}) {
+        const photo p = decode_photo(rgb_png(picture, png_chunk("eXIf", exif_bytes(orientation, 0))));
+        CHECK(largest_difference(p.color, picture) == 0);
+        CHECK_FALSE(p.focal_length_35mm);
+    }
+}
+
+TEST_CASE("gray, palette, 1-bit, 16-bit and transparent PNG files become 8-bit RGB") {
+    const auto pixel = [](const photo& p, std::size_t x) {
+        return std::array<int, 3>{p.color(0, x, 0), p.color(0, x, 1), p.color(0, x, 2)};
+    };
+    using color = std::array<int, 3>;
+    const photo gray = decode_photo(png_file(2, 1, 8, 0, bytes_of("\x0A\xC8")));
+    CHECK(pixel(gray, 0) == color{10, 10, 10});
+    CHECK(pixel(gray, 1) == color{200, 200, 200});
+
+    const photo one_bit = decode_photo(png_file(8, 1, 1, 0, bytes_of("\x55")));
+    CHECK(pixel(one_bit, 0) == color{0, 0, 0});
+    CHECK(pixel(one_bit, 7) == color{255, 255, 255});
+
+    const photo palette = decode_photo(png_file(2, 1, 8, 3, {std::byte{1}, std::byte{0}}, png_chunk("PLTE", bytes_of("abcxyz"))));
+    CHECK(pixel(palette, 0) == color{'x', 'y', 'z'});
+    CHECK(pixel(palette, 1) == color{'a', 'b', 'c'});
+
+    const photo deep = decode_photo(png_file(1, 1, 16, 2, bytes_of("\x01\xFF\x80\x10\xFE\x01")));
+    CHECK(pixel(deep, 0) == color{0x01, 0x80, 0xFE});
+
+    const photo clear = decode_photo(png_file(3, 1, 8, 6,
+                                              bytes_of(std::string_view("abc\0abc\xFF"
+                                                                        "abc\x33",
+                                                                        12))));
+    CHECK(pixel(clear, 0) == color{255, 255, 255});
+    CHECK(pixel(clear, 1) == color{'a', 'b', 'c'});
+    CHECK(pixel(clear, 2) == color{223, 224, 224});  // 0x33 is a fifth: 255 - (255 - 97) / 5 and so on
+}
+
+TEST_CASE("a photo of one pixel is a photo") {
+    const image<std::uint8_t> picture = smooth_picture(1, 1, 3);
+    CHECK(largest_difference(decode_photo(encode_png(picture)).color, picture) == 0);
+    CHECK(largest_difference(decode_photo(encode_jpeg(picture, 100)).color, picture) <= 2);
+}
+
+TEST_CASE("gray, progressive, CMYK and YCCK JPEG files have the right colors") {
+    const image<std::uint8_t> gray = smooth_picture(16, 24, 1);
+    const image<std::uint8_t> decoded = decode_photo(encode_jpeg(gray, 95)).color;
+    image<std::uint8_t> expected(16, 24, 3);
+    for (std::size_t i = 0; i < expected.size(); ++i) expected.data()[i] = gray.data()[i / 3];
+    CHECK(largest_difference(decoded, expected) <= 4);
+
+    // The three files were written by Pillow and ImageMagick, from these formulas.
+    for (std::size_t y = 0; y < 16; ++y)
+        for (std::size_t x = 0; x < 24; ++x) {
+            expected(y, x, 0) = static_cast<std::uint8_t>(40 + 8 * x);
+            expected(y, x, 1) = static_cast<std::uint8_t>(220 - 10 * y);
+            expected(y, x, 2) = static_cast<std::uint8_t>(60 + 3 * (x + y));
+        }
+    CHECK(largest_difference(load_photo(files / "progressive.jpg").color, expected) <= 16);
+    CHECK(largest_difference(load_photo(files / "ycck.jpg").color, expected) <= 16);
+    for (std::size_t y = 0; y < 16; ++y)
+        for (std::size_t x = 0; x < 24; ++x) {
+            const std::size_t paper = 255 - 5 * x;  // what black ink leaves
+            expected(y, x, 0) = static_cast<std::uint8_t>((255 - 4 * x) * paper / 255);
+            expected(y, x, 1) = static_cast<std::uint8_t>((255 - 10 * y) * paper / 255);
+            expected(y, x, 2) = static_cast<std::uint8_t>((255 - 3 * (x + y)) * paper / 255);
+        }
+    CHECK(largest_difference(load_photo(files / "cmyk.jpg").color, expected) <= 8);
+}
+
+TEST_CASE("four channels that nothing explains are refused") {
+    byte_string file = read_file(files / "cmyk.jpg");
+    const byte_string adobe = bytes_of("Adobe");
+    const auto at = std::search(file.begin(), file.end(), adobe.begin(), adobe.end());
+    REQUIRE(at != file.end());
+    *at = std::byte{'X'};
+    CHECK(raised([&] { decode_photo(file); }) == error_code::unsupported);
+}
+
+TEST_CASE("a JPEG file whose Huffman tables hold more codes than there are bytes is refused") {
+    byte_string file = encode_jpeg(smooth_picture(8, 8, 3), 80);
+    const byte_string tables = bytes_of("\xFF\xC4");
+    const auto at = std::search(file.begin(), file.end(), tables.begin(), tables.end());
+    REQUIRE(at != file.end());
+    std::fill(at + 5, at + 21, std::byte{20});  // 16 lengths of 20 codes each
+    CHECK_THAT(message_of([&] { decode_photo(file); }), Catch::Contains("a bad Huffman table"));
+    CHECK(raised([&] { decode_photo(file); }) == error_code::invalid_data);
+}
+
+TEST_CASE("an animated PNG gives its first frame") {
+    const image<std::uint8_t> first = smooth_picture(4, 6, 3);
+    byte_string animation = png_chunk("acTL", bytes_of(std::string_view("\0\0\0\2\0\0\0\0", 8)));
+    append(animation, png_chunk("fcTL", byte_string(26)));
+    byte_string file = rgb_png(first, animation);
+    const byte_string end = png_chunk("IEND", {});
+    file.resize(file.size() - end.size());
+    append(file, png_chunk("fdAT", bytes_of("the second frame")));
+    append(file, end);
+    CHECK(largest_difference(decode_photo(file).color, first) == 0);
+}
+
+TEST_CASE("files of other formats are refused by name") {
+    const auto refused = [](std::string_view begin, const std::string& name) {
+        const byte_string file = bytes_of(begin);
+        CHECK(raised([&] { decode_photo(file); }) == error_code::unsupported);
+        CHECK_THAT(message_of([&] { decode_photo(file, {}, "picture.jpg"); }),
+                   Catch::Contains("picture.jpg") && Catch::Contains(name));
+    };
+    refused("8BPS????????", "a Photoshop file");
+    refused(std::string_view("\0\0\0\x18"
+                             "ftypqt  ????",
+                             16),
+            "a video file");
+    refused("BM??????????", "a BMP file");
+    refused("hello, world", "12 bytes of an unknown format");
+    CHECK(raised([] { decode_photo({}); }) == error_code::invalid_data);
+    CHECK_THAT(message_of([] { decode_photo({}); }), Catch::Contains("an empty file"));
+}
+
+TEST_CASE("no shortened photo is taken for a whole one") {
+    const image<std::uint8_t> picture = smooth_picture(24, 40, 3);
+    for (const byte_string& file :
+         {encode_png(picture), encode_jpeg(picture, 80), jpeg_with_exif(encode_jpeg(picture, 95), exif_bytes(6, 26)),
+          read_file(files / "progressive.jpg"), read_file(files / "cmyk.jpg")})
+        for (std::size_t size = 0; size < file.size(); ++size) {
+            const std::optional<error_code> code = raised([&] { decode_photo(std::span(file).first(size)); });
+            REQUIRE((code == error_code::invalid_data || (code == error_code::unsupported && size < 8)));
+        }
+}
+
+TEST_CASE("a byte changed anywhere in the picture data of a PNG file is noticed") {
+    const byte_string file = rgb_png(smooth_picture(8, 8, 3));
+    for (std::size_t i = 8; i < file.size(); ++i) {
+        byte_string changed = file;
+        changed[i] ^= std::byte{4};
+        CHECK(raised([&] { decode_photo(changed); }));
+    }
+}
+
+TEST_CASE("a photo of more pixels than allowed is refused, and so is one that promises more than it holds") {
+    const image<std::uint8_t> picture = smooth_picture(10, 10, 3);
+    for (const byte_string& file : {encode_png(picture), encode_jpeg(picture, 80)}) {
+        CHECK(decode_photo(file, {.limits = {.max_pixels = 100}}).color.width() == 10);
+        CHECK(raised([&] { decode_photo(file, {.limits = {.max_pixels = 99}}); }) == error_code::too_large);
+        CHECK_THAT(message_of([&] { decode_photo(file, {.limits = {.max_pixels = 99}}); }), Catch::Contains("10 x 10"));
+    }
+    CHECK(raised([] { decode_photo(png_file(14000, 14000, 8, 2, {})); }) == error_code::invalid_data);
+    CHECK(raised([] { decode_photo(png_file(20000, 20000, 8, 2, {})); }) == error_code::invalid_data);
+    byte_string jpeg = encode_jpeg(picture, 80);
+    const byte_string frame = bytes_of(std::string_view("\xFF\xC0\0\x11\x08", 5));
+    const auto at = std::search(jpeg.begin(), jpeg.end(), frame.begin(), frame.end());
+    REQUIRE(at != jpeg.end());
+    std::fill(at + 5, at + 9, std::byte{0x30});
+    CHECK(raised([&] { decode_photo(jpeg); }) == error_code::invalid_data);
+}
+
+TEST_CASE("a PNG file that inflates to more than its picture is refused") {
+    const auto inflating = [](std::size_t bytes) { return png_file(1, 1, 8, 0, byte_string(bytes, std::byte{7})); };
+    CHECK(decode_photo(inflating(1)).color(0, 0, 0) == 7);
+    CHECK(decode_photo(inflating(50'000)).color(0, 0, 0) == 7);  // other readers take these, too
+    CHECK(raised([&] { decode_photo(inflating(50'000'000)); }) == error_code::invalid_data);
+    CHECK_THAT(message_of([&] { decode_photo(inflating(50'000'000)); }), Catch::Contains("more data than its picture has"));
+    CHECK(decode_photo(encode_png(smooth_picture(300, 200, 3))).color.height() == 300);  // the limit went with its file
+}
+
+TEST_CASE("a progressive JPEG file that repeats its scans without end is refused") {
+    const byte_string file = read_file(files / "progressive.jpg");
+    byte_string repeated(file.begin(), file.end() - 2);
+    // Another bit of the first channel's averages, which is 0.
+    for (int i = 0; i < 2000; ++i) append(repeated, bytes_of(std::string_view("\xFF\xDA\0\x08\1\1\0\0\0\x10\0", 11)));
+    append(repeated, bytes_of("\xFF\xD9"));
+    const auto decode = [&](const byte_string& bytes, std::uint64_t samples) {
+        return raised([&] { decode_photo(bytes, {.limits = {.max_scanned_samples = samples}}); });
+    };
+    constexpr std::uint64_t pixels = 24 * 16;
+    CHECK_FALSE(decode(file, 30 * pixels));
+    CHECK(decode(repeated, 30 * pixels) == error_code::too_large);
+    CHECK(decode(repeated, 2000 * pixels) == error_code::too_large);
+    CHECK_FALSE(decode(repeated, 2100 * pixels));
+}
+
+TEST_CASE("a small file that asks for much memory is refused, one of a camera's size gets it") {
+    const image<std::uint8_t> picture = smooth_picture(100, 100, 3);
+    for (const byte_string& file : {encode_png(picture), encode_jpeg(picture, 80)}) {
+        const std::size_t needed = estimate_photo(file).memory - detail::max_profile_memory;
+        const auto decode = [&](const picture_limits& limits) { return raised([&] { decode_photo(file, {.limits = limits}); }); };
+        CHECK_FALSE(decode({.max_memory = needed, .max_memory_per_byte = 0}));
+        CHECK(decode({.max_memory = needed / 2, .max_memory_per_byte = 0}) == error_code::too_large);
+        CHECK_FALSE(decode({.max_memory = 0, .max_memory_per_byte = needed / file.size() + 1}));
+    }
+}
+
+TEST_CASE("thousands of damaged photos give a picture or an error") {
+    const image<std::uint8_t> picture = smooth_picture(19, 27, 3);
+    image<std::uint8_t> noise = picture;
+    std::mt19937 random(7);
+    for (std::uint8_t& v : noise) v = static_cast<std::uint8_t>(random());
+    byte_string palette = png_file(8, 4, 4, 3, byte_string(16, std::byte{0x21}), png_chunk("PLTE", bytes_of("abcdefghi")));
+    const byte_string originals[] = {jpeg_with_exif(encode_jpeg(picture, 85), exif_bytes(6, 26)),
+                                     jpeg_with_exif(encode_jpeg(noise, 95), exif_bytes(3, 26, true)),
+                                     read_file(files / "progressive.jpg"),
+                                     read_file(files / "cmyk.jpg"),
+                                     read_file(files / "ycck.jpg"),
+                                     rgb_png(noise, png_chunk("eXIf", exif_bytes(5, 26))),
+                                     png_file(4, 4, 16, 6, byte_string(128, std::byte{77})),
+                                     palette};
+    std::size_t decoded = 0, refused = 0;
+    for (const byte_string& original : originals)
+        for (int i = 0; i < 1500; ++i) {
+            byte_string file = damaged_copy(original, random);
+            if (file.size() > 8 && file[1] == std::byte{'P'}) file = with_right_checksums(file);
+            const std::optional<error_code> code = raised([&] {
+                const photo p = decode_photo(file, {.limits = {.max_pixels = 1 << 20}});
+                REQUIRE(p.color.size() > 0);
+            });
+            ++(code ? refused : decoded);
+        }
+    CHECK(decoded > 1000);
+    CHECK(refused > 1000);
+}
+
+TEST_CASE("thousands of damaged EXIF blocks leave the photo as it is or turn it") {
+    const image<std::uint8_t> picture = smooth_picture(3, 5, 3);
+    std::mt19937 random(8);
+    for (int i = 0; i < 4000; ++i) {
+        const byte_string exif = damaged_copy(exif_bytes(1 + random() % 8, 26, i % 2 == 0), random);
+        const photo p = decode_photo(rgb_png(picture, png_chunk("eXIf", exif)));
+        REQUIRE(p.color.size() == picture.size());
+        if (p.focal_length_35mm) REQUIRE(*p.focal_length_35mm > 0);
+    }
+}
+
+TEST_CASE("the published network's photos load upright, with their lens") {
+    const std::filesystem::path folder = std::filesystem::path(LDI_SHARED_DIR) / "tiefenrausch/input";
+    if (!std::filesystem::exists(folder)) {
+        WARN("skipped: no " << folder);
+        return;
+    }
+    for (const char* name : {"columns.jpg", "pumpkin.jpg"}) {
+        const photo p = load_photo(folder / name);
+        CHECK(p.color.height() == 1024);
+        CHECK(p.color.width() == 768);
+        CHECK(p.focal_length_35mm == 52.0F);
+    }
+}

@@ -1,0 +1,281 @@
+#include <ldi/io/photo_depth.hpp>
+
+#include <catch2/catch.hpp>
+#include <tests/io/phone_files.hpp>
+
+#include <cmath>
+
+using namespace ldi;
+using namespace ldi::testing;
+
+#if defined(LDI_WITH_PUGIXML)
+
+namespace {
+
+const image<std::uint8_t> picture = smooth_picture(24, 40, 3);
+const byte_string photo_file = encode_jpeg(picture, 90);
+
+/// Half the photo's size; values from 10 on.
+image<std::uint8_t> depth_picture() {
+    image<std::uint8_t> depth(12, 20, 1);
+    for (std::size_t i = 0; i < depth.size(); ++i) depth.data()[i] = static_cast<std::uint8_t>(10 + i);
+    return depth;
+}
+
+const image<std::uint8_t> stored = depth_picture();
+const byte_string depth_file = encode_png(stored);
+const byte_string decoy_file = encode_jpeg(image<std::uint8_t>(12, 20, 1, 200), 90);  // a gain map has the same shape
+
+/// The one fact about each pixel: 1 / distance of stored value v.
+template <class Disparity>
+void check_depth(const byte_string& file, const std::string& source, bool is_metric, Disparity&& disparity,
+                 double tolerance = 1e-5) {
+    const photo_with_depth found = decode_photo_with_depth(file);
+    INFO(found.refused);
+    REQUIRE(found.depth);
+    CHECK(found.refused.empty());
+    CHECK(found.depth->source == source);
+    CHECK(found.depth->is_metric == is_metric);
+    CHECK(found.depth->is_inverse_depth);
+    CHECK_FALSE(found.depth->is_white_near_a_guess);
+    REQUIRE(found.depth->disparity.size() == stored.size());
+    for (std::size_t i = 0; i < stored.size(); ++i)
+        REQUIRE(found.depth->disparity.data()[i] == Approx(disparity(stored.data()[i] / 255.0)).epsilon(tolerance));
+    CHECK(same_shape(found.photo.color, picture));
+}
+
+void check_refused(const byte_string& file, const std::string& words) {
+    const photo_with_depth found = decode_photo_with_depth(file);
+    CHECK_FALSE(found.depth);
+    CHECK_THAT(found.refused, Catch::Contains(words));
+    CHECK(same_shape(found.photo.color, picture));
+}
+
+}  // namespace
+
+TEST_CASE("GDepth's two formats become 1 / distance, in meters where they say so") {
+    const auto inverse = [](double v) { return 1 / (8.0 * 2.0 / (8.0 - v * (8.0 - 2.0))); };  // the reference's formula
+    const auto linear = [](double v) { return 1 / (2.0 + v * (8.0 - 2.0)); };
+    const std::string range = "GDepth:Near=\"2\" GDepth:Far=\"8\" ";
+    check_depth(gdepth_jpeg(photo_file, depth_file, range + "GDepth:Format=\"RangeInverse\""), "GDepth, RangeInverse", false,
+                inverse);
+    check_depth(gdepth_jpeg(photo_file, depth_file, range + "GDepth:Format=\"RangeLinear\" GDepth:Units=\"m\""),
+                "GDepth, RangeLinear", true, linear);
+    check_depth(gdepth_jpeg(photo_file, depth_file, range + "GDepth:Format=\"RangeInverse\" GDepth:Units=\"mm\""),
+                "GDepth, RangeInverse", true, [&](double v) { return 1000 * inverse(v); });
+}
+
+TEST_CASE("GDepth is found as elements, under another prefix, and in Extended XMP of any cut") {
+    const auto linear = [](double v) { return 1 / (1.0 + v); };
+    const std::string elements =
+        "<g:Near>1</g:Near><g:Far>2</g:Far><g:Format>RangeLinear</g:Format><g:Data>\n" + base64(depth_file) + "\n</g:Data>";
+    check_depth(
+        with_segments(photo_file, xmp_segment(xmp_packet("xmlns:g=\"http://ns.google.com/photos/1.0/depthmap/\"", elements))),
+        "GDepth, RangeLinear", false, linear);
+    const std::string identifier = "0123456789ABCDEF0123456789ABCDEF";
+    const std::string first = std::string(gdepth_space) +
+                              "xmlns:xmpNote=\"http://ns.adobe.com/xmp/note/\" GDepth:Near=\"1\" GDepth:Far=\"2\" "
+                              "GDepth:Format=\"RangeLinear\" xmpNote:HasExtendedXMP=\"" +
+                              identifier + "\"";
+    const std::string second = xmp_packet(std::string(gdepth_space) + "GDepth:Data=\"" + base64(depth_file) + "\"");
+    for (std::size_t part : {std::size_t{37}, std::size_t{200}, std::size_t{60'000}}) {
+        byte_string segments = xmp_segment(xmp_packet(first));
+        append(segments, extended_xmp_segments(std::string(second.size(), 'x'), std::string(32, 'F'), part));  // somebody else's
+        append(segments, extended_xmp_segments(second, identifier, part));
+        check_depth(with_segments(photo_file, segments), "GDepth, RangeLinear", false, linear);
+    }
+}
+
+TEST_CASE("what GDepth is not confident of is unknown") {
+    image<std::uint8_t> confidence(6, 10, 1, 255);
+    confidence(2, 3, 0) = 0;
+    const std::string fields = "GDepth:Near=\"1\" GDepth:Far=\"2\" GDepth:Confidence=\"" + base64(encode_png(confidence)) + "\"";
+    const photo_with_depth found = decode_photo_with_depth(gdepth_jpeg(photo_file, depth_file, fields));
+    REQUIRE(found.depth);
+    for (std::size_t y = 0; y < 12; ++y)
+        for (std::size_t x = 0; x < 20; ++x) REQUIRE(std::isnan(found.depth->disparity(y, x, 0)) == (y / 2 == 2 && x / 2 == 3));
+}
+
+TEST_CASE("Dynamic Depth is found by what it is called, in both containers, among gain maps and in any order") {
+    const auto inverse = [](double v) { return (1 - v) / 0.5 + v / 4; };
+    const std::string fields =
+        "DepthMap:Format=\"RangeInverse\" DepthMap:Near=\"0.5\" DepthMap:Far=\"4\" DepthMap:Units=\"Meters\" "
+        "DepthMap:DepthURI=\"android/depthmap\"";
+    const appended_file gain_map = {"GainMap", "gain", decoy_file}, depth = {"Depth", "", depth_file},
+                        by_address = {"", "android/depthmap", depth_file},
+                        movie = {"MotionPhoto", "", bytes_of("ftyp and so on")};
+    for (const container_words& words : {dynamic_depth_words, photos_words})
+        for (const std::vector<appended_file>& files :
+             {std::vector{depth}, {by_address}, {gain_map, depth}, {depth, gain_map}, {gain_map, by_address, movie}})
+            check_depth(dynamic_depth_jpeg(photo_file, files, fields, words), "Dynamic Depth, RangeInverse", true, inverse);
+    // Something that no directory lists lies between: the place is counted from the end.
+    byte_string file = dynamic_depth_jpeg(photo_file, {}, fields),
+                listed = dynamic_depth_jpeg(photo_file, {gain_map, depth}, fields);
+    const std::size_t photo_end = listed.size() - decoy_file.size() - depth_file.size();
+    listed.insert(listed.begin() + static_cast<std::ptrdiff_t>(photo_end), 100, std::byte{7});
+    check_depth(listed, "Dynamic Depth, RangeInverse", true, inverse);
+    check_refused(file, "no such file behind the photo");
+    check_refused(dynamic_depth_jpeg(photo_file, {gain_map}, fields), "no such file behind the photo");
+}
+
+TEST_CASE("Apple's disparity and depth are found among the pictures of a file by their own words") {
+    const byte_string gray = encode_jpeg(stored, 100);
+    const auto apple = [&](const std::string& kind, const std::string& accuracy) {
+        return multi_picture_jpeg(photo_file,
+                                  {decoy_file, with_segments(gray, xmp_segment(apple_packet(kind, "0.5", "4.5", accuracy)))});
+    };
+    check_depth(
+        apple("disparity", "relative"), "Apple disparity", false, [](double v) { return 0.5 + 4 * v; }, 0.05);
+    check_depth(
+        apple("disparity", "absolute"), "Apple disparity", true, [](double v) { return 0.5 + 4 * v; }, 0.05);
+    check_depth(
+        apple("depth", "absolute"), "Apple depth", true, [](double v) { return 1 / (0.5 + 4 * v); }, 0.05);
+    const photo_with_depth other = decode_photo_with_depth(multi_picture_jpeg(photo_file, {decoy_file}));
+    CHECK_FALSE(other.depth);
+    CHECK(other.refused.empty());
+}
+
+TEST_CASE("depth is turned with its photo") {
+    const std::string fields = "GDepth:Near=\"1\" GDepth:Far=\"2\" GDepth:Format=\"RangeLinear\"";
+    const byte_string file = jpeg_with_exif(gdepth_jpeg(photo_file, depth_file, fields), exif_bytes(6, 26));
+    const photo_with_depth found = decode_photo_with_depth(file);
+    REQUIRE(found.depth);
+    CHECK(found.photo.color.height() == 40);
+    REQUIRE(found.depth->disparity.height() == 20);
+    CHECK(found.depth->disparity(0, 11, 0) == Approx(1 / (1 + stored(0, 0, 0) / 255.0)));  // what was top left is top right
+}
+
+TEST_CASE("depth that can't be used leaves the photo, and says why") {
+    const auto with = [](const std::string& fields) { return gdepth_jpeg(photo_file, depth_file, fields); };
+    check_refused(with("GDepth:Near=\"1\""), "a nearest and a farthest distance");
+    check_refused(with("GDepth:Near=\"1\" GDepth:Far=\"x\""), "a nearest and a farthest distance");
+    check_refused(with("GDepth:Near=\"2\" GDepth:Far=\"2\""), "a range of depth");
+    check_refused(with("GDepth:Near=\"-1\" GDepth:Far=\"2\""), "a range of depth");
+    check_refused(with("GDepth:Near=\"1\" GDepth:Far=\"2\" GDepth:Format=\"Magic\""), "Magic");
+    const std::string range = "GDepth:Near=\"1\" GDepth:Far=\"2\"";
+    check_refused(gdepth_jpeg(photo_file, bytes_of("hello"), range), "unknown format");
+    check_refused(gdepth_jpeg(photo_file, encode_png(image<std::uint8_t>(20, 20, 1, 9)), range), "proportions");
+    byte_string cut = depth_file;
+    cut.resize(cut.size() / 2);
+    check_refused(gdepth_jpeg(photo_file, cut, range), "cut off");
+}
+
+TEST_CASE("XMP of a hostile depth or length ends, and gives nothing") {
+    std::string nested, wide = xmp_packet(gdepth_space);
+    for (int i = 0; i < 20'000; ++i) nested += "<a>";
+    for (int i = 0; i < 10'000; ++i) wide.insert(wide.size() - 60, "<b:c/>");
+    for (const std::string& packet :
+         {nested, wide, std::string("<!DOCTYPE a [<!ENTITY b \"bbbb\">]><a>&b;</a>"), std::string(3, '<')})
+        CHECK_FALSE(decode_photo_with_depth(with_segments(photo_file, xmp_segment(packet.substr(0, 65'000)))).depth);
+}
+
+TEST_CASE("thousands of damaged photos with depth give a photo with depth or without, or an error") {
+    std::mt19937 random(9);
+    const std::string fields = "DepthMap:Near=\"0.5\" DepthMap:Far=\"4\"";
+    const byte_string gray = with_segments(encode_jpeg(stored, 90), xmp_segment(apple_packet("disparity", "0.5", "4.5")));
+    const byte_string originals[] = {
+        gdepth_jpeg(photo_file, depth_file, "GDepth:Near=\"1\" GDepth:Far=\"2\""),
+        dynamic_depth_jpeg(photo_file, {{"GainMap", "", decoy_file}, {"Depth", "", depth_file}}, fields),
+        multi_picture_jpeg(photo_file, {decoy_file, gray})};
+    std::size_t with_depth = 0, without = 0;
+    for (const byte_string& original : originals)
+        for (int i = 0; i < 1000; ++i)
+            raised([&] {
+                const photo_with_depth found = decode_photo_with_depth(damaged_copy(original, random));
+                ++(found.depth ? with_depth : without);
+                if (!found.depth) return;
+                for (float v : found.depth->disparity) REQUIRE((std::isnan(v) || (std::isfinite(v) && v > 0)));
+            });
+    CHECK(with_depth > 100);
+    CHECK(without > 100);
+}
+
+#endif
+
+TEST_CASE("a depth map beside the photo is taken, and which of its ends is near is a guess") {
+    const scratch_folder folder;
+    image<std::uint8_t> map(12, 20, 1, 3);
+    map(0, 0, 0) = 9;
+    save_jpeg(folder / "a.jpg", smooth_picture(24, 40, 3));
+    CHECK_FALSE(load_photo_with_depth(folder / "a.jpg").depth);
+    save_png(folder / "a_depth.png", map);
+    const photo_with_depth found = load_photo_with_depth(folder / "a.jpg");
+    REQUIRE(found.depth);
+    CHECK(found.depth->source == (folder / "a_depth.png").string());
+    CHECK(found.depth->disparity(0, 0, 0) == 9);
+    CHECK(found.depth->is_white_near_a_guess);
+    CHECK_FALSE(found.depth->is_inverse_depth);
+    save_png(folder / "a_depth.png", image<std::uint8_t>(12, 12, 1, 3));
+    const photo_with_depth other = load_photo_with_depth(folder / "a.jpg");
+    CHECK_FALSE(other.depth);
+    CHECK_THAT(other.refused, Catch::Contains("a_depth.png") && Catch::Contains("proportions"));
+}
+
+TEST_CASE("a PNG file's gray right half is the depth of its colored left one, and nothing else is") {
+    const image<std::uint8_t> left = smooth_picture(24, 40, 3);
+    const auto beside = [&](const auto& right) {
+        image<std::uint8_t> both(24, 80, 3);
+        for (std::size_t y = 0; y < 24; ++y)
+            for (std::size_t x = 0; x < 40; ++x)
+                for (std::size_t c = 0; c < 3; ++c) both(y, x, c) = left(y, x, c), both(y, 40 + x, c) = right(y, x, c);
+        return decode_photo_with_depth(encode_png(both));
+    };
+    const auto map = [](std::size_t y, std::size_t x) { return static_cast<std::uint8_t>(20 + (7 * x + 90 * (y / 12)) % 150); };
+    const photo_with_depth found = beside([&](std::size_t y, std::size_t x, std::size_t) { return map(y, x); });
+    REQUIRE(found.depth);
+    CHECK(largest_difference(found.photo.color, left) == 0);
+    for (std::size_t y = 0; y < 24; ++y)
+        for (std::size_t x = 0; x < 40; ++x) REQUIRE(found.depth->disparity(y, x, 0) == map(y, x));
+
+    const auto is_whole = [](const photo_with_depth& photo) { return !photo.depth && photo.photo.color.width() == 80; };
+    CHECK(is_whole(beside([&](std::size_t y, std::size_t x, std::size_t c) {
+        return static_cast<std::uint8_t>(map(y, x) + (y == 23 && x == 39 && c == 0));  // one colored pixel
+    })));
+    CHECK(is_whole(beside([](std::size_t, std::size_t x, std::size_t) { return static_cast<std::uint8_t>(x % 2); })));
+    CHECK(is_whole(beside([&](std::size_t y, std::size_t x, std::size_t) {  // the photo before it was colored
+        return static_cast<std::uint8_t>((left(y, x, 0) + left(y, x, 1) + left(y, x, 2)) / 3);
+    })));
+}
+
+TEST_CASE("maps that grow together agree, maps that do not disagree, and a map turned round agrees with what it was not") {
+    image<float> a(9, 13), b(30, 20);
+    for (std::size_t y = 0; y < 9; ++y)
+        for (std::size_t x = 0; x < 13; ++x) a(y, x, 0) = static_cast<float>(x * x);
+    for (std::size_t y = 0; y < 30; ++y)
+        for (std::size_t x = 0; x < 20; ++x) b(y, x, 0) = static_cast<float>(x) - 3;
+    CHECK(agreement(a, b) > 0.9F);
+    turn_round(a);
+    CHECK(agreement(a, b) < -0.9F);
+    CHECK(*std::min_element(a.begin(), a.end()) == 0);
+    CHECK(*std::max_element(a.begin(), a.end()) == 144);
+    CHECK(agreement(a, image<float>(4, 4, 1, 2.0F)) == 0);
+}
+
+TEST_CASE("every photo of the collection gives the depth that came with it") {
+    const std::filesystem::path folder = std::filesystem::path(LDI_SHARED_DIR) / "depth_companions";
+    if (!std::filesystem::exists(folder)) {
+        WARN("skipped: no " << folder);
+        return;
+    }
+    const std::pair<const char*, const char*> sources[] = {
+#if defined(LDI_WITH_PUGIXML)
+        {"gdepth_cafe.jpg", "GDepth, RangeInverse"},
+        {"gdepth_melons.jpg", "GDepth, RangeInverse"},
+        {"gdepth_pens.jpg", "GDepth, RangeInverse"},
+        {"iphone_mpo_a.jpg", "Apple disparity"},
+#if defined(LDI_WITH_LIBHEIF)
+        {"iphone_portrait_pug.heic", "HEIC disparity"},
+#endif
+#endif
+        {"pair_flowers.jpg", "pair_flowers_depth.jpg"},
+        {"pair_mango.jpg", "pair_mango_depth.jpg"},
+        {"pair_shelf.jpg", "pair_shelf_depth.jpg"},
+        {"pair_tunnel.jpg", "pair_tunnel_depth.jpg"},
+    };
+    for (const auto& [name, source] : sources) {
+        const photo_with_depth found = load_photo_with_depth(folder / name);
+        INFO(name << found.refused);
+        REQUIRE(found.depth);
+        CHECK_THAT(found.depth->source, Catch::EndsWith(source));
+    }
+}

@@ -1,0 +1,215 @@
+// HEIC, AVIF, WebP, TIFF, and colors as profiles mean them. What a library is not there for is not tested.
+#include <ldi/io/photo_depth.hpp>
+
+#include <catch2/catch.hpp>
+#include <ldi/io/picture.hpp>
+#include <tests/io/encoded_files.hpp>
+#include <tests/io/item_files.hpp>
+
+#include <array>
+#include <cmath>
+
+using namespace ldi;
+using namespace ldi::testing;
+
+namespace {
+
+const image<std::uint8_t> picture = smooth_picture(34, 50, 3);
+
+image<std::uint8_t> with_alpha(const image<std::uint8_t>& color) {
+    image<std::uint8_t> all(color.height(), color.width(), 4);
+    for (std::size_t i = 0; i < color.size() / 3; ++i) {
+        for (std::size_t c = 0; c < 3; ++c) all.data()[4 * i + c] = color.data()[3 * i + c];
+        all.data()[4 * i + 3] = static_cast<std::uint8_t>(40 + i % 200);
+    }
+    return all;
+}
+
+/// The picture on white, by the definition.
+image<std::uint8_t> on_white(const image<std::uint8_t>& all) {
+    image<std::uint8_t> color(all.height(), all.width(), 3);
+    for (std::size_t i = 0; i < color.size(); ++i) {
+        const double alpha = all.data()[4 * (i / 3) + 3] / 255.0;
+        color.data()[i] = static_cast<std::uint8_t>(std::lround(alpha * all.data()[4 * (i / 3) + i % 3] + 255 * (1 - alpha)));
+    }
+    return color;
+}
+
+/// The colors of Display P3 in sRGB, through linear light by the standards' matrix.
+[[maybe_unused]] image<std::uint8_t> p3_to_srgb(const image<std::uint8_t>& p3) {
+    const double matrix[3][3] = {{1.22494, -0.22494, 0}, {-0.04206, 1.04206, 0}, {-0.01964, -0.07864, 1.09828}};
+    image<std::uint8_t> srgb(p3.height(), p3.width(), 3);
+    for (std::size_t i = 0; i < p3.size(); i += 3)
+        for (std::size_t c = 0; c < 3; ++c) {
+            double light = 0;
+            for (std::size_t k = 0; k < 3; ++k) {
+                const double v = p3.data()[i + k] / 255.0;
+                light += matrix[c][k] * (v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4));
+            }
+            light = std::clamp(light, 0.0, 1.0);
+            srgb.data()[i + c] = static_cast<std::uint8_t>(
+                std::lround(255 * (light <= 0.0031308 ? 12.92 * light : 1.055 * std::pow(light, 1 / 2.4) - 0.055)));
+        }
+    return srgb;
+}
+
+[[maybe_unused]] void check_damaged_copy(const byte_string& file, std::mt19937& random) {
+    photo decoded;
+    const bool is_refused =
+        raised([&] { decoded = decode_photo(damaged_copy(file, random), {.limits = {.max_pixels = 1 << 20}}); }).has_value();
+    REQUIRE(decoded.color.empty() == is_refused);
+}
+
+/// Every shortened file raises an error that is not file_access; damaged ones give a picture or an error.
+[[maybe_unused]] void check_damage(const byte_string& file, int copies) {
+    std::mt19937 random(10);
+    for (std::size_t size = 12; size < file.size(); size += 1 + file.size() / 100)
+        REQUIRE(raised([&] { decode_photo(std::span(file).first(size)); }));
+    for (int i = 0; i < copies; ++i) check_damaged_copy(file, random);
+}
+
+}  // namespace
+
+#if defined(LDI_WITH_LIBHEIF)
+
+TEST_CASE("HEIC and AVIF give back every pixel, with their lens, and damage is noticed or decoded") {
+    for (const heif_compression_format format : {heif_compression_HEVC, heif_compression_AV1}) {
+        const std::optional<byte_string> file = heif_file_of(picture, {format, exif_bytes(6, 26), {}, 0});
+        if (!file) {
+            WARN("skipped: libheif has no encoder of format " << format);
+            continue;
+        }
+        const photo decoded = decode_photo(*file);
+        CHECK(largest_difference(decoded.color, picture) == 0);  // and not turned: EXIF's orientation does not count here
+        CHECK(decoded.focal_length_35mm == 26.0F);
+        CHECK(raised([&] { decode_photo(*file, {.limits = {.max_pixels = 34 * 50 - 1}}); }) == error_code::too_large);
+        check_damage(*file, 60);
+        const image<std::uint8_t> transparent = with_alpha(picture);
+        if (const std::optional<byte_string> with = heif_file_of(transparent, {format, {}, {}, 0}))
+            CHECK(largest_difference(decode_photo(*with).color, on_white(transparent)) <= 1);
+    }
+}
+
+TEST_CASE("what libheif refuses is an error of one line that says what helps") {
+    // A picture without its decoder's configuration.
+    const byte_string file =
+        item_file({.items = {{1, "hvc1", {{0, 4}}}}, .properties = {size_box(64, 64)}, .uses = {{1, {1}}}}, byte_string(4));
+    const std::string message = message_of([&] { decode_photo(file, {}, "a.heic"); });
+    CHECK_THAT(message, Catch::Contains("a.heic") && !Catch::Contains("\n"));
+    if (heif_get_version_number() < 0x01130800)
+        CHECK_THAT(message, Catch::Contains("1.19.8") && Catch::Contains("saved as JPEG"));
+}
+
+#if defined(LDI_WITH_PUGIXML)
+TEST_CASE("an auxiliary picture of depth is found in HEIC and AVIF, and one of alpha is not one") {
+    const image<std::uint8_t> both = with_alpha(picture);
+    for (const heif_compression_format format : {heif_compression_HEVC, heif_compression_AV1}) {
+        const std::optional<byte_string> file = heif_file_of(both, {format, {}, {}, 0});
+        if (!file) continue;
+        CHECK_FALSE(decode_photo_with_depth(*file).depth);
+        const photo_with_depth found = decode_photo_with_depth(alpha_called_depth(*file));
+        INFO(found.refused);
+        REQUIRE(found.depth);
+        CHECK_FALSE(found.depth->is_inverse_depth);
+        for (std::size_t i = 0; i < picture.size() / 3; ++i)
+            REQUIRE(found.depth->disparity.data()[i] == Approx(both.data()[4 * i + 3] / 255.0).margin(1.01 / 255));
+    }
+}
+#endif
+
+#endif
+
+#if defined(LDI_WITH_LIBWEBP)
+
+TEST_CASE("WebP gives back every pixel, upright, on white, with its lens") {
+    CHECK(largest_difference(decode_photo(webp_file(picture)).color, picture) == 0);
+    const image<std::uint8_t> transparent = with_alpha(picture);
+    CHECK(largest_difference(decode_photo(webp_file(transparent)).color, on_white(transparent)) <= 1);
+    const photo turned = decode_photo(webp_file(picture, exif_bytes(8, 26)));
+    CHECK(turned.focal_length_35mm == 26.0F);
+    REQUIRE(turned.color.height() == 50);
+    CHECK(turned.color(49, 0, 0) == picture(0, 0, 0));  // the first column is the bottom: EXIF's 8
+    CHECK(turned.color(0, 0, 0) == picture(0, 49, 0));
+    CHECK(raised([&] { decode_photo(webp_file(picture), {.limits = {.max_pixels = 34 * 50 - 1}}); }) == error_code::too_large);
+    check_damage(webp_file(picture, exif_bytes(8, 26)), 1000);
+}
+
+#endif
+
+#if defined(LDI_WITH_LIBTIFF)
+
+TEST_CASE("TIFF gives back every pixel, of 8 and 16 bits, in all orientations") {
+    for (const int compression : {COMPRESSION_NONE, COMPRESSION_LZW, COMPRESSION_ADOBE_DEFLATE, COMPRESSION_PACKBITS})
+        for (const std::uint16_t bits : {std::uint16_t{8}, std::uint16_t{16}}) {
+            const byte_string file = tiff_file(picture, {.compression = static_cast<std::uint16_t>(compression), .bits = bits});
+            CHECK(largest_difference(decode_photo(file).color, picture) == 0);
+        }
+    const image<std::uint8_t> transparent = with_alpha(picture);
+    CHECK(largest_difference(decode_photo(tiff_file(transparent)).color, on_white(transparent)) <= 1);
+    for (unsigned orientation = 1; orientation <= 8; ++orientation) {
+        const photo tiff = decode_photo(tiff_file(picture, {.orientation = static_cast<std::uint16_t>(orientation)}));
+        const photo png = decode_photo(png_file(50, 34, 8, 2,
+                                                byte_string(reinterpret_cast<const std::byte*>(picture.data()),
+                                                            reinterpret_cast<const std::byte*>(picture.data()) + picture.size()),
+                                                png_chunk("eXIf", exif_bytes(orientation, 0))));
+        CHECK(largest_difference(tiff.color, png.color) == 0);
+    }
+    CHECK(raised([&] { decode_photo(tiff_file(picture), {.limits = {.max_pixels = 34 * 50 - 1}}); }) == error_code::too_large);
+    const byte_string raw = tiff_file(picture, {.subfile_type = FILETYPE_REDUCEDIMAGE});
+    CHECK(raised([&] { decode_photo(raw); }) == error_code::unsupported);
+    CHECK_THAT(message_of([&] { decode_photo(raw); }), Catch::Contains("raw"));
+    std::mt19937 random(11);
+    const byte_string file = tiff_file(picture);
+    for (int i = 0; i < 1000; ++i) check_damaged_copy(file, random);
+}
+
+#endif
+
+#if defined(LDI_WITH_LCMS2)
+
+TEST_CASE("Display P3 becomes sRGB, from a profile in every format and from its number") {
+    const image<std::uint8_t> expected = p3_to_srgb(picture);
+    REQUIRE(largest_difference(expected, picture) > 10);
+    const byte_string icc = icc_profile();
+    const auto difference = [&](const byte_string& file) { return largest_difference(decode_photo(file).color, expected); };
+    const byte_string rows(reinterpret_cast<const std::byte*>(picture.data()),
+                           reinterpret_cast<const std::byte*>(picture.data()) + picture.size());
+    CHECK(difference(png_file(50, 34, 8, 2, rows, iccp_chunk(icc))) <= 2);
+    for (std::size_t parts : {std::size_t{1}, std::size_t{3}}) {
+        byte_string jpeg = encode_jpeg(picture, 100);
+        const byte_string segments = icc_segments(icc, parts);
+        jpeg.insert(jpeg.begin() + 2, segments.begin(), segments.end());
+        CHECK(difference(jpeg) <= 10);
+    }
+#if defined(LDI_WITH_LIBWEBP)
+    CHECK(difference(webp_file(picture, {}, icc)) <= 2);
+#endif
+#if defined(LDI_WITH_LIBTIFF)
+    CHECK(difference(tiff_file(picture, {.icc = icc})) <= 2);
+#endif
+#if defined(LDI_WITH_LIBHEIF)
+    if (const std::optional<byte_string> file = heif_file_of(picture, {heif_compression_HEVC, {}, icc, 0}))
+        CHECK(difference(*file) <= 2);
+    if (const std::optional<byte_string> file = heif_file_of(picture, {heif_compression_AV1, {}, {}, 12}))
+        CHECK(difference(*file) <= 2);
+#endif
+}
+
+TEST_CASE("a gray profile is of gray, and one that is damaged changes nothing") {
+    const image<std::uint8_t> gray = smooth_picture(6, 7, 1);
+    const byte_string rows(reinterpret_cast<const std::byte*>(gray.data()),
+                           reinterpret_cast<const std::byte*>(gray.data()) + gray.size());
+    const image<std::uint8_t> light = decode_photo(png_file(7, 6, 8, 0, rows, iccp_chunk(icc_profile(true)))).color;
+    for (std::size_t i = 0; i < light.size(); ++i) {
+        const double v = gray.data()[i / 3] / 255.0;  // linear
+        CHECK(light.data()[i] == Approx(255 * (1.055 * std::pow(v, 1 / 2.4) - 0.055)).margin(2));
+    }
+    std::mt19937 random(12);
+    const byte_string icc = icc_profile();
+    CHECK(largest_difference(decode_photo(png_file(7, 6, 8, 0, rows, png_chunk("iCCP", bytes_of("x")))).color,
+                             decode_photo(png_file(7, 6, 8, 0, rows)).color) == 0);
+    for (int i = 0; i < 300; ++i)
+        CHECK(decode_photo(png_file(7, 6, 8, 0, rows, iccp_chunk(damaged_copy(icc, random)))).color.size() == 126);
+}
+
+#endif

@@ -1,0 +1,155 @@
+#include <ldi/io/farbrausch_file.hpp>
+#include <ldi/io/safetensors_file.hpp>
+#include <ldi/io/tiefenrausch_file.hpp>
+
+#include "tests/support/files.hpp"
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cstdint>
+#include <filesystem>
+#include <set>
+#include <span>
+#include <string>
+#include <vector>
+
+using namespace ldi;
+using Catch::Contains;
+using Catch::StartsWith;
+using ldi::testing::message_of;
+
+namespace {
+
+const std::filesystem::path files = std::filesystem::path(LDI_SOURCE_DIR) / "tests/io/files";
+
+named_tensors weights() { return load_safetensors(files / "tiefenrausch_weights.safetensors"); }
+
+template <class Scalar>
+ldi::buffer<Scalar>& values(named_tensors& file, const std::string& name) {
+    return std::get<ldi::buffer<Scalar>>(file.tensors.at(name).values);
+}
+
+/// What is said of the weights after `change`.
+template <class Change>
+std::string complaint(Change&& change) {
+    named_tensors file = weights();
+    change(file);
+    return message_of([&] { tiefenrausch network(read_quantized_network(file)); });
+}
+
+}  // namespace
+
+TEST_CASE("a student computes bit for bit what its exporter computed in exact integers") {
+    const named_tensors example = load_safetensors(files / "tiefenrausch_example.safetensors");
+    const buffer<std::size_t>& shape = example.tensors.at("photo").shape;
+    image<std::uint8_t> photo(shape[0], shape[1], 3);
+    const auto& pixels = tensor_values<std::uint8_t>(example, "photo", shape);
+    std::copy(pixels.begin(), pixels.end(), photo.data());
+    const auto& expected = tensor_values<std::uint8_t>(example, "levels", {shape[0], shape[1]});
+    CHECK(std::set<std::uint8_t>(expected.begin(), expected.end()).size() > 20);
+
+    for (isa target : {isa::scalar, best_isa()}) {
+        const tiefenrausch network =
+            decode_tiefenrausch(read_file(files / "tiefenrausch_weights.safetensors"), "weights", target);
+        serial_executor serial;
+        const image<std::uint8_t> found = network.levels(photo, serial);
+        REQUIRE(found.size() == expected.size());
+        CHECK(std::equal(expected.begin(), expected.end(), found.data()));
+    }
+}
+
+TEST_CASE("operators are named as in training") {
+    const network_description network = read_quantized_network(weights());
+    CHECK(network.operators.front().name == "full");
+    CHECK(network.operators.back().name == "disparity");
+    CHECK(network.input_channels == 3);
+    CHECK(network.output == network.operators.size());
+
+    named_tensors file = weights();
+    file.metadata.erase("operator_names");
+    CHECK(read_quantized_network(file).operators[3].name == "operator 3");
+}
+
+TEST_CASE("a file of another network is refused by its metadata") {
+    CHECK_THAT(message_of([] { load_tiefenrausch_file(files / "tiefenrausch_example.safetensors"); }),
+               Contains("tiefenrausch_small") && Contains("example"));
+    const std::filesystem::path inpainting = files / "../../networks/files/farbrausch_weights.safetensors";
+    CHECK_THAT(message_of([&] { load_depth_network(inpainting); }),
+               Contains(inpainting.string()) && Contains("a depth network") && Contains("found farbrausch"));
+}
+
+TEST_CASE("a file that does not say what its result stands for is refused") {
+    std::vector<std::byte> bytes = read_file(files / "tiefenrausch_weights.safetensors");
+    const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    const std::size_t at = text.find("\"output\":\"disparity\"");
+    REQUIRE(at != std::string::npos);
+    bytes[at + 10] = std::byte{'x'};  // "output":"xisparity"
+    CHECK_THAT(message_of([&] { decode_tiefenrausch(bytes); }), Contains("log disparity") && Contains("xisparity"));
+}
+
+TEST_CASE("sizes that a file names are numbers, and such as the network takes") {
+    const std::vector<std::byte> bytes = read_file(files / "tiefenrausch_weights.safetensors");
+    const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    const auto with_size = [&](const std::string& size) {
+        const std::string output = "\"output\":\"disparity\"", added = ",\"details_long_side\":\"" + size + "\"";
+        std::string changed = text;
+        changed.insert(text.find(output) + output.size(), added);
+        changed[0] = static_cast<char>(changed[0] + static_cast<char>(added.size()));  // the header's length, below 256 more
+        return changed;
+    };
+    const auto read = [](const std::string& file) { return decode_tiefenrausch(std::as_bytes(std::span(file))).sizes(); };
+    REQUIRE(static_cast<unsigned char>(text[0]) < 200);
+    CHECK(read(text).details == 384);
+    CHECK(read(with_size("448")).details == 448);
+    for (const char* size : {"", "4 8", "-32", "12345"})
+        CHECK_THAT(message_of([&] { read(with_size(size)); }), Contains("details_long_side") && Contains("one to four digits"));
+    for (const char* size : {"0", "33", "9984"})
+        CHECK_THAT(message_of([&] { read(with_size(size)); }), Contains("multiples of 32"));
+}
+
+TEST_CASE("a depth network cut off anywhere is refused, and the message names the file") {
+    const std::vector<std::byte> whole = read_file(files / "tiefenrausch_weights.safetensors");
+    for (std::size_t size = 0; size < whole.size(); size += 1 + size / 3)
+        CHECK_THAT(message_of([&] { decode_tiefenrausch(std::span(whole).first(size), "cut"); }), StartsWith("cut"));
+}
+
+TEST_CASE("the weights that ship fit their networks, and take at most 4 MB") {
+    const std::filesystem::path models = std::filesystem::path(LDI_SOURCE_DIR) / "examples/models";
+    const tiefenrausch network = load_depth_network(models / "tiefenrausch_small.safetensors");
+    serial_executor serial;
+    const image<float> disparity = network.disparity(image<std::uint8_t>(30, 40, 3, std::uint8_t{128}), {}, serial);
+    CHECK((network.sizes().details == 448 && network.sizes().layout == 320));  // as its file says
+    CHECK(disparity.height() == 320);
+    CHECK(disparity.width() == 448);
+    CHECK(load_farbrausch(models / "farbrausch.safetensors").architecture().channels.size() == 5);
+
+    std::uintmax_t bytes = 0;
+    for (const auto& file : std::filesystem::directory_iterator(models)) bytes += file.file_size();
+    CHECK(bytes <= 4'000'000);
+}
+
+TEST_CASE("a depth network is a file, or a folder with the published network") {
+    CHECK(load_depth_network(files / "tiefenrausch_weights.safetensors").level_quantization().scale > 0);
+    CHECK_THAT(message_of([] { load_depth_network(files); }), Contains("tiefenrausch.pb"));
+    CHECK_THAT(message_of([] { load_depth_network(files / "none.safetensors"); }), Contains("none.safetensors"));
+}
+
+TEST_CASE("what does not fit in a file of operators is named") {
+    CHECK_THAT(complaint([](named_tensors& f) { f.tensors.erase("operators"); }), Contains("tensor operators"));
+    CHECK_THAT(complaint([](named_tensors& f) { f.tensors.erase("scales"); }),
+               Contains("tiefenrausch_weights.safetensors, tensor scales"));
+    CHECK_THAT(complaint([](named_tensors& f) { f.tensors.erase("0.weight"); }), Contains("tensor 0.weight"));
+    CHECK_THAT(complaint([](named_tensors& f) { f.tensors.erase("1.bias"); }), Contains("tensor 1.bias"));
+    CHECK_THAT(complaint([](named_tensors& f) { f.tensors["more"] = f.tensors["scales"]; }), Contains("tensor more"));
+    CHECK_THAT(complaint([](named_tensors& f) { f.tensors.at("0.weight").shape = {4, 27}; }), Contains("four dimensions"));
+    CHECK_THAT(complaint([](named_tensors& f) { values<std::int32_t>(f, "operators")[0] = 4; }), Contains("row 0, column 0"));
+    CHECK_THAT(complaint([](named_tensors& f) { values<std::int32_t>(f, "operators")[1] = 1; }), Contains("row 0, column 1"));
+    CHECK_THAT(complaint([](named_tensors& f) { values<std::int32_t>(f, "operators")[1] = -1; }), Contains("row 0, column 1"));
+    CHECK_THAT(complaint([](named_tensors& f) { values<std::int32_t>(f, "operators")[3] = 5; }), Contains("4 x 5 x 5 x 3"));
+    CHECK_THAT(complaint([](named_tensors& f) { values<std::int32_t>(f, "operators")[4] = 3; }), Contains("stride"));
+    CHECK_THAT(complaint([](named_tensors& f) { values<float>(f, "weight_scales")[0] = 1e9F; }),
+               Contains("tiefenrausch_weights.safetensors, full"));
+    CHECK_THAT(complaint([](named_tensors& f) { values<float>(f, "scales")[0] = 0; }),
+               Contains("tiefenrausch_weights.safetensors, input"));
+}
