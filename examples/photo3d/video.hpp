@@ -167,8 +167,7 @@ private:
     }
     [[noreturn]] void fail(const char* expected) const {
         const int reason = errno;
-        raise(reason == EPIPE ? error_code::unavailable : error_code::file_access, name_, expected,
-              system_reason(reason));
+        raise(reason == EPIPE ? error_code::unavailable : error_code::file_access, name_, expected, system_reason(reason));
     }
 
     std::string name_;
