@@ -11,7 +11,7 @@
 #include <vector>
 
 int main() {
-    const learn::sample photo = learn::load_sample(learn::globe, 14);
+    const learn::sample photo = learn::load_crop("globe");
 
     // A single layer: every pixel is linked to those neighbors that are at nearly its own distance.
     ldi::photo_layer front = ldi::lift(photo.color, photo.disparity);
@@ -37,5 +37,5 @@ int main() {
     learn::side_view from(layers.topology(), {765, 272}, 27, 42);
     learn::draw_tiles(sheet, layers, from, [&](std::int32_t i) { return learn::color_of(layers, i); });
     for (const auto& [near_side, far_side] : cuts) sheet.line(from(near_side), from(far_side), 1.5F, learn::cut);
-    ldi::save_png("01_what_an_ldi_is.png", sheet.result());
+    learn::save("01_what_an_ldi_is.png", sheet.result());
 }

@@ -37,7 +37,7 @@ ldi::buffer<float> normals_of(const ldi::photo_layer& layer, const ldi::photo_fa
 }
 
 int main() {
-    const learn::sample photo = learn::load_sample(learn::archway, 1);
+    const learn::sample photo = learn::load_crop("archway");
     const ldi::photo_facts facts = learn::facts_of(photo);
     ldi::photo_layer lifted = ldi::lift(photo.color, photo.disparity);
     auto layer = std::move(lifted).with<normal>(normals_of(lifted, facts));
@@ -55,5 +55,5 @@ int main() {
         return std::array<float, 3>{1.2F * light * c[0], light * c[1], 0.7F * light * c[2]};
     };
     std::printf("%zu normals, %zu of them of hidden pixels\n", layers.size(), layers.size() - photo.color.size() / 3);
-    ldi::save_jpeg("02_your_own_payload.jpg", learn::side_by_side({photo.color, learn::draw_triangles(mesh, facts.camera, lit)}));
+    learn::save("02_your_own_payload.png", learn::side_by_side({photo.color, learn::draw_triangles(mesh, facts.camera, lit)}));
 }

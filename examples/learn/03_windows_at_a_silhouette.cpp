@@ -13,7 +13,7 @@
 constexpr std::int32_t size = 5;
 
 int main() {
-    const learn::sample photo = learn::load_sample(learn::globe, 14);
+    const learn::sample photo = learn::load_crop("globe");
     ldi::photo_layer front = ldi::lift(photo.color, photo.disparity);
     const auto curves = ldi::find_discontinuity_curves(front, {});
     ldi::close_spurious_discontinuities(front, curves);
@@ -46,5 +46,5 @@ int main() {
         });
         panels.push_back(sheet.result());
     }
-    ldi::save_png("03_windows_at_a_silhouette.png", learn::side_by_side(panels));
+    learn::save("03_windows_at_a_silhouette.png", learn::side_by_side(panels));
 }

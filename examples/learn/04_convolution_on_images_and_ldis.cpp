@@ -1,16 +1,15 @@
 // The same convolution on an image and on a layered image. Both are graphs: an image is the one whose links form a grid. A 9 x 9
 // average runs on both; on the image things bleed into what lies behind them, on the layered image each surface is averaged by
-// itself. What differs is computed by xtensor, which sees ldi's images without a copy.
+// itself.
 #include "drawing.hpp"
 #include "sample.hpp"
 
-#include <ldi/adapt/xtensor.hpp>
 #include <ldi/nn/ldi/convolution_layer.hpp>
 #include <ldi/nn/ldi/from_column.hpp>
 
-#include <xtensor/xmath.hpp>
-
+#include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 
 ldi::feature_map averaged(const ldi::photo_layers& layers) {
     constexpr std::size_t elements = 9 * 9;
@@ -30,15 +29,21 @@ learn::picture picture_of(const ldi::photo_layers& layers, const ldi::feature_ma
 }
 
 int main() {
-    const learn::sample photo = learn::load_sample(learn::archway, 2);
+    const learn::sample photo = learn::load_crop("archway");
     const ldi::photo_layers layered = learn::layers_of(photo, 0);  // the photo's own pixels, linked inside surfaces only
     ldi::photo_layers grid(ldi::make_grid(layered.topology().width(), layered.topology().height()));
     grid.set_column<ldi::color_column>(layered.column<ldi::color_column>().copy());
 
     const learn::picture on_image = picture_of(grid, averaged(grid)), on_layers = picture_of(layered, averaged(layered));
 
-    const auto difference = xt::abs(xt::cast<float>(ldi::as_tensor(on_image)) - xt::cast<float>(ldi::as_tensor(on_layers)));
-    std::printf("the two differ by %.2f of 255 on average, by %.0f at worst\n", xt::mean(difference)(), xt::amax(difference)());
-    const auto amplified = ldi::make_image<std::uint8_t>(xt::minimum(2.0F * difference, 255.0F));
-    ldi::save_jpeg("04_convolution_on_images_and_ldis.jpg", learn::side_by_side({on_image, on_layers, amplified}));
+    learn::picture amplified = on_image;
+    int sum = 0, largest = 0;
+    for (std::size_t i = 0; i < on_image.size(); ++i) {
+        const int difference = std::abs(on_image.data()[i] - on_layers.data()[i]);
+        sum += difference, largest = (std::max)(largest, difference);
+        amplified.data()[i] = static_cast<std::uint8_t>((std::min)(2 * difference, 255));
+    }
+    std::printf("the two differ by %.2f of 255 on average, by %d at worst\n",
+                static_cast<double>(sum) / static_cast<double>(on_image.size()), largest);
+    learn::save("04_convolution_on_images_and_ldis.png", learn::side_by_side({on_image, on_layers, amplified}));
 }

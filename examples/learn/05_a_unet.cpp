@@ -37,7 +37,7 @@ unet averaging_unet() {
 }
 
 int main() {
-    const ldi::photo_layers layers = learn::layers_of(learn::load_sample(learn::archway, 2), 30);
+    const ldi::photo_layers layers = learn::layers_of(learn::load_crop("archway"), 30);
     const ldi::feature_map shown = ldi::from_column<ldi::color_column>(layers, 1.0F / 255.0F);
     ldi::feature_view known_colors = shown;
     known_colors.mask = layers.column<ldi::known_column>();
@@ -53,5 +53,5 @@ int main() {
     };
     const auto front = learn::seen(layers, false, [&](std::int32_t i) { return learn::color_of(layers, i); });
     std::printf("%zu values for each of %zu pixels\n", output.channels, output.pixels());
-    ldi::save_jpeg("05_a_unet.jpg", learn::side_by_side({front, behind(input), behind(output)}));
+    learn::save("05_a_unet.png", learn::side_by_side({front, behind(input), behind(output)}));
 }

@@ -7,7 +7,7 @@
 #include <vector>
 
 int main() {
-    const learn::sample photo = learn::load_sample(learn::archway, 2);
+    const learn::sample photo = learn::load_crop("archway");
     ldi::photo_layer layer = ldi::lift(photo.color, photo.disparity);
     const auto curves = ldi::find_discontinuity_curves(layer, {});
     ldi::close_spurious_discontinuities(layer, curves);
@@ -30,5 +30,5 @@ int main() {
         frames.push_back(std::move(frame));
     };
     ldi::expand(std::move(layer), {}, curves, {.motion = 1.0F, .iterations = 40}, {}, watch);
-    ldi::save_jpeg("06_occluded_surfaces_grow.jpg", learn::side_by_side(frames));
+    learn::save("06_occluded_surfaces_grow.png", learn::side_by_side(frames));
 }

@@ -1,6 +1,6 @@
 // A mesh is V, F and UV to Eigen, in its own memory and in libigl's convention: a row a vertex, a row a triangle. Here its area,
 // and the planes of the wall and of the table by least squares.
-#include "sample.hpp"
+#include "whole_sample.hpp"
 
 #include <ldi/adapt/eigen.hpp>
 #include <ldi/inpaint/diffusion_inpainter.hpp>

@@ -1,6 +1,6 @@
 // A whole 3D photo in memory, as an engine makes one: pixels in, the bytes of a GLB file out, on the engine's threads, in the
 // engine's memory, within its budget. Nothing touches a file but this lesson, which wants to show something.
-#include "sample.hpp"
+#include "whole_sample.hpp"
 
 #include <ldi/formats/glb.hpp>
 #include <ldi/inpaint/diffusion_inpainter.hpp>

@@ -1,6 +1,6 @@
 // A convolution on a layered image costs little more than on an image of as many pixels, because most of the one is the other:
 // rows of linked pixels that lie side by side in memory. Google Benchmark tells how much more.
-#include "sample.hpp"
+#include "whole_sample.hpp"
 
 #include <ldi/nn/ldi/convolution_layer.hpp>
 

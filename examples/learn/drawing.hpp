@@ -7,7 +7,7 @@
 #include <ldi/core/graph.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
-#include <ldi/io/picture.hpp>
+#include <ldi/formats/plain_png.hpp>
 #include <ldi/kernels/area_resize.hpp>
 #include <ldi/mesh/textured_mesh.hpp>
 
@@ -16,6 +16,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <fstream>
 #include <initializer_list>
 #include <numeric>
 #include <span>
@@ -248,6 +249,13 @@ picture draw_triangles(const ldi::textured_mesh& mesh, const ldi::pinhole_camera
         sheet.polygon(seen, {byte_of(mean[0]), byte_of(mean[1]), byte_of(mean[2])});
     }
     return sheet.result();
+}
+
+/// Writes a PNG file.
+inline void save(const char* name, const picture& drawn) {
+    const ldi::buffer<std::byte> png = ldi::encode_plain_png(drawn);
+    std::ofstream(name, std::ios::binary)
+        .write(reinterpret_cast<const char*>(png.data()), static_cast<std::streamsize>(png.size()));
 }
 
 }  // namespace learn

@@ -1,13 +1,10 @@
-// What the lessons look at: a part of the sample that lies in examples/photo3d, as a photo, a disparity map and a layered image.
+// Parts of the sample in examples/photo3d, as a photo, a disparity map and a layered image. Needs ldi's headers only.
 #pragma once
 
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/core/photo_facts.hpp>
-#include <ldi/depth/normalize.hpp>
 #include <ldi/inpaint/mixed_colors.hpp>
-#include <ldi/io/depth_map.hpp>
-#include <ldi/io/photo.hpp>
 #include <ldi/occlusion/discontinuity_curves.hpp>
 #include <ldi/occlusion/expand.hpp>
 #include <ldi/occlusion/lift.hpp>
@@ -15,6 +12,9 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <string>
 #include <utility>
 
 namespace learn {
@@ -24,32 +24,30 @@ struct sample {
     ldi::image<float> disparity;     ///< H x W x 1, in [0, 1]
 };
 
-/// A rectangle of the sample's 1152 x 1536 pixels.
-struct rectangle {
-    std::size_t x, y, width, height;
-};
-inline constexpr rectangle everything{0, 0, 1152, 1536}, globe{103, 270, 252, 252}, archway{40, 640, 460, 480};
-
-/// shrink  the side of the square of pixels that becomes one. It gets the mean color of those that are of its middle's surface
-inline sample load_sample(const rectangle& part, std::size_t shrink) {
-    const std::string file = LDI_SOURCE_DIR "/examples/photo3d/sample";
-    const ldi::image<std::uint8_t> photo = ldi::load_photo(file + ".jpg").color;
-    const ldi::image<float> map = ldi::normalize(ldi::load_depth_map(file + "_depth.png"), {.is_inverse_depth = false}).disparity;
-    sample result{ldi::image<std::uint8_t>(part.height / shrink, part.width / shrink, 3),
-                  ldi::image<float>(part.height / shrink, part.width / shrink)};
-    for (std::size_t y = 0; y < result.color.height(); ++y)
-        for (std::size_t x = 0; x < result.color.width(); ++x) {
-            const std::size_t top = part.y + y * shrink, left = part.x + x * shrink;
-            const float middle = result.disparity(y, x) = map(top + shrink / 2, left + shrink / 2);
-            std::size_t sum[3] = {}, count = 0;
-            for (std::size_t v = top; v < top + shrink; ++v)
-                for (std::size_t u = left; u < left + shrink; ++u) {
-                    if (!ldi::surface_rule{}.same_surface(map(v, u), middle)) continue;
-                    ++count;
-                    for (std::size_t c = 0; c < 3; ++c) sum[c] += photo(v, u, c);
-                }
-            for (std::size_t c = 0; c < 3; ++c) result.color(y, x, c) = static_cast<std::uint8_t>(sum[c] / count);
+/// Reads one of the parts of the sample beside this header: NAME.ppm, and its disparity in NAME.pgm with 16 bits per value.
+inline sample load_crop(const std::string& name) {
+    const std::string path = (std::filesystem::path(__FILE__).parent_path() / name).string();
+    const auto read = [&](const char* extension, auto&& make) {
+        std::ifstream file(path + extension, std::ios::binary);
+        std::string format;
+        std::size_t width = 0, height = 0, largest = 0;
+        file >> format >> width >> height >> largest;
+        file.get();
+        make(width, height, [&] { return static_cast<unsigned>(file.get()); });
+        if (!file) ldi::raise(ldi::error_code::file_access, path + extension, "a picture", "none, or one that is cut off");
+    };
+    sample result;
+    read(".ppm", [&](std::size_t width, std::size_t height, auto&& next) {
+        result.color = ldi::image<std::uint8_t>(height, width, 3);
+        for (std::uint8_t& value : result.color) value = static_cast<std::uint8_t>(next());
+    });
+    read(".pgm", [&](std::size_t width, std::size_t height, auto&& next) {
+        result.disparity = ldi::image<float>(height, width);
+        for (float& value : result.disparity) {
+            const unsigned high = next(), low = next();
+            value = static_cast<float>(high << 8 | low) / 65535.0F;
         }
+    });
     return result;
 }
 

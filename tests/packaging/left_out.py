@@ -18,7 +18,7 @@ PACKAGES = {
     "Catch2": ("catch2", "tests of the library's parts"),
     "TinyGLTF": ("libtinygltf-dev", "tests/formats"),
     "Eigen3": ("libeigen3-dev", "bench/quality"),
-    "xtensor": ("libxtensor-dev", "examples/learn/04_convolution_on_images_and_ldis"),
+    "xtensor": ("libxtensor-dev", "examples/learn/07_charts_and_atlas"),
     "benchmark": ("libbenchmark-dev", "examples/learn/10_microbenchmark"),
     "CGAL": ("libcgal-dev", "the peer in bench/mesh/triangulation"),
     "CLI11": ("libcli11-dev", "examples/photo3d and examples/service"),
