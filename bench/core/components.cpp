@@ -22,13 +22,7 @@ void connected_components(benchmark::State& state, const ldi::graph_view& g) {
     state.counters["paper_ms"] = 12;
 }
 
-void components_of_photo(benchmark::State& state) {
-    const std::optional<ldi::graph> g = ldi::benchmarks::photo_graph();
-    if (g)
-        connected_components(state, *g);
-    else
-        state.SkipWithError("no ../shared/rgbd");
-}
+void components_of_photo(benchmark::State& state) { connected_components(state, ldi::benchmarks::photo_graph()); }
 BENCHMARK(components_of_photo)->Unit(benchmark::kMillisecond);
 
 void components_of_image(benchmark::State& state) {
@@ -56,9 +50,8 @@ void components_of_shuffled_image(benchmark::State& state) {
 BENCHMARK(components_of_shuffled_image)->Unit(benchmark::kMillisecond);
 
 void coarsen_photo(benchmark::State& state) {
-    const std::optional<ldi::graph> g = ldi::benchmarks::photo_graph();
-    if (!g) return state.SkipWithError("no ../shared/rgbd");
-    for (auto _ : state) benchmark::DoNotOptimize(ldi::coarsen(*g, ldi::orphan_rule::adopt_nearest).parent.data());
+    const ldi::graph g = ldi::benchmarks::photo_graph();
+    for (auto _ : state) benchmark::DoNotOptimize(ldi::coarsen(g, ldi::orphan_rule::adopt_nearest).parent.data());
 }
 BENCHMARK(coarsen_photo)->Unit(benchmark::kMillisecond);
 

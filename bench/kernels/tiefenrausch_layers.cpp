@@ -1,11 +1,13 @@
-// The kernels of the depth network, layer by layer, on the published weights at 384 x 288: what a layer takes in all if its rows
-// are in the caches, and the share that it reaches of what the processor can multiply at most, measured in the same run. Layers
-// of one shape stand in one line, named by the first of them. Compare with networks/tiefenrausch_steps.cpp, where rows have to
-// come from somewhere.
+// The kernels of the depth networks, layer by layer, at 384 x 288: the shipped network, and the published one where ../shared has
+// it. Each line has the time of a layer whose rows are in the caches, and its share of the processor's peak multiplication rate,
+// measured in the same run. Layers of one shape share a line, named by the first of them. Compare with
+// networks/tiefenrausch_steps.cpp, where rows have to come from somewhere.
 #include <bench/support/peak_products.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/io/caffe2.hpp>
+#include <ldi/io/safetensors_file.hpp>
 #include <ldi/nn/dense/detail/packed_layer.hpp>
+#include <ldi/nn/dense/quantized_weights.hpp>
 #include <tests/support/npy.hpp>
 #include <tests/support/random_bytes.hpp>
 
@@ -28,7 +30,6 @@ namespace {
 
 using ldi::detail::packed_layer;
 
-const std::string folder = std::string(LDI_SHARED_DIR) + "/tiefenrausch/model/";
 constexpr std::size_t wanted_pixels = 64;  ///< of a layer's result at a time, as the network has them
 
 struct shape {
@@ -142,11 +143,7 @@ void report(const std::string& name, const line& what, double peak) {
     benchmark::RegisterBenchmark(name.c_str(), show)->Iterations(1)->UseManualTime()->Unit(benchmark::kMillisecond);
 }
 
-const bool registered = [] {
-    const auto operators = ldi::testing::read_bytes(folder + "tiefenrausch.pb"),
-               weights = ldi::testing::read_bytes(folder + "tiefenrausch_init.pb");
-    if (operators.empty()) return false;  // the published network is absent
-    const ldi::network_description network = ldi::read_caffe2(operators, weights);
+void report_layers(const std::string& network_name, const ldi::network_description& network) {
     const ldi::isa target = ldi::best_isa();
     const double peak = ldi_bench::peak_products(target);
 
@@ -178,10 +175,20 @@ const bool registered = [] {
     }
     for (auto& [name, here] : lines) {
         here.seconds *= static_cast<double>(here.layers), here.products *= static_cast<double>(here.layers);
-        report("tiefenrausch/" + std::string(to_string(target)) + "/" + here.first + " " + name, here, peak);
+        report(network_name + "/" + std::string(to_string(target)) + "/" + here.first + " " + name, here, peak);
         all.layers += here.layers, all.seconds += here.seconds, all.products += here.products;
     }
-    report("tiefenrausch/" + std::string(to_string(target)) + "/all layers", all, peak);
+    report(network_name + "/" + std::string(to_string(target)) + "/all layers", all, peak);
+}
+
+const bool registered = [] {
+    report_layers(
+        "tiefenrausch_small",
+        ldi::read_quantized_network(ldi::load_safetensors(LDI_SOURCE_DIR "/examples/models/tiefenrausch_small.safetensors")));
+    const std::string published = LDI_SHARED_DIR "/tiefenrausch/model/tiefenrausch";
+    const auto operators = ldi::testing::read_bytes(published + ".pb"),
+               weights = ldi::testing::read_bytes(published + "_init.pb");
+    if (!operators.empty()) report_layers("tiefenrausch", ldi::read_caffe2(operators, weights));
     return true;
 }();
 

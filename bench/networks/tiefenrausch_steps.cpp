@@ -1,18 +1,19 @@
-// Where the time of the depth networks goes, the published one's and ours: one line for each of their steps (a block, or a layer
-// that belongs to none), named by the tensor that it makes, with the share that it reaches of what the processor can multiply at
-// most, measured in the same run.
+// Time of each step of the shipped depth network on the shipped sample, and of the published one where ../shared has it: one line
+// for each of their steps (a block, or a layer that belongs to none), named by the tensor that it makes, with the share that it
+// reaches of what the processor can multiply at most, measured in the same run.
 //
 // Every line is the least of many runs, each of the whole network; --benchmark_filter only chooses which lines are shown.
 #include <bench/support/peak_products.hpp>
+#include <ldi/io/photo.hpp>
 #include <ldi/io/tiefenrausch_file.hpp>
 #include <ldi/networks/tiefenrausch.hpp>
-#include <tests/support/npy.hpp>
 
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cstdint>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -25,7 +26,7 @@ namespace {
 using seconds = std::chrono::duration<double>;
 using std::chrono::steady_clock;
 
-const std::string folder = std::string(LDI_SHARED_DIR) + "/tiefenrausch/";
+const std::filesystem::path published = LDI_SHARED_DIR "/tiefenrausch/model";  // compared with where it is present
 
 /// The fewest seconds that each step took in some runs on one thread.
 ldi::buffer<double> measure(const ldi::tiefenrausch& network, const ldi::image<std::uint8_t>& rgb, std::size_t steps) {
@@ -73,13 +74,12 @@ void report_steps(const std::string& name, const ldi::tiefenrausch& network, con
 }
 
 const bool registered = [] {
-    const auto photo = ldi::testing::read_npy<std::uint8_t>(folder + "golden/columns_384x288_rgb.npy");
-    if (photo.values.empty()) return false;
-    ldi::image<std::uint8_t> rgb(384, 288, 3);
-    std::copy(photo.values.begin(), photo.values.end(), rgb.data());
-    report_steps("tiefenrausch", ldi::load_depth_network(folder + "model"), rgb);
+    ldi::serial_executor serial;
+    const ldi::image<std::uint8_t> sample = ldi::load_photo(LDI_SOURCE_DIR "/examples/photo3d/sample.jpg").color;
+    const ldi::image<std::uint8_t> rgb = ldi::tiefenrausch::resize_for_network(sample, serial);
     report_steps("tiefenrausch_small", ldi::load_depth_network(LDI_SOURCE_DIR "/examples/models/tiefenrausch_small.safetensors"),
                  rgb);
+    if (std::filesystem::exists(published)) report_steps("tiefenrausch", ldi::load_depth_network(published), rgb);
     return true;
 }();
 

@@ -18,7 +18,6 @@ skip() {
     printf 'skipped: %s\n' "$1"
     exit 0
 }
-[[ -d $root/../shared/tiefenrausch ]] || skip "there is no ../shared with the published network"
 # shellcheck source=scripts/requirements.sh
 source "$root/scripts/requirements.sh"
 require "${needs_io[@]}" "${needs_peers[@]}" >&2

@@ -2,7 +2,7 @@
 # How many photos two workers of examples/service convert in the time of one, three times in turns, medians; and how many messages the
 # broker takes. All on one machine, in temporary folders, which is why the storage is a folder: a server would take from the same cores.
 #
-#   bench/service/run.sh [NUMBER_OF_PHOTOS [FOLDER]]     200 of ../shared/photos/train
+#   bench/service/run.sh [NUMBER_OF_PHOTOS [FOLDER]]     200 of ../shared/photos/train, else copies of the sample
 #
 # PROGRAMS names the folder of photo3d_worker and photo3d_queue where they are built already.
 set -euo pipefail
@@ -11,13 +11,11 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 source scripts/requirements.sh
 # shellcheck source=examples/service/broker.sh
 source examples/service/broker.sh
+# shellcheck source=bench/support/photos.sh
+source bench/support/photos.sh
 
 number=${1:-200}
-from=$(realpath "${2:-../shared/photos/train}")
-if [ ! -d "$from" ]; then
-    printf 'skipped: there is no folder %s\n' "$from"
-    exit 0
-fi
+from=$(photos_for "$number" "${2:-}")
 require "${needs_build[@]}" "${needs_io[@]}" "${needs_photo3d[@]}" "${needs_service[@]}" >&2
 if [ -z "${PROGRAMS:-}" ]; then
     cmake --preset release -DLDI_BUILD_TESTS=OFF -DLDI_BUILD_BENCH=OFF >&2
