@@ -1,11 +1,10 @@
 // One of two translation units that include the same headers; see CMakeLists.txt.
-#include "tests/support/sketched_graph.hpp"
-
 #include LDI_HEADER
 
 #include "layout.hpp"
 
 #include <type_traits>
+#include <utility>
 
 namespace {
 
@@ -17,8 +16,9 @@ type_layout layout_of(const char* name) {
 }  // namespace
 
 std::vector<type_layout> LDI_UNIT() {
-    ldi::testing::sketched_graph grid(ldi::make_grid(5, 4));
-    grid.unlink(0, ldi::side::right);
+    ldi::graph_builder builder(ldi::make_grid(5, 4));
+    builder.unlink(0, ldi::side::right);
+    const ldi::graph grid = std::move(builder).build();
     if (ldi::validate(grid).has_value()) return {};
     return {
         layout_of<ldi::graph>("graph"),

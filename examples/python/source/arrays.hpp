@@ -1,6 +1,7 @@
 // NumPy arrays over ldi's memory, and ldi's views of NumPy arrays, without copies. Arguments that do not fit raise short errors.
 #pragma once
 
+#include <ldi/base/array_view.hpp>
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/core/image.hpp>
@@ -11,6 +12,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 #include <vector>
 

@@ -81,7 +81,8 @@ inline std::shared_ptr<layers_value> make_inpainted(const layers_value& layers, 
 }
 
 inline std::shared_ptr<charts_value> make_chart_set(const layers_value& layers) {
-    const surface_rule surface = silhouettes_of(layers).facts.surface;
+    // Layers that an inpainter is called with have no facts; Python's options leave the rule at its default.
+    const surface_rule surface = layers.silhouettes == nullptr ? surface_rule{} : layers.silhouettes->facts.surface;
     const py::gil_scoped_release unlocked;
     return std::make_shared<charts_value>(charts_value{make_charts(layers.layers, surface), layers.geometry});
 }
