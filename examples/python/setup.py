@@ -1,4 +1,5 @@
 """Builds the extension from the headers of ../../include, and puts the networks' weights and the viewer beside it."""
+import glob
 import os
 import re
 import shlex
@@ -52,6 +53,7 @@ if ("LDI_WITH_LIBWEBP", "webp") in found and is_usable("meshoptimizer.h", "mesho
 extension = Pybind11Extension(
     "ldi._ldi",
     ["source/module.cpp"],
+    depends=glob.glob("source/*.hpp") + glob.glob(os.path.join(TOP, "include", "ldi", "**", "*.hpp"), recursive=True),
     include_dirs=[os.path.join(TOP, "include"), TOP],
     define_macros=[(macro, None) for macro, _ in found],
     libraries=["png", "exif"] + [library for _, library in found],
