@@ -16,6 +16,9 @@
 //
 //   LDI_ASSERT(condition)   checks that the API is used as documented. Defaults to assert(); define it to your engine's own.
 //   LDI_HAS_EXCEPTIONS      0 or 1; found out from the compiler unless set. With 0, errors go to the handler of base/error.hpp.
+//   LDI_STANDARD_ONLY       leaves out what GCC and clang have beyond the C++ standard: vector types and the kernels of
+//   instruction
+//                           sets, so that scalar code computes everything. Set by itself for other compilers.
 //   LDI_CONFIGURATION       names the inline namespace that all of ldi lies in, such as v0_1_0 or v0_1_0_ndebug_avx2_fma. Do not
 //   set it.
 //
@@ -24,6 +27,14 @@
 // std::runtime_error. Each configuration has an error handler and a memory of each thread of its own.
 
 #include <cassert>
+
+#if !defined(LDI_STANDARD_ONLY) && defined(__GNUC__)
+#define LDI_HAS_EXTENSIONS 1
+#define LDI_STANDARD_PART
+#else
+#define LDI_HAS_EXTENSIONS 0
+#define LDI_STANDARD_PART _standard
+#endif
 
 // ---- the parts of the namespace's name
 
@@ -108,11 +119,11 @@
 #define LDI_MATH_PART
 #endif
 
-#define LDI_JOIN(a, b, c, d, e, f, g, h, i, j) v##a##_##b##_##c##d##e##f##g##h##i##j
-#define LDI_JOIN_VALUES(a, b, c, d, e, f, g, h, i, j) LDI_JOIN(a, b, c, d, e, f, g, h, i, j)
+#define LDI_JOIN(a, b, c, d, e, f, g, h, i, j, k) v##a##_##b##_##c##d##e##f##g##h##i##j##k
+#define LDI_JOIN_VALUES(a, b, c, d, e, f, g, h, i, j, k) LDI_JOIN(a, b, c, d, e, f, g, h, i, j, k)
 #define LDI_CONFIGURATION                                                                                            \
     LDI_JOIN_VALUES(LDI_VERSION_MAJOR, LDI_VERSION_MINOR, LDI_VERSION_PATCH, LDI_EXCEPTION_PART, LDI_ASSERTION_PART, \
-                    LDI_VECTOR_PART, LDI_DOT_PRODUCT_PART, LDI_FMA_PART, LDI_BIT_PART, LDI_MATH_PART)
+                    LDI_VECTOR_PART, LDI_DOT_PRODUCT_PART, LDI_FMA_PART, LDI_BIT_PART, LDI_MATH_PART, LDI_STANDARD_PART)
 
 // ---- ldi/base/error.hpp
 // Errors. Bad input (files, weights, options) raises ldi::error with a code, where it happened, what was expected and what was
@@ -227,6 +238,10 @@ inline error_handler set_error_handler(error_handler handler) {
 
 #include <cstddef>
 
+#if defined(_WIN32)
+#include <malloc.h>
+#endif
+
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A source of memory. It must live as long as anything that was allocated from it. Its functions are called on any thread that
@@ -241,10 +256,15 @@ struct memory {
 
 namespace detail {
 
+#if defined(_WIN32)  // whose C libraries have no aligned_alloc
+inline void* allocate_from_system(void*, std::size_t bytes, std::size_t alignment) { return _aligned_malloc(bytes, alignment); }
+inline void release_to_system(void*, void* block, std::size_t) { _aligned_free(block); }
+#else
 inline void* allocate_from_system(void*, std::size_t bytes, std::size_t alignment) {
     return std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
 }
 inline void release_to_system(void*, void* block, std::size_t) { std::free(block); }
+#endif
 
 inline constexpr memory system_memory{nullptr, &allocate_from_system, &release_to_system};
 
@@ -833,6 +853,27 @@ inline std::uint8_t rounded_to_byte(float value) {
 
 /// The same for values that lie between 0 and 255, such as means of bytes, up to the rounding of the one addition that it takes.
 constexpr std::uint8_t rounded_mean(float mean) { return static_cast<std::uint8_t>(mean + 0.5F); }
+
+/// a * b + c with one rounding, as std::fma is defined. Some C libraries round it wrongly (MinGW's), and results must not depend
+/// on that.
+inline float fused_multiply_add(float a, float b, float c) {
+#if defined(__FMA__) || defined(__aarch64__)
+    return std::fma(a, b, c);  // an instruction
+#else
+    // The product is exact in double precision. The sum is rounded to odd there, so that the second rounding, to float, is right:
+    // S. Boldo and G. Melquiond, "Emulation of a FMA and correctly rounded sums: proved algorithms using rounding to odd" (2008).
+    const double product = double{a} * double{b}, sum = product + double{c};
+    const double share_of_c = sum - product;
+    const double error = (product - (sum - share_of_c)) + (double{c} - share_of_c);  // exact (Knuth's TwoSum)
+    if (!(error < 0.0 || error > 0.0) || !std::isfinite(sum)) return static_cast<float>(sum);
+    std::uint64_t bits;
+    std::memcpy(&bits, &sum, sizeof bits);
+    if (bits % 2 == 0) bits += (error > 0.0) == (sum > 0.0) ? std::uint64_t{1} : ~std::uint64_t{0};
+    double odd;
+    std::memcpy(&odd, &bits, sizeof odd);
+    return static_cast<float>(odd);
+#endif
+}
 
 }}}  // namespace ldi::detail
 
@@ -2564,21 +2605,21 @@ inline void gather_window(const graph_view& g, std::int32_t pixel, std::int32_t 
 // use no lambdas, no standard templates over vector types, and no function from outside that uses intrinsics. Write loops over
 // registers as fold expressions: g++ 12 keeps an array in registers only if every index is a constant.
 
-#if (defined(__x86_64__) || defined(__i386__)) && defined(__GNUC__)
+#if LDI_HAS_EXTENSIONS && (defined(__x86_64__) || defined(__i386__))
 #define LDI_HAS_X86_KERNELS 1
 #include <immintrin.h>
 #else
 #define LDI_HAS_X86_KERNELS 0
 #endif
 
-#if defined(__AARCH64EL__) && defined(__GNUC__)
+#if LDI_HAS_EXTENSIONS && defined(__AARCH64EL__)
 #define LDI_HAS_ARM_KERNELS 1
 #include <arm_neon.h>
 #else
 #define LDI_HAS_ARM_KERNELS 0
 #endif
 
-#if defined(__wasm_simd128__)
+#if LDI_HAS_EXTENSIONS && defined(__wasm_simd128__)
 #define LDI_HAS_WASM_KERNELS 1
 #include <wasm_simd128.h>
 #else
@@ -3051,7 +3092,8 @@ struct float_requantization {
     std::int32_t zero_point = 0;
 
     std::uint8_t operator()(std::int32_t accumulator) const {
-        const float value = std::fma(detail::nearest_float(accumulator), scale, accumulator < 0 ? -offset : offset);
+        const float value =
+            detail::fused_multiply_add(detail::nearest_float(accumulator), scale, accumulator < 0 ? -offset : offset);
         return detail::offset_and_clamp(std::trunc(value), zero_point);
     }
 };
@@ -5224,9 +5266,9 @@ inline void pack_conv_u8(conv_u8_weights& packed, std::span<const std::int8_t> w
 /// A sum without zero points to a result.
 template <class Result>
 Result finish_conv_u8(std::int32_t sum, float scale, float bias, float negative_slope, float zero_point) {
-    const float value = std::fma(detail::nearest_float(sum), scale, bias);
-    // std::fma, so that no compiler decides whether to fuse.
-    const float activated = value > 0.0F ? value + zero_point : std::fma(value, negative_slope, zero_point);
+    const float value = detail::fused_multiply_add(detail::nearest_float(sum), scale, bias);
+    // Fused on every machine, so that no compiler decides.
+    const float activated = value > 0.0F ? value + zero_point : detail::fused_multiply_add(value, negative_slope, zero_point);
     if constexpr (std::is_same_v<Result, float>)
         return activated;
     else
@@ -10828,24 +10870,30 @@ inline buffer<farbrausch_level> plan_farbrausch(const graph_view& finest, std::s
 
 // ---- ldi/base/four_floats.hpp
 // Four floats side by side: one register on every processor that ldi has kernels for. GCC and clang have this type on x86 and
-// Arm. It is spelled out because their code for ordinary loops with comparisons depends on version and flags.
+// Arm; it is spelled out because their code for ordinary loops with comparisons depends on version and flags. Other compilers,
+// and LDI_STANDARD_ONLY, get a struct with the same operations and the same results.
 
-#if defined(__SSE__)
+#if LDI_HAS_EXTENSIONS && defined(__SSE__)
 #include <xmmintrin.h>
 #endif
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespace lanes {
 
-using four_floats = float __attribute__((vector_size(16)));
-inline constexpr std::size_t wide = sizeof(four_floats) / sizeof(float);
+#if LDI_HAS_EXTENSIONS
 
-inline four_floats load(const float* from) {
-    four_floats v;
-    std::memcpy(&v, from, sizeof v);
-    return v;
+using four_floats = float __attribute__((vector_size(16)));
+
+/// a where the comparison holds, else b.
+template <class Comparison>
+four_floats select(Comparison holds, four_floats a, four_floats b) {
+    return holds ? a : b;
 }
 
-inline void store(float* to, four_floats v) { std::memcpy(to, &v, sizeof v); }
+/// Whether a comparison holds for all four.
+template <class Comparison>
+bool all_of(Comparison holds) {
+    return (holds[0] & holds[1] & holds[2] & holds[3]) != 0;
+}
 
 #if defined(__SSE__)
 // GCC does not see that the comparisons below are one instruction each.
@@ -10855,6 +10903,70 @@ inline four_floats larger(four_floats a, four_floats b) { return _mm_max_ps(a, b
 inline four_floats smaller(four_floats a, four_floats b) { return b < a ? b : a; }
 inline four_floats larger(four_floats a, four_floats b) { return b < a ? a : b; }
 #endif
+
+#else
+
+struct four_floats {
+    float lane[4];
+
+    four_floats() = default;
+    four_floats(float all) : lane{all, all, all, all} {}
+    four_floats(float a, float b, float c, float d) : lane{a, b, c, d} {}
+
+    float& operator[](std::size_t i) { return lane[i]; }
+    float operator[](std::size_t i) const { return lane[i]; }
+
+    four_floats operator-() const { return {-lane[0], -lane[1], -lane[2], -lane[3]}; }
+    four_floats& operator+=(const four_floats& b) { return *this = *this + b; }
+    four_floats& operator-=(const four_floats& b) { return *this = *this - b; }
+    four_floats& operator*=(const four_floats& b) { return *this = *this * b; }
+    four_floats& operator/=(const four_floats& b) { return *this = *this / b; }
+    friend four_floats operator+(const four_floats& a, const four_floats& b) {
+        return {a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3]};
+    }
+    friend four_floats operator-(const four_floats& a, const four_floats& b) {
+        return {a[0] - b[0], a[1] - b[1], a[2] - b[2], a[3] - b[3]};
+    }
+    friend four_floats operator*(const four_floats& a, const four_floats& b) {
+        return {a[0] * b[0], a[1] * b[1], a[2] * b[2], a[3] * b[3]};
+    }
+    friend four_floats operator/(const four_floats& a, const four_floats& b) {
+        return {a[0] / b[0], a[1] / b[1], a[2] / b[2], a[3] / b[3]};
+    }
+};
+
+struct four_comparisons {
+    bool lane[4];
+
+    friend four_comparisons operator&(const four_comparisons& a, const four_comparisons& b) {
+        return {{a.lane[0] && b.lane[0], a.lane[1] && b.lane[1], a.lane[2] && b.lane[2], a.lane[3] && b.lane[3]}};
+    }
+};
+
+inline four_comparisons operator<(const four_floats& a, const four_floats& b) {
+    return {{a[0] < b[0], a[1] < b[1], a[2] < b[2], a[3] < b[3]}};
+}
+inline four_comparisons operator>(const four_floats& a, const four_floats& b) { return b < a; }
+
+inline four_floats select(const four_comparisons& holds, const four_floats& a, const four_floats& b) {
+    return {holds.lane[0] ? a[0] : b[0], holds.lane[1] ? a[1] : b[1], holds.lane[2] ? a[2] : b[2], holds.lane[3] ? a[3] : b[3]};
+}
+inline bool all_of(const four_comparisons& holds) { return holds.lane[0] && holds.lane[1] && holds.lane[2] && holds.lane[3]; }
+
+inline four_floats smaller(const four_floats& a, const four_floats& b) { return select(b < a, b, a); }
+inline four_floats larger(const four_floats& a, const four_floats& b) { return select(b < a, a, b); }
+
+#endif
+
+inline constexpr std::size_t wide = sizeof(four_floats) / sizeof(float);
+
+inline four_floats load(const float* from) {
+    four_floats v;
+    std::memcpy(&v, from, sizeof v);
+    return v;
+}
+
+inline void store(float* to, four_floats v) { std::memcpy(to, &v, sizeof v); }
 
 }}}}  // namespace ldi::detail::lanes
 
@@ -11396,15 +11508,15 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 /// x  in [-87, 88]; the result is within 3 units in the last place of exp(x)
 inline float exponential(float x) {
     const float power = std::nearbyint(x * 1.442695040888963407F);
-    float r = std::fma(power, -6.93145752e-1F, x);
-    r = std::fma(power, -1.42860677e-6F, r);
+    float r = fused_multiply_add(power, -6.93145752e-1F, x);
+    r = fused_multiply_add(power, -1.42860677e-6F, r);
     float numerator = 5.082762527590693718096e-04F;
     for (float coefficient : {6.757896990527504603057e-03F, 5.114512081637298353406e-02F, 2.473615434895520810817e-01F,
                               7.257664613233124478488e-01F, 9.999999999980870924916e-01F})
-        numerator = std::fma(numerator, r, coefficient);
+        numerator = fused_multiply_add(numerator, r, coefficient);
     float denominator = 2.159509375685829852307e-02F;
     for (float coefficient : {-2.742335390411667452936e-01F, 1.000000000000000000000e+00F})
-        denominator = std::fma(denominator, r, coefficient);
+        denominator = fused_multiply_add(denominator, r, coefficient);
     return std::ldexp(numerator / denominator, static_cast<int>(power));
 }
 
@@ -13051,7 +13163,7 @@ struct sorted_columns {
         const four_floats high =
             larger(larger(load(pair[9].data() + x), load(pair[9].data() + x + 2)), load(single[4].data() + x + 4));
         const auto alike = (high - center < 0.39F * sigma) & (center - low < 0.39F * sigma);  // weights above 1 - 1.9/26
-        return (alike[0] & alike[1] & alike[2] & alike[3]) != 0 ? merge_and_take_middle(x) : merge_and_weigh(x, center, sigma);
+        return all_of(alike) ? merge_and_take_middle(x) : merge_and_weigh(x, center, sigma);
     }
 
 private:
@@ -13085,16 +13197,16 @@ private:
             const four_floats t = falloff * difference * difference;
             four_floats w = one - t + 0.5F * t * t;
             w *= w, w *= w, w *= w, w *= w, w *= w;
-            weight[s] = t < one ? w : zero;  // beyond, a weight is below 1e-13
+            weight[s] = select(t < one, w, zero);  // beyond, a weight is below 1e-13
             total += weight[s];
         }
         four_floats preceding = zero, best = zero + none, result = center;
         for (std::size_t s = 0; s < samples; ++s) {
             const four_floats difference = preceding + preceding + weight[s] - total;
-            const four_floats imbalance = difference < zero ? -difference : difference;
+            const four_floats imbalance = select(difference < zero, -difference, difference);
             const auto better = (weight[s] > zero) & (imbalance < best);
-            best = better ? imbalance : best;
-            result = better ? all[merge_last.order.at[s]] : result;
+            best = select(better, imbalance, best);
+            result = select(better, all[merge_last.order.at[s]], result);
             preceding += weight[s];
         }
         return result;

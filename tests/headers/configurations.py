@@ -16,7 +16,8 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 SETTINGS = {"plain": ["-O1"], "without_exceptions": ["-O1", "-fno-exceptions"], "ndebug": ["-O1", "-DNDEBUG"],
-            "own_assert": ["-O1", "-DLDI_ASSERT(condition)=static_cast<void>(condition)"]}
+            "own_assert": ["-O1", "-DLDI_ASSERT(condition)=static_cast<void>(condition)"],
+            "standard": ["-O1", "-DLDI_STANDARD_ONLY"]}
 if platform.machine() in ("x86_64", "AMD64"):
     SETTINGS |= {"avx2": ["-O3", "-mavx2"], "avx2_fma": ["-O3", "-mavx2", "-mfma"], "sse4": ["-O3", "-msse4.2"]}
 

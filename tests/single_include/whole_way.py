@@ -1,10 +1,12 @@
 #!/usr/bin/env python3
-"""A program that includes nothing but the single header, and links nothing, makes a 3D photo from pixels in memory.
+"""A program that includes nothing but the single header, and links nothing, makes a 3D photo from pixels in memory. It makes the same
+bytes when it is compiled without any compiler extension (LDI_STANDARD_ONLY), a stand-in for compilers that are not at hand.
 
     whole_way.py FOLDER COMPILER [FLAG...]     what is built lies in FOLDER
 """
 
 import json
+import os
 import struct
 import subprocess
 import sys
@@ -15,13 +17,26 @@ MODELS = ROOT / "examples/models"
 
 folder = Path(sys.argv[1])
 folder.mkdir(parents=True, exist_ok=True)
-program, result = folder / "whole_way", folder / "whole_way.glb"
 source = Path(__file__).with_suffix(".cpp")
-subprocess.run([*sys.argv[2:], "-std=c++20", "-O1", "-Wall", "-Wextra", "-Werror", f"-I{ROOT / 'single_include'}", source, "-o", program],
-               check=True)
-subprocess.run([program, MODELS / "tiefenrausch_small.safetensors", MODELS / "farbrausch.safetensors", result], check=True)
 
-file = result.read_bytes()
+
+def compile_program(name, *flags):
+    program = folder / name
+    subprocess.run([*sys.argv[2:], "-std=c++20", "-O1", "-Wall", "-Wextra", "-Wpedantic", "-Werror", *flags, f"-I{ROOT / 'single_include'}",
+                    source, "-o", program], check=True)
+    return program
+
+
+def run(program, **environment):
+    """The GLB file that the program makes."""
+    result = folder / "whole_way.glb"
+    subprocess.run([program, MODELS / "tiefenrausch_small.safetensors", MODELS / "farbrausch.safetensors", result], check=True,
+                   env=os.environ | environment)
+    return result.read_bytes()
+
+
+program = compile_program("whole_way")
+file = run(program)
 magic, version, length, json_length, json_type = struct.unpack("<4sIII4s", file[:20])
 scene = json.loads(file[20:20 + json_length])
 if (magic, version, length, json_type) != (b"glTF", 2, len(file), b"JSON") or scene["images"][0]["mimeType"] != "image/png":
@@ -31,3 +46,5 @@ begin = 20 + json_length + 8 + texture["byteOffset"]
 if file[begin:begin + 8] != b"\x89PNG\r\n\x1a\n":
     sys.exit("the texture is not where the file says")
 print(f"{len(file)} bytes, {scene['accessors'][2]['count'] // 3} triangles")
+if run(compile_program("whole_way_standard", "-DLDI_STANDARD_ONLY", "-pedantic-errors")) != run(program, LDI_ISA="scalar"):
+    sys.exit("without compiler extensions, the program makes other bytes")

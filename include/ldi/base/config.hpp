@@ -2,6 +2,9 @@
 //
 //   LDI_ASSERT(condition)   checks that the API is used as documented. Defaults to assert(); define it to your engine's own.
 //   LDI_HAS_EXCEPTIONS      0 or 1; found out from the compiler unless set. With 0, errors go to the handler of base/error.hpp.
+//   LDI_STANDARD_ONLY       leaves out what GCC and clang have beyond the C++ standard: vector types and the kernels of
+//   instruction
+//                           sets, so that scalar code computes everything. Set by itself for other compilers.
 //   LDI_CONFIGURATION       names the inline namespace that all of ldi lies in, such as v0_1_0 or v0_1_0_ndebug_avx2_fma. Do not
 //   set it.
 //
@@ -13,6 +16,14 @@
 #include <ldi/version.hpp>
 
 #include <cassert>
+
+#if !defined(LDI_STANDARD_ONLY) && defined(__GNUC__)
+#define LDI_HAS_EXTENSIONS 1
+#define LDI_STANDARD_PART
+#else
+#define LDI_HAS_EXTENSIONS 0
+#define LDI_STANDARD_PART _standard
+#endif
 
 // ---- the parts of the namespace's name
 
@@ -97,8 +108,8 @@
 #define LDI_MATH_PART
 #endif
 
-#define LDI_JOIN(a, b, c, d, e, f, g, h, i, j) v##a##_##b##_##c##d##e##f##g##h##i##j
-#define LDI_JOIN_VALUES(a, b, c, d, e, f, g, h, i, j) LDI_JOIN(a, b, c, d, e, f, g, h, i, j)
+#define LDI_JOIN(a, b, c, d, e, f, g, h, i, j, k) v##a##_##b##_##c##d##e##f##g##h##i##j##k
+#define LDI_JOIN_VALUES(a, b, c, d, e, f, g, h, i, j, k) LDI_JOIN(a, b, c, d, e, f, g, h, i, j, k)
 #define LDI_CONFIGURATION                                                                                            \
     LDI_JOIN_VALUES(LDI_VERSION_MAJOR, LDI_VERSION_MINOR, LDI_VERSION_PATCH, LDI_EXCEPTION_PART, LDI_ASSERTION_PART, \
-                    LDI_VECTOR_PART, LDI_DOT_PRODUCT_PART, LDI_FMA_PART, LDI_BIT_PART, LDI_MATH_PART)
+                    LDI_VECTOR_PART, LDI_DOT_PRODUCT_PART, LDI_FMA_PART, LDI_BIT_PART, LDI_MATH_PART, LDI_STANDARD_PART)

@@ -8,6 +8,10 @@
 #include <cstdlib>
 #include <utility>
 
+#if defined(_WIN32)
+#include <malloc.h>
+#endif
+
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A source of memory. It must live as long as anything that was allocated from it. Its functions are called on any thread that
@@ -22,10 +26,15 @@ struct memory {
 
 namespace detail {
 
+#if defined(_WIN32)  // whose C libraries have no aligned_alloc
+inline void* allocate_from_system(void*, std::size_t bytes, std::size_t alignment) { return _aligned_malloc(bytes, alignment); }
+inline void release_to_system(void*, void* block, std::size_t) { _aligned_free(block); }
+#else
 inline void* allocate_from_system(void*, std::size_t bytes, std::size_t alignment) {
     return std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
 }
 inline void release_to_system(void*, void* block, std::size_t) { std::free(block); }
+#endif
 
 inline constexpr memory system_memory{nullptr, &allocate_from_system, &release_to_system};
 

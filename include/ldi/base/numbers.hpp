@@ -7,6 +7,7 @@
 #include <cmath>
 #include <concepts>
 #include <cstdint>
+#include <cstring>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -29,5 +30,26 @@ inline std::uint8_t rounded_to_byte(float value) {
 
 /// The same for values that lie between 0 and 255, such as means of bytes, up to the rounding of the one addition that it takes.
 constexpr std::uint8_t rounded_mean(float mean) { return static_cast<std::uint8_t>(mean + 0.5F); }
+
+/// a * b + c with one rounding, as std::fma is defined. Some C libraries round it wrongly (MinGW's), and results must not depend
+/// on that.
+inline float fused_multiply_add(float a, float b, float c) {
+#if defined(__FMA__) || defined(__aarch64__)
+    return std::fma(a, b, c);  // an instruction
+#else
+    // The product is exact in double precision. The sum is rounded to odd there, so that the second rounding, to float, is right:
+    // S. Boldo and G. Melquiond, "Emulation of a FMA and correctly rounded sums: proved algorithms using rounding to odd" (2008).
+    const double product = double{a} * double{b}, sum = product + double{c};
+    const double share_of_c = sum - product;
+    const double error = (product - (sum - share_of_c)) + (double{c} - share_of_c);  // exact (Knuth's TwoSum)
+    if (!(error < 0.0 || error > 0.0) || !std::isfinite(sum)) return static_cast<float>(sum);
+    std::uint64_t bits;
+    std::memcpy(&bits, &sum, sizeof bits);
+    if (bits % 2 == 0) bits += (error > 0.0) == (sum > 0.0) ? std::uint64_t{1} : ~std::uint64_t{0};
+    double odd;
+    std::memcpy(&odd, &bits, sizeof odd);
+    return static_cast<float>(odd);
+#endif
+}
 
 }}}  // namespace ldi::detail

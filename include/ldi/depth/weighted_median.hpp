@@ -162,7 +162,7 @@ struct sorted_columns {
         const four_floats high =
             larger(larger(load(pair[9].data() + x), load(pair[9].data() + x + 2)), load(single[4].data() + x + 4));
         const auto alike = (high - center < 0.39F * sigma) & (center - low < 0.39F * sigma);  // weights above 1 - 1.9/26
-        return (alike[0] & alike[1] & alike[2] & alike[3]) != 0 ? merge_and_take_middle(x) : merge_and_weigh(x, center, sigma);
+        return all_of(alike) ? merge_and_take_middle(x) : merge_and_weigh(x, center, sigma);
     }
 
 private:
@@ -196,16 +196,16 @@ private:
             const four_floats t = falloff * difference * difference;
             four_floats w = one - t + 0.5F * t * t;
             w *= w, w *= w, w *= w, w *= w, w *= w;
-            weight[s] = t < one ? w : zero;  // beyond, a weight is below 1e-13
+            weight[s] = select(t < one, w, zero);  // beyond, a weight is below 1e-13
             total += weight[s];
         }
         four_floats preceding = zero, best = zero + none, result = center;
         for (std::size_t s = 0; s < samples; ++s) {
             const four_floats difference = preceding + preceding + weight[s] - total;
-            const four_floats imbalance = difference < zero ? -difference : difference;
+            const four_floats imbalance = select(difference < zero, -difference, difference);
             const auto better = (weight[s] > zero) & (imbalance < best);
-            best = better ? imbalance : best;
-            result = better ? all[merge_last.order.at[s]] : result;
+            best = select(better, imbalance, best);
+            result = select(better, all[merge_last.order.at[s]], result);
             preceding += weight[s];
         }
         return result;

@@ -33,7 +33,8 @@ struct float_requantization {
     std::int32_t zero_point = 0;
 
     std::uint8_t operator()(std::int32_t accumulator) const {
-        const float value = std::fma(detail::nearest_float(accumulator), scale, accumulator < 0 ? -offset : offset);
+        const float value =
+            detail::fused_multiply_add(detail::nearest_float(accumulator), scale, accumulator < 0 ? -offset : offset);
         return detail::offset_and_clamp(std::trunc(value), zero_point);
     }
 };

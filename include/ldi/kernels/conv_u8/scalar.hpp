@@ -24,9 +24,9 @@ inline void pack_conv_u8(conv_u8_weights& packed, std::span<const std::int8_t> w
 /// A sum without zero points to a result.
 template <class Result>
 Result finish_conv_u8(std::int32_t sum, float scale, float bias, float negative_slope, float zero_point) {
-    const float value = std::fma(detail::nearest_float(sum), scale, bias);
-    // std::fma, so that no compiler decides whether to fuse.
-    const float activated = value > 0.0F ? value + zero_point : std::fma(value, negative_slope, zero_point);
+    const float value = detail::fused_multiply_add(detail::nearest_float(sum), scale, bias);
+    // Fused on every machine, so that no compiler decides.
+    const float activated = value > 0.0F ? value + zero_point : detail::fused_multiply_add(value, negative_slope, zero_point);
     if constexpr (std::is_same_v<Result, float>)
         return activated;
     else

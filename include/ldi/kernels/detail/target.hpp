@@ -4,21 +4,23 @@
 // registers as fold expressions: g++ 12 keeps an array in registers only if every index is a constant.
 #pragma once
 
-#if (defined(__x86_64__) || defined(__i386__)) && defined(__GNUC__)
+#include <ldi/base/config.hpp>
+
+#if LDI_HAS_EXTENSIONS && (defined(__x86_64__) || defined(__i386__))
 #define LDI_HAS_X86_KERNELS 1
 #include <immintrin.h>
 #else
 #define LDI_HAS_X86_KERNELS 0
 #endif
 
-#if defined(__AARCH64EL__) && defined(__GNUC__)
+#if LDI_HAS_EXTENSIONS && defined(__AARCH64EL__)
 #define LDI_HAS_ARM_KERNELS 1
 #include <arm_neon.h>
 #else
 #define LDI_HAS_ARM_KERNELS 0
 #endif
 
-#if defined(__wasm_simd128__)
+#if LDI_HAS_EXTENSIONS && defined(__wasm_simd128__)
 #define LDI_HAS_WASM_KERNELS 1
 #include <wasm_simd128.h>
 #else
