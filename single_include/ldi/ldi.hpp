@@ -3187,6 +3187,18 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
 
+using float_lanes = __m256;
+using int_lanes = __m256i;
+
+[[gnu::always_inline]] inline __m256 spread(float value) { return _mm256_set1_ps(value); }
+[[gnu::always_inline]] inline __m256i scale_and_truncate(__m256i sums, __m256 scale, __m256 offset) {
+    return _mm256_cvttps_epi32(_mm256_fmadd_ps(_mm256_cvtepi32_ps(sums), scale, offset));
+}
+/// In each 128-bit lane 4 values of a, then those of b, c and d.
+[[gnu::always_inline]] inline __m256i pack_bytes(__m256i a, __m256i b, __m256i c, __m256i d) {
+    return _mm256_packus_epi16(_mm256_packs_epi32(a, b), _mm256_packs_epi32(c, d));
+}
+
 /// float_requantization in registers.
 struct requantizer {
     __m256 scale, offset, sign;
@@ -3213,18 +3225,24 @@ struct requantizer {
     }
 };
 
-/// The same for a zero point of 0: negative values become 0 with any offset, so the offset needs no sign.
+// Requantization with a zero point of 0. Each x86 instruction set includes this file inside its namespace and target region,
+// after
+//
+//   float_lanes, int_lanes                vectors of 32-bit values
+//   spread(float)                         one value in all lanes
+//   scale_and_truncate(sums, scale, offset)   trunc(fma(float(sums), scale, offset)); offset may depend on the lane
+//   pack_bytes(a, b, c, d)                saturated bytes: in each 128-bit lane 4 values of a, then those of b, c and d
+
+/// Negative values become 0 with any offset, so the offset needs no sign.
 struct rectifier {
-    __m256 scale, offset;
+    float_lanes scale, offset;
 
     explicit rectifier(const float_requantization& r)
-        : scale(_mm256_set1_ps(r.scale)), offset(_mm256_set1_ps(r.offset < 0 ? -r.offset : r.offset)) {}
+        : scale(spread(r.scale)), offset(spread(r.offset < 0 ? -r.offset : r.offset)) {}
 
-    [[gnu::always_inline]] __m256i operator()(__m256i sums) const {
-        return _mm256_cvttps_epi32(_mm256_fmadd_ps(_mm256_cvtepi32_ps(sums), scale, offset));
-    }
-    [[gnu::always_inline]] __m256i pack_lanes(__m256i a, __m256i b, __m256i c, __m256i d) const {
-        return _mm256_packus_epi16(_mm256_packs_epi32(a, b), _mm256_packs_epi32(c, d));
+    [[gnu::always_inline]] int_lanes operator()(int_lanes sums) const { return scale_and_truncate(sums, scale, offset); }
+    [[gnu::always_inline]] int_lanes pack_lanes(int_lanes a, int_lanes b, int_lanes c, int_lanes d) const {
+        return pack_bytes(a, b, c, d);
     }
 };
 
@@ -3305,6 +3323,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
 
 struct adder {
+    static constexpr std::size_t width = 32;
     __m256 a_scale, b_scale, offset;
 
     explicit adder(const add_u8_constants& sum)
@@ -3315,10 +3334,9 @@ struct adder {
         return _mm256_cvtps_epi32(_mm256_fmadd_ps(x, a_scale, _mm256_fmadd_ps(y, b_scale, offset)));
     }
 
-    [[gnu::always_inline]] __m256i operator()(const std::uint8_t* a, const std::uint8_t* b) const {
-        const __m256i low = _mm256_packs_epi32(eight(a, b), eight(a + 8, b + 8)),
-                      high = _mm256_packs_epi32(eight(a + 16, b + 16), eight(a + 24, b + 24));
-        return gather_lanes(_mm256_packus_epi16(low, high));
+    [[gnu::always_inline]] void add(const std::uint8_t* a, const std::uint8_t* b, std::uint8_t* result) const {
+        const __m256i bytes = pack_bytes(eight(a, b), eight(a + 8, b + 8), eight(a + 16, b + 16), eight(a + 24, b + 24));
+        _mm256_storeu_si256(reinterpret_cast<__m256i*>(result), gather_lanes(bytes));
     }
 
 private:
@@ -3328,16 +3346,21 @@ private:
     }
 };
 
+// The walk of add_u8 over a row. Each instruction set includes this file inside its namespace and target region. Its `adder` has
+//
+//   width                 bytes per step
+//   add(a, b, result)     adds `width` bytes
+
 inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                    std::uint8_t* result) {
-    const adder add(sum);
+    const adder step(sum);
     std::size_t i = 0;
-    for (; i + 32 <= count; i += 32) _mm256_storeu_si256(reinterpret_cast<__m256i*>(result + i), add(a + i, b + i));
+    for (; i + adder::width <= count; i += adder::width) step.add(a + i, b + i, result + i);
     if (i == count) return;
-    std::uint8_t rest[3][32] = {};
+    std::uint8_t rest[3][adder::width] = {};
     std::memcpy(rest[0], a + i, count - i);
     std::memcpy(rest[1], b + i, count - i);
-    _mm256_storeu_si256(reinterpret_cast<__m256i*>(rest[2]), add(rest[0], rest[1]));
+    step.add(rest[0], rest[1], rest[2]);
     std::memcpy(result + i, rest[2], count - i);
 }
 
@@ -3357,6 +3380,18 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 
 inline __mmask64 first_bytes(std::size_t count) { return count >= 64 ? ~__mmask64{0} : (__mmask64{1} << count) - 1; }
+
+using float_lanes = __m512;
+using int_lanes = __m512i;
+
+[[gnu::always_inline]] inline __m512 spread(float value) { return _mm512_set1_ps(value); }
+[[gnu::always_inline]] inline __m512i scale_and_truncate(__m512i sums, __m512 scale, __m512 offset) {
+    return _mm512_cvttps_epi32(_mm512_fmadd_ps(_mm512_cvtepi32_ps(sums), scale, offset));
+}
+/// In each 128-bit lane 4 values of a, then those of b, c and d.
+[[gnu::always_inline]] inline __m512i pack_bytes(__m512i a, __m512i b, __m512i c, __m512i d) {
+    return _mm512_packus_epi16(_mm512_packs_epi32(a, b), _mm512_packs_epi32(c, d));
+}
 
 /// float_requantization in registers.
 struct requantizer {
@@ -3385,18 +3420,24 @@ struct requantizer {
     }
 };
 
-/// The same for a zero point of 0: negative values become 0 with any offset, so the offset needs no sign.
+// Requantization with a zero point of 0. Each x86 instruction set includes this file inside its namespace and target region,
+// after
+//
+//   float_lanes, int_lanes                vectors of 32-bit values
+//   spread(float)                         one value in all lanes
+//   scale_and_truncate(sums, scale, offset)   trunc(fma(float(sums), scale, offset)); offset may depend on the lane
+//   pack_bytes(a, b, c, d)                saturated bytes: in each 128-bit lane 4 values of a, then those of b, c and d
+
+/// Negative values become 0 with any offset, so the offset needs no sign.
 struct rectifier {
-    __m512 scale, offset;
+    float_lanes scale, offset;
 
     explicit rectifier(const float_requantization& r)
-        : scale(_mm512_set1_ps(r.scale)), offset(_mm512_set1_ps(r.offset < 0 ? -r.offset : r.offset)) {}
+        : scale(spread(r.scale)), offset(spread(r.offset < 0 ? -r.offset : r.offset)) {}
 
-    [[gnu::always_inline]] __m512i operator()(__m512i sums) const {
-        return _mm512_cvttps_epi32(_mm512_fmadd_ps(_mm512_cvtepi32_ps(sums), scale, offset));
-    }
-    [[gnu::always_inline]] __m512i pack_lanes(__m512i a, __m512i b, __m512i c, __m512i d) const {
-        return _mm512_packus_epi16(_mm512_packs_epi32(a, b), _mm512_packs_epi32(c, d));
+    [[gnu::always_inline]] int_lanes operator()(int_lanes sums) const { return scale_and_truncate(sums, scale, offset); }
+    [[gnu::always_inline]] int_lanes pack_lanes(int_lanes a, int_lanes b, int_lanes c, int_lanes d) const {
+        return pack_bytes(a, b, c, d);
     }
 };
 
@@ -3421,6 +3462,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 
 struct adder {
+    static constexpr std::size_t width = 64;
     __m512 a_scale, b_scale, offset;
 
     explicit adder(const add_u8_constants& sum)
@@ -3431,10 +3473,10 @@ struct adder {
         return _mm512_cvtps_epi32(_mm512_fmadd_ps(x, a_scale, _mm512_fmadd_ps(y, b_scale, offset)));
     }
 
-    [[gnu::always_inline]] __m512i operator()(const std::uint8_t* a, const std::uint8_t* b) const {
-        const __m512i low = _mm512_packs_epi32(sixteen(a, b), sixteen(a + 16, b + 16)),
-                      high = _mm512_packs_epi32(sixteen(a + 32, b + 32), sixteen(a + 48, b + 48));
-        return swap_lanes(_mm512_packus_epi16(low, high));
+    [[gnu::always_inline]] void add(const std::uint8_t* a, const std::uint8_t* b, std::uint8_t* result) const {
+        const __m512i bytes =
+            pack_bytes(sixteen(a, b), sixteen(a + 16, b + 16), sixteen(a + 32, b + 32), sixteen(a + 48, b + 48));
+        _mm512_storeu_si512(result, swap_lanes(bytes));
     }
 
 private:
@@ -3443,16 +3485,22 @@ private:
     }
 };
 
+// The walk of add_u8 over a row. Each instruction set includes this file inside its namespace and target region. Its `adder` has
+//
+//   width                 bytes per step
+//   add(a, b, result)     adds `width` bytes
+
 inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                    std::uint8_t* result) {
-    const adder add(sum);
+    const adder step(sum);
     std::size_t i = 0;
-    for (; i + 64 <= count; i += 64) _mm512_storeu_si512(result + i, add(a + i, b + i));
+    for (; i + adder::width <= count; i += adder::width) step.add(a + i, b + i, result + i);
     if (i == count) return;
-    std::uint8_t rest[2][64] = {};
+    std::uint8_t rest[3][adder::width] = {};
     std::memcpy(rest[0], a + i, count - i);
     std::memcpy(rest[1], b + i, count - i);
-    _mm512_mask_storeu_epi8(result + i, first_bytes(count - i), add(rest[0], rest[1]));
+    step.add(rest[0], rest[1], rest[2]);
+    std::memcpy(result + i, rest[2], count - i);
 }
 
 LDI_END_TARGET
@@ -3615,38 +3663,47 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace neon {
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 
 struct adder {
+    static constexpr std::size_t width = 16;
     int32x4_t bias, a_multiplier, b_multiplier;
     rounding_shifter round;
 
-    explicit adder(const quantized_addition& sum)
-        : bias(vdupq_n_s32(sum.bias)),
-          a_multiplier(vdupq_n_s32(sum.a_multiplier)),
-          b_multiplier(vdupq_n_s32(sum.b_multiplier)),
-          round(sum.shift, sum.zero_point) {}
+    explicit adder(const add_u8_constants& sum)
+        : bias(vdupq_n_s32(sum.exact.bias)),
+          a_multiplier(vdupq_n_s32(sum.exact.a_multiplier)),
+          b_multiplier(vdupq_n_s32(sum.exact.b_multiplier)),
+          round(sum.exact.shift, sum.exact.zero_point) {}
 
     [[gnu::always_inline]] int32x4_t four(uint16x4_t a, uint16x4_t b) const {
         const int32x4_t x = vreinterpretq_s32_u32(vmovl_u16(a)), y = vreinterpretq_s32_u32(vmovl_u16(b));
         return vmlaq_s32(vmlaq_s32(bias, x, a_multiplier), y, b_multiplier);
     }
 
-    [[gnu::always_inline]] uint8x16_t operator()(uint8x16_t a, uint8x16_t b) const {
+    [[gnu::always_inline]] void add(const std::uint8_t* from_a, const std::uint8_t* from_b, std::uint8_t* result) const {
+        const uint8x16_t a = vld1q_u8(from_a), b = vld1q_u8(from_b);
         const uint16x8_t a_low = vmovl_u8(vget_low_u8(a)), a_high = vmovl_high_u8(a);
         const uint16x8_t b_low = vmovl_u8(vget_low_u8(b)), b_high = vmovl_high_u8(b);
-        return round(four(vget_low_u16(a_low), vget_low_u16(b_low)), four(vget_high_u16(a_low), vget_high_u16(b_low)),
-                     four(vget_low_u16(a_high), vget_low_u16(b_high)), four(vget_high_u16(a_high), vget_high_u16(b_high)));
+        vst1q_u8(result,
+                 round(four(vget_low_u16(a_low), vget_low_u16(b_low)), four(vget_high_u16(a_low), vget_high_u16(b_low)),
+                       four(vget_low_u16(a_high), vget_low_u16(b_high)), four(vget_high_u16(a_high), vget_high_u16(b_high))));
     }
 };
 
+// The walk of add_u8 over a row. Each instruction set includes this file inside its namespace and target region. Its `adder` has
+//
+//   width                 bytes per step
+//   add(a, b, result)     adds `width` bytes
+
 inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                    std::uint8_t* result) {
-    const adder add(sum.exact);
+    const adder step(sum);
     std::size_t i = 0;
-    for (; i + 16 <= count; i += 16) vst1q_u8(result + i, add(vld1q_u8(a + i), vld1q_u8(b + i)));
+    for (; i + adder::width <= count; i += adder::width) step.add(a + i, b + i, result + i);
     if (i == count) return;
-    std::uint8_t rest[2][16] = {};
+    std::uint8_t rest[3][adder::width] = {};
     std::memcpy(rest[0], a + i, count - i);
     std::memcpy(rest[1], b + i, count - i);
-    store_first(result + i, add(vld1q_u8(rest[0]), vld1q_u8(rest[1])), count - i);
+    step.add(rest[0], rest[1], rest[2]);
+    std::memcpy(result + i, rest[2], count - i);
 }
 
 LDI_END_TARGET
@@ -3775,6 +3832,7 @@ inline void conv_panels(const Weights& weights, const Input& input, std::size_t 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 
 struct adder {
+    static constexpr std::size_t width = 16;
     v128_t a_scale, b_scale, offset, magic, magic_bits;
 
     explicit adder(const add_u8_constants& sum)
@@ -3784,11 +3842,11 @@ struct adder {
           magic(wasm_f32x4_splat(rounding_magic)),
           magic_bits(wasm_i32x4_splat(rounding_magic_bits)) {}
 
-    [[gnu::always_inline]] v128_t operator()(const std::uint8_t* a, const std::uint8_t* b) const {
+    [[gnu::always_inline]] void add(const std::uint8_t* a, const std::uint8_t* b, std::uint8_t* result) const {
         const v128_t x = wasm_v128_load(a), y = wasm_v128_load(b);
         const v128_t low = eight(wasm_u16x8_extend_low_u8x16(x), wasm_u16x8_extend_low_u8x16(y));
         const v128_t high = eight(wasm_u16x8_extend_high_u8x16(x), wasm_u16x8_extend_high_u8x16(y));
-        return wasm_u8x16_narrow_i16x8(low, high);
+        wasm_v128_store(result, wasm_u8x16_narrow_i16x8(low, high));
     }
 
 private:
@@ -3807,16 +3865,22 @@ private:
     }
 };
 
+// The walk of add_u8 over a row. Each instruction set includes this file inside its namespace and target region. Its `adder` has
+//
+//   width                 bytes per step
+//   add(a, b, result)     adds `width` bytes
+
 inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                    std::uint8_t* result) {
-    const adder add(sum);
+    const adder step(sum);
     std::size_t i = 0;
-    for (; i + 16 <= count; i += 16) wasm_v128_store(result + i, add(a + i, b + i));
+    for (; i + adder::width <= count; i += adder::width) step.add(a + i, b + i, result + i);
     if (i == count) return;
-    std::uint8_t rest[2][16] = {};
+    std::uint8_t rest[3][adder::width] = {};
     std::memcpy(rest[0], a + i, count - i);
     std::memcpy(rest[1], b + i, count - i);
-    store_first(result + i, add(rest[0], rest[1]), count - i);
+    step.add(rest[0], rest[1], rest[2]);
+    std::memcpy(result + i, rest[2], count - i);
 }
 
 }}}  // namespace ldi::wasm_simd128
@@ -7172,49 +7236,55 @@ template <std::size_t vectors, class Requantizer, std::size_t... i>
     (store_four<vectors>(sums + 4 * i, requantize, result + 4 / vectors * i * outputs, outputs), ...);
 }
 
-template <class Requantizer, std::size_t... p, std::size_t... v>
-[[gnu::always_inline]] inline void gemm_u8_tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
-                                                const gemm_panel& panel, const Requantizer& requantize, std::size_t first) {
-    __m256i sums[sizeof...(p) * sizeof...(v)];
-    const __m256i start[] = {_mm256_loadu_si256(reinterpret_cast<const __m256i*>(panel.bias + v * gemm_lanes))...};
-    (copy(vectors, sums + p * sizeof...(v), start), ...);
-    const __m256i* weights = reinterpret_cast<const __m256i*>(panel.weights);
-    const std::uint32_t* order = panel.order;
-    const std::size_t stride = panel.pixel_stride;
-    for (std::size_t s = 0; s < panel.segment_count; ++s) {
-        const std::uint8_t* const x = panel.segments[s] + first * stride;
-        const std::uint32_t *const singles = order + 2 + 2 * order[0], *const end = singles + order[1];
-        for (order += 2; order != singles; order += 2, weights += 2 * sizeof...(v))
-            add_pair(pixels, vectors, sums, x + order[0], x + order[1], stride, weights);
-        for (; order != end; ++order, weights += sizeof...(v)) add_term(pixels, vectors, sums, x + *order, stride, weights);
+struct gemm_kernel {
+    template <class Requantizer, std::size_t... p, std::size_t... v>
+    [[gnu::always_inline]] static void tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
+                                            const gemm_panel& panel, const Requantizer& requantize, std::size_t first) {
+        __m256i sums[sizeof...(p) * sizeof...(v)];
+        const __m256i start[] = {_mm256_loadu_si256(reinterpret_cast<const __m256i*>(panel.bias + v * gemm_lanes))...};
+        (copy(vectors, sums + p * sizeof...(v), start), ...);
+        const __m256i* weights = reinterpret_cast<const __m256i*>(panel.weights);
+        const std::uint32_t* order = panel.order;
+        const std::size_t stride = panel.pixel_stride;
+        for (std::size_t s = 0; s < panel.segment_count; ++s) {
+            const std::uint8_t* const x = panel.segments[s] + first * stride;
+            const std::uint32_t *const singles = order + 2 + 2 * order[0], *const end = singles + order[1];
+            for (order += 2; order != singles; order += 2, weights += 2 * sizeof...(v))
+                add_pair(pixels, vectors, sums, x + order[0], x + order[1], stride, weights);
+            for (; order != end; ++order, weights += sizeof...(v)) add_term(pixels, vectors, sums, x + *order, stride, weights);
+        }
+        constexpr std::size_t count = sizeof...(p) * sizeof...(v);
+        std::uint8_t* const result = panel.result + first * panel.outputs;
+        if constexpr (count % 4 == 0)
+            if (panel.held == sizeof...(v) * gemm_lanes)
+                return store_filled<sizeof...(v)>(std::make_index_sequence<count / 4>{}, sums, requantize, result, panel.outputs);
+        (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, result + p * panel.outputs, panel.held), ...);
     }
-    constexpr std::size_t count = sizeof...(p) * sizeof...(v);
-    std::uint8_t* const result = panel.result + first * panel.outputs;
-    if constexpr (count % 4 == 0)
-        if (panel.held == sizeof...(v) * gemm_lanes)
-            return store_filled<sizeof...(v)>(std::make_index_sequence<count / 4>{}, sums, requantize, result, panel.outputs);
-    (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, result + p * panel.outputs, panel.held), ...);
-}
+};
 
-template <std::size_t pixels, std::size_t vectors, class Requantizer>
-inline void gemm_u8_panel(const gemm_panel& given, const float_requantization& output) {
-    const gemm_panel panel = given;  // a local copy: results cannot alias it
+// The walk of gemm_u8 over the pixels of one panel of outputs. Each x86 instruction set includes this file inside its namespace
+// and target region. Kernel::tile(pixels, vectors, panel, requantize, first) computes one tile of the set.
+
+/// All pixels of a panel, in tiles of `pixels` pixels.
+template <class Kernel, std::size_t pixels, std::size_t vectors, class Requantizer, class Panel>
+inline void gemm_u8_tiles(const Panel& given, const float_requantization& output) {
+    const Panel panel = given;  // a local copy: results cannot alias it
     const Requantizer requantize(output);
     constexpr std::make_index_sequence<vectors> wide{};
     if (panel.pixels < pixels) {
-        for (std::size_t p = 0; p < panel.pixels; ++p) gemm_u8_tile(std::index_sequence<0>{}, wide, panel, requantize, p);
+        for (std::size_t p = 0; p < panel.pixels; ++p) Kernel::tile(std::index_sequence<0>{}, wide, panel, requantize, p);
         return;
     }
     for (std::size_t p = 0; p < panel.pixels; p += pixels) {  // the last tile may overlap the one before it
         const std::size_t first = p + pixels <= panel.pixels ? p : panel.pixels - pixels;
-        gemm_u8_tile(std::make_index_sequence<pixels>{}, wide, panel, requantize, first);
+        Kernel::tile(std::make_index_sequence<pixels>{}, wide, panel, requantize, first);
     }
 }
 
 template <std::size_t pixels, std::size_t vectors>
 inline void gemm_u8_panel(const gemm_panel& panel, const float_requantization& output) {
-    output.zero_point == 0 ? gemm_u8_panel<pixels, vectors, rectifier>(panel, output)
-                           : gemm_u8_panel<pixels, vectors, requantizer>(panel, output);
+    output.zero_point == 0 ? gemm_u8_tiles<gemm_kernel, pixels, vectors, rectifier>(panel, output)
+                           : gemm_u8_tiles<gemm_kernel, pixels, vectors, requantizer>(panel, output);
 }
 
 /// The sum of one pixel and one output.
@@ -7393,44 +7463,50 @@ template <class Requantizer, std::size_t... i>
     (store_four(sums + 4 * i, requantize, result + 64 * i), ...);
 }
 
-template <bool last_is_half, class Requantizer, std::size_t... p, std::size_t... v>
-[[gnu::always_inline]] inline void gemm_u8_tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
-                                                const gemm_panel& panel, const Requantizer& requantize, std::size_t first) {
-    __m512i sums[sizeof...(p) * sizeof...(v)];
-    const __m512i start[] = {_mm512_loadu_si512(panel.bias + v * gemm_lanes)...};
-    (copy(vectors, sums + p * sizeof...(v), start), ...);
-    const std::int8_t* weights = panel.weights;
-    const std::size_t stride = panel.pixel_stride, groups = panel.groups;
-    for (std::size_t s = 0; s < panel.segment_count; ++s) {
-        const std::uint8_t* x = panel.segments[s] + first * stride;
-        for (std::size_t g = 0; g < groups; ++g) {
-            multiply_add<last_is_half>(pixels, vectors, sums, x, stride, weights);
-            x += gemm_group;
-            weights += sizeof...(v) * gemm_lanes * gemm_group;
+template <bool last_is_half>
+struct gemm_kernel {
+    template <class Requantizer, std::size_t... p, std::size_t... v>
+    [[gnu::always_inline]] static void tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
+                                            const gemm_panel& panel, const Requantizer& requantize, std::size_t first) {
+        __m512i sums[sizeof...(p) * sizeof...(v)];
+        const __m512i start[] = {_mm512_loadu_si512(panel.bias + v * gemm_lanes)...};
+        (copy(vectors, sums + p * sizeof...(v), start), ...);
+        const std::int8_t* weights = panel.weights;
+        const std::size_t stride = panel.pixel_stride, groups = panel.groups;
+        for (std::size_t s = 0; s < panel.segment_count; ++s) {
+            const std::uint8_t* x = panel.segments[s] + first * stride;
+            for (std::size_t g = 0; g < groups; ++g) {
+                multiply_add<last_is_half>(pixels, vectors, sums, x, stride, weights);
+                x += gemm_group;
+                weights += sizeof...(v) * gemm_lanes * gemm_group;
+            }
         }
+        // If the outputs fill the panel, the results of adjacent pixels are contiguous, and four vectors fill one store.
+        constexpr bool can_fill = sizeof...(p) * sizeof...(v) % 4 == 0 && sizeof...(v) < 4 && !last_is_half;
+        std::uint8_t* const result = panel.result + first * panel.outputs;
+        if constexpr (can_fill)
+            if (panel.outputs == sizeof...(v) * gemm_lanes)
+                return store_filled(std::make_index_sequence<sizeof...(p) * sizeof...(v) / 4>{}, sums, requantize, result);
+        (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, panel.mask, result + p * panel.outputs), ...);
     }
-    // If the outputs fill the panel, the results of adjacent pixels are contiguous, and four vectors fill one store.
-    constexpr bool can_fill = sizeof...(p) * sizeof...(v) % 4 == 0 && sizeof...(v) < 4 && !last_is_half;
-    std::uint8_t* const result = panel.result + first * panel.outputs;
-    if constexpr (can_fill)
-        if (panel.outputs == sizeof...(v) * gemm_lanes)
-            return store_filled(std::make_index_sequence<sizeof...(p) * sizeof...(v) / 4>{}, sums, requantize, result);
-    (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, panel.mask, result + p * panel.outputs), ...);
-}
+};
 
-template <std::size_t pixels, std::size_t vectors, bool last_is_half, class Requantizer>
-inline void gemm_u8_panel(const gemm_panel& given, const float_requantization& output) {
-    const gemm_panel panel = given;  // a local copy: results cannot alias it
+// The walk of gemm_u8 over the pixels of one panel of outputs. Each x86 instruction set includes this file inside its namespace
+// and target region. Kernel::tile(pixels, vectors, panel, requantize, first) computes one tile of the set.
+
+/// All pixels of a panel, in tiles of `pixels` pixels.
+template <class Kernel, std::size_t pixels, std::size_t vectors, class Requantizer, class Panel>
+inline void gemm_u8_tiles(const Panel& given, const float_requantization& output) {
+    const Panel panel = given;  // a local copy: results cannot alias it
     const Requantizer requantize(output);
     constexpr std::make_index_sequence<vectors> wide{};
     if (panel.pixels < pixels) {
-        for (std::size_t p = 0; p < panel.pixels; ++p)
-            gemm_u8_tile<last_is_half>(std::index_sequence<0>{}, wide, panel, requantize, p);
+        for (std::size_t p = 0; p < panel.pixels; ++p) Kernel::tile(std::index_sequence<0>{}, wide, panel, requantize, p);
         return;
     }
     for (std::size_t p = 0; p < panel.pixels; p += pixels) {  // the last tile may overlap the one before it
         const std::size_t first = p + pixels <= panel.pixels ? p : panel.pixels - pixels;
-        gemm_u8_tile<last_is_half>(std::make_index_sequence<pixels>{}, wide, panel, requantize, first);
+        Kernel::tile(std::make_index_sequence<pixels>{}, wide, panel, requantize, first);
     }
 }
 
@@ -7438,11 +7514,11 @@ template <std::size_t pixels, std::size_t vectors>
 inline void gemm_u8_panel(const gemm_panel& panel, std::size_t outputs, const float_requantization& output) {
     const bool last_is_half = outputs <= vectors * gemm_lanes - gemm_lanes / 2;
     if (output.zero_point == 0)
-        last_is_half ? gemm_u8_panel<pixels, vectors, true, rectifier>(panel, output)
-                     : gemm_u8_panel<pixels, vectors, false, rectifier>(panel, output);
+        last_is_half ? gemm_u8_tiles<gemm_kernel<true>, pixels, vectors, rectifier>(panel, output)
+                     : gemm_u8_tiles<gemm_kernel<false>, pixels, vectors, rectifier>(panel, output);
     else
-        last_is_half ? gemm_u8_panel<pixels, vectors, true, requantizer>(panel, output)
-                     : gemm_u8_panel<pixels, vectors, false, requantizer>(panel, output);
+        last_is_half ? gemm_u8_tiles<gemm_kernel<true>, pixels, vectors, requantizer>(panel, output)
+                     : gemm_u8_tiles<gemm_kernel<false>, pixels, vectors, requantizer>(panel, output);
 }
 
 /// 16 partial sums of one pixel and one output.
@@ -7560,47 +7636,53 @@ template <std::size_t... p, std::size_t... v>
     (multiply_add(vectors, sums + p * sizeof...(v), avx2::spread_four(inputs + p * stride), w), ...);
 }
 
-template <class Requantizer, std::size_t... p, std::size_t... v>
-[[gnu::always_inline]] inline void gemm_u8_tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
-                                                const gemm_panel& panel, const Requantizer& requantize, std::size_t first) {
-    __m256i sums[sizeof...(p) * sizeof...(v)];
-    const __m256i start[] = {_mm256_loadu_si256(reinterpret_cast<const __m256i*>(panel.bias + v * gemm_lanes))...};
-    (avx2::copy(vectors, sums + p * sizeof...(v), start), ...);
-    const __m256i* weights = reinterpret_cast<const __m256i*>(panel.weights);
-    const std::size_t stride = panel.pixel_stride;
-    for (std::size_t s = 0; s < panel.segment_count; ++s) {
-        const std::uint8_t* x = panel.segments[s] + first * stride;
-        for (std::size_t g = 0; g < panel.groups; ++g, x += gemm_group, weights += sizeof...(v))
-            multiply_add(pixels, vectors, sums, x, stride, weights);
+struct gemm_kernel {
+    template <class Requantizer, std::size_t... p, std::size_t... v>
+    [[gnu::always_inline]] static void tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
+                                            const gemm_panel& panel, const Requantizer& requantize, std::size_t first) {
+        __m256i sums[sizeof...(p) * sizeof...(v)];
+        const __m256i start[] = {_mm256_loadu_si256(reinterpret_cast<const __m256i*>(panel.bias + v * gemm_lanes))...};
+        (avx2::copy(vectors, sums + p * sizeof...(v), start), ...);
+        const __m256i* weights = reinterpret_cast<const __m256i*>(panel.weights);
+        const std::size_t stride = panel.pixel_stride;
+        for (std::size_t s = 0; s < panel.segment_count; ++s) {
+            const std::uint8_t* x = panel.segments[s] + first * stride;
+            for (std::size_t g = 0; g < panel.groups; ++g, x += gemm_group, weights += sizeof...(v))
+                multiply_add(pixels, vectors, sums, x, stride, weights);
+        }
+        constexpr std::size_t count = sizeof...(p) * sizeof...(v);
+        std::uint8_t* const result = panel.result + first * panel.outputs;
+        if constexpr (count % 4 == 0)
+            if (panel.held == sizeof...(v) * gemm_lanes)
+                return avx2::store_filled<sizeof...(v)>(std::make_index_sequence<count / 4>{}, sums, requantize, result,
+                                                        panel.outputs);
+        (avx2::store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, result + p * panel.outputs, panel.held), ...);
     }
-    constexpr std::size_t count = sizeof...(p) * sizeof...(v);
-    std::uint8_t* const result = panel.result + first * panel.outputs;
-    if constexpr (count % 4 == 0)
-        if (panel.held == sizeof...(v) * gemm_lanes)
-            return avx2::store_filled<sizeof...(v)>(std::make_index_sequence<count / 4>{}, sums, requantize, result,
-                                                    panel.outputs);
-    (avx2::store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, result + p * panel.outputs, panel.held), ...);
-}
+};
 
-template <std::size_t pixels, std::size_t vectors, class Requantizer>
-inline void gemm_u8_panel(const gemm_panel& given, const float_requantization& output) {
-    const gemm_panel panel = given;  // a local copy: results cannot alias it
+// The walk of gemm_u8 over the pixels of one panel of outputs. Each x86 instruction set includes this file inside its namespace
+// and target region. Kernel::tile(pixels, vectors, panel, requantize, first) computes one tile of the set.
+
+/// All pixels of a panel, in tiles of `pixels` pixels.
+template <class Kernel, std::size_t pixels, std::size_t vectors, class Requantizer, class Panel>
+inline void gemm_u8_tiles(const Panel& given, const float_requantization& output) {
+    const Panel panel = given;  // a local copy: results cannot alias it
     const Requantizer requantize(output);
     constexpr std::make_index_sequence<vectors> wide{};
     if (panel.pixels < pixels) {
-        for (std::size_t p = 0; p < panel.pixels; ++p) gemm_u8_tile(std::index_sequence<0>{}, wide, panel, requantize, p);
+        for (std::size_t p = 0; p < panel.pixels; ++p) Kernel::tile(std::index_sequence<0>{}, wide, panel, requantize, p);
         return;
     }
     for (std::size_t p = 0; p < panel.pixels; p += pixels) {  // the last tile may overlap the one before it
         const std::size_t first = p + pixels <= panel.pixels ? p : panel.pixels - pixels;
-        gemm_u8_tile(std::make_index_sequence<pixels>{}, wide, panel, requantize, first);
+        Kernel::tile(std::make_index_sequence<pixels>{}, wide, panel, requantize, first);
     }
 }
 
 template <std::size_t pixels, std::size_t vectors>
 inline void gemm_u8_panel(const gemm_panel& panel, const float_requantization& output) {
-    output.zero_point == 0 ? gemm_u8_panel<pixels, vectors, avx2::rectifier>(panel, output)
-                           : gemm_u8_panel<pixels, vectors, avx2::requantizer>(panel, output);
+    output.zero_point == 0 ? gemm_u8_tiles<gemm_kernel, pixels, vectors, avx2::rectifier>(panel, output)
+                           : gemm_u8_tiles<gemm_kernel, pixels, vectors, avx2::requantizer>(panel, output);
 }
 
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,

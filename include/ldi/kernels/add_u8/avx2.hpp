@@ -15,6 +15,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
 
 struct adder {
+    static constexpr std::size_t width = 32;
     __m256 a_scale, b_scale, offset;
 
     explicit adder(const add_u8_constants& sum)
@@ -25,10 +26,9 @@ struct adder {
         return _mm256_cvtps_epi32(_mm256_fmadd_ps(x, a_scale, _mm256_fmadd_ps(y, b_scale, offset)));
     }
 
-    [[gnu::always_inline]] __m256i operator()(const std::uint8_t* a, const std::uint8_t* b) const {
-        const __m256i low = _mm256_packs_epi32(eight(a, b), eight(a + 8, b + 8)),
-                      high = _mm256_packs_epi32(eight(a + 16, b + 16), eight(a + 24, b + 24));
-        return gather_lanes(_mm256_packus_epi16(low, high));
+    [[gnu::always_inline]] void add(const std::uint8_t* a, const std::uint8_t* b, std::uint8_t* result) const {
+        const __m256i bytes = pack_bytes(eight(a, b), eight(a + 8, b + 8), eight(a + 16, b + 16), eight(a + 24, b + 24));
+        _mm256_storeu_si256(reinterpret_cast<__m256i*>(result), gather_lanes(bytes));
     }
 
 private:
@@ -38,18 +38,7 @@ private:
     }
 };
 
-inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
-                   std::uint8_t* result) {
-    const adder add(sum);
-    std::size_t i = 0;
-    for (; i + 32 <= count; i += 32) _mm256_storeu_si256(reinterpret_cast<__m256i*>(result + i), add(a + i, b + i));
-    if (i == count) return;
-    std::uint8_t rest[3][32] = {};
-    std::memcpy(rest[0], a + i, count - i);
-    std::memcpy(rest[1], b + i, count - i);
-    _mm256_storeu_si256(reinterpret_cast<__m256i*>(rest[2]), add(rest[0], rest[1]));
-    std::memcpy(result + i, rest[2], count - i);
-}
+#include <ldi/kernels/add_u8/generic/walk.hpp>
 
 LDI_END_TARGET
 

@@ -15,6 +15,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 
 struct adder {
+    static constexpr std::size_t width = 64;
     __m512 a_scale, b_scale, offset;
 
     explicit adder(const add_u8_constants& sum)
@@ -25,10 +26,10 @@ struct adder {
         return _mm512_cvtps_epi32(_mm512_fmadd_ps(x, a_scale, _mm512_fmadd_ps(y, b_scale, offset)));
     }
 
-    [[gnu::always_inline]] __m512i operator()(const std::uint8_t* a, const std::uint8_t* b) const {
-        const __m512i low = _mm512_packs_epi32(sixteen(a, b), sixteen(a + 16, b + 16)),
-                      high = _mm512_packs_epi32(sixteen(a + 32, b + 32), sixteen(a + 48, b + 48));
-        return swap_lanes(_mm512_packus_epi16(low, high));
+    [[gnu::always_inline]] void add(const std::uint8_t* a, const std::uint8_t* b, std::uint8_t* result) const {
+        const __m512i bytes =
+            pack_bytes(sixteen(a, b), sixteen(a + 16, b + 16), sixteen(a + 32, b + 32), sixteen(a + 48, b + 48));
+        _mm512_storeu_si512(result, swap_lanes(bytes));
     }
 
 private:
@@ -37,17 +38,7 @@ private:
     }
 };
 
-inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
-                   std::uint8_t* result) {
-    const adder add(sum);
-    std::size_t i = 0;
-    for (; i + 64 <= count; i += 64) _mm512_storeu_si512(result + i, add(a + i, b + i));
-    if (i == count) return;
-    std::uint8_t rest[2][64] = {};
-    std::memcpy(rest[0], a + i, count - i);
-    std::memcpy(rest[1], b + i, count - i);
-    _mm512_mask_storeu_epi8(result + i, first_bytes(count - i), add(rest[0], rest[1]));
-}
+#include <ldi/kernels/add_u8/generic/walk.hpp>
 
 LDI_END_TARGET
 

@@ -13,6 +13,7 @@
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 
 struct adder {
+    static constexpr std::size_t width = 16;
     v128_t a_scale, b_scale, offset, magic, magic_bits;
 
     explicit adder(const add_u8_constants& sum)
@@ -22,11 +23,11 @@ struct adder {
           magic(wasm_f32x4_splat(rounding_magic)),
           magic_bits(wasm_i32x4_splat(rounding_magic_bits)) {}
 
-    [[gnu::always_inline]] v128_t operator()(const std::uint8_t* a, const std::uint8_t* b) const {
+    [[gnu::always_inline]] void add(const std::uint8_t* a, const std::uint8_t* b, std::uint8_t* result) const {
         const v128_t x = wasm_v128_load(a), y = wasm_v128_load(b);
         const v128_t low = eight(wasm_u16x8_extend_low_u8x16(x), wasm_u16x8_extend_low_u8x16(y));
         const v128_t high = eight(wasm_u16x8_extend_high_u8x16(x), wasm_u16x8_extend_high_u8x16(y));
-        return wasm_u8x16_narrow_i16x8(low, high);
+        wasm_v128_store(result, wasm_u8x16_narrow_i16x8(low, high));
     }
 
 private:
@@ -45,17 +46,7 @@ private:
     }
 };
 
-inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
-                   std::uint8_t* result) {
-    const adder add(sum);
-    std::size_t i = 0;
-    for (; i + 16 <= count; i += 16) wasm_v128_store(result + i, add(a + i, b + i));
-    if (i == count) return;
-    std::uint8_t rest[2][16] = {};
-    std::memcpy(rest[0], a + i, count - i);
-    std::memcpy(rest[1], b + i, count - i);
-    store_first(result + i, add(rest[0], rest[1]), count - i);
-}
+#include <ldi/kernels/add_u8/generic/walk.hpp>
 
 }}}  // namespace ldi::wasm_simd128
 

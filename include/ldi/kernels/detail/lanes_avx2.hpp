@@ -16,6 +16,18 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
 
+using float_lanes = __m256;
+using int_lanes = __m256i;
+
+[[gnu::always_inline]] inline __m256 spread(float value) { return _mm256_set1_ps(value); }
+[[gnu::always_inline]] inline __m256i scale_and_truncate(__m256i sums, __m256 scale, __m256 offset) {
+    return _mm256_cvttps_epi32(_mm256_fmadd_ps(_mm256_cvtepi32_ps(sums), scale, offset));
+}
+/// In each 128-bit lane 4 values of a, then those of b, c and d.
+[[gnu::always_inline]] inline __m256i pack_bytes(__m256i a, __m256i b, __m256i c, __m256i d) {
+    return _mm256_packus_epi16(_mm256_packs_epi32(a, b), _mm256_packs_epi32(c, d));
+}
+
 /// float_requantization in registers.
 struct requantizer {
     __m256 scale, offset, sign;
@@ -42,20 +54,7 @@ struct requantizer {
     }
 };
 
-/// The same for a zero point of 0: negative values become 0 with any offset, so the offset needs no sign.
-struct rectifier {
-    __m256 scale, offset;
-
-    explicit rectifier(const float_requantization& r)
-        : scale(_mm256_set1_ps(r.scale)), offset(_mm256_set1_ps(r.offset < 0 ? -r.offset : r.offset)) {}
-
-    [[gnu::always_inline]] __m256i operator()(__m256i sums) const {
-        return _mm256_cvttps_epi32(_mm256_fmadd_ps(_mm256_cvtepi32_ps(sums), scale, offset));
-    }
-    [[gnu::always_inline]] __m256i pack_lanes(__m256i a, __m256i b, __m256i c, __m256i d) const {
-        return _mm256_packus_epi16(_mm256_packs_epi32(a, b), _mm256_packs_epi32(c, d));
-    }
-};
+#include <ldi/kernels/detail/generic/rectifier.hpp>
 
 /// Reorders the result of pack_lanes() to all of a, then b, c and d.
 [[gnu::always_inline]] inline __m256i gather_lanes(__m256i values) {

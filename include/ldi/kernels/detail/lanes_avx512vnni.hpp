@@ -16,6 +16,18 @@ LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 
 inline __mmask64 first_bytes(std::size_t count) { return count >= 64 ? ~__mmask64{0} : (__mmask64{1} << count) - 1; }
 
+using float_lanes = __m512;
+using int_lanes = __m512i;
+
+[[gnu::always_inline]] inline __m512 spread(float value) { return _mm512_set1_ps(value); }
+[[gnu::always_inline]] inline __m512i scale_and_truncate(__m512i sums, __m512 scale, __m512 offset) {
+    return _mm512_cvttps_epi32(_mm512_fmadd_ps(_mm512_cvtepi32_ps(sums), scale, offset));
+}
+/// In each 128-bit lane 4 values of a, then those of b, c and d.
+[[gnu::always_inline]] inline __m512i pack_bytes(__m512i a, __m512i b, __m512i c, __m512i d) {
+    return _mm512_packus_epi16(_mm512_packs_epi32(a, b), _mm512_packs_epi32(c, d));
+}
+
 /// float_requantization in registers.
 struct requantizer {
     __m512 scale;
@@ -43,20 +55,7 @@ struct requantizer {
     }
 };
 
-/// The same for a zero point of 0: negative values become 0 with any offset, so the offset needs no sign.
-struct rectifier {
-    __m512 scale, offset;
-
-    explicit rectifier(const float_requantization& r)
-        : scale(_mm512_set1_ps(r.scale)), offset(_mm512_set1_ps(r.offset < 0 ? -r.offset : r.offset)) {}
-
-    [[gnu::always_inline]] __m512i operator()(__m512i sums) const {
-        return _mm512_cvttps_epi32(_mm512_fmadd_ps(_mm512_cvtepi32_ps(sums), scale, offset));
-    }
-    [[gnu::always_inline]] __m512i pack_lanes(__m512i a, __m512i b, __m512i c, __m512i d) const {
-        return _mm512_packus_epi16(_mm512_packs_epi32(a, b), _mm512_packs_epi32(c, d));
-    }
-};
+#include <ldi/kernels/detail/generic/rectifier.hpp>
 
 /// Reorders the result of pack_lanes() to all of a, then b, c and d. It is its own inverse.
 [[gnu::always_inline]] inline __m512i swap_lanes(__m512i values) {

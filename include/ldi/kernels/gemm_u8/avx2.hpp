@@ -104,49 +104,38 @@ template <std::size_t vectors, class Requantizer, std::size_t... i>
     (store_four<vectors>(sums + 4 * i, requantize, result + 4 / vectors * i * outputs, outputs), ...);
 }
 
-template <class Requantizer, std::size_t... p, std::size_t... v>
-[[gnu::always_inline]] inline void gemm_u8_tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
-                                                const gemm_panel& panel, const Requantizer& requantize, std::size_t first) {
-    __m256i sums[sizeof...(p) * sizeof...(v)];
-    const __m256i start[] = {_mm256_loadu_si256(reinterpret_cast<const __m256i*>(panel.bias + v * gemm_lanes))...};
-    (copy(vectors, sums + p * sizeof...(v), start), ...);
-    const __m256i* weights = reinterpret_cast<const __m256i*>(panel.weights);
-    const std::uint32_t* order = panel.order;
-    const std::size_t stride = panel.pixel_stride;
-    for (std::size_t s = 0; s < panel.segment_count; ++s) {
-        const std::uint8_t* const x = panel.segments[s] + first * stride;
-        const std::uint32_t *const singles = order + 2 + 2 * order[0], *const end = singles + order[1];
-        for (order += 2; order != singles; order += 2, weights += 2 * sizeof...(v))
-            add_pair(pixels, vectors, sums, x + order[0], x + order[1], stride, weights);
-        for (; order != end; ++order, weights += sizeof...(v)) add_term(pixels, vectors, sums, x + *order, stride, weights);
+struct gemm_kernel {
+    template <class Requantizer, std::size_t... p, std::size_t... v>
+    [[gnu::always_inline]] static void tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
+                                            const gemm_panel& panel, const Requantizer& requantize, std::size_t first) {
+        __m256i sums[sizeof...(p) * sizeof...(v)];
+        const __m256i start[] = {_mm256_loadu_si256(reinterpret_cast<const __m256i*>(panel.bias + v * gemm_lanes))...};
+        (copy(vectors, sums + p * sizeof...(v), start), ...);
+        const __m256i* weights = reinterpret_cast<const __m256i*>(panel.weights);
+        const std::uint32_t* order = panel.order;
+        const std::size_t stride = panel.pixel_stride;
+        for (std::size_t s = 0; s < panel.segment_count; ++s) {
+            const std::uint8_t* const x = panel.segments[s] + first * stride;
+            const std::uint32_t *const singles = order + 2 + 2 * order[0], *const end = singles + order[1];
+            for (order += 2; order != singles; order += 2, weights += 2 * sizeof...(v))
+                add_pair(pixels, vectors, sums, x + order[0], x + order[1], stride, weights);
+            for (; order != end; ++order, weights += sizeof...(v)) add_term(pixels, vectors, sums, x + *order, stride, weights);
+        }
+        constexpr std::size_t count = sizeof...(p) * sizeof...(v);
+        std::uint8_t* const result = panel.result + first * panel.outputs;
+        if constexpr (count % 4 == 0)
+            if (panel.held == sizeof...(v) * gemm_lanes)
+                return store_filled<sizeof...(v)>(std::make_index_sequence<count / 4>{}, sums, requantize, result, panel.outputs);
+        (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, result + p * panel.outputs, panel.held), ...);
     }
-    constexpr std::size_t count = sizeof...(p) * sizeof...(v);
-    std::uint8_t* const result = panel.result + first * panel.outputs;
-    if constexpr (count % 4 == 0)
-        if (panel.held == sizeof...(v) * gemm_lanes)
-            return store_filled<sizeof...(v)>(std::make_index_sequence<count / 4>{}, sums, requantize, result, panel.outputs);
-    (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, result + p * panel.outputs, panel.held), ...);
-}
+};
 
-template <std::size_t pixels, std::size_t vectors, class Requantizer>
-inline void gemm_u8_panel(const gemm_panel& given, const float_requantization& output) {
-    const gemm_panel panel = given;  // a local copy: results cannot alias it
-    const Requantizer requantize(output);
-    constexpr std::make_index_sequence<vectors> wide{};
-    if (panel.pixels < pixels) {
-        for (std::size_t p = 0; p < panel.pixels; ++p) gemm_u8_tile(std::index_sequence<0>{}, wide, panel, requantize, p);
-        return;
-    }
-    for (std::size_t p = 0; p < panel.pixels; p += pixels) {  // the last tile may overlap the one before it
-        const std::size_t first = p + pixels <= panel.pixels ? p : panel.pixels - pixels;
-        gemm_u8_tile(std::make_index_sequence<pixels>{}, wide, panel, requantize, first);
-    }
-}
+#include <ldi/kernels/gemm_u8/generic/walk.hpp>
 
 template <std::size_t pixels, std::size_t vectors>
 inline void gemm_u8_panel(const gemm_panel& panel, const float_requantization& output) {
-    output.zero_point == 0 ? gemm_u8_panel<pixels, vectors, rectifier>(panel, output)
-                           : gemm_u8_panel<pixels, vectors, requantizer>(panel, output);
+    output.zero_point == 0 ? gemm_u8_tiles<gemm_kernel, pixels, vectors, rectifier>(panel, output)
+                           : gemm_u8_tiles<gemm_kernel, pixels, vectors, requantizer>(panel, output);
 }
 
 /// The sum of one pixel and one output.

@@ -107,56 +107,45 @@ template <class Requantizer, std::size_t... i>
     (store_four(sums + 4 * i, requantize, result + 64 * i), ...);
 }
 
-template <bool last_is_half, class Requantizer, std::size_t... p, std::size_t... v>
-[[gnu::always_inline]] inline void gemm_u8_tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
-                                                const gemm_panel& panel, const Requantizer& requantize, std::size_t first) {
-    __m512i sums[sizeof...(p) * sizeof...(v)];
-    const __m512i start[] = {_mm512_loadu_si512(panel.bias + v * gemm_lanes)...};
-    (copy(vectors, sums + p * sizeof...(v), start), ...);
-    const std::int8_t* weights = panel.weights;
-    const std::size_t stride = panel.pixel_stride, groups = panel.groups;
-    for (std::size_t s = 0; s < panel.segment_count; ++s) {
-        const std::uint8_t* x = panel.segments[s] + first * stride;
-        for (std::size_t g = 0; g < groups; ++g) {
-            multiply_add<last_is_half>(pixels, vectors, sums, x, stride, weights);
-            x += gemm_group;
-            weights += sizeof...(v) * gemm_lanes * gemm_group;
+template <bool last_is_half>
+struct gemm_kernel {
+    template <class Requantizer, std::size_t... p, std::size_t... v>
+    [[gnu::always_inline]] static void tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
+                                            const gemm_panel& panel, const Requantizer& requantize, std::size_t first) {
+        __m512i sums[sizeof...(p) * sizeof...(v)];
+        const __m512i start[] = {_mm512_loadu_si512(panel.bias + v * gemm_lanes)...};
+        (copy(vectors, sums + p * sizeof...(v), start), ...);
+        const std::int8_t* weights = panel.weights;
+        const std::size_t stride = panel.pixel_stride, groups = panel.groups;
+        for (std::size_t s = 0; s < panel.segment_count; ++s) {
+            const std::uint8_t* x = panel.segments[s] + first * stride;
+            for (std::size_t g = 0; g < groups; ++g) {
+                multiply_add<last_is_half>(pixels, vectors, sums, x, stride, weights);
+                x += gemm_group;
+                weights += sizeof...(v) * gemm_lanes * gemm_group;
+            }
         }
+        // If the outputs fill the panel, the results of adjacent pixels are contiguous, and four vectors fill one store.
+        constexpr bool can_fill = sizeof...(p) * sizeof...(v) % 4 == 0 && sizeof...(v) < 4 && !last_is_half;
+        std::uint8_t* const result = panel.result + first * panel.outputs;
+        if constexpr (can_fill)
+            if (panel.outputs == sizeof...(v) * gemm_lanes)
+                return store_filled(std::make_index_sequence<sizeof...(p) * sizeof...(v) / 4>{}, sums, requantize, result);
+        (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, panel.mask, result + p * panel.outputs), ...);
     }
-    // If the outputs fill the panel, the results of adjacent pixels are contiguous, and four vectors fill one store.
-    constexpr bool can_fill = sizeof...(p) * sizeof...(v) % 4 == 0 && sizeof...(v) < 4 && !last_is_half;
-    std::uint8_t* const result = panel.result + first * panel.outputs;
-    if constexpr (can_fill)
-        if (panel.outputs == sizeof...(v) * gemm_lanes)
-            return store_filled(std::make_index_sequence<sizeof...(p) * sizeof...(v) / 4>{}, sums, requantize, result);
-    (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, panel.mask, result + p * panel.outputs), ...);
-}
+};
 
-template <std::size_t pixels, std::size_t vectors, bool last_is_half, class Requantizer>
-inline void gemm_u8_panel(const gemm_panel& given, const float_requantization& output) {
-    const gemm_panel panel = given;  // a local copy: results cannot alias it
-    const Requantizer requantize(output);
-    constexpr std::make_index_sequence<vectors> wide{};
-    if (panel.pixels < pixels) {
-        for (std::size_t p = 0; p < panel.pixels; ++p)
-            gemm_u8_tile<last_is_half>(std::index_sequence<0>{}, wide, panel, requantize, p);
-        return;
-    }
-    for (std::size_t p = 0; p < panel.pixels; p += pixels) {  // the last tile may overlap the one before it
-        const std::size_t first = p + pixels <= panel.pixels ? p : panel.pixels - pixels;
-        gemm_u8_tile<last_is_half>(std::make_index_sequence<pixels>{}, wide, panel, requantize, first);
-    }
-}
+#include <ldi/kernels/gemm_u8/generic/walk.hpp>
 
 template <std::size_t pixels, std::size_t vectors>
 inline void gemm_u8_panel(const gemm_panel& panel, std::size_t outputs, const float_requantization& output) {
     const bool last_is_half = outputs <= vectors * gemm_lanes - gemm_lanes / 2;
     if (output.zero_point == 0)
-        last_is_half ? gemm_u8_panel<pixels, vectors, true, rectifier>(panel, output)
-                     : gemm_u8_panel<pixels, vectors, false, rectifier>(panel, output);
+        last_is_half ? gemm_u8_tiles<gemm_kernel<true>, pixels, vectors, rectifier>(panel, output)
+                     : gemm_u8_tiles<gemm_kernel<false>, pixels, vectors, rectifier>(panel, output);
     else
-        last_is_half ? gemm_u8_panel<pixels, vectors, true, requantizer>(panel, output)
-                     : gemm_u8_panel<pixels, vectors, false, requantizer>(panel, output);
+        last_is_half ? gemm_u8_tiles<gemm_kernel<true>, pixels, vectors, requantizer>(panel, output)
+                     : gemm_u8_tiles<gemm_kernel<false>, pixels, vectors, requantizer>(panel, output);
 }
 
 /// 16 partial sums of one pixel and one output.

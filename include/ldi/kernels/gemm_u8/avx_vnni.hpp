@@ -51,47 +51,36 @@ template <std::size_t... p, std::size_t... v>
     (multiply_add(vectors, sums + p * sizeof...(v), avx2::spread_four(inputs + p * stride), w), ...);
 }
 
-template <class Requantizer, std::size_t... p, std::size_t... v>
-[[gnu::always_inline]] inline void gemm_u8_tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
-                                                const gemm_panel& panel, const Requantizer& requantize, std::size_t first) {
-    __m256i sums[sizeof...(p) * sizeof...(v)];
-    const __m256i start[] = {_mm256_loadu_si256(reinterpret_cast<const __m256i*>(panel.bias + v * gemm_lanes))...};
-    (avx2::copy(vectors, sums + p * sizeof...(v), start), ...);
-    const __m256i* weights = reinterpret_cast<const __m256i*>(panel.weights);
-    const std::size_t stride = panel.pixel_stride;
-    for (std::size_t s = 0; s < panel.segment_count; ++s) {
-        const std::uint8_t* x = panel.segments[s] + first * stride;
-        for (std::size_t g = 0; g < panel.groups; ++g, x += gemm_group, weights += sizeof...(v))
-            multiply_add(pixels, vectors, sums, x, stride, weights);
+struct gemm_kernel {
+    template <class Requantizer, std::size_t... p, std::size_t... v>
+    [[gnu::always_inline]] static void tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
+                                            const gemm_panel& panel, const Requantizer& requantize, std::size_t first) {
+        __m256i sums[sizeof...(p) * sizeof...(v)];
+        const __m256i start[] = {_mm256_loadu_si256(reinterpret_cast<const __m256i*>(panel.bias + v * gemm_lanes))...};
+        (avx2::copy(vectors, sums + p * sizeof...(v), start), ...);
+        const __m256i* weights = reinterpret_cast<const __m256i*>(panel.weights);
+        const std::size_t stride = panel.pixel_stride;
+        for (std::size_t s = 0; s < panel.segment_count; ++s) {
+            const std::uint8_t* x = panel.segments[s] + first * stride;
+            for (std::size_t g = 0; g < panel.groups; ++g, x += gemm_group, weights += sizeof...(v))
+                multiply_add(pixels, vectors, sums, x, stride, weights);
+        }
+        constexpr std::size_t count = sizeof...(p) * sizeof...(v);
+        std::uint8_t* const result = panel.result + first * panel.outputs;
+        if constexpr (count % 4 == 0)
+            if (panel.held == sizeof...(v) * gemm_lanes)
+                return avx2::store_filled<sizeof...(v)>(std::make_index_sequence<count / 4>{}, sums, requantize, result,
+                                                        panel.outputs);
+        (avx2::store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, result + p * panel.outputs, panel.held), ...);
     }
-    constexpr std::size_t count = sizeof...(p) * sizeof...(v);
-    std::uint8_t* const result = panel.result + first * panel.outputs;
-    if constexpr (count % 4 == 0)
-        if (panel.held == sizeof...(v) * gemm_lanes)
-            return avx2::store_filled<sizeof...(v)>(std::make_index_sequence<count / 4>{}, sums, requantize, result,
-                                                    panel.outputs);
-    (avx2::store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, result + p * panel.outputs, panel.held), ...);
-}
+};
 
-template <std::size_t pixels, std::size_t vectors, class Requantizer>
-inline void gemm_u8_panel(const gemm_panel& given, const float_requantization& output) {
-    const gemm_panel panel = given;  // a local copy: results cannot alias it
-    const Requantizer requantize(output);
-    constexpr std::make_index_sequence<vectors> wide{};
-    if (panel.pixels < pixels) {
-        for (std::size_t p = 0; p < panel.pixels; ++p) gemm_u8_tile(std::index_sequence<0>{}, wide, panel, requantize, p);
-        return;
-    }
-    for (std::size_t p = 0; p < panel.pixels; p += pixels) {  // the last tile may overlap the one before it
-        const std::size_t first = p + pixels <= panel.pixels ? p : panel.pixels - pixels;
-        gemm_u8_tile(std::make_index_sequence<pixels>{}, wide, panel, requantize, first);
-    }
-}
+#include <ldi/kernels/gemm_u8/generic/walk.hpp>
 
 template <std::size_t pixels, std::size_t vectors>
 inline void gemm_u8_panel(const gemm_panel& panel, const float_requantization& output) {
-    output.zero_point == 0 ? gemm_u8_panel<pixels, vectors, avx2::rectifier>(panel, output)
-                           : gemm_u8_panel<pixels, vectors, avx2::requantizer>(panel, output);
+    output.zero_point == 0 ? gemm_u8_tiles<gemm_kernel, pixels, vectors, avx2::rectifier>(panel, output)
+                           : gemm_u8_tiles<gemm_kernel, pixels, vectors, avx2::requantizer>(panel, output);
 }
 
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
