@@ -3322,30 +3322,41 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
 
+inline constexpr std::size_t lane_count = 8;
+
+[[gnu::always_inline]] inline __m256 eight_bytes(const std::uint8_t* from) {
+    return _mm256_cvtepi32_ps(_mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(from))));
+}
+[[gnu::always_inline]] inline __m256i add_scaled(const std::uint8_t* a, const std::uint8_t* b, __m256 a_scale, __m256 b_scale,
+                                                 __m256 offset) {
+    return _mm256_cvtps_epi32(_mm256_fmadd_ps(eight_bytes(a), a_scale, _mm256_fmadd_ps(eight_bytes(b), b_scale, offset)));
+}
+[[gnu::always_inline]] inline void store_in_order(std::uint8_t* to, __m256i bytes) {
+    _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), gather_lanes(bytes));
+}
+
+// The sum of two tensors in float. Each x86 instruction set includes this file inside its namespace and target region, after
+// detail/lanes_*.hpp and
+//
+//   lane_count                       32-bit lanes per vector
+//   add_scaled(a, b, scales...)      one vector: round(a * a_scale + (b * b_scale + offset)), fused
+//   store_in_order(to, bytes)        stores what pack_bytes() returns, all of its first argument first
+
 struct adder {
-    static constexpr std::size_t width = 32;
-    __m256 a_scale, b_scale, offset;
+    static constexpr std::size_t width = 4 * lane_count;  ///< bytes per step
+    float_lanes a_scale, b_scale, offset;
 
     explicit adder(const add_u8_constants& sum)
-        : a_scale(_mm256_set1_ps(sum.a_scale)), b_scale(_mm256_set1_ps(sum.b_scale)), offset(_mm256_set1_ps(sum.offset)) {}
+        : a_scale(spread(sum.a_scale)), b_scale(spread(sum.b_scale)), offset(spread(sum.offset)) {}
 
-    [[gnu::always_inline]] __m256i eight(const std::uint8_t* a, const std::uint8_t* b) const {
-        const __m256 x = to_float(a), y = to_float(b);
-        return _mm256_cvtps_epi32(_mm256_fmadd_ps(x, a_scale, _mm256_fmadd_ps(y, b_scale, offset)));
+    [[gnu::always_inline]] int_lanes lanes(const std::uint8_t* a, const std::uint8_t* b, std::size_t first) const {
+        return add_scaled(a + first, b + first, a_scale, b_scale, offset);
     }
-
     [[gnu::always_inline]] void add(const std::uint8_t* a, const std::uint8_t* b, std::uint8_t* result) const {
-        const __m256i bytes = pack_bytes(eight(a, b), eight(a + 8, b + 8), eight(a + 16, b + 16), eight(a + 24, b + 24));
-        _mm256_storeu_si256(reinterpret_cast<__m256i*>(result), gather_lanes(bytes));
-    }
-
-private:
-    [[gnu::always_inline]] static __m256 to_float(const std::uint8_t* values) {
-        const __m128i bytes = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(values));
-        return _mm256_cvtepi32_ps(_mm256_cvtepu8_epi32(bytes));
+        store_in_order(result, pack_bytes(lanes(a, b, 0), lanes(a, b, lane_count), lanes(a, b, 2 * lane_count),
+                                          lanes(a, b, 3 * lane_count)));
     }
 };
-
 // The walk of add_u8 over a row. Each instruction set includes this file inside its namespace and target region. Its `adder` has
 //
 //   width                 bytes per step
@@ -3461,30 +3472,39 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 
+inline constexpr std::size_t lane_count = 16;
+
+[[gnu::always_inline]] inline __m512 sixteen_bytes(const std::uint8_t* from) {
+    return _mm512_cvtepi32_ps(_mm512_cvtepu8_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(from))));
+}
+[[gnu::always_inline]] inline __m512i add_scaled(const std::uint8_t* a, const std::uint8_t* b, __m512 a_scale, __m512 b_scale,
+                                                 __m512 offset) {
+    return _mm512_cvtps_epi32(_mm512_fmadd_ps(sixteen_bytes(a), a_scale, _mm512_fmadd_ps(sixteen_bytes(b), b_scale, offset)));
+}
+[[gnu::always_inline]] inline void store_in_order(std::uint8_t* to, __m512i bytes) { _mm512_storeu_si512(to, swap_lanes(bytes)); }
+
+// The sum of two tensors in float. Each x86 instruction set includes this file inside its namespace and target region, after
+// detail/lanes_*.hpp and
+//
+//   lane_count                       32-bit lanes per vector
+//   add_scaled(a, b, scales...)      one vector: round(a * a_scale + (b * b_scale + offset)), fused
+//   store_in_order(to, bytes)        stores what pack_bytes() returns, all of its first argument first
+
 struct adder {
-    static constexpr std::size_t width = 64;
-    __m512 a_scale, b_scale, offset;
+    static constexpr std::size_t width = 4 * lane_count;  ///< bytes per step
+    float_lanes a_scale, b_scale, offset;
 
     explicit adder(const add_u8_constants& sum)
-        : a_scale(_mm512_set1_ps(sum.a_scale)), b_scale(_mm512_set1_ps(sum.b_scale)), offset(_mm512_set1_ps(sum.offset)) {}
+        : a_scale(spread(sum.a_scale)), b_scale(spread(sum.b_scale)), offset(spread(sum.offset)) {}
 
-    [[gnu::always_inline]] __m512i sixteen(const std::uint8_t* a, const std::uint8_t* b) const {
-        const __m512 x = to_float(a), y = to_float(b);
-        return _mm512_cvtps_epi32(_mm512_fmadd_ps(x, a_scale, _mm512_fmadd_ps(y, b_scale, offset)));
+    [[gnu::always_inline]] int_lanes lanes(const std::uint8_t* a, const std::uint8_t* b, std::size_t first) const {
+        return add_scaled(a + first, b + first, a_scale, b_scale, offset);
     }
-
     [[gnu::always_inline]] void add(const std::uint8_t* a, const std::uint8_t* b, std::uint8_t* result) const {
-        const __m512i bytes =
-            pack_bytes(sixteen(a, b), sixteen(a + 16, b + 16), sixteen(a + 32, b + 32), sixteen(a + 48, b + 48));
-        _mm512_storeu_si512(result, swap_lanes(bytes));
-    }
-
-private:
-    [[gnu::always_inline]] static __m512 to_float(const std::uint8_t* values) {
-        return _mm512_cvtepi32_ps(_mm512_cvtepu8_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(values))));
+        store_in_order(result, pack_bytes(lanes(a, b, 0), lanes(a, b, lane_count), lanes(a, b, 2 * lane_count),
+                                          lanes(a, b, 3 * lane_count)));
     }
 };
-
 // The walk of add_u8 over a row. Each instruction set includes this file inside its namespace and target region. Its `adder` has
 //
 //   width                 bytes per step

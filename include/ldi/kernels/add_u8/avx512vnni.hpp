@@ -14,30 +14,18 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 
-struct adder {
-    static constexpr std::size_t width = 64;
-    __m512 a_scale, b_scale, offset;
+inline constexpr std::size_t lane_count = 16;
 
-    explicit adder(const add_u8_constants& sum)
-        : a_scale(_mm512_set1_ps(sum.a_scale)), b_scale(_mm512_set1_ps(sum.b_scale)), offset(_mm512_set1_ps(sum.offset)) {}
+[[gnu::always_inline]] inline __m512 sixteen_bytes(const std::uint8_t* from) {
+    return _mm512_cvtepi32_ps(_mm512_cvtepu8_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(from))));
+}
+[[gnu::always_inline]] inline __m512i add_scaled(const std::uint8_t* a, const std::uint8_t* b, __m512 a_scale, __m512 b_scale,
+                                                 __m512 offset) {
+    return _mm512_cvtps_epi32(_mm512_fmadd_ps(sixteen_bytes(a), a_scale, _mm512_fmadd_ps(sixteen_bytes(b), b_scale, offset)));
+}
+[[gnu::always_inline]] inline void store_in_order(std::uint8_t* to, __m512i bytes) { _mm512_storeu_si512(to, swap_lanes(bytes)); }
 
-    [[gnu::always_inline]] __m512i sixteen(const std::uint8_t* a, const std::uint8_t* b) const {
-        const __m512 x = to_float(a), y = to_float(b);
-        return _mm512_cvtps_epi32(_mm512_fmadd_ps(x, a_scale, _mm512_fmadd_ps(y, b_scale, offset)));
-    }
-
-    [[gnu::always_inline]] void add(const std::uint8_t* a, const std::uint8_t* b, std::uint8_t* result) const {
-        const __m512i bytes =
-            pack_bytes(sixteen(a, b), sixteen(a + 16, b + 16), sixteen(a + 32, b + 32), sixteen(a + 48, b + 48));
-        _mm512_storeu_si512(result, swap_lanes(bytes));
-    }
-
-private:
-    [[gnu::always_inline]] static __m512 to_float(const std::uint8_t* values) {
-        return _mm512_cvtepi32_ps(_mm512_cvtepu8_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(values))));
-    }
-};
-
+#include <ldi/kernels/add_u8/generic/float_adder.hpp>
 #include <ldi/kernels/add_u8/generic/walk.hpp>
 
 LDI_END_TARGET
