@@ -20,7 +20,7 @@ namespace ldi_quality {
 struct halo_options {
     double width = 6;  ///< of the band, in pixels: half of it on either side of the silhouette
     /// In disparity from 0 to 1: a silhouette is out of sight behind what is nearer by more than this.
-    float least_cover = 0.02F;
+    float min_cover = 0.02F;
 };
 
 namespace detail {
@@ -51,7 +51,7 @@ inline ldi::image<float> nearest_in_other(const subject& s) {
 inline mask silhouette_band(const subject& s, const std::vector<true_side>& truth, const halo_options& options = {}) {
     const ldi::image<float> nearest = detail::nearest_in_other(s);
     const auto [least, most] = std::minmax_element(s.inverse_depth.begin(), s.inverse_depth.end());
-    const float cover = options.least_cover * (*most - *least);
+    const float cover = options.min_cover * (*most - *least);
     const float reach = static_cast<float>(options.width / 2);
     mask band(s.seen.height(), s.seen.width(), 1, std::uint8_t{0});
     const auto is_inside = [&](float u, float v) {

@@ -28,7 +28,7 @@ struct arguments {
     std::vector<std::filesystem::path> photos;
     std::filesystem::path crops, models = LDI_SOURCE_DIR "/examples/models";
     std::int32_t picture_side = 1000;
-    std::size_t geometry_size = ldi::photo3d_options().long_side, most_crops = 3;
+    std::size_t geometry_size = ldi::photo3d_options().long_side, max_crops = 3;
     float motion = ldi::expand_options().motion;
     bool soft_edges = true, prints_holes = false;
 };
@@ -71,7 +71,7 @@ void run(const arguments& a) {
     ldi::photo3d_options options;
     options.long_side = a.geometry_size;
     options.expand.motion = a.motion;
-    if (!a.soft_edges) options.mesh.soft_edges.least_width = 0;
+    if (!a.soft_edges) options.mesh.soft_edges.min_width = 0;
     std::printf(
         "| photo | views with holes | uncovered pixels, worst view | largest hole | holes | triangles | hidden pixels | ms |\n"
         "|---|---|---|---|---|---|---|---|\n");
@@ -85,21 +85,21 @@ void run(const arguments& a) {
         const hole_report r = count_holes(made.mesh, made.facts, a.picture_side, threads);
         const std::int64_t largest_here = r.holes.empty() ? 0 : r.holes.front().pixels;
         std::printf("| %s | %zu of %zu | %lld | %lld | %zu | %zu | %zu | %.0f |\n", file.filename().c_str(), r.views_with_holes,
-                    r.views, static_cast<long long>(r.most_pixels), static_cast<long long>(largest_here), r.holes.size(),
+                    r.views, static_cast<long long>(r.max_pixels), static_cast<long long>(largest_here), r.holes.size(),
                     made.mesh.triangle_count(), made.layers.size() - made.photo.size() / 3, ms);
         const std::vector<named_view> from = allowed_views(made.facts, a.picture_side);
-        for (std::size_t i = 0; i < r.holes.size() && (a.prints_holes || i < a.most_crops); ++i) {
+        for (std::size_t i = 0; i < r.holes.size() && (a.prints_holes || i < a.max_crops); ++i) {
             const hole& h = r.holes[i];
             if (a.prints_holes)
                 std::printf("    %lld pixels at (%d, %d), camera at %s\n", static_cast<long long>(h.pixels), h.x, h.y,
                             from[h.view].name.c_str());
-            if (!a.crops.empty() && i < a.most_crops)
+            if (!a.crops.empty() && i < a.max_crops)
                 ldi::save_png(a.crops / (file.stem().string() + "_" + std::to_string(i) + ".png"),
                               crop_of(made, from[h.view].from, h));
         }
         std::fflush(stdout);
         photos_with_holes += r.holes.empty() ? 0U : 1U, views_with_holes += r.views_with_holes, views += r.views;
-        largest = std::max(largest, largest_here), most = std::max(most, r.most_pixels), triangles += made.mesh.triangle_count();
+        largest = std::max(largest, largest_here), most = std::max(most, r.max_pixels), triangles += made.mesh.triangle_count();
     }
     std::printf("\nholes in %zu of %zu photographs (%zu of %zu views), largest %lld px, worst view %lld px, %zu triangles\n",
                 photos_with_holes, photos.size(), views_with_holes, views, static_cast<long long>(largest),
@@ -113,7 +113,7 @@ int main(int count, char** values) {
     arguments a;
     app.add_option("photos", a.photos, "photographs; default: forty of ../shared/photos");
     app.add_option("--crops", a.crops, "folder for pictures of the largest holes, enlarged four times");
-    app.add_option("--most-crops", a.most_crops, "per photo")->capture_default_str();
+    app.add_option("--most-crops", a.max_crops, "per photo")->capture_default_str();
     app.add_option("--side", a.picture_side, "long side of the pictures that are counted, in pixels")->capture_default_str();
     app.add_option("--geometry-size", a.geometry_size, "as of photo3d")->capture_default_str();
     app.add_option("--motion", a.motion, "as of photo3d")->capture_default_str();

@@ -158,7 +158,7 @@ inline std::vector<hole> find_holes(const ldi::image<std::uint8_t>& coverage, co
 
 struct hole_report {
     std::size_t views = 0, views_with_holes = 0;
-    std::int64_t most_pixels = 0;  ///< uncovered, in the worst view
+    std::int64_t max_pixels = 0;  ///< uncovered, in the worst view
     std::vector<hole> holes;       ///< of all views, largest first
 };
 
@@ -175,7 +175,7 @@ hole_report count_holes(const ldi::textured_mesh& mesh, const ldi::photo_facts& 
         const std::vector<hole> found = find_holes(seen.coverage, frame_test(v.from, photo.camera, photo.range), result.views);
         std::int64_t pixels = 0;
         for (const hole& h : found) pixels += h.pixels;
-        result.most_pixels = std::max(result.most_pixels, pixels);
+        result.max_pixels = std::max(result.max_pixels, pixels);
         result.views_with_holes += found.empty() ? 0U : 1U;
         result.holes.insert(result.holes.end(), found.begin(), found.end());
         ++result.views;

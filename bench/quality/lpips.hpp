@@ -83,7 +83,7 @@ inline features pooled(const features& in) {
 
 class lpips_network {
 public:
-    static constexpr std::size_t least_side = 32;  ///< of the pictures that it compares
+    static constexpr std::size_t min_side = 32;  ///< of the pictures that it compares
 
     /// One without weights, for which every difference is unmeasured.
     lpips_network() = default;
@@ -112,7 +112,7 @@ public:
 
     /// H x W x 1: how different the pictures look around each pixel. Its mean is what lpips.py calls the mean of the map.
     ///
-    /// a, b  H x W x 3 of one size, neither side below least_side
+    /// a, b  H x W x 3 of one size, neither side below min_side
     map differences(const picture& a, const picture& b) const {
         map result(a.height(), a.width());
         const std::vector<detail::features> levels_a = levels(a), levels_b = levels(b);

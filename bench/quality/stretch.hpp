@@ -24,7 +24,7 @@ struct stretch_options {
     /// depth washes a step out.
     double reach = 12.0 / 1152;
     /// From one end to the other, a triangle's steepest line becomes longer by this factor or more.
-    double least_factor = 2;
+    double min_factor = 2;
 };
 
 namespace detail {
@@ -46,7 +46,7 @@ inline double steepness(const std::array<photo_corner, 3>& t) {
 
 /// One for each triangle of the mesh, 1 where it spans a true silhouette: one of its corners, the middles of its sides or its own
 /// middle, seen from the photo's place, is near a true silhouette; and between both views its steep direction becomes longer by
-/// `least_factor`, as only what leads from one surface to another does.
+/// `min_factor`, as only what leads from one surface to another does.
 inline ldi::buffer<std::uint8_t> spanning_triangles(const ldi::textured_mesh& mesh, const subject& s,
                                                     const std::vector<true_side>& truth, const stretch_options& options = {}) {
     std::vector<side_middle> middles;
@@ -69,7 +69,7 @@ inline ldi::buffer<std::uint8_t> spanning_triangles(const ldi::textured_mesh& me
             const auto [x, y] = s.camera.project({p[0], p[1], p[2]});
             t[k] = {static_cast<double>(x), static_cast<double>(y), disparity_per_inverse_depth / static_cast<double>(-p[2])};
         }
-        if (detail::steepness(t) * s.parallax() < options.least_factor - 1) continue;
+        if (detail::steepness(t) * s.parallax() < options.min_factor - 1) continue;
         bool near = is_near((t[0].x + t[1].x + t[2].x) / 3, (t[0].y + t[1].y + t[2].y) / 3);
         for (std::size_t a = 0; a < 3; ++a)
             for (std::size_t b = a; b < 3; ++b) near = near || is_near((t[a].x + t[b].x) / 2, (t[a].y + t[b].y) / 2);

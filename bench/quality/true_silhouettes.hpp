@@ -32,13 +32,13 @@ struct true_side {
 
 struct true_silhouette_options {
     /// In disparity, from 0 for the farthest to 1 for the nearest: what the library takes for a discontinuity.
-    float least_step = 0.05F;
+    float min_step = 0.05F;
     /// Connected sides fewer than these are specks.
-    std::size_t least_sides = 20;
+    std::size_t min_sides = 20;
     /// Colors are the means of this many pixels to either side, after the first, which is mixed.
     std::int32_t color_reach = 3;
     /// Their least difference: root mean square over the channels, of 255.
-    double least_color_difference = 25;
+    double min_color_difference = 25;
 };
 
 namespace detail {
@@ -59,7 +59,7 @@ inline std::array<double, 3> color_beyond(const picture& photo, const ldi::image
     };
     for (std::int32_t k = 1; k <= options.color_reach; ++k) {
         const std::int32_t u = x + k * step_x, v = y + k * step_y;
-        if (!inside(u, v) || std::abs(disparity(v, u) - disparity(y, x)) > options.least_step) break;
+        if (!inside(u, v) || std::abs(disparity(v, u) - disparity(y, x)) > options.min_step) break;
         add(u, v);
     }
     if (count == 0) add(x, y);
@@ -74,7 +74,7 @@ inline bool colors_differ(const picture& photo, const ldi::image<float>& dispari
     const auto on_far = color_beyond(photo, disparity, s.far_x, s.far_y, -step_x, -step_y, options);
     double squared = 0;
     for (std::size_t c = 0; c < 3; ++c) squared += (on_near[c] - on_far[c]) * (on_near[c] - on_far[c]) / 3;
-    return std::sqrt(squared) >= options.least_color_difference;
+    return std::sqrt(squared) >= options.min_color_difference;
 }
 
 /// Keeps those that hang together, corner to corner, with at least `least` sides.
@@ -115,10 +115,10 @@ inline std::vector<true_side> true_silhouettes(const picture& photo, const ldi::
             for (const auto& [u, v] : {std::pair{x + 1, y}, {x, y + 1}}) {
                 if (u >= width || v >= height || known(y, x) == 0 || known(v, u) == 0) continue;
                 const float step = disparity(y, x) - disparity(v, u);
-                if (std::abs(step) <= options.least_step) continue;
+                if (std::abs(step) <= options.min_step) continue;
                 sides.push_back(step > 0 ? true_side{x, y, u, v} : true_side{u, v, x, y});
             }
-    detail::drop_specks(sides, photo.height(), photo.width(), options.least_sides);
+    detail::drop_specks(sides, photo.height(), photo.width(), options.min_sides);
     for (true_side& s : sides) s.colors_differ = detail::colors_differ(photo, disparity, s, options);
     return sides;
 }

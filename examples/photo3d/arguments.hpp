@@ -218,7 +218,7 @@ inline photo3d_options options_for(const arguments& a, const photo_with_depth& i
     options.texture.strength = a.texture;
     options.grain.strength = a.grain;
     options.expand.motion = a.motion;
-    if (a.hard_edges) options.mesh.soft_edges.least_width = 0.0F;
+    if (a.hard_edges) options.mesh.soft_edges.min_width = 0.0F;
     if (photo.focal_length_35mm) options.focal_length_35mm = *photo.focal_length_35mm;
     if (a.field_of_view > 0.0F) {
         // The same field of view as a 35 mm equivalent, which is what the options hold.

@@ -81,8 +81,8 @@ struct given_disparity {
     float quantization_step() const { return 1.0F; }
 };
 
-/// What `alignment`, `components` and `curves` count in pixels holds where depth is as fine as the photo. Where one sample of
-/// depth covers several pixels, lengths are multiplied by its side, and sizes by its area.
+/// Lengths and sizes in `alignment`, `components` and `curves` are in pixels, for depth as fine as the photo. Where one depth
+/// sample covers several pixels, make_photo3d() multiplies lengths by the sample's side and sizes by its area.
 struct photo3d_options {
     /// The photo is shrunk to this long side, in pixels, if it is larger.
     std::size_t long_side = 1536;

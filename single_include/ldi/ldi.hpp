@@ -64,7 +64,7 @@
 #define LDI_EXCEPTION_PART _no_exceptions
 #endif
 
-// What the whole translation unit may use, and compilers do without being asked.
+// Instructions that the compiler may use anywhere in this translation unit.
 #if defined(__AVX512VBMI__)
 #define LDI_VECTOR_PART _avx512vbmi
 #elif defined(__AVX512VL__)
@@ -233,8 +233,8 @@ inline error_handler set_error_handler(error_handler handler) {
 }}  // namespace ldi
 
 // ---- ldi/base/memory.hpp
-// Where ldi's memory comes from: the caller's allocator, which `memory_scope` sets, so that an engine's budget holds for every
-// stage. What owns values on it is base/buffer.hpp.
+// Source of ldi's memory: the caller's allocator, set by `memory_scope`, so that an engine's budget covers every stage.
+// base/buffer.hpp owns values in it.
 
 #include <cstddef>
 
@@ -336,7 +336,7 @@ concept element_iterator = requires(T i) {
 /// Memory for so many values would not have a size.
 [[noreturn]] inline void refuse_count() { raise(error_code::too_large, "buffer", "a size that memory can have", "a larger one"); }
 
-/// What a buffer holds, whatever its values: compiled once for all types.
+/// Type-independent part of a buffer, compiled once for all types.
 struct memory_block {
     void* values = nullptr;
     std::size_t size = 0, capacity = 0;  ///< in values
@@ -1430,7 +1430,7 @@ struct matte_column {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// What edit_links() lets its argument change: the links between pixels, not the pixels.
+/// Changes links between pixels, not the pixels. Argument of the function that edit_links() calls.
 class link_editor {
 public:
     explicit link_editor(graph_builder& g) : graph_(g) {}
@@ -1451,7 +1451,7 @@ struct grown_piece {
     bool is_new;
 };
 
-/// What the argument of grow() returns.
+/// Result of the function that grow() calls.
 struct grown_pixels {
     graph topology;                ///< of all pixels, old and new
     buffer<grown_piece> pieces;    ///< sources of its pixels in the order of their indices; every old pixel occurs once
@@ -3015,7 +3015,7 @@ struct conv_panel_input {
     const Value* weights;
 };
 
-/// Where and how a kernel stores the results of one panel.
+/// Destination of one panel's results, and the constants that finish them.
 template <class Result>
 struct conv_panel_output {
     const float *bias, *ratios;
@@ -4780,7 +4780,7 @@ struct conv_u8_kernel {
                          std::size_t pixels, const float* ratios, float* result);
 };
 
-/// Where and how a kernel stores the results of one panel.
+/// Destination of one panel's results, and the constants that finish them.
 template <class Result>
 struct conv_u8_panel_output {
     const std::int32_t* offsets;
@@ -6036,7 +6036,8 @@ struct depthwise_run {
         result.store(sums.right(current, column), (length - 1) * pixel_bytes);
     }
 
-    /// Of two columns, both end a window, the first as its middle; the second begins the next.
+    /// Stride 2. Each pair of columns completes one window, as its middle and right columns. The second column is also the left
+    /// one of the next window.
     void stride_2() const {
         const Sums sums = packed;
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
@@ -6339,7 +6340,8 @@ struct depthwise_run {
         result.store(sums.right(current, column), (length - 1) * pixel_bytes);
     }
 
-    /// Of two columns, both end a window, the first as its middle; the second begins the next.
+    /// Stride 2. Each pair of columns completes one window, as its middle and right columns. The second column is also the left
+    /// one of the next window.
     void stride_2() const {
         const Sums sums = packed;
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
@@ -7025,11 +7027,11 @@ inline void fold_zero_points(gemm_u8_weights& packed, std::span<const std::uint8
 }}  // namespace ldi
 
 // ---- ldi/kernels/gemm_u8/avx2_packing.hpp
-// How weights lie for gemm_u8/avx2.hpp.
+// Packs weights for gemm_u8/avx2.hpp.
 //
-// Sums of 16 bits saturate; detail/unsaturated_pairs.hpp says for which weights they can't. Most weights are so small that the
-// products of two groups of four inputs may meet in one 16-bit sum before it is widened. Which groups go together, and which
-// weights have to be split over two, is found here, for each panel of 16 outputs.
+// 16-bit sums saturate, but not for small weights (detail/unsaturated_pairs.hpp). Most weights are so small that the products of
+// two groups of four inputs fit into one 16-bit sum before it is widened. For each panel of 16 outputs, this header finds groups
+// that can share a sum, and weights that must be split in two.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
@@ -9529,7 +9531,7 @@ struct network_description {
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-inline constexpr std::size_t most_channels = 65536, most_kernel = 7, most_stride = 2, most_resize_factor = 4;
+inline constexpr std::size_t max_channels = 65536, max_kernel = 7, max_stride = 2, max_resize_factor = 4;
 
 /// Factor from an accumulator's unit to the output's. The order of operations decides the last bit.
 inline float requantization_scale(quantization input, quantization weights, quantization output) {
@@ -9572,12 +9574,12 @@ inline std::size_t check_operator(const std::string& place, quantization output,
                                   const buffer<checked_tensor>& tensors) {
     const checked_tensor& input = checked_input(place, tensors, c.input);
     const std::size_t outputs = c.bias.size();
-    if (outputs == 0 || outputs > most_channels)
-        raise(error_code::unsupported, place, "1 to " + std::to_string(most_channels) + " channels", std::to_string(outputs));
-    if (c.kernel % 2 == 0 || c.kernel > most_kernel || (c.depthwise && c.kernel != 3))
+    if (outputs == 0 || outputs > max_channels)
+        raise(error_code::unsupported, place, "1 to " + std::to_string(max_channels) + " channels", std::to_string(outputs));
+    if (c.kernel % 2 == 0 || c.kernel > max_kernel || (c.depthwise && c.kernel != 3))
         raise(error_code::unsupported, place, c.depthwise ? "a 3 x 3 depthwise kernel" : "an odd kernel, at most 7 x 7",
               std::to_string(c.kernel) + " x " + std::to_string(c.kernel));
-    if (c.stride == 0 || c.stride > most_stride)
+    if (c.stride == 0 || c.stride > max_stride)
         raise(error_code::unsupported, place, "a stride of 1 or 2", std::to_string(c.stride));
     if (c.depthwise && outputs != input.channels)
         raise(error_code::mismatch, place, std::to_string(input.channels) + " channels, as the input has",
@@ -9610,16 +9612,16 @@ inline std::size_t check_operator(const std::string& place, quantization output,
 inline std::size_t check_operator(const std::string& place, quantization output, const nearest_resize_description& r,
                                   const buffer<checked_tensor>& tensors) {
     const checked_tensor& input = checked_input(place, tensors, r.input);
-    if (r.factor == 0 || r.factor > most_resize_factor)
-        raise(error_code::unsupported, place, "a factor of 1 to " + std::to_string(most_resize_factor), std::to_string(r.factor));
+    if (r.factor == 0 || r.factor > max_resize_factor)
+        raise(error_code::unsupported, place, "a factor of 1 to " + std::to_string(max_resize_factor), std::to_string(r.factor));
     if (output != input.values) raise(error_code::mismatch, place, "the input's scale and zero point", "others");
     return input.channels;
 }
 
 inline void check_network(const network_description& network) {
     const std::string input = place_in(network.where, network.input_name);
-    if (network.input_channels == 0 || network.input_channels > most_channels)
-        raise(error_code::unsupported, input, "1 to " + std::to_string(most_channels) + " channels",
+    if (network.input_channels == 0 || network.input_channels > max_channels)
+        raise(error_code::unsupported, input, "1 to " + std::to_string(max_channels) + " channels",
               std::to_string(network.input_channels));
     check_scale(input, network.input.scale);
     buffer<checked_tensor> tensors{{network.input, network.input_channels}};
@@ -9771,7 +9773,7 @@ struct chain_stage {
         return {(first > margin ? first - margin : 0) / enlargement(), (std::min)(last, height - 1) / enlargement() + 1};
     }
     /// Maximum number of rows that needs() returns for `count` rows of the result.
-    std::size_t most_needed(std::size_t count) const {
+    std::size_t max_needed(std::size_t count) const {
         return (std::min)(input.height, ((count - 1) * stride() + kernel() + enlargement() - 2) / enlargement() + 1);
     }
 
@@ -9793,7 +9795,7 @@ inline void plan_rings(buffer<chain_stage>& chain) {
     chain_stage& last = chain.back();
     last.rows = std::clamp<std::size_t>((wanted_pixels + last.output.width - 1) / last.output.width, 1, last.output.height);
     for (std::size_t s = chain.size() - 1; s > 0; --s) {
-        chain[s - 1].ring_rows = chain[s].most_needed(chain[s].rows);
+        chain[s - 1].ring_rows = chain[s].max_needed(chain[s].rows);
         chain[s - 1].rows = chain[s - 1].ring_rows;
     }
 }
@@ -10205,7 +10207,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 class quantized_network {
 public:
     /// Maximum bytes of the tensors that are alive at the same time, with each layer run on its own.
-    static constexpr std::uint64_t most_bytes = std::uint64_t{1} << 29;
+    static constexpr std::uint64_t max_bytes = std::uint64_t{1} << 29;
 
     /// target  the instruction set to pack weights for; it must be available. Results do not depend on it
     /// Raises an error that names the tensor if the description is not a network that ldi can run.
@@ -10338,19 +10340,19 @@ private:
                               std::to_string(found[t].width) + " x " + std::to_string(found[t].height));
             found.push_back(detail::size_after(layer, first));
             alive += bytes(i + 1, found.back());
-            if (alive > most_bytes)
-                raise(error_code::too_large, layer.name, "at most " + std::to_string(most_bytes) + " bytes of tensors",
+            if (alive > max_bytes)
+                raise(error_code::too_large, layer.name, "at most " + std::to_string(max_bytes) + " bytes of tensors",
                       "an input of " + std::to_string(input.width) + " x " + std::to_string(input.height) + " pixels");
             for (std::size_t t : last_uses_[i]) alive -= bytes(t, found[t]);
         }
         return found;
     }
 
-    /// Bytes of a tensor, or more than most_bytes if that overflows.
+    /// Bytes of a tensor, or more than max_bytes if that overflows.
     std::uint64_t bytes(std::size_t tensor, tensor_size size) const {
         std::uint64_t product = channels_[tensor];
         for (std::uint64_t factor : {std::uint64_t{size.height}, std::uint64_t{size.width}})
-            product = factor > most_bytes || product * factor > most_bytes ? most_bytes + 1 : product * factor;
+            product = factor > max_bytes || product * factor > max_bytes ? max_bytes + 1 : product * factor;
         return product;
     }
 
@@ -10437,8 +10439,8 @@ private:
                     .run(range);
             }
         };
-        const std::size_t least_rows = std::max<std::size_t>(2 * step.reach, 1);  // keeps the copies around cuts apart
-        const std::size_t strips = std::clamp<std::size_t>(rows / least_rows, 1, std::max<std::size_t>(threads.concurrency(), 1));
+        const std::size_t min_rows = std::max<std::size_t>(2 * step.reach, 1);  // keeps the copies around cuts apart
+        const std::size_t strips = std::clamp<std::size_t>(rows / min_rows, 1, std::max<std::size_t>(threads.concurrency(), 1));
         const std::size_t all_strips = std::max<std::size_t>(threads.concurrency(), 1);
         strip_task task{step, tensors, memory, memory + all_strips * planned.strip_bytes, planned, rows, strips};
         if (step.overwrites_input) task.save_cuts();
@@ -10502,7 +10504,7 @@ public:
             decltype(operator_description::kind) kind;
             switch (row(i, 0, 0, 3)) {
                 case 2: kind = addition_description{{input(i, 1), input(i, 2)}}; break;
-                case 3: kind = nearest_resize_description{input(i, 1), row(i, 4, 1, most_number)}; break;
+                case 3: kind = nearest_resize_description{input(i, 1), row(i, 4, 1, max_number)}; break;
                 default: kind = convolution(i);
             }
             if (channels_.size() == i + 1) channels_.push_back(channels_[input(i, 1)]);
@@ -10515,11 +10517,11 @@ public:
     }
 
 private:
-    static constexpr std::size_t columns = 5, most_number = 65536;
+    static constexpr std::size_t columns = 5, max_number = 65536;
 
     std::size_t operator_count() const {
         const auto found = file_.tensors.find("operators");
-        if (found == file_.tensors.end() || found->second.shape.size() != 2 || found->second.shape[0] > most_number)
+        if (found == file_.tensors.end() || found->second.shape.size() != 2 || found->second.shape[0] > max_number)
             raise(error_code::mismatch, tensor_place(file_, "operators"), "a table of the network's operators",
                   found == file_.tensors.end() ? "no such tensor" : shape_text(found->second.shape));
         return found->second.shape[0];
@@ -10562,8 +10564,8 @@ private:
         convolution_description c;
         c.depthwise = row(i, 0, 0, 1) == 1;
         c.input = input(i, 1);
-        c.kernel = row(i, 3, 1, most_number);
-        c.stride = row(i, 4, 1, most_number);
+        c.kernel = row(i, 3, 1, max_number);
+        c.stride = row(i, 4, 1, max_number);
         c.weight_quantization = {weight_scales_[i], weight_zero_points_[i]};
         used_.push_back(std::to_string(i) + ".weight");
         used_.push_back(std::to_string(i) + ".bias");
@@ -10597,8 +10599,7 @@ inline network_description read_quantized_network(const named_tensors& file) {
 }}  // namespace ldi
 
 // ---- ldi/networks/detail/network_input.hpp
-// What an inpainting network reads and what its layers make: feature maps, with a mask where the network leaves out missing
-// colors.
+// Input of an inpainting network and results of its layers: feature maps, with a mask for networks that ignore missing colors.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -10621,11 +10622,11 @@ inline network_input masked_input(array_view<const std::uint8_t> colors, array_v
     return input;
 }
 
-/// What a layer made.
+/// Result of a layer.
 template <class Value>
 struct masked_map {
     basic_feature_map<Value> map;
-    buffer<std::uint8_t> mask;  ///< for each row 1, or 0 where the layer saw nothing; empty: all 1
+    buffer<std::uint8_t> mask;  ///< one per row: 1, or 0 where the layer's window had no known value; empty: all 1
 
     /// The map must live, and keep its size, as long as the view.
     basic_feature_view<Value> view() const {
@@ -10655,10 +10656,10 @@ struct masked_map {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// How a network reads pixels whose color is missing.
+/// Treatment of pixels without a color.
 enum class missing_colors {
-    filled,  ///< smooth colors stand there, and a fourth input channel says that they do; the result is added to them
-    masked,  ///< the first convolutions leave them out; a layer gives something wherever its window holds anything
+    filled,  ///< a smooth fill replaces them, a fourth input channel marks them, and the network's result is added to the fill
+    masked,  ///< partial convolutions skip them; a layer has a result wherever its window has a value
 };
 
 /// The facts about a network that come with its weights. The defaults are Farbrausch as examples/training/farbrausch trains it:
@@ -10708,22 +10709,22 @@ namespace detail {
 /// file  it comes from, for messages; may be empty
 /// Raises unsupported for an architecture out of bounds.
 inline void check_architecture(const inpainting_architecture& a, const std::string& file) {
-    constexpr std::size_t most_levels = 8, most_filters = 1024;
-    constexpr int most_growth = 64;
+    constexpr std::size_t max_levels = 8, max_filters = 1024;
+    constexpr int max_growth = 64;
     const auto expect = [&](bool holds, const char* what, const char* expected, const std::string& found) {
         if (!holds)
             raise(error_code::unsupported, place_in(file, std::string("architecture of the inpainting network, ") + what),
                   expected, found);
     };
-    expect(!a.channels.empty() && a.channels.size() <= most_levels, "channels", "1 to 8 stages",
+    expect(!a.channels.empty() && a.channels.size() <= max_levels, "channels", "1 to 8 stages",
            std::to_string(a.channels.size()));
     expect(a.kernels.size() == a.channels.size(), "kernels", "one for each stage", std::to_string(a.kernels.size()));
     for (const std::size_t count : a.channels)
-        expect(count >= 1 && count <= most_filters, "channels", "1 to 1024 each", std::to_string(count));
+        expect(count >= 1 && count <= max_filters, "channels", "1 to 1024 each", std::to_string(count));
     for (const std::int32_t size : a.kernels)
         expect(size >= 3 && size <= largest_kernel_size && size % 2 == 1, "kernels", "odd numbers from 3 to 15",
                std::to_string(size));
-    expect(a.growth >= 0 && a.growth <= most_growth, "growth", "0 to 64", std::to_string(a.growth));
+    expect(a.growth >= 0 && a.growth <= max_growth, "growth", "0 to 64", std::to_string(a.growth));
     expect(a.leak >= 0.0F && a.leak <= 1.0F, "leak", "0 to 1", std::to_string(a.leak));
 }
 
@@ -11293,7 +11294,7 @@ private:
         }
     }
 
-    /// Of all pixels that are alone, whichever are read: so a color does not depend on which are asked for.
+    /// Colors all isolated pixels, also those that nobody reads, so that a color does not depend on the set of pixels read.
     void run_waves(const masked_colors& fill_above) {
         const buffer<std::int32_t>& above = levels_[0].above;
         for (std::int32_t p = 0; p < above.count(); ++p)
@@ -11531,10 +11532,9 @@ image<std::uint8_t> farbrausch::inpaint(image_view<const std::uint8_t> color, im
 }}  // namespace ldi
 
 // ---- ldi/networks/detail/depth_layout.hpp
-// What a depth network sees in a small picture and in a large one, put together: how things lie from both, where they end from
-// the large one. (Miangoleh et al., Boosting Monocular Depth Estimation Models to High-Resolution via Content-Adaptive
-// Multi-Resolution Merging, CVPR 2021, sections 3 and 5, found that networks are consistent in small pictures and crisp in
-// large.)
+// Merges the depth that a network estimates from a small and a large version of the photo: the layout comes from both, the edges
+// from the large one. Networks are consistent on small pictures and crisp on large ones (Miangoleh et al., Boosting Monocular
+// Depth Estimation Models to High-Resolution via Content-Adaptive Multi-Resolution Merging, CVPR 2021, sections 3 and 5).
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -11667,11 +11667,11 @@ public:
             raise(error_code::mismatch, where, "a result as large as the input, 32 x 32",
                   std::to_string(result.width) + " x " + std::to_string(result.height));
         for (const std::size_t side : {sizes.details, sizes.layout})
-            if (side % alignment != 0 || side > most_long_side || sizes.details == 0)
+            if (side % alignment != 0 || side > max_long_side || sizes.details == 0)
                 raise(error_code::mismatch, where,
-                      "long sides that are multiples of 32, of at most " + std::to_string(most_long_side), std::to_string(side));
-        if (level_quantization().scale > most_scale)
-            raise(error_code::unsupported, where, "disparity or its logarithm in steps of at most " + detail::to_text(most_scale),
+                      "long sides that are multiples of 32, of at most " + std::to_string(max_long_side), std::to_string(side));
+        if (level_quantization().scale > max_scale)
+            raise(error_code::unsupported, where, "disparity or its logarithm in steps of at most " + detail::to_text(max_scale),
                   "steps of " + detail::to_text(level_quantization().scale));
     }
 
@@ -11780,10 +11780,10 @@ public:
     }
 
 private:
-    static constexpr std::size_t most_long_side = 4096;
-    static constexpr float most_scale = 0.25F;  ///< disparity would leave the range of float beyond it
+    static constexpr std::size_t max_long_side = 4096;
+    static constexpr float max_scale = 0.25F;  ///< disparity would leave the range of float beyond it
 
-    /// Of the time that both take.
+    /// Share of the detail pass in the time of both passes.
     float details_share() const {
         const auto area = [](std::size_t side) { return detail::nearest_float(side * side); };
         return area(sizes_.details) / (area(sizes_.details) + area(sizes_.layout));
@@ -11814,7 +11814,7 @@ private:
 }}  // namespace ldi
 
 // ---- ldi/depth/discontinuity.hpp
-// Where depth jumps: a side that two pixels share, one far and one near.
+// A depth discontinuity: the side between a far and a near pixel.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -12126,7 +12126,7 @@ public:
     std::int32_t radius() const { return radius_; }
     std::int32_t size() const { return rows_.count(); }
     // Cuts of row k that leave something of both surfaces: -back to front.
-    std::int32_t least_cut(std::int32_t k) const { return -rows_[k].back; }
+    std::int32_t min_cut(std::int32_t k) const { return -rows_[k].back; }
     std::int32_t largest_cut(std::int32_t k) const { return rows_[k].front; }
     const color_sums& sums(std::int32_t k, bool of_front) const {
         return of_front ? rows_[k].front_colors : rows_[k].back_colors;
@@ -12155,7 +12155,8 @@ private:
         return static_cast<std::int32_t>(y) * width_ + static_cast<std::int32_t>(x);
     }
 
-    // How far front and back go on, and their colors beyond the middle of the band, or of what there is of a thin thing.
+    // Measures how far the front and back surfaces extend across the band, and averages their colors outside its middle. Thin
+    // objects have fewer pixels to average.
     void measure(std::int32_t k) {
         row& r = rows_[k];
         std::int32_t front = 0, back = 0;
@@ -12197,11 +12198,11 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The defaults were chosen by trial, on true depth degraded as networks do.
 struct alignment_options {
-    /// How far silhouettes may be off, to either side, in pixels, from 0 to 256. 0 moves none. make_photo3d() multiplies it, and
-    /// the shortest length, by the side of a sample of the depth map where that is more than a pixel.
+    /// Maximum distance between a silhouette and its edge in the photo, in pixels, 0 to 256. 0 moves nothing. For depth maps with
+    /// samples larger than a pixel, make_photo3d() multiplies it and shortest_length by the sample's side.
     float uncertainty = 3.0F;
-    /// The cost of one pixel aside from one pixel side to the next, at least 0. The larger, the less a silhouette bends to follow
-    /// colors.
+    /// Cost of moving sideways by one pixel between neighboring places of a curve, at least 0. Larger values keep silhouettes
+    /// straighter.
     float stiffness = 1.5F;
     /// Curves with fewer pixel sides than this stay where they are.
     std::size_t shortest_length = 20;
@@ -12209,10 +12210,10 @@ struct alignment_options {
 
 namespace detail::curves {
 
-// What it costs to cut every row of a band at every place, and the cheapest way along it.
+// Cost of cutting each row of a band at each place, and the cheapest path along the band.
 class band_cut {
 public:
-    // is_closed  the last row of the band is its first once more
+    // is_closed  the band's last row repeats its first
     band_cut(const band& b, float stiffness, bool is_closed)
         : radius_(b.radius()), rows_(b.size() - (is_closed ? 1 : 0)), stiffness_(stiffness) {
         costs_.assign(static_cast<std::size_t>(rows_) * places(), impossible);
@@ -12271,7 +12272,7 @@ private:
 
     void weigh_row(const band& b, std::int32_t k, const color_sums& front_sums, const color_sums& back_sums) {
         const bool is_known = front_sums.count >= 8.0F && back_sums.count >= 8.0F;
-        const std::int32_t least = b.least_cut(k), most = b.largest_cut(k);
+        const std::int32_t least = b.min_cut(k), most = b.largest_cut(k);
         if (!is_known) {
             for (std::int32_t cut = least; cut <= most; ++cut) cost(k, cut) = distance_cost(cut);
             return;
@@ -12479,7 +12480,7 @@ struct image_components {
     }
 };
 
-// Where the pixels of a row that are linked from `first` on end.
+// End of the run of linked pixels that starts at `first`.
 inline std::int32_t end_of_run(const float* row, std::int32_t first, std::int32_t columns, surface_rule surface) {
     constexpr std::int32_t step = 16;  // together, as most of them are linked: compilers make vectors of that
     std::int32_t end = first + 1;
@@ -12785,12 +12786,12 @@ namespace detail::resample {
 
 using namespace lanes;
 
-// Of the window, in samples: two and a half times the sigma of 1.2, beyond which weights are below 0.05.
+// Radius of the window in samples: 2.5 times the sigma of 1.2. Weights farther out are below 0.05.
 inline constexpr std::size_t radius = 3;
 inline constexpr std::size_t samples = (2 * radius + 1) * (2 * radius + 1);
 inline constexpr std::size_t padded = (samples + wide - 1) / wide * wide;
 
-// The samples around one of them, by ascending disparity.
+// The samples around one sample, sorted by ascending disparity.
 struct window {
     std::size_t count = 0;
     std::array<float, padded> disparity, x, y, red, green, blue;
@@ -12997,9 +12998,9 @@ struct sharpen_options {
     /// An edge is washed out over at most this many samples to either side. 0 sharpens nothing.
     int radius = 3;
     /// Least change in disparity within the radius, in steps of the surface rule.
-    float least_change = 3.0F;
+    float min_change = 3.0F;
     /// Least share that this change has of the one within twice the radius. A slope has half.
-    float least_share = 0.7F;
+    float min_share = 0.7F;
 };
 
 namespace detail::sharpen {
@@ -13049,7 +13050,7 @@ image<float> edge_zone(const image<float>& map, surface_rule surface, const shar
     for (std::size_t y = margin; y + margin < map.height(); ++y)
         for (std::size_t x = margin; x + margin < map.width(); ++x) {
             const float change = inner.high(y, x) - inner.low(y, x), beyond = outer.high(y, x) - outer.low(y, x);
-            const bool is_edge = change > options.least_change * surface.largest_step && change > options.least_share * beyond;
+            const bool is_edge = change > options.min_change * surface.largest_step && change > options.min_share * beyond;
             zone(y, x) = is_edge ? 1.0F : 0.0F;
         }
     const image<float> wide = extremes_around(zone, radius, threads).high;
@@ -13712,7 +13713,8 @@ public:
         }
         for (const discontinuity_curve& curve : curves)
             for (const growth_constraint& c : curve.constraints) {
-                // What is seen past the end of the midground is what lies behind it, and from as near as the nearest front there.
+                // Past the end of the midground, the camera sees the surface behind it. The nearest front there sets the
+                // parallax.
                 const float front = nearest_front(curve, c, disparity);
                 const std::int32_t x = static_cast<std::int32_t>(c.x), y = static_cast<std::int32_t>(c.y);
                 for (const std::int32_t back : {pixels_.position(x - 1, y - 1), pixels_.position(x, y - 1),
@@ -13810,7 +13812,7 @@ private:
     // A surface that comes as near to another as the threshold, and cannot be linked to it, goes on beneath it for as many pixels
     // as a camera can see into the gap. Otherwise there would be a hole between its end and the other surface.
     float below_others(std::int32_t position, float disparity) const {
-        const float step = least_gap * surface_.largest_step;
+        const float step = min_gap * surface_.largest_step;
         disparity = (std::min)(disparity, pixels_.disparity(position) - step);
         bool is_free = false;
         while (!is_free) {
@@ -13823,14 +13825,14 @@ private:
         }
         return disparity;
     }
-    bool may_link(float a, float b) const { return std::abs(a - b) <= (1.0F + least_gap) * surface_.largest_step; }
-    static constexpr float least_gap = 1.001F;  // in thresholds
+    bool may_link(float a, float b) const { return std::abs(a - b) <= (1.0F + min_gap) * surface_.largest_step; }
+    static constexpr float min_gap = 1.001F;  // in thresholds
     std::int32_t dive_of(std::int32_t pixel) const {
         const std::int32_t hidden = pixel - reach_.count();
         return hidden < 0 ? 0 : dives_[hidden];
     }
 
-    // How much farther than to (x, y) the surface at `origin` may grow, in pixels.
+    // Remaining growth of the surface at `origin` beyond (x, y), in pixels; negative where it may not reach (x, y).
     float room_beyond(std::int32_t origin, std::int32_t x, std::int32_t y) const {
         if (!(reach_[origin] > 0.0F)) return -1.0F;
         const float dx = nearest_float(x - pixels_.x(origin)), dy = nearest_float(y - pixels_.y(origin));
@@ -13863,7 +13865,7 @@ private:
         return std::hypot(nearest_float(pixels_.x(pixel)) + 0.5F - end.x, nearest_float(pixels_.y(pixel)) + 0.5F - end.y);
     }
 
-    // How far the surface behind a curve grows from near one of its ends.
+    // Maximum growth of the surface behind a curve near one of its ends.
     float reach_near(const discontinuity_curve& curve, const growth_constraint& end) const {
         constexpr float vicinity = 20.0F;  // pixels
         float farthest = 0.0F;
@@ -14125,13 +14127,13 @@ struct diffusion_inpainter {
 
 }}  // namespace ldi
 
-// ---- ldi/inpaint/detail/scrambled.hpp
+// ---- ldi/inpaint/detail/hash.hpp
 // Bits that look random and are always the same: noise and choices that depend on a position alone.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// The finalizer of MurmurHash3 (Austin Appleby, public domain), of two numbers.
-constexpr std::uint32_t scrambled(std::uint32_t a, std::uint32_t b) {
+constexpr std::uint32_t hash(std::uint32_t a, std::uint32_t b) {
     std::uint32_t h = a * 0x9E3779B1U ^ b * 0x85EBCA77U ^ 0x27D4EB2FU;
     h = (h ^ h >> 16) * 0x85EBCA6BU;
     h = (h ^ h >> 13) * 0xC2B2AE35U;
@@ -14167,7 +14169,7 @@ namespace detail {
 
 /// Noise of a position, the same on every layer: mean 0, variance 1, close to normal, independent of other positions'.
 inline float grain_at(std::int32_t x, std::int32_t y) {
-    const std::uint32_t h = scrambled(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y));
+    const std::uint32_t h = hash(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y));
     const float sum = nearest_float((h & 255) + (h >> 8 & 255) + (h >> 16 & 255) + (h >> 24));  // of four dice
     return (sum - 510.0F) / 147.8F;  // their mean, 4 * 127.5, and deviation, sqrt(4 * (256^2 - 1) / 12)
 }
@@ -14228,8 +14230,8 @@ inline void check_options(const grain_options& options) {
     check_option("grain_options, limit", options.limit, 0.0F, 255.0F);
 }
 
-/// How strong the photo's detail is around each unknown pixel, as the standard deviation of noise that has as much, in gray
-/// levels: one value per unknown pixel, in their order.
+/// Strength of the photo's detail around each unknown pixel, as the standard deviation of equally strong noise in gray levels.
+/// One value per unknown pixel, in their order.
 ///
 /// limit   above 0; detail counts up to this
 /// rounds  Gauss-Seidel rounds on each level of the diffusion
@@ -14473,14 +14475,14 @@ public:
 private:
     /// Samples come from the pixel's nearest side, and from those of pixels this far from it along rows and columns.
     static constexpr std::int32_t sample_distance = 4;
-    static constexpr std::size_t most_samples = 5;
+    static constexpr std::size_t max_samples = 5;
 
     bool can_tell(std::int32_t place) const { return band_.sides()[band_.places()[place].side].can_tell; }
 
     mixture estimate(const silhouette_band::place& p, array_view<const std::uint8_t> colors) const {
         if (!band_.sides()[p.side].can_tell) return {p.in_front ? 1.0F : 0.0F, {}, {}, 0};
-        float_color foregrounds[most_samples], backgrounds[most_samples], color;
-        std::int32_t taken[most_samples];
+        float_color foregrounds[max_samples], backgrounds[max_samples], color;
+        std::int32_t taken[max_samples];
         std::size_t count = 0;
         const auto take = [&](std::int32_t number) {
             const silhouette_side& s = band_.sides()[number];
@@ -14537,17 +14539,17 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Margins hold up to a long side of 1536 pixels, the paper's size, and grow with the photo beyond.
 struct mixed_color_options {
-    /// Where the two surfaces look alike, the foreground's colors are refilled within this many pixels of the silhouette.
+    /// Where both surfaces look alike, the foreground's colors are refilled within this many pixels of the silhouette.
     int foreground_margin = 2;
     /// The background's colors are always refilled within this many. The paper marks the foreground only. Without a margin here,
     /// the hidden surface would be continued with what the lens smeared over the background, and with what an edge of depth that
     /// is off leaves of the foreground there. On the views of bench/quality the first pixel gains 0.08 dB over leaving it where
     /// it looks unmixed; on six stereo pairs a second one costs 0.23 dB.
     int background_margin = 1;
-    /// Where the two surfaces differ, mixed colors are looked for within this share of the long side on either side of it, and
-    /// within two pixels; 0: nowhere.
+    /// Where the two surfaces differ, mixed colors are searched within this share of the photo's long side on either side of the
+    /// silhouette, and within at least two pixels. 0 turns the search off.
     float reach = 4.0F / 1536.0F;
-    /// The least distance of two colors, in red, green and blue from 0 to 255, that look different.
+    /// Minimum Euclidean RGB distance of colors that count as different, 0 to 255 per channel.
     float contrast = 40.0F;
 };
 
@@ -14656,7 +14658,7 @@ private:
         }
     }
 
-    /// What has no links to a known pixel cannot be refilled: it keeps the color that was found for it.
+    /// Pixels without a path of links to a known pixel cannot be refilled. They keep their unmixed color.
     void keep_without_source(buffer<std::int32_t>& lost) {
         buffer<std::uint8_t> refillable(lost.empty() ? 0 : layers_.size(), 0);
         buffer<std::int32_t> queue;
@@ -14875,10 +14877,10 @@ public:
 private:
     // Cost of two neighbors whose sources are not; chosen by trial.
     static constexpr int incoherence = 100;
-    // Of so many cells one looks further than its neighbors' sources, which then spread.
-    static constexpr std::uint32_t seldom = 32;
+    // One in `search_interval` cells also samples random sources. Its neighbors then propagate good ones.
+    static constexpr std::uint32_t search_interval = 32;
 
-    /// Sets where to look first: the known cell nearest to each unknown one over links, or no_pixel.
+    /// Finds the first candidate of each unknown cell: the nearest known cell along links, or no_pixel.
     void find_nearest_known() {
         nearest_known_ = buffer<std::int32_t>(cells_.pixel.size(), no_pixel);
         buffer<std::int32_t> wave, further;
@@ -14914,7 +14916,7 @@ private:
 
     void improve(std::int32_t cell, int round, bool forward) {
         std::int32_t& best = source_[cell];
-        int least = -1;  // not computed before there is something to compare, which is seldom
+        int least = -1;  // computed only when there is something to compare, which is rare
         const auto consider = [&](std::int32_t from) {
             if (from == no_pixel || from == best || !cells_.is_source(from)) return;
             if (best == no_pixel) {
@@ -14929,13 +14931,12 @@ private:
             if (n != no_pixel && source_[n] != no_pixel) consider(cells_.neighbor(source_[n], opposite(s)));
         }
         const std::int32_t pixel = cells_.pixel[cell];
-        const std::uint32_t random =
-            scrambled(static_cast<std::uint32_t>(graph_.x()[pixel]),
-                      64 * static_cast<std::uint32_t>(graph_.y()[pixel]) + static_cast<std::uint32_t>(round));
-        if (best != no_pixel && random % seldom != 0) return;
-        for (std::uint32_t n = 0; n < 4; ++n) consider(wander(nearest_known_[cell], scrambled(random, n), reach_));
+        const std::uint32_t random = hash(static_cast<std::uint32_t>(graph_.x()[pixel]),
+                                          64 * static_cast<std::uint32_t>(graph_.y()[pixel]) + static_cast<std::uint32_t>(round));
+        if (best != no_pixel && random % search_interval != 0) return;
+        for (std::uint32_t n = 0; n < 4; ++n) consider(wander(nearest_known_[cell], hash(random, n), reach_));
         for (int radius = reach_ / 2; radius > 0 && best != no_pixel; radius /= 2)
-            consider(wander(best, scrambled(random, 100 + static_cast<std::uint32_t>(radius)), radius));
+            consider(wander(best, hash(random, 100 + static_cast<std::uint32_t>(radius)), radius));
     }
 
     /// A cell within this many steps along x and then y, as far as links go.
@@ -14986,7 +14987,7 @@ struct texture_options {
 
 namespace detail {
 
-/// Where texture comes from, and what is added.
+/// Finds a source of texture for each unknown pixel, and the detail to add from it.
 class texture_transfer {
 public:
     /// color, known  the columns of a layered image with this graph
@@ -15008,7 +15009,7 @@ public:
 
     const texture_cells& cells() const { return cells_; }
 
-    /// How much a cell's source looks like it, from 0 to 1.
+    /// Similarity of a cell and its source, 0 to 1.
     float likeness(std::int32_t cell) const {
         if (source_[cell] == no_pixel) return 0.0F;
         const float difference = nearest_float(difference_of(looks_[cell], looks_[source_[cell]])) / nearest_float(tap_values);
@@ -15081,14 +15082,14 @@ void add_texture(Layers& layers, const texture_options& options = {}, const grai
 }}  // namespace ldi
 
 // ---- ldi/inpaint/uncertain_rims.hpp
-// Where depth is coarser than the photo, silhouettes are up to a few samples off, and something of the foreground stays on the
-// background beside them: fuzz, hair, a rim. Inpainting would continue it over all of the hidden surface. But most of these
-// pixels are the background's own, and in sight: refilled, they would blur what everybody sees. So they are set aside, unknown
-// while hidden surfaces get their colors, and put back afterwards, if they don't look like what is in front of them.
+// Keeps traces of the foreground (fuzz, hair, a rim) off hidden surfaces. Silhouettes of coarse depth maps are off by up to a few
+// samples, so such traces stay on the background beside them, and inpainting would continue them. Most of these pixels are true
+// background colors in plain view, so refilling all of them would blur the photo. Instead, mark_uncertain_rims() makes them
+// unknown while hidden surfaces get their colors. restore_rims() then restores those that differ from the surface in front.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// What restore_rims() needs to know about a pixel.
+/// A pixel's data for restore_rims().
 struct uncertain_rim {
     std::array<std::uint8_t, 3> color;  ///< of the pixel itself
     std::array<float, 3> foreground;    ///< of the surface in front of it, 0 to 255
@@ -15104,15 +15105,15 @@ struct rim_column {
 
 namespace detail {
 
-/// How far a color lies on the way from one to another, 0 to 1 and beyond; 0 where those look alike.
+/// Position of `color` on the line from `from` (0) to `to` (1), possibly outside of both; 0 where both look alike.
 inline float share_of_way(const std::uint8_t* color, const std::uint8_t* from, const float* to) {
-    constexpr float least_contrast = 40.0F;  // as in mixed_color_options
+    constexpr float min_contrast = 40.0F;  // as in mixed_color_options
     float along = 0, squared = 0;
     for (std::size_t c = 0; c < 3; ++c) {
         const float start = static_cast<float>(from[c]), way = to[c] - start;
         along += (static_cast<float>(color[c]) - start) * way, squared += way * way;
     }
-    return squared < least_contrast * least_contrast ? 0.0F : along / squared;
+    return squared < min_contrast * min_contrast ? 0.0F : along / squared;
 }
 
 }  // namespace detail
@@ -15136,7 +15137,7 @@ buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int 
     band.sample(layers.template column<color_column>(), 0.0F);
     buffer<std::int32_t> edge;
     for (const detail::silhouette_side& s : band.sides()) edge.push_back(s.back);
-    // What was unmixed or refilled at the silhouette itself is unknown already: the margin begins behind it.
+    // Pixels that unmix_colors() changed at the silhouette are unknown already. The margin begins behind them.
     const buffer<std::uint8_t> before(known.begin(), known.end());
     std::fill(known.begin(), known.end(), std::uint8_t{1});
     detail::mark_margin(layers, edge, width);
@@ -15913,7 +15914,7 @@ texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const at
 }}  // namespace ldi
 
 // ---- ldi/texture/sheet_layout.hpp
-// Where charts lie that show the photo at its own size (texture/sheets.hpp).
+// Places of full-size charts on sheets (texture/sheets.hpp).
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -15966,11 +15967,11 @@ struct sheet_layout {
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Where the color of what lies in a pixel of the layered image comes from.
+/// Source of the colors inside a pixel of the layered image.
 enum class sheet_source : std::uint8_t {
     atlas,
     photo,
-    cleaned,  ///< the photo without what it has of the surface beside
+    cleaned,  ///< the photo, with the neighboring surface's share removed
 };
 
 /// The sources of a chart's pixels, and of those up to `padding` around its bounding box. Places count from the first of these.
@@ -16151,7 +16152,7 @@ private:
     /// other's, it is taken back. What is left is the own surface's texture.
     static color cleaned(const std::uint8_t* photo, const color& own, const color& beside) {
         // A share that noise has, too, stays; so does what is beside where it looks alike. By trial.
-        constexpr float least_share = 0.02F, certain_share = 0.08F, least_difference = 20;
+        constexpr float min_share = 0.02F, certain_share = 0.08F, min_difference = 20;
         color result{};
         float along = 0, squared = 0;
         for (std::size_t c = 0; c < 3; ++c) {
@@ -16159,9 +16160,9 @@ private:
             result[c] = nearest_float(photo[c]);
             along += (result[c] - own[c]) * step, squared += step * step;
         }
-        if (squared < least_difference * least_difference) return result;
+        if (squared < min_difference * min_difference) return result;
         const float share = std::clamp(along / squared, 0.0F, 1.0F);
-        const float taken = share * std::clamp((share - least_share) / (certain_share - least_share), 0.0F, 1.0F);
+        const float taken = share * std::clamp((share - min_share) / (certain_share - min_share), 0.0F, 1.0F);
         for (std::size_t c = 0; c < 3; ++c) result[c] -= taken * (beside[c] - own[c]);
         return result;
     }
@@ -16854,10 +16855,10 @@ public:
     /// The corners that an edge leaves out: all indices from `first` to before `second`.
     std::pair<std::int32_t, std::int32_t> left_out(boundary_edge edge) const;
 
-    /// Of the corners that an edge leaves out, of which there must be one, the farthest from it.
+    /// The farthest of the corners that an edge skips. The edge must skip at least one.
     std::int32_t farthest_left_out(boundary_edge edge) const;
 
-    /// Splits edges, all at once, at corners that they leave out. `splits` are sorted and different.
+    /// Splits edges, all at once, at corners that they skip. `splits` are sorted and different.
     void split(std::span<const boundary_split> splits);
 
     /// Whether an edge came from the last split.
@@ -17947,8 +17948,8 @@ inline void triangulator::start_edge(const polygon& shape, std::int32_t from, st
     const bool downwards = detail::above(a, b), inner = from >= shape.outline_count;
     const active_edge e{downwards ? a : b,  downwards ? b : a,  downwards ? from : to, downwards ? to : from, from,
                         inner || downwards, inner || !downwards};
-    // Of two edges that lie on each other, the one with the interior on its left goes left: the part between them is empty
-    // outside.
+    // Of two collinear, overlapping edges, the one with the interior on its left counts as left: the gap between them is empty
+    // and outside.
     const auto left_of = [](const active_edge& f, const active_edge& g) {
         const std::int64_t t = detail::turn(f.lower, f.upper, g.lower);
         return t != 0 ? t > 0 : f.interior_left && !g.interior_left;
@@ -18079,8 +18080,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Silhouettes of what is in front fade out over a strip of this width, in pixels (soft_edges.hpp).
 struct soft_edge_options {
-    float least_width = 1.0F;  ///< 0: edges are hard
-    float most_width = 3.0F;   ///< where the matte carries farther; less than the atlas has padding
+    float min_width = 1.0F;  ///< 0: edges are hard
+    float max_width = 3.0F;  ///< where the matte carries farther; less than the atlas has padding
     /// The strip takes at most about this share of the bytes that mesh and texture take in a file. Where that is not enough, it
     /// runs along the largest steps in disparity.
     float largest_share = 0.08F;
@@ -18105,8 +18106,8 @@ struct flat_mesh {
     chart_outlines outlines;
     stud_set studs;
     buffer<chart_mesh> charts;
-    /// What simplification left of pieces with a chart on one side only: piece p has the corners
-    /// open_corners[first_open_corner[p] .. first_open_corner[p + 1]), other pieces none.
+    /// Simplified outline pieces with a chart on one side only: piece p has the corners
+    /// open_corners[first_open_corner[p] .. first_open_corner[p + 1]). Other pieces have none.
     buffer<std::int32_t> open_corners, first_open_corner;
 };
 
@@ -18421,7 +18422,7 @@ public:
     /// Chooses the edges of the mesh that get a strip: of those on silhouettes, `count` with the largest steps.
     void choose(std::size_t count) {
         buffer<float> steps;
-        least_step_ = 0;
+        min_step_ = 0;
         for (std::int32_t p = 0; p < flat_.outlines.pieces.count(); ++p) {
             load(p);
             for (const float step : steps_)
@@ -18429,7 +18430,7 @@ public:
         }
         if (steps.size() <= count) return;
         std::nth_element(steps.begin(), steps.begin() + (steps.size() - count), steps.end());
-        least_step_ = count > 0 ? steps[steps.size() - count] : std::numeric_limits<float>::infinity();
+        min_step_ = count > 0 ? steps[steps.size() - count] : std::numeric_limits<float>::infinity();
     }
 
     /// to_atlas  from the lattice to texels
@@ -18508,12 +18509,12 @@ private:
         }
     }
 
-    bool is_soft(std::int32_t edge) const { return steps_[edge] > 0 && steps_[edge] >= least_step_; }
+    bool is_soft(std::int32_t edge) const { return steps_[edge] > 0 && steps_[edge] >= min_step_; }
 
     /// The share of the foreground in what is seen behind it, summed up from the edge outwards.
     float matte_beyond(const outline_corner& c, vector normal) const {
         float sum = 0;
-        for (float t = 0.5F; t < options_.most_width; t += 1.0F) {
+        for (float t = 0.5F; t < options_.max_width; t += 1.0F) {
             const std::int32_t x = static_cast<std::int32_t>(std::floor(nearest_float(c.x) + t * normal.x));
             const std::int32_t y = static_cast<std::int32_t>(std::floor(nearest_float(c.y) + t * normal.y));
             const float there = seen_at(x, y, c.disparity);
@@ -18523,7 +18524,7 @@ private:
         return sum;
     }
 
-    /// Where the strip ends, beside each corner that it begins at.
+    /// Finds the strip's outer end for each corner of its inner side.
     void find_rims() {
         rims_.assign(corners_.size(), vector{});
         const std::int32_t last = edge_count();
@@ -18535,7 +18536,7 @@ private:
             if (squared < 0.5F) continue;  // a spike
             const vector normal{sum.x / std::sqrt(squared), sum.y / std::sqrt(squared)};
             // A share that falls evenly from 1 to 0 adds up to half of the width that it falls over.
-            const float width = std::clamp(2.0F * matte_beyond(corner(i), normal), options_.least_width, options_.most_width);
+            const float width = std::clamp(2.0F * matte_beyond(corner(i), normal), options_.min_width, options_.max_width);
             const float miter = (std::min)(2.0F / std::sqrt(squared), 1.5F);
             rims_[i] = {width * miter * normal.x, width * miter * normal.y};
         }
@@ -18580,7 +18581,7 @@ private:
     std::array<std::int32_t, 2> to_atlas_{};
     std::array<float, 2> scale_{};
     bool is_closed_ = false;
-    float least_step_ = 0;
+    float min_step_ = 0;
     buffer<std::int32_t> corners_;  // of the piece
     buffer<float> steps_;           // of its edges; 0 where none is in front of another surface
     buffer<vector> normals_;        // of its edges, outwards
@@ -18772,17 +18773,17 @@ textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const c
                   std::to_string(charts.charts.size()) + " placements",
               std::to_string(camera.width) + "x" + std::to_string(camera.height) + " and " + std::to_string(placements.size()));
     const soft_edge_options& soft = options.soft_edges;
-    if (!(soft.least_width >= 0 && soft.most_width >= soft.least_width && soft.most_width <= 64 && soft.largest_share >= 0))
+    if (!(soft.min_width >= 0 && soft.max_width >= soft.min_width && soft.max_width <= 64 && soft.largest_share >= 0))
         raise(error_code::invalid_option, "soft_edge_options",
               "widths from 0 to 64, the least not above the most, a share of 0 or more",
-              detail::to_text(soft.least_width) + ", " + detail::to_text(soft.most_width) + " and " +
+              detail::to_text(soft.min_width) + ", " + detail::to_text(soft.max_width) + " and " +
                   detail::to_text(soft.largest_share));
     const flat_mesh flat = build_flat_mesh(layers, facts.range, charts, options, threads);
 
     detail::mesh_assembler assembler(layers, facts, flat, atlas);
     for (std::size_t c = 0; c < flat.charts.size(); ++c) assembler.add_chart(flat.charts[c], charts.charts[c], placements[c]);
     if constexpr (has_column<Layers, matte_column>)
-        if (soft.least_width > 0) assembler.add_soft_edges(charts, atlas, detail::find_visible(layers), soft);
+        if (soft.min_width > 0) assembler.add_soft_edges(charts, atlas, detail::find_visible(layers), soft);
     return assembler.finish();
 }
 
@@ -18904,7 +18905,7 @@ inline textured_mesh move_to_sheets(const textured_mesh& mesh, const chart_set& 
     const auto chart_of = [&](std::size_t vertex) { return charts.chart_of[mesh.pixels[vertex]]; };
     const auto sheet_of = [&](std::size_t vertex) { return static_cast<std::size_t>(layout.placements[chart_of(vertex)].sheet); };
 
-    // Where the next vertex and triangle of each sheet go: all are sorted by their sheets.
+    // Counting sort by sheet: the index of each sheet's next vertex and triangle.
     buffer<mesh_part> next(layout.sizes.size() + 1);
     for (std::size_t v = 0; v < mesh.vertex_count(); ++v) ++next[sheet_of(v) + 1].first_vertex;
     for (std::size_t i = 0; i < mesh.triangles.size(); i += 3) ++next[sheet_of(mesh.triangles[i]) + 1].first_triangle;
@@ -18993,8 +18994,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// What a camera at this place uncovers behind the nearest thing if everything else is as far as can be, but for the factor
-/// n / (n - c_forward): as a share of the photo's longer side.
+/// Parallax of a camera at `position` between the nearest surface and infinity, without the factor n / (n - c_forward): as a
+/// share of the photo's longer side.
 inline float motion_across(const std::array<float, 3>& position, const pinhole_camera& camera, const depth_range& range) {
     const float width = static_cast<float>(camera.width), height = static_cast<float>(camera.height);
     const float forward = std::abs(position[2]);
@@ -19005,8 +19006,8 @@ inline float motion_across(const std::array<float, 3>& position, const pinhole_c
 
 }  // namespace detail
 
-/// How much a camera at this place, in the photo's space, uses: the share of the photo's longer side by which it moves what is
-/// nearest against what is farthest, where that is most. Infinite beyond what is nearest.
+/// Share of the motion budget that a camera at `position` uses, in the photo's space: the maximum parallax between the nearest
+/// and the farthest surface, as a share of the photo's longer side. Infinite beyond the nearest surface.
 inline float motion_of(const std::array<float, 3>& position, const pinhole_camera& camera, const depth_range& range) {
     const float forward = (std::max)(-position[2], 0.0F);  // going back, the factor is largest for what is far, and 1
     if (!(forward < range.z_near)) return std::numeric_limits<float>::infinity();
@@ -19106,7 +19107,7 @@ inline point3 cross(const point3& a, const point3& b) {
     return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
-/// How far a camera may go in a direction, up to `most`.
+/// Maximum distance that a camera may move in a direction, at most `most`.
 inline float reach_within_motion(const std::array<float, 3>& direction, const pinhole_camera& camera, const depth_range& range,
                                  float motion, float most) {
     const auto [x, y, z] = within_motion({most * direction[0], most * direction[1], most * direction[2]}, camera, range, motion);
@@ -19750,9 +19751,9 @@ inline bool has_gaps(const rendering& seen) {
 }
 
 /// H x W x 3: the picture with every pixel replaced that is not fully covered. Each gap is filled by diffusion from its outline.
-/// Of a gap inside the picture only the farther half of the outline's disparities counts; one that reaches the picture's edge
-/// lies past the photo's border, where near surfaces go on, too. For raster_options::backdrop. Without a covered pixel all are
-/// black.
+/// A gap inside the picture takes its colors from the farther half of its outline. A gap at the picture's edge lies past the
+/// photo's border, where near surfaces continue, too, and takes them from all of its outline. For raster_options::backdrop. A
+/// rendering without a covered pixel gives black.
 inline image<std::uint8_t> gap_colors(rendering seen);
 
 // ------------------------------------------------------------------------------------------------------------------------
@@ -20138,7 +20139,7 @@ public:
 
         screen_triangle t = squares_.triangle(from.pixel, from.outer);
         const bool faces_us = signed_area(t) > 0;
-        // Of a clockwise triangle's edges, the right one leads down across the line, the left one up; the lower one leads left.
+        // In a clockwise triangle, the right edge crosses the line downward and the left edge upward. The lower edge leads left.
         std::size_t exit = 3;
         for (std::size_t e = 0; e < 3; ++e)
             if (before_line(t[e]) != before_line(t[(e + 1) % 3]) && before_line(t[e]) == (to_right == faces_us)) exit = e;
@@ -20795,9 +20796,9 @@ inline void check_metadata(const named_tensors& file, const std::string& what, c
 
 namespace detail::safetensors {
 
-inline constexpr std::size_t most_header_bytes = std::size_t{4} << 20;
-inline constexpr std::size_t most_dimensions = 8;
-inline constexpr int most_nesting = 3;  ///< the header, a tensor, its shape
+inline constexpr std::size_t max_header_bytes = std::size_t{4} << 20;
+inline constexpr std::size_t max_dimensions = 8;
+inline constexpr int max_nesting = 3;  ///< the header, a tensor, its shape
 
 inline std::uint32_t little_endian(const std::byte* bytes, int size) {
     std::uint32_t value = 0;
@@ -20846,7 +20847,7 @@ inline decltype(tensor::values) decode_values(std::span<const std::byte> bytes, 
     return decoded<std::uint8_t>(bytes, 1, [](const std::byte* b) { return std::to_integer<std::uint8_t>(*b); });
 }
 
-/// Where the values of a tensor lie, as the header has it.
+/// A tensor's entry in the header: its type, its shape, and the range of its bytes.
 struct entry {
     std::string name, type;
     buffer<std::size_t> shape;
@@ -20883,7 +20884,7 @@ inline entry checked_entry(const std::string& name, const json_value& line, std:
     result.name = name;
     part("dtype", type.kind == json_kind::string);
     result.type = unescaped(type.text);
-    result.shape = sizes("shape", shape, most_dimensions);
+    result.shape = sizes("shape", shape, max_dimensions);
     const buffer<std::size_t> offsets = sizes("data_offsets", place, 2);
     part("data_offsets", offsets.size() == 2 && members == 3);
     result.begin = offsets[0], result.end = offsets[1];
@@ -20928,8 +20929,8 @@ inline named_tensors decode_safetensors(std::span<const std::byte> bytes, const 
     if (header_bytes > bytes.size() - 8)
         raise(error_code::invalid_data, where, "a header of " + std::to_string(header_bytes) + " bytes",
               std::to_string(bytes.size() - 8) + " bytes in all");
-    if (header_bytes > most_header_bytes)
-        raise(error_code::too_large, where, "a header of at most " + std::to_string(most_header_bytes) + " bytes",
+    if (header_bytes > max_header_bytes)
+        raise(error_code::too_large, where, "a header of at most " + std::to_string(max_header_bytes) + " bytes",
               std::to_string(header_bytes));
     const std::size_t text_bytes = static_cast<std::size_t>(header_bytes);
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()) + 8, text_bytes);
@@ -20938,7 +20939,7 @@ inline named_tensors decode_safetensors(std::span<const std::byte> bytes, const 
     named_tensors result;
     result.where = where;
     buffer<entry> entries;
-    const detail::json_value header = detail::read_json_object(text, most_nesting, where);
+    const detail::json_value header = detail::read_json_object(text, max_nesting, where);
     detail::for_each_member(header, [&](const std::string& name, const detail::json_value& line) {
         if (name == "__metadata__")
             result.metadata = checked_metadata(line, where);
@@ -20982,7 +20983,7 @@ farbrausch decode_farbrausch(std::span<const std::byte> bytes, const std::string
 
 namespace detail {
 
-/// How the network that the metadata name reads missing colors.
+/// Treatment of missing colors by the network that the metadata name.
 inline missing_colors parse_missing_colors(const named_tensors& file) {
     check_metadata(file, "an inpainting network", "format", "ldi");
     const auto name = file.metadata.find("name");
@@ -21003,7 +21004,7 @@ inline inpainting_architecture parse_inpainting_architecture(const named_tensors
     const std::string here = where + ", architecture";
     const json_value text = read_json_object(found->second, 3, here);
 
-    // What would change the arithmetic and is the same in all networks of this kind, as the exporter writes it.
+    // Metadata with one accepted value. Other values would need other arithmetic.
     const std::string_view fixed[][2] = {
         {"name", has_fills ? "\"farbrausch\"" : "\"partial_convolution\""},
         {"version", "1"},
@@ -21504,8 +21505,7 @@ struct geometry {
     }
 };
 
-/// What is in the binary chunk: the parts of the mesh that have triangles, the strip if there is one, and the textures that these
-/// have.
+/// Contents of the binary chunk: the mesh's parts with triangles, the strip if there is one, and the textures of these.
 struct contents {
     buffer<geometry> parts;
     buffer<std::span<const std::byte>> textures;
@@ -21650,10 +21650,10 @@ inline std::uint32_t crc32(std::span<const std::byte> bytes, std::uint32_t befor
 
 inline std::uint32_t adler32(std::span<const std::byte> bytes) {
     constexpr std::uint32_t modulus = 65521;
-    constexpr std::size_t most_at_once = 5552;  // before the second sum could exceed 32 bits
+    constexpr std::size_t max_at_once = 5552;  // before the second sum could exceed 32 bits
     std::uint32_t sum = 1, sum_of_sums = 0;
     while (!bytes.empty()) {
-        const std::size_t count = (std::min)(bytes.size(), most_at_once);
+        const std::size_t count = (std::min)(bytes.size(), max_at_once);
         for (const std::byte byte : bytes.first(count)) sum += std::to_integer<std::uint32_t>(byte), sum_of_sums += sum;
         sum %= modulus, sum_of_sums %= modulus;
         bytes = bytes.subspan(count);
@@ -21864,9 +21864,10 @@ inline picture_header read_picture_header(std::span<const std::byte> bytes, cons
 }}}  // namespace ldi::detail
 
 // ---- ldi/formats/plain_png.hpp
-// Writes PNG files with the standard library alone, so that a texture needs no encoder. Rows are filtered and their bytes coded
-// by one Huffman code, without looking for repetitions: photographs become 4 to 15 % larger than libpng makes them
-// (io/picture.hpp), flat pictures many times. PNG: ISO/IEC 15948; zlib: RFC 1950; deflate: RFC 1951.
+// Writes PNG files with the standard library alone, so that a texture needs no encoder. Filters rows and codes their bytes with
+// one Huffman code, without searching for repetitions. Photographs become 4 to 15 % larger than with libpng (io/picture.hpp),
+// flat pictures many times larger. Stored blocks would need less code, but double the file: 166 instead of 82 kB for the crop
+// examples/learn/archway.ppm. PNG: ISO/IEC 15948; zlib: RFC 1950; deflate: RFC 1951.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -21879,7 +21880,7 @@ namespace detail::plain_png {
 inline constexpr std::size_t symbols = 257, end_of_data = 256;
 inline constexpr int longest_code = 15;
 
-/// Of left, upper and upper left neighbor the one that is nearest to left + upper - upper left.
+/// The neighbor whose value is nearest to left + upper - upper left.
 inline int paeth(int left, int upper, int upper_left) {
     const int to_left = std::abs(upper - upper_left), to_upper = std::abs(left - upper_left);
     const int to_upper_left = std::abs(left + upper - 2 * upper_left);
@@ -22090,17 +22091,17 @@ struct vertex_attribute {
 struct glb_options {
     /// The camera that took the photo, for viewers that start there. Absent: the file has none.
     std::optional<pinhole_camera> camera;
-    /// How far viewers may let the camera go (render/motion.hpp), as `motion` among the scene's extras. Absent: the file does not
-    /// say.
+    /// Motion budget for viewers (render/motion.hpp), written as `motion` to the scene's extras unless absent.
     std::optional<float> motion = std::nullopt;
-    /// Where nearest and farthest are, which that is a share of: written with `motion`, as `nearest` and `farthest`. So is the
-    /// camera's lens, as `focal_length_35mm`.
+    /// Distances of the nearest and the farthest surface, written together with `motion` as `nearest` and `farthest`. The
+    /// camera's lens is written as `focal_length_35mm`.
     depth_range range = {};
-    /// What the photo is called, in UTF-8: `source` among the scene's extras. Empty: the file does not say.
+    /// Name of the photo in UTF-8, written as `source` to the scene's extras unless empty.
     std::string source = {};
-    /// More attributes of the vertices, each with a name of its own. Soft edges have none.
+    /// Additional vertex attributes with different names. Soft edges have none.
     buffer<vertex_attribute> attributes = {};
-    /// Backs of triangles are drawn too. They are seen only from far off the photo's viewpoint, where the alternative is a hole.
+    /// Viewers draw the back sides of triangles, too. They are visible only from far off the photo's viewpoint, in place of
+    /// holes.
     bool double_sided = true;
 };
 
@@ -22213,7 +22214,7 @@ inline std::string json_string(std::string_view text) {
     return result + '"';
 }
 
-/// What viewers and people may want to know and glTF has no place for, if anything.
+/// Facts that glTF has no field for, as the scene's extras; nothing if there are none.
 inline void add_extras(json_text& json, const glb_options& options) {
     const char* before = R"("extras":{)";
     const auto add = [&](std::string_view name, const auto& value) {
@@ -22444,8 +22445,8 @@ struct given_disparity {
     float quantization_step() const { return 1.0F; }
 };
 
-/// What `alignment`, `components` and `curves` count in pixels holds where depth is as fine as the photo. Where one sample of
-/// depth covers several pixels, lengths are multiplied by its side, and sizes by its area.
+/// Lengths and sizes in `alignment`, `components` and `curves` are in pixels, for depth as fine as the photo. Where one depth
+/// sample covers several pixels, make_photo3d() multiplies lengths by the sample's side and sizes by its area.
 struct photo3d_options {
     /// The photo is shrunk to this long side, in pixels, if it is larger.
     std::size_t long_side = 1536;

@@ -118,7 +118,7 @@ TEST_CASE("linking is mutual, and unlinking undoes it") {
 }
 
 TEST_CASE("random graphs are sound, and have what makes layered images hard") {
-    std::size_t most_layers = 0, empty = 0, islands = 0, helices = 0;
+    std::size_t max_layers = 0, empty = 0, islands = 0, helices = 0;
     std::int32_t graphs = 0;
     testing::for_random_graphs(2, 2000, [&](const testing::random_layers& layers, std::mt19937&) {
         const graph& g = layers.topology();
@@ -128,7 +128,7 @@ TEST_CASE("random graphs are sound, and have what makes layered images hard") {
         if (g.size() == 0) ++empty;
         buffer<std::size_t> layers_at(static_cast<std::size_t>(g.width()) * static_cast<std::size_t>(g.height()), 0);
         for (std::size_t i = 0; i < g.size(); ++i) {
-            most_layers = std::max(most_layers, ++layers_at[static_cast<std::size_t>(g.y()[i] * g.width() + g.x()[i])]);
+            max_layers = std::max(max_layers, ++layers_at[static_cast<std::size_t>(g.y()[i] * g.width() + g.x()[i])]);
             bool linked = false;
             for (const side s : all_sides) linked = linked || g.neighbors(s)[i] != no_pixel;
             if (!linked) ++islands;
@@ -139,7 +139,7 @@ TEST_CASE("random graphs are sound, and have what makes layered images hard") {
             if (at != no_pixel && at != static_cast<std::int32_t>(i)) ++helices;
         }
     });
-    CHECK(most_layers >= 5);
+    CHECK(max_layers >= 5);
     CHECK(empty > 0);
     CHECK(islands > 1000);
     CHECK(helices > 200);

@@ -52,8 +52,8 @@ TEST_CASE("slopes, and what changes less than three steps of the surface rule, s
     CHECK(ldi::sharpen_edges(slope) == slope);
     const ldi::image<float> low = washed_out_step(0.5F, 0.64F, 30.5F, 2.0F);
     CHECK(ldi::sharpen_edges(low) == low);
-    CHECK(ldi::sharpen_edges(low, {}, {.least_change = 1.5F}) != low);
-    CHECK(ldi::sharpen_edges(slope, {}, {.least_share = 0.3F}) != slope);
+    CHECK(ldi::sharpen_edges(low, {}, {.min_change = 1.5F}) != low);
+    CHECK(ldi::sharpen_edges(slope, {}, {.min_share = 0.3F}) != slope);
 }
 
 TEST_CASE("an edge along the border of the map is a network's error, and stays") {

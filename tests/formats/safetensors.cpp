@@ -126,7 +126,7 @@ TEST_CASE("a header that claims to be huge is refused before it is read") {
     std::vector<std::byte> file = safetensors_file("{}");
     file[6] = std::byte{1};
     CHECK(testing::raised([&] { decode_safetensors(file); }) == error_code::invalid_data);
-    const std::vector<std::byte> long_one = safetensors_file(std::string(detail::safetensors::most_header_bytes, ' ') + "{}");
+    const std::vector<std::byte> long_one = safetensors_file(std::string(detail::safetensors::max_header_bytes, ' ') + "{}");
     CHECK(testing::raised([&] { decode_safetensors(long_one); }) == error_code::too_large);
 }
 

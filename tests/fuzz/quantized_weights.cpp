@@ -11,10 +11,10 @@
 
 namespace {
 
-constexpr std::size_t most_bytes = std::size_t{1} << 21;  // of a run: a small file may ask for much more, and takes long then
+constexpr std::size_t max_bytes = std::size_t{1} << 21;  // of a run: a small file may ask for much more, and takes long then
 
 void run(const ldi::quantized_network& network, std::size_t height, std::size_t width) {
-    if (network.working_bytes({height, width}, 1) > most_bytes) return;
+    if (network.working_bytes({height, width}, 1) > max_bytes) return;
     ldi::image<std::uint8_t> input(height, width, network.input_channels());
     for (std::size_t i = 0; i < input.size(); ++i) input.data()[i] = static_cast<std::uint8_t>(37 * i);
     ldi::serial_executor threads;

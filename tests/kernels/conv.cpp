@@ -140,11 +140,11 @@ struct byte_convolution {
     }
     /// In calls for up to so many pixels.
     template <class Result>
-    std::vector<Result> compute(ldi::isa set, int most_pixels, ldi::testing::random_bytes& random) const {
+    std::vector<Result> compute(ldi::isa set, int max_pixels, ldi::testing::random_bytes& random) const {
         const ldi::conv_u8_weights with = packed(set);
         std::vector<Result> result(pixels * outputs + 1, Result{77});
         for (std::size_t p = 0; p < pixels;) {
-            const std::size_t count = std::min(pixels - p, random.size_in(1, most_pixels));
+            const std::size_t count = std::min(pixels - p, random.size_in(1, max_pixels));
             std::vector<const std::uint8_t*> starts;
             for (std::size_t r = 0; r < rows; ++r) starts.push_back(input.data() + r * row_values() + p * stride);
             ldi::conv_u8(with, starts.data(), stride, count, ratios_from(p), result.data() + p * outputs);

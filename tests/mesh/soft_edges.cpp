@@ -124,7 +124,7 @@ TEST_CASE("a strip takes no more than its share of a file, and none where edges 
         const scene s(seed);
         const auto bytes = [&](const ldi::textured_mesh& mesh) { return ldi::encode_glb(mesh, s.atlas.color).size(); };
         ldi::mesh_options options;
-        options.soft_edges.least_width = 0;
+        options.soft_edges.min_width = 0;
         const ldi::textured_mesh hard = s.mesh(options), plain = ldi::build_mesh(s.without_matte(), s.facts, s.charts, s.atlas);
         CHECK(hard.soft_edges.triangles.empty());
         CHECK(plain.soft_edges.triangles.empty());

@@ -21,8 +21,8 @@ TEST_CASE("where the paper has no number, these are the defaults") {
     CHECK(o.passes_before_resampling == 2);
     CHECK(o.expand.motion == 0.08F);  // the paper grows 50 pixels, whatever the step and the camera
     CHECK(o.sharpen.radius == 3);
-    CHECK(o.sharpen.least_change == 3.0F);
-    CHECK(o.sharpen.least_share == 0.7F);
+    CHECK(o.sharpen.min_change == 3.0F);
+    CHECK(o.sharpen.min_share == 0.7F);
     CHECK(o.alignment.uncertainty == 3.0F);
     CHECK(o.alignment.stiffness == 1.5F);
     CHECK(o.alignment.shortest_length == 20);
@@ -48,8 +48,8 @@ TEST_CASE("where the paper has no number, these are the defaults") {
     CHECK(o.mesh.outlines.tolerance == 1.0F);
     CHECK(o.mesh.outlines.disparity_tolerance == 0.01F);
     CHECK(o.mesh.outlines.texture_tolerance == 0.5F);
-    CHECK(o.mesh.soft_edges.least_width == 1.0F);
-    CHECK(o.mesh.soft_edges.most_width == 3.0F);
+    CHECK(o.mesh.soft_edges.min_width == 1.0F);
+    CHECK(o.mesh.soft_edges.max_width == 3.0F);
     CHECK(o.mesh.soft_edges.largest_share == 0.08F);
     CHECK(o.mesh.studs.spacing == 24);
     CHECK(o.mesh.studs.disparity_tolerance == 0.006F);

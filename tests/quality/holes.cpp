@@ -121,7 +121,7 @@ TEST_CASE("without hidden surfaces there are holes behind every silhouette") {
 TEST_CASE("no camera within the motion sees a hole where curves end or meet") {
     for (const auto& [name, map] : scenes()) {
         const hole_report report = holes_of(make_scene(map));
-        CAPTURE(name, report.views_with_holes, report.most_pixels);
+        CAPTURE(name, report.views_with_holes, report.max_pixels);
         CHECK(largest_of(report) == 0);
     }
 }
@@ -130,7 +130,7 @@ TEST_CASE("no camera sees a hole in random scenes") {
     std::mt19937 random(24);
     for (int round = 0; round < 24; ++round) {
         const hole_report report = holes_of(make_scene(ldi::testing::random_disparity(random, 90, 120)), 250);
-        CAPTURE(round, report.views_with_holes, report.most_pixels);
+        CAPTURE(round, report.views_with_holes, report.max_pixels);
         CHECK(largest_of(report) == 0);
     }
 }

@@ -23,7 +23,7 @@ TEST_CASE("no camera within the motion sees a hole in photographs") {
         const ldi::photo3d made =
             ldi::make_photo3d(ldi::load_photo(photographs[i]).color, network, ldi::diffusion_inpainter(), options, threads);
         const ldi_quality::hole_report report = ldi_quality::count_holes(made.mesh, made.facts, 1000, threads);
-        CAPTURE(photographs[i], report.views_with_holes, report.most_pixels);
+        CAPTURE(photographs[i], report.views_with_holes, report.max_pixels);
         CHECK(report.holes.empty());
     }
 }

@@ -42,15 +42,15 @@ inline constexpr bool measures_resident_memory = measures_memory;
 #endif
 
 #if defined(LDI_TEST_COUNTS_BLOCKS)
-inline std::atomic<long long> bytes_out{0}, most_bytes_out{0};
+inline std::atomic<long long> bytes_out{0}, max_bytes_out{0};
 
 /// The address sanitizer keeps what has been freed, but counts.
 inline void count_blocks() {
     __sanitizer_install_malloc_and_free_hooks(
         [](const volatile void*, std::size_t bytes) {
             const long long out = bytes_out += static_cast<long long>(bytes);
-            long long most = most_bytes_out;
-            while (out > most && !most_bytes_out.compare_exchange_weak(most, out)) {
+            long long most = max_bytes_out;
+            while (out > most && !max_bytes_out.compare_exchange_weak(most, out)) {
             }
         },
         [](const volatile void* block) { bytes_out -= static_cast<long long>(__sanitizer_get_allocated_size(block)); });
@@ -78,7 +78,7 @@ std::optional<double> peak_of_child(Call&& call) {
         }
         double counted = 0;
 #if defined(LDI_TEST_COUNTS_BLOCKS)
-        counted = static_cast<double>(most_bytes_out);
+        counted = static_cast<double>(max_bytes_out);
 #endif
         _exit(write(channel[1], &counted, sizeof counted) == sizeof counted ? 0 : 1);
     }

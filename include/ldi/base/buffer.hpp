@@ -44,7 +44,7 @@ concept element_iterator = requires(T i) {
 /// Memory for so many values would not have a size.
 [[noreturn]] inline void refuse_count() { raise(error_code::too_large, "buffer", "a size that memory can have", "a larger one"); }
 
-/// What a buffer holds, whatever its values: compiled once for all types.
+/// Type-independent part of a buffer, compiled once for all types.
 struct memory_block {
     void* values = nullptr;
     std::size_t size = 0, capacity = 0;  ///< in values

@@ -53,7 +53,7 @@
 #define LDI_EXCEPTION_PART _no_exceptions
 #endif
 
-// What the whole translation unit may use, and compilers do without being asked.
+// Instructions that the compiler may use anywhere in this translation unit.
 #if defined(__AVX512VBMI__)
 #define LDI_VECTOR_PART _avx512vbmi
 #elif defined(__AVX512VL__)

@@ -1,5 +1,5 @@
-// Where ldi's memory comes from: the caller's allocator, which `memory_scope` sets, so that an engine's budget holds for every
-// stage. What owns values on it is base/buffer.hpp.
+// Source of ldi's memory: the caller's allocator, set by `memory_scope`, so that an engine's budget covers every stage.
+// base/buffer.hpp owns values in it.
 #pragma once
 
 #include <ldi/base/config.hpp>

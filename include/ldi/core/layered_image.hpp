@@ -27,7 +27,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// What edit_links() lets its argument change: the links between pixels, not the pixels.
+/// Changes links between pixels, not the pixels. Argument of the function that edit_links() calls.
 class link_editor {
 public:
     explicit link_editor(graph_builder& g) : graph_(g) {}
@@ -48,7 +48,7 @@ struct grown_piece {
     bool is_new;
 };
 
-/// What the argument of grow() returns.
+/// Result of the function that grow() calls.
 struct grown_pixels {
     graph topology;                ///< of all pixels, old and new
     buffer<grown_piece> pieces;    ///< sources of its pixels in the order of their indices; every old pixel occurs once

@@ -29,11 +29,11 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The defaults were chosen by trial, on true depth degraded as networks do.
 struct alignment_options {
-    /// How far silhouettes may be off, to either side, in pixels, from 0 to 256. 0 moves none. make_photo3d() multiplies it, and
-    /// the shortest length, by the side of a sample of the depth map where that is more than a pixel.
+    /// Maximum distance between a silhouette and its edge in the photo, in pixels, 0 to 256. 0 moves nothing. For depth maps with
+    /// samples larger than a pixel, make_photo3d() multiplies it and shortest_length by the sample's side.
     float uncertainty = 3.0F;
-    /// The cost of one pixel aside from one pixel side to the next, at least 0. The larger, the less a silhouette bends to follow
-    /// colors.
+    /// Cost of moving sideways by one pixel between neighboring places of a curve, at least 0. Larger values keep silhouettes
+    /// straighter.
     float stiffness = 1.5F;
     /// Curves with fewer pixel sides than this stay where they are.
     std::size_t shortest_length = 20;
@@ -41,10 +41,10 @@ struct alignment_options {
 
 namespace detail::curves {
 
-// What it costs to cut every row of a band at every place, and the cheapest way along it.
+// Cost of cutting each row of a band at each place, and the cheapest path along the band.
 class band_cut {
 public:
-    // is_closed  the last row of the band is its first once more
+    // is_closed  the band's last row repeats its first
     band_cut(const band& b, float stiffness, bool is_closed)
         : radius_(b.radius()), rows_(b.size() - (is_closed ? 1 : 0)), stiffness_(stiffness) {
         costs_.assign(static_cast<std::size_t>(rows_) * places(), impossible);
@@ -103,7 +103,7 @@ private:
 
     void weigh_row(const band& b, std::int32_t k, const color_sums& front_sums, const color_sums& back_sums) {
         const bool is_known = front_sums.count >= 8.0F && back_sums.count >= 8.0F;
-        const std::int32_t least = b.least_cut(k), most = b.largest_cut(k);
+        const std::int32_t least = b.min_cut(k), most = b.largest_cut(k);
         if (!is_known) {
             for (std::int32_t cut = least; cut <= most; ++cut) cost(k, cut) = distance_cost(cut);
             return;

@@ -1,4 +1,4 @@
-// Where depth jumps: a side that two pixels share, one far and one near.
+// A depth discontinuity: the side between a far and a near pixel.
 #pragma once
 
 #include <ldi/base/config.hpp>

@@ -37,7 +37,7 @@ struct image_components {
     }
 };
 
-// Where the pixels of a row that are linked from `first` on end.
+// End of the run of linked pixels that starts at `first`.
 inline std::int32_t end_of_run(const float* row, std::int32_t first, std::int32_t columns, surface_rule surface) {
     constexpr std::int32_t step = 16;  // together, as most of them are linked: compilers make vectors of that
     std::int32_t end = first + 1;

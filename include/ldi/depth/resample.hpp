@@ -33,12 +33,12 @@ namespace detail::resample {
 
 using namespace lanes;
 
-// Of the window, in samples: two and a half times the sigma of 1.2, beyond which weights are below 0.05.
+// Radius of the window in samples: 2.5 times the sigma of 1.2. Weights farther out are below 0.05.
 inline constexpr std::size_t radius = 3;
 inline constexpr std::size_t samples = (2 * radius + 1) * (2 * radius + 1);
 inline constexpr std::size_t padded = (samples + wide - 1) / wide * wide;
 
-// The samples around one of them, by ascending disparity.
+// The samples around one sample, sorted by ascending disparity.
 struct window {
     std::size_t count = 0;
     std::array<float, padded> disparity, x, y, red, green, blue;

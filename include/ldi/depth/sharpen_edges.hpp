@@ -28,9 +28,9 @@ struct sharpen_options {
     /// An edge is washed out over at most this many samples to either side. 0 sharpens nothing.
     int radius = 3;
     /// Least change in disparity within the radius, in steps of the surface rule.
-    float least_change = 3.0F;
+    float min_change = 3.0F;
     /// Least share that this change has of the one within twice the radius. A slope has half.
-    float least_share = 0.7F;
+    float min_share = 0.7F;
 };
 
 namespace detail::sharpen {
@@ -80,7 +80,7 @@ image<float> edge_zone(const image<float>& map, surface_rule surface, const shar
     for (std::size_t y = margin; y + margin < map.height(); ++y)
         for (std::size_t x = margin; x + margin < map.width(); ++x) {
             const float change = inner.high(y, x) - inner.low(y, x), beyond = outer.high(y, x) - outer.low(y, x);
-            const bool is_edge = change > options.least_change * surface.largest_step && change > options.least_share * beyond;
+            const bool is_edge = change > options.min_change * surface.largest_step && change > options.min_share * beyond;
             zone(y, x) = is_edge ? 1.0F : 0.0F;
         }
     const image<float> wide = extremes_around(zone, radius, threads).high;

@@ -41,17 +41,17 @@ struct vertex_attribute {
 struct glb_options {
     /// The camera that took the photo, for viewers that start there. Absent: the file has none.
     std::optional<pinhole_camera> camera;
-    /// How far viewers may let the camera go (render/motion.hpp), as `motion` among the scene's extras. Absent: the file does not
-    /// say.
+    /// Motion budget for viewers (render/motion.hpp), written as `motion` to the scene's extras unless absent.
     std::optional<float> motion = std::nullopt;
-    /// Where nearest and farthest are, which that is a share of: written with `motion`, as `nearest` and `farthest`. So is the
-    /// camera's lens, as `focal_length_35mm`.
+    /// Distances of the nearest and the farthest surface, written together with `motion` as `nearest` and `farthest`. The
+    /// camera's lens is written as `focal_length_35mm`.
     depth_range range = {};
-    /// What the photo is called, in UTF-8: `source` among the scene's extras. Empty: the file does not say.
+    /// Name of the photo in UTF-8, written as `source` to the scene's extras unless empty.
     std::string source = {};
-    /// More attributes of the vertices, each with a name of its own. Soft edges have none.
+    /// Additional vertex attributes with different names. Soft edges have none.
     buffer<vertex_attribute> attributes = {};
-    /// Backs of triangles are drawn too. They are seen only from far off the photo's viewpoint, where the alternative is a hole.
+    /// Viewers draw the back sides of triangles, too. They are visible only from far off the photo's viewpoint, in place of
+    /// holes.
     bool double_sided = true;
 };
 
@@ -164,7 +164,7 @@ inline std::string json_string(std::string_view text) {
     return result + '"';
 }
 
-/// What viewers and people may want to know and glTF has no place for, if anything.
+/// Facts that glTF has no field for, as the scene's extras; nothing if there are none.
 inline void add_extras(json_text& json, const glb_options& options) {
     const char* before = R"("extras":{)";
     const auto add = [&](std::string_view name, const auto& value) {

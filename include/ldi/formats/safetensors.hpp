@@ -45,9 +45,9 @@ inline void check_metadata(const named_tensors& file, const std::string& what, c
 
 namespace detail::safetensors {
 
-inline constexpr std::size_t most_header_bytes = std::size_t{4} << 20;
-inline constexpr std::size_t most_dimensions = 8;
-inline constexpr int most_nesting = 3;  ///< the header, a tensor, its shape
+inline constexpr std::size_t max_header_bytes = std::size_t{4} << 20;
+inline constexpr std::size_t max_dimensions = 8;
+inline constexpr int max_nesting = 3;  ///< the header, a tensor, its shape
 
 inline std::uint32_t little_endian(const std::byte* bytes, int size) {
     std::uint32_t value = 0;
@@ -96,7 +96,7 @@ inline decltype(tensor::values) decode_values(std::span<const std::byte> bytes, 
     return decoded<std::uint8_t>(bytes, 1, [](const std::byte* b) { return std::to_integer<std::uint8_t>(*b); });
 }
 
-/// Where the values of a tensor lie, as the header has it.
+/// A tensor's entry in the header: its type, its shape, and the range of its bytes.
 struct entry {
     std::string name, type;
     buffer<std::size_t> shape;
@@ -133,7 +133,7 @@ inline entry checked_entry(const std::string& name, const json_value& line, std:
     result.name = name;
     part("dtype", type.kind == json_kind::string);
     result.type = unescaped(type.text);
-    result.shape = sizes("shape", shape, most_dimensions);
+    result.shape = sizes("shape", shape, max_dimensions);
     const buffer<std::size_t> offsets = sizes("data_offsets", place, 2);
     part("data_offsets", offsets.size() == 2 && members == 3);
     result.begin = offsets[0], result.end = offsets[1];
@@ -178,8 +178,8 @@ inline named_tensors decode_safetensors(std::span<const std::byte> bytes, const 
     if (header_bytes > bytes.size() - 8)
         raise(error_code::invalid_data, where, "a header of " + std::to_string(header_bytes) + " bytes",
               std::to_string(bytes.size() - 8) + " bytes in all");
-    if (header_bytes > most_header_bytes)
-        raise(error_code::too_large, where, "a header of at most " + std::to_string(most_header_bytes) + " bytes",
+    if (header_bytes > max_header_bytes)
+        raise(error_code::too_large, where, "a header of at most " + std::to_string(max_header_bytes) + " bytes",
               std::to_string(header_bytes));
     const std::size_t text_bytes = static_cast<std::size_t>(header_bytes);
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()) + 8, text_bytes);
@@ -188,7 +188,7 @@ inline named_tensors decode_safetensors(std::span<const std::byte> bytes, const 
     named_tensors result;
     result.where = where;
     buffer<entry> entries;
-    const detail::json_value header = detail::read_json_object(text, most_nesting, where);
+    const detail::json_value header = detail::read_json_object(text, max_nesting, where);
     detail::for_each_member(header, [&](const std::string& name, const detail::json_value& line) {
         if (name == "__metadata__")
             result.metadata = checked_metadata(line, where);

@@ -16,7 +16,7 @@
 #include <ldi/core/graph.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/inpaint/detail/diffuse_unknown.hpp>
-#include <ldi/inpaint/detail/scrambled.hpp>
+#include <ldi/inpaint/detail/hash.hpp>
 
 #include <algorithm>
 #include <array>
@@ -41,7 +41,7 @@ namespace detail {
 
 /// Noise of a position, the same on every layer: mean 0, variance 1, close to normal, independent of other positions'.
 inline float grain_at(std::int32_t x, std::int32_t y) {
-    const std::uint32_t h = scrambled(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y));
+    const std::uint32_t h = hash(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y));
     const float sum = nearest_float((h & 255) + (h >> 8 & 255) + (h >> 16 & 255) + (h >> 24));  // of four dice
     return (sum - 510.0F) / 147.8F;  // their mean, 4 * 127.5, and deviation, sqrt(4 * (256^2 - 1) / 12)
 }
@@ -102,8 +102,8 @@ inline void check_options(const grain_options& options) {
     check_option("grain_options, limit", options.limit, 0.0F, 255.0F);
 }
 
-/// How strong the photo's detail is around each unknown pixel, as the standard deviation of noise that has as much, in gray
-/// levels: one value per unknown pixel, in their order.
+/// Strength of the photo's detail around each unknown pixel, as the standard deviation of equally strong noise in gray levels.
+/// One value per unknown pixel, in their order.
 ///
 /// limit   above 0; detail counts up to this
 /// rounds  Gauss-Seidel rounds on each level of the diffusion

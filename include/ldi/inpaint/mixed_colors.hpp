@@ -23,17 +23,17 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Margins hold up to a long side of 1536 pixels, the paper's size, and grow with the photo beyond.
 struct mixed_color_options {
-    /// Where the two surfaces look alike, the foreground's colors are refilled within this many pixels of the silhouette.
+    /// Where both surfaces look alike, the foreground's colors are refilled within this many pixels of the silhouette.
     int foreground_margin = 2;
     /// The background's colors are always refilled within this many. The paper marks the foreground only. Without a margin here,
     /// the hidden surface would be continued with what the lens smeared over the background, and with what an edge of depth that
     /// is off leaves of the foreground there. On the views of bench/quality the first pixel gains 0.08 dB over leaving it where
     /// it looks unmixed; on six stereo pairs a second one costs 0.23 dB.
     int background_margin = 1;
-    /// Where the two surfaces differ, mixed colors are looked for within this share of the long side on either side of it, and
-    /// within two pixels; 0: nowhere.
+    /// Where the two surfaces differ, mixed colors are searched within this share of the photo's long side on either side of the
+    /// silhouette, and within at least two pixels. 0 turns the search off.
     float reach = 4.0F / 1536.0F;
-    /// The least distance of two colors, in red, green and blue from 0 to 255, that look different.
+    /// Minimum Euclidean RGB distance of colors that count as different, 0 to 255 per channel.
     float contrast = 40.0F;
 };
 
@@ -142,7 +142,7 @@ private:
         }
     }
 
-    /// What has no links to a known pixel cannot be refilled: it keeps the color that was found for it.
+    /// Pixels without a path of links to a known pixel cannot be refilled. They keep their unmixed color.
     void keep_without_source(buffer<std::int32_t>& lost) {
         buffer<std::uint8_t> refillable(lost.empty() ? 0 : layers_.size(), 0);
         buffer<std::int32_t> queue;

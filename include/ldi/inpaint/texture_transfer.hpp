@@ -40,7 +40,7 @@ struct texture_options {
 
 namespace detail {
 
-/// Where texture comes from, and what is added.
+/// Finds a source of texture for each unknown pixel, and the detail to add from it.
 class texture_transfer {
 public:
     /// color, known  the columns of a layered image with this graph
@@ -62,7 +62,7 @@ public:
 
     const texture_cells& cells() const { return cells_; }
 
-    /// How much a cell's source looks like it, from 0 to 1.
+    /// Similarity of a cell and its source, 0 to 1.
     float likeness(std::int32_t cell) const {
         if (source_[cell] == no_pixel) return 0.0F;
         const float difference = nearest_float(difference_of(looks_[cell], looks_[source_[cell]])) / nearest_float(tap_values);

@@ -1,7 +1,7 @@
-// Where depth is coarser than the photo, silhouettes are up to a few samples off, and something of the foreground stays on the
-// background beside them: fuzz, hair, a rim. Inpainting would continue it over all of the hidden surface. But most of these
-// pixels are the background's own, and in sight: refilled, they would blur what everybody sees. So they are set aside, unknown
-// while hidden surfaces get their colors, and put back afterwards, if they don't look like what is in front of them.
+// Keeps traces of the foreground (fuzz, hair, a rim) off hidden surfaces. Silhouettes of coarse depth maps are off by up to a few
+// samples, so such traces stay on the background beside them, and inpainting would continue them. Most of these pixels are true
+// background colors in plain view, so refilling all of them would blur the photo. Instead, mark_uncertain_rims() makes them
+// unknown while hidden surfaces get their colors. restore_rims() then restores those that differ from the surface in front.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -16,7 +16,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// What restore_rims() needs to know about a pixel.
+/// A pixel's data for restore_rims().
 struct uncertain_rim {
     std::array<std::uint8_t, 3> color;  ///< of the pixel itself
     std::array<float, 3> foreground;    ///< of the surface in front of it, 0 to 255
@@ -32,15 +32,15 @@ struct rim_column {
 
 namespace detail {
 
-/// How far a color lies on the way from one to another, 0 to 1 and beyond; 0 where those look alike.
+/// Position of `color` on the line from `from` (0) to `to` (1), possibly outside of both; 0 where both look alike.
 inline float share_of_way(const std::uint8_t* color, const std::uint8_t* from, const float* to) {
-    constexpr float least_contrast = 40.0F;  // as in mixed_color_options
+    constexpr float min_contrast = 40.0F;  // as in mixed_color_options
     float along = 0, squared = 0;
     for (std::size_t c = 0; c < 3; ++c) {
         const float start = static_cast<float>(from[c]), way = to[c] - start;
         along += (static_cast<float>(color[c]) - start) * way, squared += way * way;
     }
-    return squared < least_contrast * least_contrast ? 0.0F : along / squared;
+    return squared < min_contrast * min_contrast ? 0.0F : along / squared;
 }
 
 }  // namespace detail
@@ -64,7 +64,7 @@ buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int 
     band.sample(layers.template column<color_column>(), 0.0F);
     buffer<std::int32_t> edge;
     for (const detail::silhouette_side& s : band.sides()) edge.push_back(s.back);
-    // What was unmixed or refilled at the silhouette itself is unknown already: the margin begins behind it.
+    // Pixels that unmix_colors() changed at the silhouette are unknown already. The margin begins behind them.
     const buffer<std::uint8_t> before(known.begin(), known.end());
     std::fill(known.begin(), known.end(), std::uint8_t{1});
     detail::mark_margin(layers, edge, width);

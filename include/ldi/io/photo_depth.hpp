@@ -177,7 +177,7 @@ inline void take_depth_inside([[maybe_unused]] std::span<const std::byte> bytes,
 #endif
 }
 
-/// What is taken by a picture's left half, in color, and its right one, as floats, with as much again to fill holes.
+/// Bytes for a picture's left half in color, its right half as floats, and as many floats again to fill holes.
 inline double memory_of_halves(std::size_t height, std::size_t width) {
     return nearest_double(height) * nearest_double(width) / 2 * (3 + 2 * sizeof(float));
 }

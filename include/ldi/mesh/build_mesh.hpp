@@ -199,17 +199,17 @@ textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const c
                   std::to_string(charts.charts.size()) + " placements",
               std::to_string(camera.width) + "x" + std::to_string(camera.height) + " and " + std::to_string(placements.size()));
     const soft_edge_options& soft = options.soft_edges;
-    if (!(soft.least_width >= 0 && soft.most_width >= soft.least_width && soft.most_width <= 64 && soft.largest_share >= 0))
+    if (!(soft.min_width >= 0 && soft.max_width >= soft.min_width && soft.max_width <= 64 && soft.largest_share >= 0))
         raise(error_code::invalid_option, "soft_edge_options",
               "widths from 0 to 64, the least not above the most, a share of 0 or more",
-              detail::to_text(soft.least_width) + ", " + detail::to_text(soft.most_width) + " and " +
+              detail::to_text(soft.min_width) + ", " + detail::to_text(soft.max_width) + " and " +
                   detail::to_text(soft.largest_share));
     const flat_mesh flat = build_flat_mesh(layers, facts.range, charts, options, threads);
 
     detail::mesh_assembler assembler(layers, facts, flat, atlas);
     for (std::size_t c = 0; c < flat.charts.size(); ++c) assembler.add_chart(flat.charts[c], charts.charts[c], placements[c]);
     if constexpr (has_column<Layers, matte_column>)
-        if (soft.least_width > 0) assembler.add_soft_edges(charts, atlas, detail::find_visible(layers), soft);
+        if (soft.min_width > 0) assembler.add_soft_edges(charts, atlas, detail::find_visible(layers), soft);
     return assembler.finish();
 }
 

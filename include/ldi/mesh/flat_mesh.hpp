@@ -29,8 +29,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Silhouettes of what is in front fade out over a strip of this width, in pixels (soft_edges.hpp).
 struct soft_edge_options {
-    float least_width = 1.0F;  ///< 0: edges are hard
-    float most_width = 3.0F;   ///< where the matte carries farther; less than the atlas has padding
+    float min_width = 1.0F;  ///< 0: edges are hard
+    float max_width = 3.0F;  ///< where the matte carries farther; less than the atlas has padding
     /// The strip takes at most about this share of the bytes that mesh and texture take in a file. Where that is not enough, it
     /// runs along the largest steps in disparity.
     float largest_share = 0.08F;
@@ -55,8 +55,8 @@ struct flat_mesh {
     chart_outlines outlines;
     stud_set studs;
     buffer<chart_mesh> charts;
-    /// What simplification left of pieces with a chart on one side only: piece p has the corners
-    /// open_corners[first_open_corner[p] .. first_open_corner[p + 1]), other pieces none.
+    /// Simplified outline pieces with a chart on one side only: piece p has the corners
+    /// open_corners[first_open_corner[p] .. first_open_corner[p + 1]). Other pieces have none.
     buffer<std::int32_t> open_corners, first_open_corner;
 };
 

@@ -64,10 +64,10 @@ public:
     /// The corners that an edge leaves out: all indices from `first` to before `second`.
     std::pair<std::int32_t, std::int32_t> left_out(boundary_edge edge) const;
 
-    /// Of the corners that an edge leaves out, of which there must be one, the farthest from it.
+    /// The farthest of the corners that an edge skips. The edge must skip at least one.
     std::int32_t farthest_left_out(boundary_edge edge) const;
 
-    /// Splits edges, all at once, at corners that they leave out. `splits` are sorted and different.
+    /// Splits edges, all at once, at corners that they skip. `splits` are sorted and different.
     void split(std::span<const boundary_split> splits);
 
     /// Whether an edge came from the last split.

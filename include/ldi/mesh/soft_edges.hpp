@@ -39,7 +39,7 @@ public:
     /// Chooses the edges of the mesh that get a strip: of those on silhouettes, `count` with the largest steps.
     void choose(std::size_t count) {
         buffer<float> steps;
-        least_step_ = 0;
+        min_step_ = 0;
         for (std::int32_t p = 0; p < flat_.outlines.pieces.count(); ++p) {
             load(p);
             for (const float step : steps_)
@@ -47,7 +47,7 @@ public:
         }
         if (steps.size() <= count) return;
         std::nth_element(steps.begin(), steps.begin() + (steps.size() - count), steps.end());
-        least_step_ = count > 0 ? steps[steps.size() - count] : std::numeric_limits<float>::infinity();
+        min_step_ = count > 0 ? steps[steps.size() - count] : std::numeric_limits<float>::infinity();
     }
 
     /// to_atlas  from the lattice to texels
@@ -126,12 +126,12 @@ private:
         }
     }
 
-    bool is_soft(std::int32_t edge) const { return steps_[edge] > 0 && steps_[edge] >= least_step_; }
+    bool is_soft(std::int32_t edge) const { return steps_[edge] > 0 && steps_[edge] >= min_step_; }
 
     /// The share of the foreground in what is seen behind it, summed up from the edge outwards.
     float matte_beyond(const outline_corner& c, vector normal) const {
         float sum = 0;
-        for (float t = 0.5F; t < options_.most_width; t += 1.0F) {
+        for (float t = 0.5F; t < options_.max_width; t += 1.0F) {
             const std::int32_t x = static_cast<std::int32_t>(std::floor(nearest_float(c.x) + t * normal.x));
             const std::int32_t y = static_cast<std::int32_t>(std::floor(nearest_float(c.y) + t * normal.y));
             const float there = seen_at(x, y, c.disparity);
@@ -141,7 +141,7 @@ private:
         return sum;
     }
 
-    /// Where the strip ends, beside each corner that it begins at.
+    /// Finds the strip's outer end for each corner of its inner side.
     void find_rims() {
         rims_.assign(corners_.size(), vector{});
         const std::int32_t last = edge_count();
@@ -153,7 +153,7 @@ private:
             if (squared < 0.5F) continue;  // a spike
             const vector normal{sum.x / std::sqrt(squared), sum.y / std::sqrt(squared)};
             // A share that falls evenly from 1 to 0 adds up to half of the width that it falls over.
-            const float width = std::clamp(2.0F * matte_beyond(corner(i), normal), options_.least_width, options_.most_width);
+            const float width = std::clamp(2.0F * matte_beyond(corner(i), normal), options_.min_width, options_.max_width);
             const float miter = (std::min)(2.0F / std::sqrt(squared), 1.5F);
             rims_[i] = {width * miter * normal.x, width * miter * normal.y};
         }
@@ -198,7 +198,7 @@ private:
     std::array<std::int32_t, 2> to_atlas_{};
     std::array<float, 2> scale_{};
     bool is_closed_ = false;
-    float least_step_ = 0;
+    float min_step_ = 0;
     buffer<std::int32_t> corners_;  // of the piece
     buffer<float> steps_;           // of its edges; 0 where none is in front of another surface
     buffer<vector> normals_;        // of its edges, outwards

@@ -131,8 +131,8 @@ inline void triangulator::start_edge(const polygon& shape, std::int32_t from, st
     const bool downwards = detail::above(a, b), inner = from >= shape.outline_count;
     const active_edge e{downwards ? a : b,  downwards ? b : a,  downwards ? from : to, downwards ? to : from, from,
                         inner || downwards, inner || !downwards};
-    // Of two edges that lie on each other, the one with the interior on its left goes left: the part between them is empty
-    // outside.
+    // Of two collinear, overlapping edges, the one with the interior on its left counts as left: the gap between them is empty
+    // and outside.
     const auto left_of = [](const active_edge& f, const active_edge& g) {
         const std::int64_t t = detail::turn(f.lower, f.upper, g.lower);
         return t != 0 ? t > 0 : f.interior_left && !g.interior_left;

@@ -19,10 +19,10 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// How a network reads pixels whose color is missing.
+/// Treatment of pixels without a color.
 enum class missing_colors {
-    filled,  ///< smooth colors stand there, and a fourth input channel says that they do; the result is added to them
-    masked,  ///< the first convolutions leave them out; a layer gives something wherever its window holds anything
+    filled,  ///< a smooth fill replaces them, a fourth input channel marks them, and the network's result is added to the fill
+    masked,  ///< partial convolutions skip them; a layer has a result wherever its window has a value
 };
 
 /// The facts about a network that come with its weights. The defaults are Farbrausch as examples/training/farbrausch trains it:
@@ -72,22 +72,22 @@ namespace detail {
 /// file  it comes from, for messages; may be empty
 /// Raises unsupported for an architecture out of bounds.
 inline void check_architecture(const inpainting_architecture& a, const std::string& file) {
-    constexpr std::size_t most_levels = 8, most_filters = 1024;
-    constexpr int most_growth = 64;
+    constexpr std::size_t max_levels = 8, max_filters = 1024;
+    constexpr int max_growth = 64;
     const auto expect = [&](bool holds, const char* what, const char* expected, const std::string& found) {
         if (!holds)
             raise(error_code::unsupported, place_in(file, std::string("architecture of the inpainting network, ") + what),
                   expected, found);
     };
-    expect(!a.channels.empty() && a.channels.size() <= most_levels, "channels", "1 to 8 stages",
+    expect(!a.channels.empty() && a.channels.size() <= max_levels, "channels", "1 to 8 stages",
            std::to_string(a.channels.size()));
     expect(a.kernels.size() == a.channels.size(), "kernels", "one for each stage", std::to_string(a.kernels.size()));
     for (const std::size_t count : a.channels)
-        expect(count >= 1 && count <= most_filters, "channels", "1 to 1024 each", std::to_string(count));
+        expect(count >= 1 && count <= max_filters, "channels", "1 to 1024 each", std::to_string(count));
     for (const std::int32_t size : a.kernels)
         expect(size >= 3 && size <= largest_kernel_size && size % 2 == 1, "kernels", "odd numbers from 3 to 15",
                std::to_string(size));
-    expect(a.growth >= 0 && a.growth <= most_growth, "growth", "0 to 64", std::to_string(a.growth));
+    expect(a.growth >= 0 && a.growth <= max_growth, "growth", "0 to 64", std::to_string(a.growth));
     expect(a.leak >= 0.0F && a.leak <= 1.0F, "leak", "0 to 1", std::to_string(a.leak));
 }
 

@@ -62,11 +62,11 @@ public:
             raise(error_code::mismatch, where, "a result as large as the input, 32 x 32",
                   std::to_string(result.width) + " x " + std::to_string(result.height));
         for (const std::size_t side : {sizes.details, sizes.layout})
-            if (side % alignment != 0 || side > most_long_side || sizes.details == 0)
+            if (side % alignment != 0 || side > max_long_side || sizes.details == 0)
                 raise(error_code::mismatch, where,
-                      "long sides that are multiples of 32, of at most " + std::to_string(most_long_side), std::to_string(side));
-        if (level_quantization().scale > most_scale)
-            raise(error_code::unsupported, where, "disparity or its logarithm in steps of at most " + detail::to_text(most_scale),
+                      "long sides that are multiples of 32, of at most " + std::to_string(max_long_side), std::to_string(side));
+        if (level_quantization().scale > max_scale)
+            raise(error_code::unsupported, where, "disparity or its logarithm in steps of at most " + detail::to_text(max_scale),
                   "steps of " + detail::to_text(level_quantization().scale));
     }
 
@@ -175,10 +175,10 @@ public:
     }
 
 private:
-    static constexpr std::size_t most_long_side = 4096;
-    static constexpr float most_scale = 0.25F;  ///< disparity would leave the range of float beyond it
+    static constexpr std::size_t max_long_side = 4096;
+    static constexpr float max_scale = 0.25F;  ///< disparity would leave the range of float beyond it
 
-    /// Of the time that both take.
+    /// Share of the detail pass in the time of both passes.
     float details_share() const {
         const auto area = [](std::size_t side) { return detail::nearest_float(side * side); };
         return area(sizes_.details) / (area(sizes_.details) + area(sizes_.layout));

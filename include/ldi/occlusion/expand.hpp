@@ -62,7 +62,8 @@ public:
         }
         for (const discontinuity_curve& curve : curves)
             for (const growth_constraint& c : curve.constraints) {
-                // What is seen past the end of the midground is what lies behind it, and from as near as the nearest front there.
+                // Past the end of the midground, the camera sees the surface behind it. The nearest front there sets the
+                // parallax.
                 const float front = nearest_front(curve, c, disparity);
                 const std::int32_t x = static_cast<std::int32_t>(c.x), y = static_cast<std::int32_t>(c.y);
                 for (const std::int32_t back : {pixels_.position(x - 1, y - 1), pixels_.position(x, y - 1),
@@ -160,7 +161,7 @@ private:
     // A surface that comes as near to another as the threshold, and cannot be linked to it, goes on beneath it for as many pixels
     // as a camera can see into the gap. Otherwise there would be a hole between its end and the other surface.
     float below_others(std::int32_t position, float disparity) const {
-        const float step = least_gap * surface_.largest_step;
+        const float step = min_gap * surface_.largest_step;
         disparity = (std::min)(disparity, pixels_.disparity(position) - step);
         bool is_free = false;
         while (!is_free) {
@@ -173,14 +174,14 @@ private:
         }
         return disparity;
     }
-    bool may_link(float a, float b) const { return std::abs(a - b) <= (1.0F + least_gap) * surface_.largest_step; }
-    static constexpr float least_gap = 1.001F;  // in thresholds
+    bool may_link(float a, float b) const { return std::abs(a - b) <= (1.0F + min_gap) * surface_.largest_step; }
+    static constexpr float min_gap = 1.001F;  // in thresholds
     std::int32_t dive_of(std::int32_t pixel) const {
         const std::int32_t hidden = pixel - reach_.count();
         return hidden < 0 ? 0 : dives_[hidden];
     }
 
-    // How much farther than to (x, y) the surface at `origin` may grow, in pixels.
+    // Remaining growth of the surface at `origin` beyond (x, y), in pixels; negative where it may not reach (x, y).
     float room_beyond(std::int32_t origin, std::int32_t x, std::int32_t y) const {
         if (!(reach_[origin] > 0.0F)) return -1.0F;
         const float dx = nearest_float(x - pixels_.x(origin)), dy = nearest_float(y - pixels_.y(origin));
@@ -213,7 +214,7 @@ private:
         return std::hypot(nearest_float(pixels_.x(pixel)) + 0.5F - end.x, nearest_float(pixels_.y(pixel)) + 0.5F - end.y);
     }
 
-    // How far the surface behind a curve grows from near one of its ends.
+    // Maximum growth of the surface behind a curve near one of its ends.
     float reach_near(const discontinuity_curve& curve, const growth_constraint& end) const {
         constexpr float vicinity = 20.0F;  // pixels
         float farthest = 0.0F;

@@ -23,9 +23,9 @@ inline bool has_gaps(const rendering& seen) {
 }
 
 /// H x W x 3: the picture with every pixel replaced that is not fully covered. Each gap is filled by diffusion from its outline.
-/// Of a gap inside the picture only the farther half of the outline's disparities counts; one that reaches the picture's edge
-/// lies past the photo's border, where near surfaces go on, too. For raster_options::backdrop. Without a covered pixel all are
-/// black.
+/// A gap inside the picture takes its colors from the farther half of its outline. A gap at the picture's edge lies past the
+/// photo's border, where near surfaces continue, too, and takes them from all of its outline. For raster_options::backdrop. A
+/// rendering without a covered pixel gives black.
 inline image<std::uint8_t> gap_colors(rendering seen);
 
 // ------------------------------------------------------------------------------------------------------------------------

@@ -20,8 +20,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// What a camera at this place uncovers behind the nearest thing if everything else is as far as can be, but for the factor
-/// n / (n - c_forward): as a share of the photo's longer side.
+/// Parallax of a camera at `position` between the nearest surface and infinity, without the factor n / (n - c_forward): as a
+/// share of the photo's longer side.
 inline float motion_across(const std::array<float, 3>& position, const pinhole_camera& camera, const depth_range& range) {
     const float width = static_cast<float>(camera.width), height = static_cast<float>(camera.height);
     const float forward = std::abs(position[2]);
@@ -32,8 +32,8 @@ inline float motion_across(const std::array<float, 3>& position, const pinhole_c
 
 }  // namespace detail
 
-/// How much a camera at this place, in the photo's space, uses: the share of the photo's longer side by which it moves what is
-/// nearest against what is farthest, where that is most. Infinite beyond what is nearest.
+/// Share of the motion budget that a camera at `position` uses, in the photo's space: the maximum parallax between the nearest
+/// and the farthest surface, as a share of the photo's longer side. Infinite beyond the nearest surface.
 inline float motion_of(const std::array<float, 3>& position, const pinhole_camera& camera, const depth_range& range) {
     const float forward = (std::max)(-position[2], 0.0F);  // going back, the factor is largest for what is far, and 1
     if (!(forward < range.z_near)) return std::numeric_limits<float>::infinity();

@@ -1,4 +1,4 @@
-// Where charts lie that show the photo at its own size (texture/sheets.hpp).
+// Places of full-size charts on sheets (texture/sheets.hpp).
 #pragma once
 
 #include <ldi/base/buffer.hpp>

@@ -125,7 +125,7 @@ public:
     std::int32_t radius() const { return radius_; }
     std::int32_t size() const { return rows_.count(); }
     // Cuts of row k that leave something of both surfaces: -back to front.
-    std::int32_t least_cut(std::int32_t k) const { return -rows_[k].back; }
+    std::int32_t min_cut(std::int32_t k) const { return -rows_[k].back; }
     std::int32_t largest_cut(std::int32_t k) const { return rows_[k].front; }
     const color_sums& sums(std::int32_t k, bool of_front) const {
         return of_front ? rows_[k].front_colors : rows_[k].back_colors;
@@ -154,7 +154,8 @@ private:
         return static_cast<std::int32_t>(y) * width_ + static_cast<std::int32_t>(x);
     }
 
-    // How far front and back go on, and their colors beyond the middle of the band, or of what there is of a thin thing.
+    // Measures how far the front and back surfaces extend across the band, and averages their colors outside its middle. Thin
+    // objects have fewer pixels to average.
     void measure(std::int32_t k) {
         row& r = rows_[k];
         std::int32_t front = 0, back = 0;

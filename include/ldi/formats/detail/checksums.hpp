@@ -43,10 +43,10 @@ inline std::uint32_t crc32(std::span<const std::byte> bytes, std::uint32_t befor
 
 inline std::uint32_t adler32(std::span<const std::byte> bytes) {
     constexpr std::uint32_t modulus = 65521;
-    constexpr std::size_t most_at_once = 5552;  // before the second sum could exceed 32 bits
+    constexpr std::size_t max_at_once = 5552;  // before the second sum could exceed 32 bits
     std::uint32_t sum = 1, sum_of_sums = 0;
     while (!bytes.empty()) {
-        const std::size_t count = (std::min)(bytes.size(), most_at_once);
+        const std::size_t count = (std::min)(bytes.size(), max_at_once);
         for (const std::byte byte : bytes.first(count)) sum += std::to_integer<std::uint32_t>(byte), sum_of_sums += sum;
         sum %= modulus, sum_of_sums %= modulus;
         bytes = bytes.subspan(count);

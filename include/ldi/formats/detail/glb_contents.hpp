@@ -111,8 +111,7 @@ struct geometry {
     }
 };
 
-/// What is in the binary chunk: the parts of the mesh that have triangles, the strip if there is one, and the textures that these
-/// have.
+/// Contents of the binary chunk: the mesh's parts with triangles, the strip if there is one, and the textures of these.
 struct contents {
     buffer<geometry> parts;
     buffer<std::span<const std::byte>> textures;

@@ -85,14 +85,14 @@ public:
 private:
     /// Samples come from the pixel's nearest side, and from those of pixels this far from it along rows and columns.
     static constexpr std::int32_t sample_distance = 4;
-    static constexpr std::size_t most_samples = 5;
+    static constexpr std::size_t max_samples = 5;
 
     bool can_tell(std::int32_t place) const { return band_.sides()[band_.places()[place].side].can_tell; }
 
     mixture estimate(const silhouette_band::place& p, array_view<const std::uint8_t> colors) const {
         if (!band_.sides()[p.side].can_tell) return {p.in_front ? 1.0F : 0.0F, {}, {}, 0};
-        float_color foregrounds[most_samples], backgrounds[most_samples], color;
-        std::int32_t taken[most_samples];
+        float_color foregrounds[max_samples], backgrounds[max_samples], color;
+        std::int32_t taken[max_samples];
         std::size_t count = 0;
         const auto take = [&](std::int32_t number) {
             const silhouette_side& s = band_.sides()[number];

@@ -7,7 +7,7 @@
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/core/graph.hpp>
-#include <ldi/inpaint/detail/scrambled.hpp>
+#include <ldi/inpaint/detail/hash.hpp>
 #include <ldi/inpaint/detail/texture_cells.hpp>
 
 #include <array>
@@ -67,10 +67,10 @@ public:
 private:
     // Cost of two neighbors whose sources are not; chosen by trial.
     static constexpr int incoherence = 100;
-    // Of so many cells one looks further than its neighbors' sources, which then spread.
-    static constexpr std::uint32_t seldom = 32;
+    // One in `search_interval` cells also samples random sources. Its neighbors then propagate good ones.
+    static constexpr std::uint32_t search_interval = 32;
 
-    /// Sets where to look first: the known cell nearest to each unknown one over links, or no_pixel.
+    /// Finds the first candidate of each unknown cell: the nearest known cell along links, or no_pixel.
     void find_nearest_known() {
         nearest_known_ = buffer<std::int32_t>(cells_.pixel.size(), no_pixel);
         buffer<std::int32_t> wave, further;
@@ -106,7 +106,7 @@ private:
 
     void improve(std::int32_t cell, int round, bool forward) {
         std::int32_t& best = source_[cell];
-        int least = -1;  // not computed before there is something to compare, which is seldom
+        int least = -1;  // computed only when there is something to compare, which is rare
         const auto consider = [&](std::int32_t from) {
             if (from == no_pixel || from == best || !cells_.is_source(from)) return;
             if (best == no_pixel) {
@@ -121,13 +121,12 @@ private:
             if (n != no_pixel && source_[n] != no_pixel) consider(cells_.neighbor(source_[n], opposite(s)));
         }
         const std::int32_t pixel = cells_.pixel[cell];
-        const std::uint32_t random =
-            scrambled(static_cast<std::uint32_t>(graph_.x()[pixel]),
-                      64 * static_cast<std::uint32_t>(graph_.y()[pixel]) + static_cast<std::uint32_t>(round));
-        if (best != no_pixel && random % seldom != 0) return;
-        for (std::uint32_t n = 0; n < 4; ++n) consider(wander(nearest_known_[cell], scrambled(random, n), reach_));
+        const std::uint32_t random = hash(static_cast<std::uint32_t>(graph_.x()[pixel]),
+                                          64 * static_cast<std::uint32_t>(graph_.y()[pixel]) + static_cast<std::uint32_t>(round));
+        if (best != no_pixel && random % search_interval != 0) return;
+        for (std::uint32_t n = 0; n < 4; ++n) consider(wander(nearest_known_[cell], hash(random, n), reach_));
         for (int radius = reach_ / 2; radius > 0 && best != no_pixel; radius /= 2)
-            consider(wander(best, scrambled(random, 100 + static_cast<std::uint32_t>(radius)), radius));
+            consider(wander(best, hash(random, 100 + static_cast<std::uint32_t>(radius)), radius));
     }
 
     /// A cell within this many steps along x and then y, as far as links go.

@@ -67,10 +67,10 @@ inline std::vector<std::byte> png_profile(std::span<const std::byte> chunk) {
 
 #if defined(LDI_WITH_LCMS2)
 
-/// What is left of max_profile_memory: a profile may list the same table many times, and each is read.
+/// Rest of max_profile_memory. A profile may list the same table many times, and Little CMS reads it each time.
 inline thread_local std::size_t profile_memory_left = 0;
 
-/// Memory for Little CMS, counted when it is taken and not when it comes back.
+/// Memory for Little CMS. Counts allocations and ignores releases.
 struct profile_memory {
     static bool take(std::size_t bytes) {
         if (bytes > profile_memory_left) return false;

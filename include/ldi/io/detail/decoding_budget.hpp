@@ -61,7 +61,7 @@ public:
         samples_ -= static_cast<std::uint64_t>(samples);
     }
 
-    /// What decoding a picture takes. Raises unsupported, too_large.
+    /// Takes the cost of decoding a picture. Raises unsupported, too_large.
     void take(const picture_header& header, const std::string& where) {
         check_format(header.format, where);
         check_pixel_count(header.width, header.height, max_pixels_, where);

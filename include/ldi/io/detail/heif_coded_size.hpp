@@ -114,7 +114,7 @@ inline coded_size size_in_hevc_configuration(std::span<const std::byte> hvcc) {
     return largest;
 }
 
-/// What a sequence header of AV1 says before its size.
+/// Skips the fields of an AV1 sequence header that precede the size.
 inline void skip_av1_operating_points(bit_reader& bits) {
     bool has_decoder_model = false;
     unsigned delay_bits = 0;

@@ -16,7 +16,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// What the file says of its depth picture. Without a range only the order of distances is known.
+/// Meaning of the file's depth picture. Without a range, only the order of distances is known.
 inline std::optional<depth_meaning> heif_meaning(const heif_image_handle* photo, const heif_image_handle* depth, heif_item_id id,
                                                  decoding_budget& budget, const std::string& where) {
     xmp_properties xmp;

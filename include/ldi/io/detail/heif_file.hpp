@@ -99,7 +99,7 @@ inline heif_pixels decode_heif_pixels(const heif_image_handle* handle, heif_colo
     return heif_pixels(pixels);
 }
 
-/// Of an image: every block of metadata of a type ("Exif", or "mime" for XMP).
+/// All metadata blocks of an image with a type ("Exif", or "mime" for XMP).
 inline std::vector<std::vector<std::byte>> heif_metadata(const heif_image_handle* handle, const char* type,
                                                          decoding_budget& budget, const std::string& where) {
     constexpr std::size_t limit = std::size_t{4} << 20;

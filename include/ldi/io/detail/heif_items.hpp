@@ -53,7 +53,7 @@ public:
     }
 
 private:
-    /// What decoding an item takes.
+    /// Cost of decoding an item.
     struct cost {
         double width = 0, height = 0, memory = 0;
         double pixels = 0;        ///< of all pictures, each as often as it is decoded, turned or cropped

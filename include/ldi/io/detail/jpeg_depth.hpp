@@ -84,7 +84,7 @@ struct appended_item {
     std::size_t length = 0, padding = 0;
 };
 
-/// What one of the two directories lists, the photo itself first.
+/// Items of one of the two directories, the photo itself first.
 inline std::vector<appended_item> list_items(const xmp_properties& xmp, std::string_view space) {
     constexpr std::size_t max_items = 64;  // real ones have two to five
     std::vector<appended_item> items;

@@ -47,7 +47,7 @@ decoded_picture<Sample> decode_picture(std::span<const std::byte> bytes, const p
         picture.samples.reset(stb::stbi_load_16_from_memory(data, size, &width, &height, &channels, 0));
     if (!picture.samples) {
         if (growth.was_exceeded()) damaged(header.format, where, "more data than its picture has");
-        // Where its memory ran out, it gives no reason in some places, and in others does not recognize the file.
+        // Out of memory, stb_image sometimes states no reason and sometimes "unknown image type".
         const char* const stated = stb::stbi_failure_reason();
         const std::string_view reason = stated == nullptr ? "outofmem" : stated;
         if (reason == "outofmem" || reason == "unknown image type" || reason == "too large")

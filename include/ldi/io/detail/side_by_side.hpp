@@ -16,7 +16,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 /// Whether the right half is a gray picture of its own beside a colored one: not a single colored pixel, at least 16 shades, and
 /// not the left half without its colors.
 inline bool is_side_by_side(const image<std::uint8_t>& color) {
-    constexpr double least_share_of_colored = 0.01, most_correlation = 0.95;
+    constexpr double min_share_of_colored = 0.01, max_correlation = 0.95;
     const std::size_t half = color.width() / 2;
     if (color.width() % 2 != 0 || half == 0) return false;
     std::array<bool, 256> shades{};
@@ -33,8 +33,8 @@ inline bool is_side_by_side(const image<std::uint8_t>& color) {
         }
     const double count = nearest_double(half) * nearest_double(color.height());
     const double spread = std::sqrt((std::max)((aa - a_sum * a_sum / count) * (bb - b_sum * b_sum / count), 0.0));
-    return colored > least_share_of_colored * count && std::count(shades.begin(), shades.end(), true) >= 16 &&
-           std::abs(ab - a_sum * b_sum / count) < most_correlation * spread;
+    return colored > min_share_of_colored * count && std::count(shades.begin(), shades.end(), true) >= 16 &&
+           std::abs(ab - a_sum * b_sum / count) < max_correlation * spread;
 }
 
 /// The columns from `begin`, `width` of them; of the given channels the first ones.

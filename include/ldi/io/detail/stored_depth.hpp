@@ -17,7 +17,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// How a stored value v, from 0 to 1, becomes a distance.
+/// Conversion of a stored value v, 0 to 1, to a distance.
 enum class depth_coding {
     range_inverse,  ///< 1 / distance goes from 1 / first (v = 0) to 1 / last (v = 1): GDepth, Dynamic Depth
     range_linear,   ///< distance goes from first to last

@@ -72,8 +72,7 @@ inline tiff_handle open_tiff(tiff_memory& memory, std::size_t max_block) {
                                          tiff_memory::close, tiff_memory::size, nullptr, nullptr, options.get()));
 }
 
-/// What libtiff gives: red, green, blue, alpha, from the lowest byte up, colors multiplied by alpha. Becomes bytes, laid on
-/// white.
+/// Composites libtiff's pixels on white, in place: red, green, blue, alpha from the lowest byte up, colors multiplied by alpha.
 inline void lay_on_white(std::uint8_t* samples, std::size_t pixels) {
     for (std::size_t i = 0; i < pixels; ++i) {
         std::uint32_t packed;

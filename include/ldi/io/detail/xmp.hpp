@@ -44,7 +44,7 @@ public:
 
     const std::vector<xmp_property>& all() const { return list_; }
 
-    /// Of a structure, or of any.
+    /// Text of a property, of the structure `owner` or of any.
     std::optional<std::string_view> text(std::string_view space, std::string_view name,
                                          std::optional<std::size_t> owner = {}) const {
         for (const xmp_property& p : list_)

@@ -43,7 +43,7 @@ struct conv_u8_kernel {
                          std::size_t pixels, const float* ratios, float* result);
 };
 
-/// Where and how a kernel stores the results of one panel.
+/// Destination of one panel's results, and the constants that finish them.
 template <class Result>
 struct conv_u8_panel_output {
     const std::int32_t* offsets;

@@ -38,7 +38,7 @@ struct conv_panel_input {
     const Value* weights;
 };
 
-/// Where and how a kernel stores the results of one panel.
+/// Destination of one panel's results, and the constants that finish them.
 template <class Result>
 struct conv_panel_output {
     const float *bias, *ratios;

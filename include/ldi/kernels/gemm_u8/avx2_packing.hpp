@@ -1,8 +1,8 @@
-// How weights lie for gemm_u8/avx2.hpp.
+// Packs weights for gemm_u8/avx2.hpp.
 //
-// Sums of 16 bits saturate; detail/unsaturated_pairs.hpp says for which weights they can't. Most weights are so small that the
-// products of two groups of four inputs may meet in one 16-bit sum before it is widened. Which groups go together, and which
-// weights have to be split over two, is found here, for each panel of 16 outputs.
+// 16-bit sums saturate, but not for small weights (detail/unsaturated_pairs.hpp). Most weights are so small that the products of
+// two groups of four inputs fit into one 16-bit sum before it is widened. For each panel of 16 outputs, this header finds groups
+// that can share a sum, and weights that must be split in two.
 #pragma once
 
 #include <ldi/base/buffer.hpp>

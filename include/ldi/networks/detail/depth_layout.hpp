@@ -1,7 +1,6 @@
-// What a depth network sees in a small picture and in a large one, put together: how things lie from both, where they end from
-// the large one. (Miangoleh et al., Boosting Monocular Depth Estimation Models to High-Resolution via Content-Adaptive
-// Multi-Resolution Merging, CVPR 2021, sections 3 and 5, found that networks are consistent in small pictures and crisp in
-// large.)
+// Merges the depth that a network estimates from a small and a large version of the photo: the layout comes from both, the edges
+// from the large one. Networks are consistent on small pictures and crisp on large ones (Miangoleh et al., Boosting Monocular
+// Depth Estimation Models to High-Resolution via Content-Adaptive Multi-Resolution Merging, CVPR 2021, sections 3 and 5).
 #pragma once
 
 #include <ldi/base/numbers.hpp>

@@ -1,5 +1,4 @@
-// What an inpainting network reads and what its layers make: feature maps, with a mask where the network leaves out missing
-// colors.
+// Input of an inpainting network and results of its layers: feature maps, with a mask for networks that ignore missing colors.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -32,11 +31,11 @@ inline network_input masked_input(array_view<const std::uint8_t> colors, array_v
     return input;
 }
 
-/// What a layer made.
+/// Result of a layer.
 template <class Value>
 struct masked_map {
     basic_feature_map<Value> map;
-    buffer<std::uint8_t> mask;  ///< for each row 1, or 0 where the layer saw nothing; empty: all 1
+    buffer<std::uint8_t> mask;  ///< one per row: 1, or 0 where the layer's window had no known value; empty: all 1
 
     /// The map must live, and keep its size, as long as the view.
     basic_feature_view<Value> view() const {

@@ -235,7 +235,7 @@ private:
         }
     }
 
-    /// Of all pixels that are alone, whichever are read: so a color does not depend on which are asked for.
+    /// Colors all isolated pixels, also those that nobody reads, so that a color does not depend on the set of pixels read.
     void run_waves(const masked_colors& fill_above) {
         const buffer<std::int32_t>& above = levels_[0].above;
         for (std::int32_t p = 0; p < above.count(); ++p)

@@ -23,7 +23,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 class quantized_network {
 public:
     /// Maximum bytes of the tensors that are alive at the same time, with each layer run on its own.
-    static constexpr std::uint64_t most_bytes = std::uint64_t{1} << 29;
+    static constexpr std::uint64_t max_bytes = std::uint64_t{1} << 29;
 
     /// target  the instruction set to pack weights for; it must be available. Results do not depend on it
     /// Raises an error that names the tensor if the description is not a network that ldi can run.
@@ -156,19 +156,19 @@ private:
                               std::to_string(found[t].width) + " x " + std::to_string(found[t].height));
             found.push_back(detail::size_after(layer, first));
             alive += bytes(i + 1, found.back());
-            if (alive > most_bytes)
-                raise(error_code::too_large, layer.name, "at most " + std::to_string(most_bytes) + " bytes of tensors",
+            if (alive > max_bytes)
+                raise(error_code::too_large, layer.name, "at most " + std::to_string(max_bytes) + " bytes of tensors",
                       "an input of " + std::to_string(input.width) + " x " + std::to_string(input.height) + " pixels");
             for (std::size_t t : last_uses_[i]) alive -= bytes(t, found[t]);
         }
         return found;
     }
 
-    /// Bytes of a tensor, or more than most_bytes if that overflows.
+    /// Bytes of a tensor, or more than max_bytes if that overflows.
     std::uint64_t bytes(std::size_t tensor, tensor_size size) const {
         std::uint64_t product = channels_[tensor];
         for (std::uint64_t factor : {std::uint64_t{size.height}, std::uint64_t{size.width}})
-            product = factor > most_bytes || product * factor > most_bytes ? most_bytes + 1 : product * factor;
+            product = factor > max_bytes || product * factor > max_bytes ? max_bytes + 1 : product * factor;
         return product;
     }
 
@@ -255,8 +255,8 @@ private:
                     .run(range);
             }
         };
-        const std::size_t least_rows = std::max<std::size_t>(2 * step.reach, 1);  // keeps the copies around cuts apart
-        const std::size_t strips = std::clamp<std::size_t>(rows / least_rows, 1, std::max<std::size_t>(threads.concurrency(), 1));
+        const std::size_t min_rows = std::max<std::size_t>(2 * step.reach, 1);  // keeps the copies around cuts apart
+        const std::size_t strips = std::clamp<std::size_t>(rows / min_rows, 1, std::max<std::size_t>(threads.concurrency(), 1));
         const std::size_t all_strips = std::max<std::size_t>(threads.concurrency(), 1);
         strip_task task{step, tensors, memory, memory + all_strips * planned.strip_bytes, planned, rows, strips};
         if (step.overwrites_input) task.save_cuts();

@@ -54,7 +54,7 @@ public:
             decltype(operator_description::kind) kind;
             switch (row(i, 0, 0, 3)) {
                 case 2: kind = addition_description{{input(i, 1), input(i, 2)}}; break;
-                case 3: kind = nearest_resize_description{input(i, 1), row(i, 4, 1, most_number)}; break;
+                case 3: kind = nearest_resize_description{input(i, 1), row(i, 4, 1, max_number)}; break;
                 default: kind = convolution(i);
             }
             if (channels_.size() == i + 1) channels_.push_back(channels_[input(i, 1)]);
@@ -67,11 +67,11 @@ public:
     }
 
 private:
-    static constexpr std::size_t columns = 5, most_number = 65536;
+    static constexpr std::size_t columns = 5, max_number = 65536;
 
     std::size_t operator_count() const {
         const auto found = file_.tensors.find("operators");
-        if (found == file_.tensors.end() || found->second.shape.size() != 2 || found->second.shape[0] > most_number)
+        if (found == file_.tensors.end() || found->second.shape.size() != 2 || found->second.shape[0] > max_number)
             raise(error_code::mismatch, tensor_place(file_, "operators"), "a table of the network's operators",
                   found == file_.tensors.end() ? "no such tensor" : shape_text(found->second.shape));
         return found->second.shape[0];
@@ -114,8 +114,8 @@ private:
         convolution_description c;
         c.depthwise = row(i, 0, 0, 1) == 1;
         c.input = input(i, 1);
-        c.kernel = row(i, 3, 1, most_number);
-        c.stride = row(i, 4, 1, most_number);
+        c.kernel = row(i, 3, 1, max_number);
+        c.stride = row(i, 4, 1, max_number);
         c.weight_quantization = {weight_scales_[i], weight_zero_points_[i]};
         used_.push_back(std::to_string(i) + ".weight");
         used_.push_back(std::to_string(i) + ".bias");

@@ -48,7 +48,7 @@ public:
 
         screen_triangle t = squares_.triangle(from.pixel, from.outer);
         const bool faces_us = signed_area(t) > 0;
-        // Of a clockwise triangle's edges, the right one leads down across the line, the left one up; the lower one leads left.
+        // In a clockwise triangle, the right edge crosses the line downward and the left edge upward. The lower edge leads left.
         std::size_t exit = 3;
         for (std::size_t e = 0; e < 3; ++e)
             if (before_line(t[e]) != before_line(t[(e + 1) % 3]) && before_line(t[e]) == (to_right == faces_us)) exit = e;

@@ -101,7 +101,7 @@ private:
     /// other's, it is taken back. What is left is the own surface's texture.
     static color cleaned(const std::uint8_t* photo, const color& own, const color& beside) {
         // A share that noise has, too, stays; so does what is beside where it looks alike. By trial.
-        constexpr float least_share = 0.02F, certain_share = 0.08F, least_difference = 20;
+        constexpr float min_share = 0.02F, certain_share = 0.08F, min_difference = 20;
         color result{};
         float along = 0, squared = 0;
         for (std::size_t c = 0; c < 3; ++c) {
@@ -109,9 +109,9 @@ private:
             result[c] = nearest_float(photo[c]);
             along += (result[c] - own[c]) * step, squared += step * step;
         }
-        if (squared < least_difference * least_difference) return result;
+        if (squared < min_difference * min_difference) return result;
         const float share = std::clamp(along / squared, 0.0F, 1.0F);
-        const float taken = share * std::clamp((share - least_share) / (certain_share - least_share), 0.0F, 1.0F);
+        const float taken = share * std::clamp((share - min_share) / (certain_share - min_share), 0.0F, 1.0F);
         for (std::size_t c = 0; c < 3; ++c) result[c] -= taken * (beside[c] - own[c]);
         return result;
     }

@@ -16,11 +16,11 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Where the color of what lies in a pixel of the layered image comes from.
+/// Source of the colors inside a pixel of the layered image.
 enum class sheet_source : std::uint8_t {
     atlas,
     photo,
-    cleaned,  ///< the photo without what it has of the surface beside
+    cleaned,  ///< the photo, with the neighboring surface's share removed
 };
 
 /// The sources of a chart's pixels, and of those up to `padding` around its bounding box. Places count from the first of these.

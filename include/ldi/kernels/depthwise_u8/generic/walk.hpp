@@ -55,7 +55,8 @@ struct depthwise_run {
         result.store(sums.right(current, column), (length - 1) * pixel_bytes);
     }
 
-    /// Of two columns, both end a window, the first as its middle; the second begins the next.
+    /// Stride 2. Each pair of columns completes one window, as its middle and right columns. The second column is also the left
+    /// one of the next window.
     void stride_2() const {
         const Sums sums = packed;
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;

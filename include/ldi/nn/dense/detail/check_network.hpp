@@ -15,7 +15,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-inline constexpr std::size_t most_channels = 65536, most_kernel = 7, most_stride = 2, most_resize_factor = 4;
+inline constexpr std::size_t max_channels = 65536, max_kernel = 7, max_stride = 2, max_resize_factor = 4;
 
 /// Factor from an accumulator's unit to the output's. The order of operations decides the last bit.
 inline float requantization_scale(quantization input, quantization weights, quantization output) {
@@ -58,12 +58,12 @@ inline std::size_t check_operator(const std::string& place, quantization output,
                                   const buffer<checked_tensor>& tensors) {
     const checked_tensor& input = checked_input(place, tensors, c.input);
     const std::size_t outputs = c.bias.size();
-    if (outputs == 0 || outputs > most_channels)
-        raise(error_code::unsupported, place, "1 to " + std::to_string(most_channels) + " channels", std::to_string(outputs));
-    if (c.kernel % 2 == 0 || c.kernel > most_kernel || (c.depthwise && c.kernel != 3))
+    if (outputs == 0 || outputs > max_channels)
+        raise(error_code::unsupported, place, "1 to " + std::to_string(max_channels) + " channels", std::to_string(outputs));
+    if (c.kernel % 2 == 0 || c.kernel > max_kernel || (c.depthwise && c.kernel != 3))
         raise(error_code::unsupported, place, c.depthwise ? "a 3 x 3 depthwise kernel" : "an odd kernel, at most 7 x 7",
               std::to_string(c.kernel) + " x " + std::to_string(c.kernel));
-    if (c.stride == 0 || c.stride > most_stride)
+    if (c.stride == 0 || c.stride > max_stride)
         raise(error_code::unsupported, place, "a stride of 1 or 2", std::to_string(c.stride));
     if (c.depthwise && outputs != input.channels)
         raise(error_code::mismatch, place, std::to_string(input.channels) + " channels, as the input has",
@@ -96,16 +96,16 @@ inline std::size_t check_operator(const std::string& place, quantization output,
 inline std::size_t check_operator(const std::string& place, quantization output, const nearest_resize_description& r,
                                   const buffer<checked_tensor>& tensors) {
     const checked_tensor& input = checked_input(place, tensors, r.input);
-    if (r.factor == 0 || r.factor > most_resize_factor)
-        raise(error_code::unsupported, place, "a factor of 1 to " + std::to_string(most_resize_factor), std::to_string(r.factor));
+    if (r.factor == 0 || r.factor > max_resize_factor)
+        raise(error_code::unsupported, place, "a factor of 1 to " + std::to_string(max_resize_factor), std::to_string(r.factor));
     if (output != input.values) raise(error_code::mismatch, place, "the input's scale and zero point", "others");
     return input.channels;
 }
 
 inline void check_network(const network_description& network) {
     const std::string input = place_in(network.where, network.input_name);
-    if (network.input_channels == 0 || network.input_channels > most_channels)
-        raise(error_code::unsupported, input, "1 to " + std::to_string(most_channels) + " channels",
+    if (network.input_channels == 0 || network.input_channels > max_channels)
+        raise(error_code::unsupported, input, "1 to " + std::to_string(max_channels) + " channels",
               std::to_string(network.input_channels));
     check_scale(input, network.input.scale);
     buffer<checked_tensor> tensors{{network.input, network.input_channels}};

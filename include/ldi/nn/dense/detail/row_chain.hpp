@@ -60,7 +60,7 @@ struct chain_stage {
         return {(first > margin ? first - margin : 0) / enlargement(), (std::min)(last, height - 1) / enlargement() + 1};
     }
     /// Maximum number of rows that needs() returns for `count` rows of the result.
-    std::size_t most_needed(std::size_t count) const {
+    std::size_t max_needed(std::size_t count) const {
         return (std::min)(input.height, ((count - 1) * stride() + kernel() + enlargement() - 2) / enlargement() + 1);
     }
 
@@ -82,7 +82,7 @@ inline void plan_rings(buffer<chain_stage>& chain) {
     chain_stage& last = chain.back();
     last.rows = std::clamp<std::size_t>((wanted_pixels + last.output.width - 1) / last.output.width, 1, last.output.height);
     for (std::size_t s = chain.size() - 1; s > 0; --s) {
-        chain[s - 1].ring_rows = chain[s].most_needed(chain[s].rows);
+        chain[s - 1].ring_rows = chain[s].max_needed(chain[s].rows);
         chain[s - 1].rows = chain[s - 1].ring_rows;
     }
 }

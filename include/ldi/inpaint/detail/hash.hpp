@@ -8,7 +8,7 @@
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// The finalizer of MurmurHash3 (Austin Appleby, public domain), of two numbers.
-constexpr std::uint32_t scrambled(std::uint32_t a, std::uint32_t b) {
+constexpr std::uint32_t hash(std::uint32_t a, std::uint32_t b) {
     std::uint32_t h = a * 0x9E3779B1U ^ b * 0x85EBCA77U ^ 0x27D4EB2FU;
     h = (h ^ h >> 16) * 0x85EBCA6BU;
     h = (h ^ h >> 13) * 0xC2B2AE35U;
