@@ -1,7 +1,7 @@
 // The whole way from a photo to a 3D photo: every stage in the paper's order with the paper's defaults. What the paper does
 // not have: edges of depth are sharpened (depth/sharpen_edges.hpp), silhouettes moved onto the photo's edges, colors beside them
 // unmixed, hidden surfaces given texture (occlusion/), silhouettes softened (mesh/soft_edges.hpp). Each stage is a function of
-// its own in the headers below; use those where you want only a part, or your own part in between.
+// its own in the headers below. Call these functions to run some stages only, or to insert stages of your own.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -71,7 +71,7 @@ concept color_inpainter = requires(const T& t, working_layers<>& layers, const p
 /// A disparity map that is there already, from a phone or a file.
 struct given_disparity {
     /// h x w x 1, finite, larger is nearer. With normalize_options::is_inverse_depth, the default, 0 or more: 0 is infinitely
-    /// far, as a sky is. Where 0 stands for an unknown value, fill it in before (io/depth_map.hpp has fill_invalid()).
+    /// far, such as the sky. If 0 means unknown, fill it first, with fill_invalid() of io/depth_map.hpp for example.
     image<float> map;
 
     template <executor Executor>

@@ -151,7 +151,7 @@ enum class error_code {
     unavailable,     ///< the operating system could not now (a full disk, too many open files): the same may succeed later
 };
 
-/// The name of a code as it stands in messages, such as "invalid data".
+/// Name of a code in messages, such as "invalid data".
 constexpr std::string_view to_string(error_code code) {
     switch (code) {
         case error_code::invalid_option: return "invalid option";
@@ -333,7 +333,7 @@ concept element_iterator = requires(T i) {
 #endif
 }
 
-/// Memory for so many values would not have a size.
+/// Raises too_large: the size of the values in bytes overflows.
 [[noreturn]] inline void refuse_count() { raise(error_code::too_large, "buffer", "a size that memory can have", "a larger one"); }
 
 /// Type-independent part of a buffer, compiled once for all types.
@@ -711,8 +711,9 @@ void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&
 /// A fixed set of threads that the caller owns. The calling thread works too. Not reentrant: a body must not use the same pool.
 class thread_pool {
 public:
-    /// threads  total number that work, the caller's included; 0 means as many as the machine has. If the system refuses to start
-    ///          so many, the pool is smaller.
+    /// threads  number of working threads, including the caller's; 0 means one per processor. If the system refuses to start all
+    /// of
+    ///          them, the pool is smaller.
     explicit thread_pool(std::size_t threads = 0) {
         if (threads == 0) threads = std::max<std::size_t>(std::thread::hardware_concurrency(), 1);
         workers_.reserve(threads - 1);
@@ -817,7 +818,7 @@ struct progress_listener {
     void (*on_progress)(void* user, std::string_view stage, float fraction) = nullptr;  ///< fraction of the stage, 0 to 1
     bool (*is_canceled)(void* user) = nullptr;
 
-    /// Reports progress; raises error_code::canceled if the caller wants to stop.
+    /// Reports progress. Raises error_code::canceled if the caller requests to stop.
     void report(std::string_view stage, float fraction) const {
         if (on_progress != nullptr) on_progress(user, stage, fraction);
         if (is_canceled != nullptr && is_canceled(user))
@@ -1021,7 +1022,7 @@ protected:
 
 }  // namespace detail
 
-/// Index columns that somebody else owns. Every function that reads a topology accepts one; a `graph` converts to it.
+/// Non-owning view of index columns. Every function that reads a topology accepts one, and a `graph` converts to it.
 ///
 /// The owner keeps the invariants of `graph`; core/validate.hpp checks them.
 class graph_view : public detail::index_columns<array_view<const std::int32_t>> {
@@ -1158,7 +1159,7 @@ public:
         x_.resize(count, unset), y_.resize(count, unset);
         for (const side s : all_sides) column(s).resize(count, unset);
     }
-    /// Starts from an existing graph, or from a copy of one that somebody else owns.
+    /// Starts from an existing graph, or from a copy of a viewed one.
     explicit graph_builder(graph g) : index_columns(std::move(g)) {}
     explicit graph_builder(const graph_view& g) : index_columns(g.width(), g.height()) {
         x_ = g.x().copy(), y_ = g.y().copy();
@@ -1323,7 +1324,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 ///         static constexpr std::size_t channels = 1;
 ///         // Value of a hidden pixel that continues the surface of a photo pixel. Default: ldi::copied.
 ///         static scalar new_pixel(scalar origin) { return ldi::copied(origin); }
-///         // Value of a pixel at half resolution, from the values that it stands for. Default: ldi::averaged.
+///         // Value of a pixel at half resolution, from the values of its pixels at full resolution. Default: ldi::averaged.
 ///         static scalar coarser(ldi::array_view<const scalar> values) { return ldi::first_of(values); }
 ///         // Value of a vertex, from the one to four pixels of its surface around it. Default: ldi::averaged.
 ///         static scalar at_vertex(ldi::array_view<const scalar> values) { return ldi::first_of(values); }
@@ -1423,7 +1424,7 @@ struct matte_column {
 // A layered depth image: a graph and payload columns of the same length. Column tags (core/columns.hpp) choose the payload.
 //
 //     layered_image<Columns...>   owns both; a value that travels through the stages
-//     layered_view<Columns...>    shows a graph and columns that somebody else owns
+//     layered_view<Columns...>    a non-owning view of a graph and columns
 //     single_layer<Columns...>    one layer in the order of the photo: lift() makes it, expand() turns it into a layered image
 
 #include <tuple>
@@ -1656,7 +1657,7 @@ concept has_column = requires {
 template <class Layers, class... Columns>
 concept has_columns = (has_column<Layers, Columns> && ...);
 
-/// Shows a layered image that somebody else owns, or a part of its columns. Stages that only read accept it.
+/// Non-owning view of a layered image, or of some of its columns. Stages that only read accept it.
 template <payload_column... Columns>
 class layered_view {
 public:
@@ -1938,7 +1939,7 @@ inline void adopt_nearest_parent(const graph_view& g, buffer<std::int32_t>& pare
         if (found != no_pixel) ring.push_back({i, found});
     }
     while (!ring.empty()) {
-        // A ring is settled as a whole before the next is looked at: pixels at one distance must not adopt from each other.
+        // Settle a whole ring before the next: pixels at the same distance must not adopt from each other.
         for (const adoption& a : ring) parent[a.pixel] = a.parent;
         next.clear();
         for (const adoption& a : ring)
@@ -2026,7 +2027,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 class disjoint_sets {
 public:
     disjoint_sets() = default;
-    /// Every integer in a set of its own.
+    /// Starts with one set per integer.
     explicit disjoint_sets(std::size_t count) {
         parent_.reserve(count);
         while (parent_.size() < count) add();
@@ -2034,7 +2035,7 @@ public:
 
     std::size_t size() const { return parent_.size(); }
 
-    /// Appends an integer in a set of its own, and returns it.
+    /// Appends an integer as a new set, and returns it.
     std::int32_t add() {
         const std::int32_t member = parent_.count();
         parent_.push_back(member);
@@ -2169,11 +2170,10 @@ public:
         levels_[0].clear();
     }
 
-    /// Adds an unknown cell and returns its number: 1 for the first, and so on. Cells come in scanline order; several may lie at
-    /// one position.
+    /// Adds an unknown cell and returns its number; the first has 1. Add cells in scanline order. Several may share a position.
     std::int32_t add_cell(std::int32_t x, std::int32_t y) { return levels_[0].add(x, y); }
 
-    /// Says that a neighbor of the cell has known values, one for each channel.
+    /// Adds a neighbor with known values to a cell, one value per channel.
     template <class Scalar>
     void add_known_neighbor(std::int32_t cell, const Scalar* values) {
         value_type& sum = levels_[0].known[cell];
@@ -2218,7 +2218,7 @@ public:
 private:
     static constexpr std::size_t upwards = 0, downwards = 1, to_left = 2, to_right = 3;
 
-    /// Cell 0 is zero and stands for every neighbor that does not exist.
+    /// Cell 0 is zero and replaces all missing neighbors.
     struct level {
         buffer<value_type> value;
         /// Sum over known neighbors, and their number; after prepare(), 1 / number of all neighbors.
@@ -2356,7 +2356,7 @@ inline std::size_t checked_size(std::size_t height, std::size_t width, std::size
 
 }  // namespace detail
 
-/// H x W x C values that belong to somebody else, with `row_stride` values from the start of a row to the start of the next.
+/// Non-owning view of H x W x C values, with `row_stride` values from the start of a row to the start of the next.
 /// Stages take an `image_view<const T>`, which cannot change them.
 ///
 ///     ldi::image_view<const std::uint8_t> photo(mat.data, mat.rows, mat.cols, 3, mat.step);   // a cv::Mat of type CV_8UC3
@@ -3747,8 +3747,9 @@ inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std
 // ---- ldi/kernels/detail/lanes_wasm.hpp
 // Shared parts of the WebAssembly SIMD128 kernels: requantization of 32-bit sums, and the walk of convolutions.
 //
-// Engines first compile every function to slow code, and switch a hot one to fast code at its next call. So the hot loops are
-// functions of their own, called often. The calls go through tables, because Binaryen inlines any function with a single caller.
+// Engines first compile every function to slow code and switch a hot function to fast code at its next call. Hot loops are
+// therefore separate functions that are called often. The calls go through tables, because Binaryen inlines functions with a
+// single caller.
 
 #if LDI_HAS_WASM_KERNELS
 
@@ -12011,8 +12012,8 @@ private:
 }}}}  // namespace ldi::detail::curves
 
 // ---- ldi/depth/detail/straightened_curve.hpp
-// The band of pixels around a discontinuity curve, straightened: one row for each corner of the curve, from the back to the front
-// across the curve. What is beyond the band's uncertain middle tells how front and back look there.
+// The band of pixels around a discontinuity curve, straightened: one row per corner of the curve, from the back across the curve
+// to the front. Pixels outside the band's uncertain middle show the colors of both surfaces.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespace curves {
 
@@ -12708,7 +12709,7 @@ inline void check(const normalize_options& options) {
               to_text(range.z_near) + " to " + to_text(range.z_far));
 }
 
-/// The values, in an order of their own. Raises invalid_data if they are no disparity.
+/// The values in unspecified order. Raises invalid_data if they cannot be disparities.
 inline buffer<float> checked_values(image_view<const float> source, bool is_inverse_depth) {
     if (source.empty() || source.channels() != 1)
         raise(error_code::mismatch, "disparity", "h x w x 1 values, at least one", shape_text(source));
@@ -12752,7 +12753,7 @@ inline normalized_disparity normalize(image_view<const float> source, const norm
     const double scale = span > 0.0 ? 1.0 / span : 0.0;
     for (float& value : result.disparity) value = static_cast<float>(std::clamp(1.0 - (highest - value) * scale, 0.0, 1.0));
     if (options.is_inverse_depth) {
-        // Without a unit the nearest surface is put at z_near of the assumed range. Disparity 0 stands for highest - span.
+        // Without a unit, the nearest surface is placed at z_near of the assumed range. Normalized disparity 0 is highest - span.
         const double farthest = (std::max)(highest - span, highest / options.largest_depth_ratio);
         const double ratio = span > 0.0 ? highest / farthest : options.largest_depth_ratio;
         const double z_near = options.is_metric ? 1.0 / highest : double{options.assumed_range.z_near};
@@ -12983,8 +12984,8 @@ image<float> resample_to_photo(image_view<const float> disparity, image_view<con
 }}  // namespace ldi
 
 // ---- ldi/depth/sharpen_edges.hpp
-// Turns washed-out depth edges into steps at the resolution of the depth map: depth networks and phones spread a step over so
-// many samples that no two neighbors differ by much, and then nothing tells where one thing hides another.
+// Turns blurred depth edges into steps at the resolution of the depth map. Depth networks and phones spread a step over many
+// samples. Neighbors then differ so little that no discontinuity is found.
 //
 // A shock filter in its morphological form (Kramer and Bruckner, "Iterations of a non-linear transformation for enhancement of
 // digital images", 1975; Osher and Rudin, "Feature-oriented image enhancement using shock filters", 1990): what curves downwards
@@ -13854,7 +13855,7 @@ private:
         return best;
     }
 
-    // The nearest disparity in front of the part of a curve from which a surface grows as far as one of its ends.
+    // Largest disparity in front of the part of a curve whose hidden surface reaches the given end.
     float nearest_front(const discontinuity_curve& curve, const growth_constraint& end, array_view<const float> disparity) const {
         float nearest = 0.0F;
         for (const discontinuity& d : curve.sides)
@@ -14143,10 +14144,9 @@ constexpr std::uint32_t hash(std::uint32_t a, std::uint32_t b) {
 }}}  // namespace ldi::detail
 
 // ---- ldi/inpaint/grain.hpp
-// Grain for inpainted pixels. For a color that can't be known an inpainter returns the mean of all that it might be, and a mean
-// is smooth: beside sand, leaves or film grain it looks blurred. So noise is laid over it, as strong as the fine detail of the
-// photo around it; video codecs do the same ("film grain synthesis" of AV1). Next to nothing is added where the photo is smooth,
-// as in a sky. Not in the paper.
+// Grain for inpainted pixels. An inpainter returns the mean of all plausible colors, and a mean is smooth: beside sand, leaves or
+// film grain it looks blurred. add_grain() adds noise as strong as the photo's fine detail nearby, and next to none in smooth
+// areas such as a sky. Video codecs do the same ("film grain synthesis" of AV1). Not in the paper.
 //
 // The strength is measured near the known pixels next to unknown ones, a few pixels away from silhouettes, which lenses and JPEG
 // smear: how far a pixel's brightness is from the mean of its neighbors. It diffuses over the links of the layered image into
@@ -14181,9 +14181,9 @@ public:
     grain_meter(const graph_view& g, array_view<const std::uint8_t> color, array_view<const std::uint8_t> known)
         : graph_(g), color_(color), known_(known) {}
 
-    /// Detail of the known pixel that lies `smeared` steps further on this side of an unknown one than `pixel`, or as far as
-    /// known ones go: how far its brightness is from the mean of its neighbors to the left and right, above and below. Only
-    /// pairs count that are both known, so that a ramp has no detail; without any, there is none.
+    /// Detail at the known pixel `smeared` steps beyond `pixel`, away from an unknown pixel, or at the last known one before
+    /// that: the difference between its brightness and the mean of its neighbors. Counts the left and right neighbors, and the
+    /// upper and lower ones, only if both are known, so that a ramp has no detail. 0 without such a pair.
     float detail_at(std::int32_t pixel, side s) const {
         for (int step = 0; step < smeared; ++step)
             if (const std::int32_t next = known_neighbor(pixel, s); next != no_pixel) pixel = next;
@@ -14530,10 +14530,10 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/inpaint/mixed_colors.hpp
-// Next to a silhouette the lens, the resampling and an edge of depth that is a pixel off mix the colors of two surfaces. The
-// paper marks those of the foreground, so that inpainting refills them (Figure "atlas": the light blue pixels). Here the colors
-// say which are mixed, and of what: each gets back the color of its own surface, or is marked as unknown where little is left of
-// that. Only where the two surfaces look alike a fixed margin of the foreground is marked.
+// Unmixes the colors of two surfaces next to a silhouette, where the lens, resampling, and depth edges that are off by a pixel
+// mix them. The paper marks a margin of the foreground for inpainting (Figure "atlas": the light blue pixels). Here, the colors
+// themselves tell which pixels are mixed. Each mixed pixel gets the color of its own surface, or becomes unknown where that
+// surface has only a small share. Where both surfaces look alike, a fixed margin of the foreground becomes unknown.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -14602,13 +14602,13 @@ inline int scaled_to_photo(int pixels, const graph_view& g) {
     return scale > 1.0F ? static_cast<int>(std::lround(scale * nearest_float(pixels))) : pixels;
 }
 
-/// Pixels that mixed colors are looked for within.
+/// Width of the band that is searched for mixed colors, in pixels.
 inline int band_width(float reach, const graph_view& g) {
     const float pixels = reach * nearest_float((std::max)(g.width(), g.height()));
     return reach > 0 ? static_cast<int>((std::max)(std::lround(pixels), 2L)) : 0;
 }
 
-/// Gives the foreground's mixed colors back what they had of their own, and marks the background's as unknown.
+/// Restores the foreground's share of mixed foreground colors, and marks mixed background colors as unknown.
 template <class Layers>
 class color_cleaner {
 public:
@@ -14635,8 +14635,8 @@ public:
     }
 
 private:
-    /// The foreground's colors with less than this share of their own are cleaned, the background's with more than that of the
-    /// foreground refilled. Refilling loses texture, and what little is left of the foreground does not show. Both by trial.
+    /// Foreground pixels are cleaned below this share of their own color. Background pixels are refilled above this share of the
+    /// foreground's color: refilling loses texture, and smaller shares are invisible. Both by trial.
     static constexpr float pure_foreground = 0.8F, pure_background = 0.4F;
 
     bool is_pure(std::int32_t place) const {
@@ -16016,10 +16016,10 @@ public:
     }
 
 private:
-    /// Within so many pixels of where its surface ends, or its color is not the photo's, a pixel that looks unmixed may have a
-    /// rim of another surface: at its own size the photo shows that. By trial.
+    /// Within this distance, in pixels, from the end of its surface or from a refilled pixel, a pixel that looks unmixed may
+    /// contain a rim of another surface, which the full-size photo shows. By trial.
     static constexpr std::int32_t guarded = 2;
-    /// And within so many that other surface is in sight.
+    /// Search distance for that other surface, in pixels.
     static constexpr std::int32_t reach = 3;
 
     bool is_in_photo(std::int32_t x, std::int32_t y) const {
@@ -16148,8 +16148,8 @@ private:
         return result;
     }
 
-    /// The photo's color without the share of the surface beside: as far as it goes from the own surface's color towards the
-    /// other's, it is taken back. What is left is the own surface's texture.
+    /// The photo's color without the neighboring surface's share: subtracts the component from the own surface's color towards
+    /// the neighbor's. The rest is the own surface's texture.
     static color cleaned(const std::uint8_t* photo, const color& own, const color& beside) {
         // A share that noise has, too, stays; so does what is beside where it looks alike. By trial.
         constexpr float min_share = 0.02F, certain_share = 0.08F, min_difference = 20;
@@ -16181,11 +16181,10 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/texture/sheets.hpp
-// The photo at its own size as texture. Depth is coarser than a photo, and so a layered image need not be as large as one: what
-// is counted in its pixels, time and memory, would grow with no gain. Colors need not be as coarse. Here the charts that show the
-// photo are drawn anew, on sheets of their own, with a texel for each pixel of the photo; the atlas stays the texture of the
-// charts that are hidden as a whole, and of soft edges. A sheet is drawn when it is asked for, so that only one need be in
-// memory.
+// Full-size textures. Depth is coarser than the photo, so layered images stay small: at the photo's size they would cost time and
+// memory without a gain. Colors can be finer. draw_sheet() draws the charts that show the photo again, on separate sheets with
+// one texel per pixel of the photo. The atlas remains the texture of entirely hidden charts and of soft edges. Sheets are drawn
+// one at a time, so that only one needs to be in memory.
 //
 //     made = make_photo3d(photo, estimator, inpainter, for_sheets(options, photo.height(), photo.width()));   // photo3d.hpp
 //     const sheet_layout layout = lay_out_sheets(made.layers, made.charts, made.atlas, photo.height(), photo.width());
@@ -16601,7 +16600,8 @@ private:
     bool is_traced(pixel_side e) const { return (result_.boundary_sides[e.pixel] & side_bit(e.side + 4)) != 0; }
     void set_traced(pixel_side e) { result_.boundary_sides[e.pixel] |= side_bit(e.side + 4); }
 
-    /// The chart across a boundary side, or else a negative number that tells silhouettes and the photo's four borders apart.
+    /// The chart across a boundary side. Without one, a negative number: one for silhouettes and one for each border of the
+    /// photo.
     std::int32_t partner(pixel_side e) const {
         const std::int32_t n = walk_.neighbor(e.pixel, e.side);
         if (n != no_pixel) return chart_of_[n];
@@ -17399,7 +17399,7 @@ stud_set make_studs(const Layers& layers, const depth_range& range, const chart_
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// A chart as the triangulator takes it, and where the edge after each outline vertex comes from.
+/// A chart's polygon for the triangulator, and the source of the edge after each outline vertex.
 struct chart_polygon {
     polygon shape;
     buffer<std::int32_t> corners;
@@ -17452,10 +17452,9 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 /// Compares the outline edges of a polygon whose bounding boxes meet. Keep one to reuse its memory.
 class crossing_finder {
 public:
-    /// Calls collision(v, w) for edges v -> next[v] and w -> next[w] that meet other than in the ends of both, overlap(v, w) for
-    /// vertices at one point where the outline passes twice, with the interior of one passage reaching into that of the other,
-    /// and spike(v) for vertices at which the outline doubles back or stands still. Edges may lie on each other. May report
-    /// things more than once.
+    /// Calls collision(v, w) for edges v -> next[v] and w -> next[w] that meet anywhere but in end points of both; overlap(v, w)
+    /// for vertices at one point through which the outline passes twice with overlapping interiors; and spike(v) for vertices at
+    /// which the outline doubles back or has an edge of length 0. Edges may overlap. May report a fault more than once.
     template <class Report>
     void find_all(const polygon& shape, Report& report) {
         assign(shape);
@@ -17511,7 +17510,7 @@ private:
     struct entry {
         std::int32_t edge, next;
     };
-    /// Up to so many fresh edges are compared with all others faster than a sweep is done.
+    /// Up to this number of new edges, comparing them with all others is faster than a sweep.
     static constexpr std::int32_t max_fresh = 16;
     /// Columns are 2^4 pixels wide: an outline is nowhere far from the lattice that it follows, so that few of its edges cross a
     /// row within one.
@@ -17724,8 +17723,8 @@ public:
         return {only, only, only};
     }
 
-    /// A link: stands for an edge inside the polygon until both triangles beside it are known. Where links are asked for, an edge
-    /// of the polygon's chains has -1.
+    /// Adds a link: the placeholder of an inner edge until both of its triangles are known. Edges of the polygon itself have the
+    /// link -1.
     std::int32_t add_link() { return add_link(-1); }
 
     /// Adds a vertex to the right end, over an edge known by `link`, and cuts off what became convex.
@@ -18101,7 +18100,7 @@ struct chart_mesh {
     buffer<std::uint32_t> triangles;  ///< F x 3 indices into the two, counter-clockwise on screen
 };
 
-/// Everything up to lifting, for those who want to look at or test the steps.
+/// Results of all steps before lifting, for inspection and tests.
 struct flat_mesh {
     chart_outlines outlines;
     stud_set studs;
@@ -18355,7 +18354,7 @@ struct textured_mesh {
     buffer<std::int32_t> pixels;        ///< V; a pixel of the layered image that each vertex is a corner of or lies in
     buffer<std::uint32_t> triangles;    ///< F x 3 vertex indices, counter-clockwise seen from the photo's camera
     soft_edge_strip soft_edges = {};    ///< empty where edges are hard
-    /// Part t has texture t; its triangles have vertices of its own only, and there may be none. Empty: all has one texture.
+    /// Part t uses texture t. Parts share no vertices, and a part may have no triangles. Empty: one texture for the whole mesh.
     buffer<mesh_part> parts = {};
 
     std::size_t vertex_count() const { return positions.size() / 3; }
@@ -18758,9 +18757,9 @@ visible_surfaces find_visible(const Layers& layers) {
 /// atlas   of these charts
 /// Raises invalid_option, and mismatch where inputs don't fit together.
 ///
-/// Charts share no vertices, for they lie at different places of the atlas; but where they meet, both have vertices with the same
-/// position, bit for bit, and the same edges between them. Time is linear but for sorting, simplification and the edges that one
-/// scanline crosses; 30 bytes per pixel, and up to 100 where pixels are surfaces of their own.
+/// Charts share no vertices, because each has its own place in the atlas. Where two charts meet, both have vertices with bitwise
+/// equal positions, and the same edges between them. Linear time except for sorting, simplification, and the number of edges that
+/// cross one scanline. 30 bytes per pixel, up to 100 where most surfaces are single pixels.
 template <has_columns<disparity_column> Layers, executor Executor = const serial_executor>
 textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const chart_set& charts, const texture_atlas& atlas,
                          const mesh_options& options = {}, Executor&& threads = {}) {
@@ -19046,11 +19045,11 @@ enum class camera_path : std::uint8_t {
     dolly_zoom,  ///< towards the scene, the lens widening so that what is in focus keeps its size
 };
 
-/// The defaults were chosen by eye: enough to see depth, not so much that what lies beyond the photo's border shows.
+/// Defaults chosen by eye: enough motion to show depth, and not so much that the area past the photo's border comes into view.
 struct path_options {
-    /// Farthest that the camera goes (render/motion.hpp). Layers have hidden surfaces for layered_image::motion.
+    /// Maximum motion of the camera (render/motion.hpp). Hidden surfaces extend as far as expand_options::motion uncovers them.
     float motion = 0.08F;
-    /// Surfaces of this disparity stay in their place, in [0, 1].
+    /// Disparity of the surfaces that stay in place on screen, in [0, 1].
     float focus_disparity = 0.5F;
     /// zoom_in and dolly_zoom: the share of the distance to the nearest surface that the camera goes, unless `motion` ends it
     /// before; below 1.
@@ -19357,7 +19356,7 @@ public:
     projection(const view& from, std::int32_t samples, float z_near)
         : from_(from), samples_(samples), z_near_(z_near), slope_(guard_band / (double{from.camera.focal_length} * samples)) {}
 
-    /// Appends the screen triangles of one triangle of a mesh or strip, wound as signed_area wants it.
+    /// Appends the screen triangles of one triangle of a mesh or strip, with the winding that signed_area() expects.
     template <class Mesh>
     void append(const Mesh& mesh, std::size_t triangle, bool both_sides, buffer<screen_triangle>& result) const {
         std::array<camera_vertex, 8> corners;  // every plane can add one to the first three
@@ -19636,7 +19635,7 @@ struct vertical_extent {
     std::int64_t top = 0, bottom = -1;
 };
 
-/// The rows of pixels in a band: so few that many threads find work, so many that few triangles touch two. Chosen by trial.
+/// Rows of pixels per band: few enough to occupy many threads, and enough that few triangles touch two bands. Chosen by trial.
 inline constexpr std::int64_t rows_per_band = 16;
 
 /// Lists, for every band, the things that may touch it, in order: band b has list[start[b]] to list[start[b + 1] - 1].
@@ -20097,9 +20096,9 @@ rendering render_layers(const Layers& layers, const depth_range& range, const vi
 }}  // namespace ldi
 
 // ---- ldi/render/detail/surface_walk.hpp
-// Follows the surface of a layered image along a row or a column of the screen, from one sample to the next: how depth peeling
-// tells which of the surfaces at neighboring pixels are one. In integers, by the same rule for edges as the rasterizer, so that
-// the two always agree.
+// Follows a surface of a layered image along a row or a column of the screen, from sample to sample. Depth peeling uses it to
+// find which surfaces at neighboring pixels are connected. Integer arithmetic with the rasterizer's edge rule, so that both
+// always agree.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -20434,7 +20433,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 enum class json_kind { none, null, boolean, number, string, array, object };
 
-/// A value as it stands in its text, without the white space around it.
+/// The text of a value, without surrounding white space.
 struct json_value {
     json_kind kind = json_kind::none;
     std::string_view text = "nothing";
@@ -20450,7 +20449,7 @@ inline std::uint32_t hexadecimal_value(char c) {
     return c >= 'A' && c <= 'F' ? static_cast<std::uint32_t>(c - 'A') + 10 : 16;
 }
 
-/// Appends what a checked string, given with its quotes, stands for.
+/// Appends the decoded content of a checked string. `written` includes the quotes.
 inline void append_unescaped(std::string_view written, buffer<char>& to) {
     const auto code_at = [&](std::size_t i) {
         std::uint32_t code = 0;
@@ -20561,7 +20560,7 @@ private:
               at_ == text_.size() ? "the end" : printable(text_.substr(at_, 1)));
     }
 
-    /// The next byte; 0, which stands nowhere in JSON, at the end.
+    /// The next byte, or 0 at the end: JSON has no byte 0.
     char peek() const { return at_ < text_.size() ? text_[at_] : '\0'; }
 
     void skip_space() {
@@ -20575,7 +20574,7 @@ private:
         ++at_;
     }
 
-    /// Whether the object or array ends here; if not, stands before its next part.
+    /// Whether the object or array ends here. If not, moves to its next part.
     bool leave(char closing, bool first, const char* expected) {
         skip_space();
         if (peek() == closing) {
@@ -21145,7 +21144,7 @@ inline std::uint32_t big_endian_32(std::span<const std::byte> bytes, std::size_t
     return big_endian_16(bytes, i) << 16 | big_endian_16(bytes, i + 2);
 }
 
-/// Whether `text` stands at offset i.
+/// Whether `text` is at offset i.
 inline bool has_text(std::span<const std::byte> bytes, std::size_t i, std::string_view text) {
     return bytes.size() >= i + text.size() && std::memcmp(bytes.data() + i, text.data(), text.size()) == 0;
 }
@@ -21320,7 +21319,7 @@ namespace detail {
 
 /// key  with its quotes
 ///
-/// Returns what stands after the key and its colon in the Python dictionary that an NPY header is; empty if the key is not there.
+/// The rest of an NPY header, a Python dictionary, after the key and its colon; empty if the key is missing.
 inline std::string_view npy_field(std::string_view dictionary, std::string_view key) {
     const std::size_t found = dictionary.find(key);
     if (found == dictionary.npos) return {};
@@ -21409,7 +21408,7 @@ inline image<float> decode_npy(std::span<const std::byte> bytes, const std::stri
 }}  // namespace ldi
 
 // ---- ldi/formats/detail/glb_contents.hpp
-// The parts of a GLB file: what stands in its binary chunk, and the JSON that describes it (formats/glb.hpp).
+// The parts of a GLB file: its binary chunk, and the JSON that describes it (formats/glb.hpp).
 
 #include <locale>
 #include <sstream>
@@ -21455,7 +21454,7 @@ private:
     buffer<char> text_;
 };
 
-/// A number of at most six digits behind the point that is this one, as far as they tell.
+/// The value rounded to six decimal places.
 inline double shortest(float value) { return std::round(1e6 * double{value}) / 1e6; }
 
 /// Values of the caller's at the vertices of a mesh.
@@ -22378,7 +22377,7 @@ inline std::size_t size_in(const named_tensors& file, const char* key, std::size
 
 }  // namespace detail
 
-/// "output" in the metadata says what the result stands for, "disparity" or "log disparity"; "details_long_side" and
+/// "output" in the metadata names the kind of result, "disparity" or "log disparity"; "details_long_side" and
 /// "layout_long_side" give depth_network_sizes that differ from the paper's.
 ///
 /// Raises those of decode_safetensors(), read_quantized_network() and tiefenrausch; mismatch where the metadata tell of another
@@ -22405,7 +22404,7 @@ inline tiefenrausch decode_tiefenrausch(std::span<const std::byte> bytes, const 
 // The whole way from a photo to a 3D photo: every stage in the paper's order with the paper's defaults. What the paper does
 // not have: edges of depth are sharpened (depth/sharpen_edges.hpp), silhouettes moved onto the photo's edges, colors beside them
 // unmixed, hidden surfaces given texture (occlusion/), silhouettes softened (mesh/soft_edges.hpp). Each stage is a function of
-// its own in the headers below; use those where you want only a part, or your own part in between.
+// its own in the headers below. Call these functions to run some stages only, or to insert stages of your own.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -22435,7 +22434,7 @@ concept color_inpainter = requires(const T& t, working_layers<>& layers, const p
 /// A disparity map that is there already, from a phone or a file.
 struct given_disparity {
     /// h x w x 1, finite, larger is nearer. With normalize_options::is_inverse_depth, the default, 0 or more: 0 is infinitely
-    /// far, as a sky is. Where 0 stands for an unknown value, fill it in before (io/depth_map.hpp has fill_invalid()).
+    /// far, such as the sky. If 0 means unknown, fill it first, with fill_invalid() of io/depth_map.hpp for example.
     image<float> map;
 
     template <executor Executor>

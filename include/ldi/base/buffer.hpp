@@ -41,7 +41,7 @@ concept element_iterator = requires(T i) {
 #endif
 }
 
-/// Memory for so many values would not have a size.
+/// Raises too_large: the size of the values in bytes overflows.
 [[noreturn]] inline void refuse_count() { raise(error_code::too_large, "buffer", "a size that memory can have", "a larger one"); }
 
 /// Type-independent part of a buffer, compiled once for all types.

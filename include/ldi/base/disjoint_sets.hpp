@@ -14,7 +14,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 class disjoint_sets {
 public:
     disjoint_sets() = default;
-    /// Every integer in a set of its own.
+    /// Starts with one set per integer.
     explicit disjoint_sets(std::size_t count) {
         parent_.reserve(count);
         while (parent_.size() < count) add();
@@ -22,7 +22,7 @@ public:
 
     std::size_t size() const { return parent_.size(); }
 
-    /// Appends an integer in a set of its own, and returns it.
+    /// Appends an integer as a new set, and returns it.
     std::int32_t add() {
         const std::int32_t member = parent_.count();
         parent_.push_back(member);

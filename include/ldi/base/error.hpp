@@ -26,7 +26,7 @@ enum class error_code {
     unavailable,     ///< the operating system could not now (a full disk, too many open files): the same may succeed later
 };
 
-/// The name of a code as it stands in messages, such as "invalid data".
+/// Name of a code in messages, such as "invalid data".
 constexpr std::string_view to_string(error_code code) {
     switch (code) {
         case error_code::invalid_option: return "invalid option";

@@ -86,8 +86,9 @@ void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&
 /// A fixed set of threads that the caller owns. The calling thread works too. Not reentrant: a body must not use the same pool.
 class thread_pool {
 public:
-    /// threads  total number that work, the caller's included; 0 means as many as the machine has. If the system refuses to start
-    ///          so many, the pool is smaller.
+    /// threads  number of working threads, including the caller's; 0 means one per processor. If the system refuses to start all
+    /// of
+    ///          them, the pool is smaller.
     explicit thread_pool(std::size_t threads = 0) {
         if (threads == 0) threads = std::max<std::size_t>(std::thread::hardware_concurrency(), 1);
         workers_.reserve(threads - 1);

@@ -130,7 +130,7 @@ inline void adopt_nearest_parent(const graph_view& g, buffer<std::int32_t>& pare
         if (found != no_pixel) ring.push_back({i, found});
     }
     while (!ring.empty()) {
-        // A ring is settled as a whole before the next is looked at: pixels at one distance must not adopt from each other.
+        // Settle a whole ring before the next: pixels at the same distance must not adopt from each other.
         for (const adoption& a : ring) parent[a.pixel] = a.parent;
         next.clear();
         for (const adoption& a : ring)

@@ -22,7 +22,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 ///         static constexpr std::size_t channels = 1;
 ///         // Value of a hidden pixel that continues the surface of a photo pixel. Default: ldi::copied.
 ///         static scalar new_pixel(scalar origin) { return ldi::copied(origin); }
-///         // Value of a pixel at half resolution, from the values that it stands for. Default: ldi::averaged.
+///         // Value of a pixel at half resolution, from the values of its pixels at full resolution. Default: ldi::averaged.
 ///         static scalar coarser(ldi::array_view<const scalar> values) { return ldi::first_of(values); }
 ///         // Value of a vertex, from the one to four pixels of its surface around it. Default: ldi::averaged.
 ///         static scalar at_vertex(ldi::array_view<const scalar> values) { return ldi::first_of(values); }

@@ -37,11 +37,10 @@ public:
         levels_[0].clear();
     }
 
-    /// Adds an unknown cell and returns its number: 1 for the first, and so on. Cells come in scanline order; several may lie at
-    /// one position.
+    /// Adds an unknown cell and returns its number; the first has 1. Add cells in scanline order. Several may share a position.
     std::int32_t add_cell(std::int32_t x, std::int32_t y) { return levels_[0].add(x, y); }
 
-    /// Says that a neighbor of the cell has known values, one for each channel.
+    /// Adds a neighbor with known values to a cell, one value per channel.
     template <class Scalar>
     void add_known_neighbor(std::int32_t cell, const Scalar* values) {
         value_type& sum = levels_[0].known[cell];
@@ -86,7 +85,7 @@ public:
 private:
     static constexpr std::size_t upwards = 0, downwards = 1, to_left = 2, to_right = 3;
 
-    /// Cell 0 is zero and stands for every neighbor that does not exist.
+    /// Cell 0 is zero and replaces all missing neighbors.
     struct level {
         buffer<value_type> value;
         /// Sum over known neighbors, and their number; after prepare(), 1 / number of all neighbors.

@@ -33,7 +33,7 @@ public:
         x_.resize(count, unset), y_.resize(count, unset);
         for (const side s : all_sides) column(s).resize(count, unset);
     }
-    /// Starts from an existing graph, or from a copy of one that somebody else owns.
+    /// Starts from an existing graph, or from a copy of a viewed one.
     explicit graph_builder(graph g) : index_columns(std::move(g)) {}
     explicit graph_builder(const graph_view& g) : index_columns(g.width(), g.height()) {
         x_ = g.x().copy(), y_ = g.y().copy();

@@ -40,7 +40,7 @@ inline std::size_t checked_size(std::size_t height, std::size_t width, std::size
 
 }  // namespace detail
 
-/// H x W x C values that belong to somebody else, with `row_stride` values from the start of a row to the start of the next.
+/// Non-owning view of H x W x C values, with `row_stride` values from the start of a row to the start of the next.
 /// Stages take an `image_view<const T>`, which cannot change them.
 ///
 ///     ldi::image_view<const std::uint8_t> photo(mat.data, mat.rows, mat.cols, 3, mat.step);   // a cv::Mat of type CV_8UC3

@@ -1,7 +1,7 @@
 // A layered depth image: a graph and payload columns of the same length. Column tags (core/columns.hpp) choose the payload.
 //
 //     layered_image<Columns...>   owns both; a value that travels through the stages
-//     layered_view<Columns...>    shows a graph and columns that somebody else owns
+//     layered_view<Columns...>    a non-owning view of a graph and columns
 //     single_layer<Columns...>    one layer in the order of the photo: lift() makes it, expand() turns it into a layered image
 #pragma once
 
@@ -253,7 +253,7 @@ concept has_column = requires {
 template <class Layers, class... Columns>
 concept has_columns = (has_column<Layers, Columns> && ...);
 
-/// Shows a layered image that somebody else owns, or a part of its columns. Stages that only read accept it.
+/// Non-owning view of a layered image, or of some of its columns. Stages that only read accept it.
 template <payload_column... Columns>
 class layered_view {
 public:

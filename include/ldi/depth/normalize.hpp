@@ -59,7 +59,7 @@ inline void check(const normalize_options& options) {
               to_text(range.z_near) + " to " + to_text(range.z_far));
 }
 
-/// The values, in an order of their own. Raises invalid_data if they are no disparity.
+/// The values in unspecified order. Raises invalid_data if they cannot be disparities.
 inline buffer<float> checked_values(image_view<const float> source, bool is_inverse_depth) {
     if (source.empty() || source.channels() != 1)
         raise(error_code::mismatch, "disparity", "h x w x 1 values, at least one", shape_text(source));
@@ -103,7 +103,7 @@ inline normalized_disparity normalize(image_view<const float> source, const norm
     const double scale = span > 0.0 ? 1.0 / span : 0.0;
     for (float& value : result.disparity) value = static_cast<float>(std::clamp(1.0 - (highest - value) * scale, 0.0, 1.0));
     if (options.is_inverse_depth) {
-        // Without a unit the nearest surface is put at z_near of the assumed range. Disparity 0 stands for highest - span.
+        // Without a unit, the nearest surface is placed at z_near of the assumed range. Normalized disparity 0 is highest - span.
         const double farthest = (std::max)(highest - span, highest / options.largest_depth_ratio);
         const double ratio = span > 0.0 ? highest / farthest : options.largest_depth_ratio;
         const double z_near = options.is_metric ? 1.0 / highest : double{options.assumed_range.z_near};

@@ -1,5 +1,5 @@
-// Turns washed-out depth edges into steps at the resolution of the depth map: depth networks and phones spread a step over so
-// many samples that no two neighbors differ by much, and then nothing tells where one thing hides another.
+// Turns blurred depth edges into steps at the resolution of the depth map. Depth networks and phones spread a step over many
+// samples. Neighbors then differ so little that no discontinuity is found.
 //
 // A shock filter in its morphological form (Kramer and Bruckner, "Iterations of a non-linear transformation for enhancement of
 // digital images", 1975; Osher and Rudin, "Feature-oriented image enhancement using shock filters", 1990): what curves downwards

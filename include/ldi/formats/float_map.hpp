@@ -105,7 +105,7 @@ namespace detail {
 
 /// key  with its quotes
 ///
-/// Returns what stands after the key and its colon in the Python dictionary that an NPY header is; empty if the key is not there.
+/// The rest of an NPY header, a Python dictionary, after the key and its colon; empty if the key is missing.
 inline std::string_view npy_field(std::string_view dictionary, std::string_view key) {
     const std::size_t found = dictionary.find(key);
     if (found == dictionary.npos) return {};

@@ -50,7 +50,7 @@ inline std::uint32_t big_endian_32(std::span<const std::byte> bytes, std::size_t
     return big_endian_16(bytes, i) << 16 | big_endian_16(bytes, i + 2);
 }
 
-/// Whether `text` stands at offset i.
+/// Whether `text` is at offset i.
 inline bool has_text(std::span<const std::byte> bytes, std::size_t i, std::string_view text) {
     return bytes.size() >= i + text.size() && std::memcmp(bytes.data() + i, text.data(), text.size()) == 0;
 }

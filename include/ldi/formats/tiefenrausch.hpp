@@ -31,7 +31,7 @@ inline std::size_t size_in(const named_tensors& file, const char* key, std::size
 
 }  // namespace detail
 
-/// "output" in the metadata says what the result stands for, "disparity" or "log disparity"; "details_long_side" and
+/// "output" in the metadata names the kind of result, "disparity" or "log disparity"; "details_long_side" and
 /// "layout_long_side" give depth_network_sizes that differ from the paper's.
 ///
 /// Raises those of decode_safetensors(), read_quantized_network() and tiefenrausch; mismatch where the metadata tell of another

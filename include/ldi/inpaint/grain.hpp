@@ -1,7 +1,6 @@
-// Grain for inpainted pixels. For a color that can't be known an inpainter returns the mean of all that it might be, and a mean
-// is smooth: beside sand, leaves or film grain it looks blurred. So noise is laid over it, as strong as the fine detail of the
-// photo around it; video codecs do the same ("film grain synthesis" of AV1). Next to nothing is added where the photo is smooth,
-// as in a sky. Not in the paper.
+// Grain for inpainted pixels. An inpainter returns the mean of all plausible colors, and a mean is smooth: beside sand, leaves or
+// film grain it looks blurred. add_grain() adds noise as strong as the photo's fine detail nearby, and next to none in smooth
+// areas such as a sky. Video codecs do the same ("film grain synthesis" of AV1). Not in the paper.
 //
 // The strength is measured near the known pixels next to unknown ones, a few pixels away from silhouettes, which lenses and JPEG
 // smear: how far a pixel's brightness is from the mean of its neighbors. It diffuses over the links of the layered image into
@@ -53,9 +52,9 @@ public:
     grain_meter(const graph_view& g, array_view<const std::uint8_t> color, array_view<const std::uint8_t> known)
         : graph_(g), color_(color), known_(known) {}
 
-    /// Detail of the known pixel that lies `smeared` steps further on this side of an unknown one than `pixel`, or as far as
-    /// known ones go: how far its brightness is from the mean of its neighbors to the left and right, above and below. Only
-    /// pairs count that are both known, so that a ramp has no detail; without any, there is none.
+    /// Detail at the known pixel `smeared` steps beyond `pixel`, away from an unknown pixel, or at the last known one before
+    /// that: the difference between its brightness and the mean of its neighbors. Counts the left and right neighbors, and the
+    /// upper and lower ones, only if both are known, so that a ramp has no detail. 0 without such a pair.
     float detail_at(std::int32_t pixel, side s) const {
         for (int step = 0; step < smeared; ++step)
             if (const std::int32_t next = known_neighbor(pixel, s); next != no_pixel) pixel = next;

@@ -1,7 +1,7 @@
-// Next to a silhouette the lens, the resampling and an edge of depth that is a pixel off mix the colors of two surfaces. The
-// paper marks those of the foreground, so that inpainting refills them (Figure "atlas": the light blue pixels). Here the colors
-// say which are mixed, and of what: each gets back the color of its own surface, or is marked as unknown where little is left of
-// that. Only where the two surfaces look alike a fixed margin of the foreground is marked.
+// Unmixes the colors of two surfaces next to a silhouette, where the lens, resampling, and depth edges that are off by a pixel
+// mix them. The paper marks a margin of the foreground for inpainting (Figure "atlas": the light blue pixels). Here, the colors
+// themselves tell which pixels are mixed. Each mixed pixel gets the color of its own surface, or becomes unknown where that
+// surface has only a small share. Where both surfaces look alike, a fixed margin of the foreground becomes unknown.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -86,13 +86,13 @@ inline int scaled_to_photo(int pixels, const graph_view& g) {
     return scale > 1.0F ? static_cast<int>(std::lround(scale * nearest_float(pixels))) : pixels;
 }
 
-/// Pixels that mixed colors are looked for within.
+/// Width of the band that is searched for mixed colors, in pixels.
 inline int band_width(float reach, const graph_view& g) {
     const float pixels = reach * nearest_float((std::max)(g.width(), g.height()));
     return reach > 0 ? static_cast<int>((std::max)(std::lround(pixels), 2L)) : 0;
 }
 
-/// Gives the foreground's mixed colors back what they had of their own, and marks the background's as unknown.
+/// Restores the foreground's share of mixed foreground colors, and marks mixed background colors as unknown.
 template <class Layers>
 class color_cleaner {
 public:
@@ -119,8 +119,8 @@ public:
     }
 
 private:
-    /// The foreground's colors with less than this share of their own are cleaned, the background's with more than that of the
-    /// foreground refilled. Refilling loses texture, and what little is left of the foreground does not show. Both by trial.
+    /// Foreground pixels are cleaned below this share of their own color. Background pixels are refilled above this share of the
+    /// foreground's color: refilling loses texture, and smaller shares are invisible. Both by trial.
     static constexpr float pure_foreground = 0.8F, pure_background = 0.4F;
 
     bool is_pure(std::int32_t place) const {

@@ -163,7 +163,7 @@ private:
         c.weight_quantization = weights.values;
         check_bias(op, c, bias, outputs);
         c.bias = std::move(bias.integers);
-        // The number of channels of the photo stands nowhere but in the weights of what reads it.
+        // Only the weights of the first layer state the photo's number of channels.
         if (c.input == 0) result_.input_channels = static_cast<std::size_t>(c.depthwise ? outputs : inputs);
         return c;
     }

@@ -63,8 +63,8 @@ image<float> load_depth_map(const std::filesystem::path& path, const depth_map_o
 /// the choice is fixed. Raises invalid_data if no pixel is valid.
 image<float> fill_invalid(image<float> depth_map, const std::string& where = "depth map");
 
-/// Averages blocks of pixels, as far as they are known, until a map has at most so many. No stage of a 3D photo works on more
-/// than 4096 x 4096, and each copies the map.
+/// Averages the known pixels of blocks until the map has at most max_pixels pixels. No stage works on more than 4096 x 4096, and
+/// each copies the map.
 image<float> shrink_depth_map(image<float> depth_map, std::size_t max_pixels = 32'000'000);
 
 /// Checks that a depth map can belong to a photo: their sizes may differ, their proportions by at most 2 %. Raises mismatch.

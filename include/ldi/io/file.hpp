@@ -40,8 +40,8 @@ void write_file(const std::filesystem::path& path, std::span<const std::byte> by
 /// Returns 0 or an error number.
 int synchronize(const std::filesystem::path& path);
 
-/// The file that a name stands for through symbolic links, also where it does not exist yet. Returns `path` where its folder does
-/// not exist.
+/// Target of a path through symbolic links. The target need not exist yet; if its folder does not exist, returns the path of the
+/// target as far as it was resolved.
 std::filesystem::path follow_links(std::filesystem::path path);
 
 inline std::vector<std::byte> read_file(const std::filesystem::path& path, std::size_t max_bytes) {

@@ -215,7 +215,7 @@ inline decoding_estimate estimate_photo_with_depth(std::span<const std::byte> by
     budget.lower_max_pixels(depth_map_options().limits.max_pixels);
     try {
         detail::take_depth_inside(bytes, budget, where);
-    } catch (const error&) {  // what stood in the way of depth stands in its way again when it is decoded
+    } catch (const error&) {  // decoding the depth will raise the same error
     }
     return {header.height, header.width, budget.taken() + detail::max_profile_memory};
 }

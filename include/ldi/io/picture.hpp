@@ -1,4 +1,4 @@
-// Writes pictures: JPEG for the atlas, PNG for everything whose values must come back as they were.
+// Writes pictures: JPEG for the atlas, PNG for data that must stay exact.
 #pragma once
 
 #include <ldi/base/buffer.hpp>

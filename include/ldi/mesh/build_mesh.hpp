@@ -184,9 +184,9 @@ visible_surfaces find_visible(const Layers& layers) {
 /// atlas   of these charts
 /// Raises invalid_option, and mismatch where inputs don't fit together.
 ///
-/// Charts share no vertices, for they lie at different places of the atlas; but where they meet, both have vertices with the same
-/// position, bit for bit, and the same edges between them. Time is linear but for sorting, simplification and the edges that one
-/// scanline crosses; 30 bytes per pixel, and up to 100 where pixels are surfaces of their own.
+/// Charts share no vertices, because each has its own place in the atlas. Where two charts meet, both have vertices with bitwise
+/// equal positions, and the same edges between them. Linear time except for sorting, simplification, and the number of edges that
+/// cross one scanline. 30 bytes per pixel, up to 100 where most surfaces are single pixels.
 template <has_columns<disparity_column> Layers, executor Executor = const serial_executor>
 textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const chart_set& charts, const texture_atlas& atlas,
                          const mesh_options& options = {}, Executor&& threads = {}) {

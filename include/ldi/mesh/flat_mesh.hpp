@@ -50,7 +50,7 @@ struct chart_mesh {
     buffer<std::uint32_t> triangles;  ///< F x 3 indices into the two, counter-clockwise on screen
 };
 
-/// Everything up to lifting, for those who want to look at or test the steps.
+/// Results of all steps before lifting, for inspection and tests.
 struct flat_mesh {
     chart_outlines outlines;
     stud_set studs;

@@ -135,7 +135,8 @@ private:
     bool is_traced(pixel_side e) const { return (result_.boundary_sides[e.pixel] & side_bit(e.side + 4)) != 0; }
     void set_traced(pixel_side e) { result_.boundary_sides[e.pixel] |= side_bit(e.side + 4); }
 
-    /// The chart across a boundary side, or else a negative number that tells silhouettes and the photo's four borders apart.
+    /// The chart across a boundary side. Without one, a negative number: one for silhouettes and one for each border of the
+    /// photo.
     std::int32_t partner(pixel_side e) const {
         const std::int32_t n = walk_.neighbor(e.pixel, e.side);
         if (n != no_pixel) return chart_of_[n];

@@ -34,7 +34,7 @@ struct textured_mesh {
     buffer<std::int32_t> pixels;        ///< V; a pixel of the layered image that each vertex is a corner of or lies in
     buffer<std::uint32_t> triangles;    ///< F x 3 vertex indices, counter-clockwise seen from the photo's camera
     soft_edge_strip soft_edges = {};    ///< empty where edges are hard
-    /// Part t has texture t; its triangles have vertices of its own only, and there may be none. Empty: all has one texture.
+    /// Part t uses texture t. Parts share no vertices, and a part may have no triangles. Empty: one texture for the whole mesh.
     buffer<mesh_part> parts = {};
 
     std::size_t vertex_count() const { return positions.size() / 3; }

@@ -203,7 +203,7 @@ private:
         return best;
     }
 
-    // The nearest disparity in front of the part of a curve from which a surface grows as far as one of its ends.
+    // Largest disparity in front of the part of a curve whose hidden surface reaches the given end.
     float nearest_front(const discontinuity_curve& curve, const growth_constraint& end, array_view<const float> disparity) const {
         float nearest = 0.0F;
         for (const discontinuity& d : curve.sides)

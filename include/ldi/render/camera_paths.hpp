@@ -27,11 +27,11 @@ enum class camera_path : std::uint8_t {
     dolly_zoom,  ///< towards the scene, the lens widening so that what is in focus keeps its size
 };
 
-/// The defaults were chosen by eye: enough to see depth, not so much that what lies beyond the photo's border shows.
+/// Defaults chosen by eye: enough motion to show depth, and not so much that the area past the photo's border comes into view.
 struct path_options {
-    /// Farthest that the camera goes (render/motion.hpp). Layers have hidden surfaces for layered_image::motion.
+    /// Maximum motion of the camera (render/motion.hpp). Hidden surfaces extend as far as expand_options::motion uncovers them.
     float motion = 0.08F;
-    /// Surfaces of this disparity stay in their place, in [0, 1].
+    /// Disparity of the surfaces that stay in place on screen, in [0, 1].
     float focus_disparity = 0.5F;
     /// zoom_in and dolly_zoom: the share of the distance to the nearest surface that the camera goes, unless `motion` ends it
     /// before; below 1.

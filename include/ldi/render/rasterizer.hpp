@@ -198,7 +198,7 @@ struct vertical_extent {
     std::int64_t top = 0, bottom = -1;
 };
 
-/// The rows of pixels in a band: so few that many threads find work, so many that few triangles touch two. Chosen by trial.
+/// Rows of pixels per band: few enough to occupy many threads, and enough that few triangles touch two bands. Chosen by trial.
 inline constexpr std::int64_t rows_per_band = 16;
 
 /// Lists, for every band, the things that may touch it, in order: band b has list[start[b]] to list[start[b + 1] - 1].

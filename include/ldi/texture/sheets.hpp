@@ -1,8 +1,7 @@
-// The photo at its own size as texture. Depth is coarser than a photo, and so a layered image need not be as large as one: what
-// is counted in its pixels, time and memory, would grow with no gain. Colors need not be as coarse. Here the charts that show the
-// photo are drawn anew, on sheets of their own, with a texel for each pixel of the photo; the atlas stays the texture of the
-// charts that are hidden as a whole, and of soft edges. A sheet is drawn when it is asked for, so that only one need be in
-// memory.
+// Full-size textures. Depth is coarser than the photo, so layered images stay small: at the photo's size they would cost time and
+// memory without a gain. Colors can be finer. draw_sheet() draws the charts that show the photo again, on separate sheets with
+// one texel per pixel of the photo. The atlas remains the texture of entirely hidden charts and of soft edges. Sheets are drawn
+// one at a time, so that only one needs to be in memory.
 //
 //     made = make_photo3d(photo, estimator, inpainter, for_sheets(options, photo.height(), photo.width()));   // photo3d.hpp
 //     const sheet_layout layout = lay_out_sheets(made.layers, made.charts, made.atlas, photo.height(), photo.width());

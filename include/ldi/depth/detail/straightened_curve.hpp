@@ -1,5 +1,5 @@
-// The band of pixels around a discontinuity curve, straightened: one row for each corner of the curve, from the back to the front
-// across the curve. What is beyond the band's uncertain middle tells how front and back look there.
+// The band of pixels around a discontinuity curve, straightened: one row per corner of the curve, from the back across the curve
+// to the front. Pixels outside the band's uncertain middle show the colors of both surfaces.
 #pragma once
 
 #include <ldi/base/buffer.hpp>

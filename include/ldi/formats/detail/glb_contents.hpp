@@ -1,4 +1,4 @@
-// The parts of a GLB file: what stands in its binary chunk, and the JSON that describes it (formats/glb.hpp).
+// The parts of a GLB file: its binary chunk, and the JSON that describes it (formats/glb.hpp).
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -61,7 +61,7 @@ private:
     buffer<char> text_;
 };
 
-/// A number of at most six digits behind the point that is this one, as far as they tell.
+/// The value rounded to six decimal places.
 inline double shortest(float value) { return std::round(1e6 * double{value}) / 1e6; }
 
 /// Values of the caller's at the vertices of a mesh.

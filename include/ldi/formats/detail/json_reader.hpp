@@ -17,7 +17,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 enum class json_kind { none, null, boolean, number, string, array, object };
 
-/// A value as it stands in its text, without the white space around it.
+/// The text of a value, without surrounding white space.
 struct json_value {
     json_kind kind = json_kind::none;
     std::string_view text = "nothing";
@@ -33,7 +33,7 @@ inline std::uint32_t hexadecimal_value(char c) {
     return c >= 'A' && c <= 'F' ? static_cast<std::uint32_t>(c - 'A') + 10 : 16;
 }
 
-/// Appends what a checked string, given with its quotes, stands for.
+/// Appends the decoded content of a checked string. `written` includes the quotes.
 inline void append_unescaped(std::string_view written, buffer<char>& to) {
     const auto code_at = [&](std::size_t i) {
         std::uint32_t code = 0;
@@ -144,7 +144,7 @@ private:
               at_ == text_.size() ? "the end" : printable(text_.substr(at_, 1)));
     }
 
-    /// The next byte; 0, which stands nowhere in JSON, at the end.
+    /// The next byte, or 0 at the end: JSON has no byte 0.
     char peek() const { return at_ < text_.size() ? text_[at_] : '\0'; }
 
     void skip_space() {
@@ -158,7 +158,7 @@ private:
         ++at_;
     }
 
-    /// Whether the object or array ends here; if not, stands before its next part.
+    /// Whether the object or array ends here. If not, moves to its next part.
     bool leave(char closing, bool first, const char* expected) {
         skip_space();
         if (peek() == closing) {

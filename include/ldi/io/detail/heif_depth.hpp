@@ -1,5 +1,5 @@
-// Depth inside HEIC and AVIF files: an auxiliary picture, whose range stands in Apple's XMP or in the file's own words (ISO
-// 23008-2, depth representation information). libheif tells it from gain maps and mattes by its type.
+// Depth inside HEIC and AVIF files: an auxiliary picture. Apple's XMP, or the file's depth representation information (ISO
+// 23008-2), states its range. libheif distinguishes it from gain maps and mattes by its type.
 #pragma once
 
 #include <ldi/io/detail/heif_file.hpp>

@@ -86,7 +86,7 @@ private:
         return header;
     }
 
-    /// Each item is looked at once, and not again while it is looked at.
+    /// Cost of an item, computed once. Raises an error for items that contain themselves.
     const cost& cost_of(std::uint32_t id, int depth) {
         const auto item = boxes_.items.find(id);
         if (item == boxes_.items.end()) broken("a picture made of one that is not there");

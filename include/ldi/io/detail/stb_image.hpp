@@ -66,7 +66,7 @@
 #define STBI_ONLY_BMP
 #define STBI_NO_STDIO
 #define STBI_NO_LINEAR
-// Zeroed memory: what a damaged file leaves undecoded is then the same every time, and never somebody else's data.
+// Zeroed memory: undecoded parts of a damaged file are then always the same, and never another file's data.
 #define STBI_MALLOC(size) calloc(1, size)
 #define STBI_REALLOC(pointer, size) grow(pointer, size)
 #define STBI_FREE(pointer) free(pointer)

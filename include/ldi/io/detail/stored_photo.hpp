@@ -42,8 +42,8 @@ inline decoded_picture<std::uint8_t> allocate_picture(std::size_t height, std::s
     return picture;
 }
 
-/// Raises out_of_memory where there is not so much memory now. For libraries that call a lack of it damage, or wait forever for
-/// threads that could not start.
+/// Raises out_of_memory unless `bytes` bytes can be allocated now. For libraries that report a lack of memory as damage, or wait
+/// forever for threads that could not start.
 inline void require_memory(std::size_t bytes, const std::string& where) {
     void* volatile const probe = std::malloc(bytes);  // volatile: else compilers leave it out
     if (probe == nullptr)

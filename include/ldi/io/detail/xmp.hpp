@@ -26,7 +26,7 @@ struct xmp_property {
     std::size_t owner;  ///< number of the structure that it belongs to
 };
 
-/// The properties of one or more packets. Damaged XML gives what stands before the damage.
+/// The properties of one or more packets. Of damaged XML, those before the damage.
 class xmp_properties {
 public:
     /// Raises too_large.
@@ -149,7 +149,7 @@ inline void add_jpeg_xmp(xmp_properties& to, std::span<const std::span<const std
     if (!whole.empty()) to.add(whole, budget, where);
 }
 
-/// The bytes that base64 text stands for; white space and padding are passed over, and what follows anything else is not read.
+/// Decodes base64. Skips white space and padding, and stops at any other character.
 inline std::vector<std::byte> decode_base64(std::string_view text) {
     constexpr std::string_view digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     unsigned char value_of[256];

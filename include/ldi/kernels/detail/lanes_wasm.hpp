@@ -1,7 +1,8 @@
 // Shared parts of the WebAssembly SIMD128 kernels: requantization of 32-bit sums, and the walk of convolutions.
 //
-// Engines first compile every function to slow code, and switch a hot one to fast code at its next call. So the hot loops are
-// functions of their own, called often. The calls go through tables, because Binaryen inlines any function with a single caller.
+// Engines first compile every function to slow code and switch a hot function to fast code at its next call. Hot loops are
+// therefore separate functions that are called often. The calls go through tables, because Binaryen inlines functions with a
+// single caller.
 #pragma once
 
 #include <ldi/kernels/detail/conv_weights.hpp>

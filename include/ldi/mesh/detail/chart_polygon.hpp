@@ -14,7 +14,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// A chart as the triangulator takes it, and where the edge after each outline vertex comes from.
+/// A chart's polygon for the triangulator, and the source of the edge after each outline vertex.
 struct chart_polygon {
     polygon shape;
     buffer<std::int32_t> corners;

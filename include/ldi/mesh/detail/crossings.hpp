@@ -13,10 +13,9 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 /// Compares the outline edges of a polygon whose bounding boxes meet. Keep one to reuse its memory.
 class crossing_finder {
 public:
-    /// Calls collision(v, w) for edges v -> next[v] and w -> next[w] that meet other than in the ends of both, overlap(v, w) for
-    /// vertices at one point where the outline passes twice, with the interior of one passage reaching into that of the other,
-    /// and spike(v) for vertices at which the outline doubles back or stands still. Edges may lie on each other. May report
-    /// things more than once.
+    /// Calls collision(v, w) for edges v -> next[v] and w -> next[w] that meet anywhere but in end points of both; overlap(v, w)
+    /// for vertices at one point through which the outline passes twice with overlapping interiors; and spike(v) for vertices at
+    /// which the outline doubles back or has an edge of length 0. Edges may overlap. May report a fault more than once.
     template <class Report>
     void find_all(const polygon& shape, Report& report) {
         assign(shape);
@@ -72,7 +71,7 @@ private:
     struct entry {
         std::int32_t edge, next;
     };
-    /// Up to so many fresh edges are compared with all others faster than a sweep is done.
+    /// Up to this number of new edges, comparing them with all others is faster than a sweep.
     static constexpr std::int32_t max_fresh = 16;
     /// Columns are 2^4 pixels wide: an outline is nowhere far from the lattice that it follows, so that few of its edges cross a
     /// row within one.

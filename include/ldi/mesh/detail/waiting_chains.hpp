@@ -28,8 +28,8 @@ public:
         return {only, only, only};
     }
 
-    /// A link: stands for an edge inside the polygon until both triangles beside it are known. Where links are asked for, an edge
-    /// of the polygon's chains has -1.
+    /// Adds a link: the placeholder of an inner edge until both of its triangles are known. Edges of the polygon itself have the
+    /// link -1.
     std::int32_t add_link() { return add_link(-1); }
 
     /// Adds a vertex to the right end, over an edge known by `link`, and cuts off what became convex.

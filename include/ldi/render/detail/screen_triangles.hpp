@@ -142,7 +142,7 @@ public:
     projection(const view& from, std::int32_t samples, float z_near)
         : from_(from), samples_(samples), z_near_(z_near), slope_(guard_band / (double{from.camera.focal_length} * samples)) {}
 
-    /// Appends the screen triangles of one triangle of a mesh or strip, wound as signed_area wants it.
+    /// Appends the screen triangles of one triangle of a mesh or strip, with the winding that signed_area() expects.
     template <class Mesh>
     void append(const Mesh& mesh, std::size_t triangle, bool both_sides, buffer<screen_triangle>& result) const {
         std::array<camera_vertex, 8> corners;  // every plane can add one to the first three

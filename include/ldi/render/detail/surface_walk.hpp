@@ -1,6 +1,6 @@
-// Follows the surface of a layered image along a row or a column of the screen, from one sample to the next: how depth peeling
-// tells which of the surfaces at neighboring pixels are one. In integers, by the same rule for edges as the rasterizer, so that
-// the two always agree.
+// Follows a surface of a layered image along a row or a column of the screen, from sample to sample. Depth peeling uses it to
+// find which surfaces at neighboring pixels are connected. Integer arithmetic with the rasterizer's edge rule, so that both
+// always agree.
 #pragma once
 
 #include <ldi/core/graph.hpp>

@@ -97,8 +97,8 @@ private:
         return result;
     }
 
-    /// The photo's color without the share of the surface beside: as far as it goes from the own surface's color towards the
-    /// other's, it is taken back. What is left is the own surface's texture.
+    /// The photo's color without the neighboring surface's share: subtracts the component from the own surface's color towards
+    /// the neighbor's. The rest is the own surface's texture.
     static color cleaned(const std::uint8_t* photo, const color& own, const color& beside) {
         // A share that noise has, too, stays; so does what is beside where it looks alike. By trial.
         constexpr float min_share = 0.02F, certain_share = 0.08F, min_difference = 20;

@@ -65,10 +65,10 @@ public:
     }
 
 private:
-    /// Within so many pixels of where its surface ends, or its color is not the photo's, a pixel that looks unmixed may have a
-    /// rim of another surface: at its own size the photo shows that. By trial.
+    /// Within this distance, in pixels, from the end of its surface or from a refilled pixel, a pixel that looks unmixed may
+    /// contain a rim of another surface, which the full-size photo shows. By trial.
     static constexpr std::int32_t guarded = 2;
-    /// And within so many that other surface is in sight.
+    /// Search distance for that other surface, in pixels.
     static constexpr std::int32_t reach = 3;
 
     bool is_in_photo(std::int32_t x, std::int32_t y) const {
