@@ -876,6 +876,24 @@ inline float fused_multiply_add(float a, float b, float c) {
 #endif
 }
 
+/// Length of a vector. The squares are exact; their sum and its root are rounded in double precision, the same on every machine.
+inline float vector_length(float x, float y) {
+    return static_cast<float>(std::sqrt(double{x} * double{x} + double{y} * double{y}));
+}
+
+/// Natural logarithm of a positive, finite number, computed to 1e-14 in double precision and then rounded, the same on every
+/// machine.
+inline float natural_logarithm(float x) {
+    int exponent = 0;
+    double mantissa = std::frexp(double{x}, &exponent);
+    if (mantissa < 0.70710678118654752) mantissa *= 2, --exponent;
+    // 2 artanh(s) as a series of odd powers, cut where terms fall below 1e-15: s^2 is at most 0.0295.
+    const double s = (mantissa - 1) / (mantissa + 1), square = s * s;
+    double sum = 0;
+    for (int power = 19; power >= 1; power -= 2) sum = sum * square + 2.0 / power;
+    return static_cast<float>(exponent * 0.69314718055994531 + s * sum);
+}
+
 }}}  // namespace ldi::detail
 
 // ---- ldi/core/camera.hpp
@@ -911,7 +929,8 @@ struct pinhole_camera {
 
 /// The focal length in pixels of a lens given as 35 mm equivalent, which compares diagonals (EXIF FocalLengthIn35mmFilm).
 inline float focal_length_from_35mm(float millimeters, std::int32_t width, std::int32_t height) {
-    return millimeters * std::hypot(detail::nearest_float(width), detail::nearest_float(height)) / std::hypot(36.0F, 24.0F);
+    return millimeters * detail::vector_length(detail::nearest_float(width), detail::nearest_float(height)) /
+           detail::vector_length(36.0F, 24.0F);
 }
 
 /// The focal length in pixels that gives `degrees` of view over the longer side of the photo.
@@ -4037,15 +4056,28 @@ inline area_weights make_area_weights(std::size_t source_length, std::size_t res
 
 // A fused multiply-add would change the last bit of some sums on machines that have it. Do not compile this with clang's
 // -ffp-contract=fast or any compiler's -ffast-math: they override it.
-#if defined(__clang__)
+#if defined(__clang__) && LDI_HAS_EXTENSIONS
 #define LDI_NO_FUSED_MULTIPLY_ADD _Pragma("clang fp contract(off)")
 #else
 #define LDI_NO_FUSED_MULTIPLY_ADD
 #endif
-#if defined(__GNUC__) && !defined(__clang__)
+#if defined(__GNUC__) && !defined(__clang__) && LDI_HAS_EXTENSIONS
 #pragma GCC push_options
 #pragma GCC optimize("fp-contract=off")
 #endif
+
+namespace detail {
+
+inline float area_share(float weight, float value) {
+    LDI_NO_FUSED_MULTIPLY_ADD
+#if !LDI_HAS_EXTENSIONS
+    return static_cast<float>(double{weight} * double{value});  // exact in double: fused with a sum, it would be the same
+#else
+    return weight * value;
+#endif
+}
+
+}  // namespace detail
 
 /// Adds `weight` times the horizontally averaged `source` to `sums`.
 ///
@@ -4058,15 +4090,15 @@ inline void add_area_row(const area_weights& horizontal, const std::uint8_t* sou
             float mean = 0;
             for (std::size_t i = 0; i < cover.count; ++i) {
                 const float value = source[(cover.first + i) * channels + c];
-                const float share = horizontal.weights[cover.weight + i] * value;
+                const float share = detail::area_share(horizontal.weights[cover.weight + i], value);
                 mean += share;
             }
-            const float share = weight * mean;
+            const float share = detail::area_share(weight, mean);
             *sums += share;
         }
 }
 
-#if defined(__GNUC__) && !defined(__clang__)
+#if defined(__GNUC__) && !defined(__clang__) && LDI_HAS_EXTENSIONS
 #pragma GCC pop_options
 #endif
 #undef LDI_NO_FUSED_MULTIPLY_ADD
@@ -12049,7 +12081,7 @@ inline plane_curve make_plane_curve(const trace& t, const corner_map& lattice, s
             const side s = t.sides[t.is_closed ? wrapped(i) : i].towards_front;
             front.x += nearest_float(step_x(s)), front.y += nearest_float(step_y(s));
         }
-        const float size = nearest_float(2 * even + 1), length = (std::max)(std::hypot(front.x, front.y), 1e-6F);
+        const float size = nearest_float(2 * even + 1), length = (std::max)(vector_length(front.x, front.y), 1e-6F);
         result.smooth[k] = {sum.x / size, sum.y / size};
         result.across[k] = {front.x / length, front.y / length};
     }
@@ -12093,7 +12125,7 @@ struct color_model {
             mean[c] = of.sum[c] / of.count;
             const float variance = (std::max)(of.squares[c] / of.count - mean[c] * mean[c], 0.0F) + noise * noise;
             precision[c] = 1.0F / variance;
-            log_scale += 0.5F * std::log(variance);
+            log_scale += 0.5F * natural_logarithm(variance);
         }
     }
     float log_likelihood(const std::uint8_t* color) const {
@@ -18497,7 +18529,7 @@ private:
         float step_before = corners_.empty() ? 0.0F : step_at(corner(0));
         for (std::int32_t i = 0; i < edge_count(); ++i) {
             const outline_corner &a = corner(i), &b = corner(i + 1);
-            const float dx = nearest_float(b.x - a.x), dy = nearest_float(b.y - a.y), length = std::hypot(dx, dy);
+            const float dx = nearest_float(b.x - a.x), dy = nearest_float(b.y - a.y), length = vector_length(dx, dy);
             const bool on_border =
                 (a.x == b.x && (a.x == 0 || a.x == camera_.width)) || (a.y == b.y && (a.y == 0 || a.y == camera_.height));
             const float step_after = step_at(b);
@@ -19000,7 +19032,7 @@ inline float motion_across(const std::array<float, 3>& position, const pinhole_c
     const float forward = std::abs(position[2]);
     const float right = camera.focal_length * std::abs(position[0]) + 0.5F * forward * width;
     const float down = camera.focal_length * std::abs(position[1]) + 0.5F * forward * height;
-    return std::hypot(right, down) * (range.inverse_depth(1) - range.inverse_depth(0)) / (std::max)(width, height);
+    return vector_length(right, down) * (range.inverse_depth(1) - range.inverse_depth(0)) / (std::max)(width, height);
 }
 
 }  // namespace detail

@@ -4,7 +4,6 @@
 #include <ldi/base/memory.hpp>
 
 #include <cstddef>
-#include <cstdlib>
 #include <mutex>
 
 namespace ldi::testing {
@@ -25,11 +24,11 @@ struct counted_memory {
             ++self.blocks, self.bytes += bytes, self.allocated += bytes;
             self.peak = self.bytes > self.peak ? self.bytes : self.peak;
         }
-        return std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
+        return detail::system_memory.allocate(nullptr, bytes, alignment);
     }
     static void release(void* context, void* block, std::size_t bytes) {
         counted_memory& self = *static_cast<counted_memory*>(context);
-        std::free(block);
+        detail::system_memory.release(nullptr, block, bytes);
         const std::lock_guard lock(self.mutex);
         --self.blocks, self.bytes -= bytes;
     }

@@ -52,4 +52,22 @@ inline float fused_multiply_add(float a, float b, float c) {
 #endif
 }
 
+/// Length of a vector. The squares are exact; their sum and its root are rounded in double precision, the same on every machine.
+inline float vector_length(float x, float y) {
+    return static_cast<float>(std::sqrt(double{x} * double{x} + double{y} * double{y}));
+}
+
+/// Natural logarithm of a positive, finite number, computed to 1e-14 in double precision and then rounded, the same on every
+/// machine.
+inline float natural_logarithm(float x) {
+    int exponent = 0;
+    double mantissa = std::frexp(double{x}, &exponent);
+    if (mantissa < 0.70710678118654752) mantissa *= 2, --exponent;
+    // 2 artanh(s) as a series of odd powers, cut where terms fall below 1e-15: s^2 is at most 0.0295.
+    const double s = (mantissa - 1) / (mantissa + 1), square = s * s;
+    double sum = 0;
+    for (int power = 19; power >= 1; power -= 2) sum = sum * square + 2.0 / power;
+    return static_cast<float>(exponent * 0.69314718055994531 + s * sum);
+}
+
 }}}  // namespace ldi::detail

@@ -36,7 +36,8 @@ struct pinhole_camera {
 
 /// The focal length in pixels of a lens given as 35 mm equivalent, which compares diagonals (EXIF FocalLengthIn35mmFilm).
 inline float focal_length_from_35mm(float millimeters, std::int32_t width, std::int32_t height) {
-    return millimeters * std::hypot(detail::nearest_float(width), detail::nearest_float(height)) / std::hypot(36.0F, 24.0F);
+    return millimeters * detail::vector_length(detail::nearest_float(width), detail::nearest_float(height)) /
+           detail::vector_length(36.0F, 24.0F);
 }
 
 /// The focal length in pixels that gives `degrees` of view over the longer side of the photo.

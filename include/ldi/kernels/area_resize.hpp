@@ -49,15 +49,28 @@ inline area_weights make_area_weights(std::size_t source_length, std::size_t res
 
 // A fused multiply-add would change the last bit of some sums on machines that have it. Do not compile this with clang's
 // -ffp-contract=fast or any compiler's -ffast-math: they override it.
-#if defined(__clang__)
+#if defined(__clang__) && LDI_HAS_EXTENSIONS
 #define LDI_NO_FUSED_MULTIPLY_ADD _Pragma("clang fp contract(off)")
 #else
 #define LDI_NO_FUSED_MULTIPLY_ADD
 #endif
-#if defined(__GNUC__) && !defined(__clang__)
+#if defined(__GNUC__) && !defined(__clang__) && LDI_HAS_EXTENSIONS
 #pragma GCC push_options
 #pragma GCC optimize("fp-contract=off")
 #endif
+
+namespace detail {
+
+inline float area_share(float weight, float value) {
+    LDI_NO_FUSED_MULTIPLY_ADD
+#if !LDI_HAS_EXTENSIONS
+    return static_cast<float>(double{weight} * double{value});  // exact in double: fused with a sum, it would be the same
+#else
+    return weight * value;
+#endif
+}
+
+}  // namespace detail
 
 /// Adds `weight` times the horizontally averaged `source` to `sums`.
 ///
@@ -70,15 +83,15 @@ inline void add_area_row(const area_weights& horizontal, const std::uint8_t* sou
             float mean = 0;
             for (std::size_t i = 0; i < cover.count; ++i) {
                 const float value = source[(cover.first + i) * channels + c];
-                const float share = horizontal.weights[cover.weight + i] * value;
+                const float share = detail::area_share(horizontal.weights[cover.weight + i], value);
                 mean += share;
             }
-            const float share = weight * mean;
+            const float share = detail::area_share(weight, mean);
             *sums += share;
         }
 }
 
-#if defined(__GNUC__) && !defined(__clang__)
+#if defined(__GNUC__) && !defined(__clang__) && LDI_HAS_EXTENSIONS
 #pragma GCC pop_options
 #endif
 #undef LDI_NO_FUSED_MULTIPLY_ADD

@@ -115,7 +115,7 @@ private:
         float step_before = corners_.empty() ? 0.0F : step_at(corner(0));
         for (std::int32_t i = 0; i < edge_count(); ++i) {
             const outline_corner &a = corner(i), &b = corner(i + 1);
-            const float dx = nearest_float(b.x - a.x), dy = nearest_float(b.y - a.y), length = std::hypot(dx, dy);
+            const float dx = nearest_float(b.x - a.x), dy = nearest_float(b.y - a.y), length = vector_length(dx, dy);
             const bool on_border =
                 (a.x == b.x && (a.x == 0 || a.x == camera_.width)) || (a.y == b.y && (a.y == 0 || a.y == camera_.height));
             const float step_after = step_at(b);

@@ -9,6 +9,7 @@
 // The first factor is the step in disparity. The others are largest for what is nearest, in a corner of the photo.
 #pragma once
 
+#include <ldi/base/numbers.hpp>
 #include <ldi/core/camera.hpp>
 
 #include <algorithm>
@@ -27,7 +28,7 @@ inline float motion_across(const std::array<float, 3>& position, const pinhole_c
     const float forward = std::abs(position[2]);
     const float right = camera.focal_length * std::abs(position[0]) + 0.5F * forward * width;
     const float down = camera.focal_length * std::abs(position[1]) + 0.5F * forward * height;
-    return std::hypot(right, down) * (range.inverse_depth(1) - range.inverse_depth(0)) / (std::max)(width, height);
+    return vector_length(right, down) * (range.inverse_depth(1) - range.inverse_depth(0)) / (std::max)(width, height);
 }
 
 }  // namespace detail

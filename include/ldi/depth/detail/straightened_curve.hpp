@@ -47,7 +47,7 @@ inline plane_curve make_plane_curve(const trace& t, const corner_map& lattice, s
             const side s = t.sides[t.is_closed ? wrapped(i) : i].towards_front;
             front.x += nearest_float(step_x(s)), front.y += nearest_float(step_y(s));
         }
-        const float size = nearest_float(2 * even + 1), length = (std::max)(std::hypot(front.x, front.y), 1e-6F);
+        const float size = nearest_float(2 * even + 1), length = (std::max)(vector_length(front.x, front.y), 1e-6F);
         result.smooth[k] = {sum.x / size, sum.y / size};
         result.across[k] = {front.x / length, front.y / length};
     }
@@ -91,7 +91,7 @@ struct color_model {
             mean[c] = of.sum[c] / of.count;
             const float variance = (std::max)(of.squares[c] / of.count - mean[c] * mean[c], 0.0F) + noise * noise;
             precision[c] = 1.0F / variance;
-            log_scale += 0.5F * std::log(variance);
+            log_scale += 0.5F * natural_logarithm(variance);
         }
     }
     float log_likelihood(const std::uint8_t* color) const {
