@@ -829,7 +829,8 @@ struct progress_listener {
 }}  // namespace ldi
 
 // ---- ldi/base/numbers.hpp
-// Conversions between kinds of numbers, by names that say what becomes of the value.
+// Conversions between kinds of numbers with telling names, and functions that C libraries round differently, built from
+// operations that IEEE 754 rounds the same way everywhere.
 
 #include <cmath>
 
@@ -847,9 +848,17 @@ constexpr double nearest_double(Integer n) {
     return static_cast<double>(n);
 }
 
-/// The nearest byte; of two that are equally near, the larger.
+/// The nearest whole number, halves away from zero, for values below 2^53. Some C libraries' lround() rounds the largest number
+/// below 0.5 to 1.
+constexpr std::int64_t nearest_whole(double value) {
+    const auto whole = static_cast<std::int64_t>(value);
+    const double rest = value - static_cast<double>(whole);  // exact
+    return rest >= 0.5 ? whole + 1 : rest <= -0.5 ? whole - 1 : whole;
+}
+
+/// The nearest byte, halves up.
 inline std::uint8_t rounded_to_byte(float value) {
-    return static_cast<std::uint8_t>(std::lround(std::clamp(value, 0.0F, 255.0F)));
+    return static_cast<std::uint8_t>(nearest_whole(double{std::clamp(value, 0.0F, 255.0F)}));
 }
 
 /// The same for values that lie between 0 and 255, such as means of bytes, up to the rounding of the one addition that it takes.
@@ -9004,7 +9013,8 @@ inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> 
         for (std::size_t i = 0; i < inputs; ++i)
             largest = (std::max)(largest, std::abs(row[i] *= input_scales[i % input_scales.size()]));
         const float step = largest > 0.0F ? largest / detail::nearest_float(max_conv_u8_weight) : 1.0F;
-        for (std::size_t i = 0; i < inputs; ++i) rounded[o * inputs + i] = static_cast<std::int8_t>(std::lround(row[i] / step));
+        for (std::size_t i = 0; i < inputs; ++i)
+            rounded[o * inputs + i] = static_cast<std::int8_t>(detail::nearest_whole(row[i] / step));
         scales[o] = step / result.scale, result_bias[o] = bias[o] / result.scale;
     }
     return pack_conv_u8(target, rounded, zero_points, scales, result_bias, k, after, result.zero_point);

@@ -1,4 +1,5 @@
-// Conversions between kinds of numbers, by names that say what becomes of the value.
+// Conversions between kinds of numbers with telling names, and functions that C libraries round differently, built from
+// operations that IEEE 754 rounds the same way everywhere.
 #pragma once
 
 #include <ldi/base/config.hpp>
@@ -23,9 +24,17 @@ constexpr double nearest_double(Integer n) {
     return static_cast<double>(n);
 }
 
-/// The nearest byte; of two that are equally near, the larger.
+/// The nearest whole number, halves away from zero, for values below 2^53. Some C libraries' lround() rounds the largest number
+/// below 0.5 to 1.
+constexpr std::int64_t nearest_whole(double value) {
+    const auto whole = static_cast<std::int64_t>(value);
+    const double rest = value - static_cast<double>(whole);  // exact
+    return rest >= 0.5 ? whole + 1 : rest <= -0.5 ? whole - 1 : whole;
+}
+
+/// The nearest byte, halves up.
 inline std::uint8_t rounded_to_byte(float value) {
-    return static_cast<std::uint8_t>(std::lround(std::clamp(value, 0.0F, 255.0F)));
+    return static_cast<std::uint8_t>(nearest_whole(double{std::clamp(value, 0.0F, 255.0F)}));
 }
 
 /// The same for values that lie between 0 and 255, such as means of bytes, up to the rounding of the one addition that it takes.

@@ -80,7 +80,8 @@ inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> 
         for (std::size_t i = 0; i < inputs; ++i)
             largest = (std::max)(largest, std::abs(row[i] *= input_scales[i % input_scales.size()]));
         const float step = largest > 0.0F ? largest / detail::nearest_float(max_conv_u8_weight) : 1.0F;
-        for (std::size_t i = 0; i < inputs; ++i) rounded[o * inputs + i] = static_cast<std::int8_t>(std::lround(row[i] / step));
+        for (std::size_t i = 0; i < inputs; ++i)
+            rounded[o * inputs + i] = static_cast<std::int8_t>(detail::nearest_whole(row[i] / step));
         scales[o] = step / result.scale, result_bias[o] = bias[o] / result.scale;
     }
     return pack_conv_u8(target, rounded, zero_points, scales, result_bias, k, after, result.zero_point);

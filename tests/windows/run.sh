@@ -1,0 +1,101 @@
+#!/usr/bin/env bash
+# The library for Windows: the tests that need the standard library alone, and a conversion, compiled by MinGW and run under Wine. With
+# every instruction set of this processor the conversion makes the bytes that it makes on Linux. Installs what is missing. Ends with
+# "N passed, N failed".
+#
+#   tests/windows/run.sh [FOLDER/TEST...]     those in place of all, as in core/graph
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+# shellcheck source=scripts/requirements.sh
+source scripts/requirements.sh
+# shellcheck source=scripts/tally.sh
+source scripts/tally.sh
+# shellcheck source=tests/emulated/header_links.sh
+source tests/emulated/header_links.sh
+
+mapfile -t missing < <(missing_needs "${needs_windows[@]}")
+if [ "${#missing[@]}" -gt 0 ] && ! (require "${missing[@]}"); then
+    printf 'skipped: MinGW, Wine or Catch2 cannot be installed here\n0 passed, 0 failed\n'
+    exit 0
+fi
+end_without_catch2
+
+build=build/windows
+link_headers "$build/headers"
+printf '#define CATCH_CONFIG_MAIN\n#include <catch2/catch.hpp>\n' >"$build/main.cpp"
+tests=("$@")
+if [ "${#tests[@]}" = 0 ]; then
+    # Left out: tests that need other libraries or POSIX, and those of more than the library. The whole networks run in the conversion.
+    mapfile -t tests < <(grep -LE 'setenv|<(nlohmann|Eigen|xtensor|zlib|tiny_gltf|unistd|sys/)|ldi/(io|adapt)/|npy\.hpp|LDI_SHARED_DIR|peak_memory|caffe2_files' \
+        tests/{base,core,kernels,nn/dense,nn/ldi,depth,occlusion,inpaint,charts,texture,mesh,render,formats}/*.cpp | sed -E 's|^tests/(.*)\.cpp$|\1|')
+fi
+
+# What Wine sets up in its first seconds goes with the build.
+export WINEPREFIX="$PWD/$build/wine" WINEDEBUG=-all WINEDLLOVERRIDES="mscoree,mshtml="
+wine64=$(command -v wine64 || echo /usr/lib/wine/wine64)
+launcher=$(command -v ccache || true)
+
+# Windows promises a stack aligned to 16 bytes, and GCC's 32-byte variables on it are not (GCC bug 54412): hence unaligned moves.
+mingw() {
+    $launcher x86_64-w64-mingw32-g++-posix -std=c++20 -O1 -Wa,-muse-unaligned-vector-move -Wall -Wextra -Werror -Iinclude -I. -Itests \
+        -isystem "$build/headers" "$@"
+}
+object_of() { printf '%s/%s.o' "$build" "${1//\//_}"; }
+compile_all() {
+    local file running=0 failures=0
+    rm -f "$build"/*.o "$build"/*.exe
+    for file in "${tests[@]}"; do
+        if [ "$running" -ge "$jobs" ]; then
+            wait -n || failures=$((failures + 1))
+        else
+            running=$((running + 1))
+        fi
+        mingw -c "tests/$file.cpp" -o "$(object_of "$file")" &
+    done
+    mingw -c "$build/main.cpp" -o "$build/main.o" || failures=$((failures + 1))
+    while [ "$running" -gt 0 ]; do
+        wait -n || failures=$((failures + 1))
+        running=$((running - 1))
+    done
+    [ "$failures" = 0 ]
+}
+# Names in anonymous namespaces differ between files that CMakeLists.txt makes one program of; here each is a program, so that one that
+# does not compile or crashes leaves the others.
+run_test() {
+    [ -f "$(object_of "$1")" ] &&
+        mingw -static "$build/main.o" "$(object_of "$1")" -o "$build/test.exe" &&
+        timeout 300 "$wine64" "$build/test.exe"
+}
+compile_conversion() {
+    mingw -static tests/windows/convert.cpp -o "$build/convert.exe" &
+    $launcher "${CXX:-g++}" -std=c++20 -O1 -Iinclude -I. -c tests/windows/convert.cpp -o "$build/linux.o" &&
+        "${CXX:-g++}" "$build/linux.o" -pthread -o "$build/convert"
+    wait $!
+}
+sets_under_wine() {
+    "$wine64" "$build/convert.exe" sets - - 2>/dev/null | tr -d '\r'
+}
+# The bytes of Linux with the set that Linux chooses by itself, and of Wine with the given set.
+compare_conversion() {
+    local depth=$1 isa=$2
+    [ -s "$build/linux_$depth.glb" ] || "$build/convert" archway "$depth" "$build/linux_$depth.glb"
+    LDI_ISA=$isa "$wine64" "$build/convert.exe" archway "$depth" "$build/windows.glb" &&
+        cmp "$build/linux_$depth.glb" "$build/windows.glb"
+}
+
+count_step "Wine starts" "$wine64" cmd /c "exit 0"
+count_step "the tests compile for Windows" compile_all
+for file in "${tests[@]}"; do
+    count_step "$file under Wine" run_test "$file"
+done
+if [ "$#" = 0 ]; then
+    count_step "the conversion compiles for Windows" compile_conversion
+    rm -f "$build"/*.glb
+    sets=$(sets_under_wine)
+    for isa in ${sets:-scalar}; do
+        count_step "a conversion with a depth map, $isa under Wine" compare_conversion map "$isa"
+        count_step "a conversion with the depth network, $isa under Wine" compare_conversion network "$isa"
+    done
+fi
+
+print_tally
