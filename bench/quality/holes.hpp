@@ -159,7 +159,7 @@ inline std::vector<hole> find_holes(const ldi::image<std::uint8_t>& coverage, co
 struct hole_report {
     std::size_t views = 0, views_with_holes = 0;
     std::int64_t max_pixels = 0;  ///< uncovered, in the worst view
-    std::vector<hole> holes;       ///< of all views, largest first
+    std::vector<hole> holes;      ///< of all views, largest first
 };
 
 /// Counts the holes in a mesh from all allowed views, at a long side of `long_side` pixels.
