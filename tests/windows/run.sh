@@ -26,7 +26,7 @@ printf '#define CATCH_CONFIG_MAIN\n#include <catch2/catch.hpp>\n' >"$build/main.
 tests=("$@")
 if [ "${#tests[@]}" = 0 ]; then
     # Left out: tests that need other libraries or POSIX, and those of more than the library. The whole networks run in the conversion.
-    mapfile -t tests < <(grep -LE 'setenv|<(nlohmann|Eigen|xtensor|zlib|tiny_gltf|unistd|sys/)|ldi/(io|adapt)/|npy\.hpp|LDI_SHARED_DIR|peak_memory|caffe2_files' \
+    mapfile -t tests < <(grep -LE 'setenv|<(nlohmann|Eigen|xtensor|zlib|tiny_gltf|unistd|sys/)|ldi/(io|adapt)/|npy\.hpp|LDI_SHARED_DIR|peak_memory|caffe2_files|photo_scene' \
         tests/{base,core,kernels,nn/dense,nn/ldi,depth,occlusion,inpaint,charts,texture,mesh,render,formats}/*.cpp | sed -E 's|^tests/(.*)\.cpp$|\1|')
 fi
 
