@@ -30,6 +30,7 @@ from muon import Muon  # noqa: E402
 
 WARM_UP = 200  # steps
 SOFT_WEIGHT, WRONG_WEIGHT, GRADIENT_WEIGHT, DOUBT_WEIGHT = 4.0, 2.0, 0.7, 0.1
+FILES_PER_BATCH = 4  # crops of one file have few photographs between them
 SAVE_SECONDS, LOOK_SECONDS, SNAPSHOT_SECONDS = 120, 300, 1800
 
 
@@ -51,9 +52,9 @@ class Crops:
         return sum(len(f) for f in self.files.values())
 
     def batch(self, rng, count):
-        """Crops of a random file, augmented."""
-        file = self.files[self.paths[int(rng.integers(len(self.paths)))]]
-        x, alpha, state = tensors(file[np.sort(rng.choice(len(file), count, replace=False))])
+        """Crops of random files, augmented."""
+        files = [self.files[self.paths[int(rng.integers(len(self.paths)))]] for _ in range(FILES_PER_BATCH)]
+        x, alpha, state = tensors(np.concatenate([f[np.sort(rng.choice(len(f), count // len(files), replace=False))] for f in files]))
         for dim in (2, 3):
             if rng.random() < 0.5:
                 x, alpha, state = (t.flip(dim) for t in (x, alpha, state))
