@@ -225,7 +225,6 @@ def main():
         done = asked or fallen >= 1 or os.path.exists(path("stop"))
         if run.seconds - looked > LOOK_SECONDS or done:
             looked = run.seconds
-            crops.find()
             with quantize.rounded_weights(run.average, ranges):
                 wrong, threshold, error = validate(run.average, validation, run.observe(run.average))
             new = not os.path.exists(path("log.tsv"))
@@ -240,6 +239,7 @@ def main():
                   f"(threshold {threshold:.2f}), error {error:.2f} %", flush=True)
         if done or time.time() - saved > SAVE_SECONDS:
             saved = time.time()
+            crops.find()
             run.save(checkpoint)
         if run.seconds - snapped > SNAPSHOT_SECONDS:
             snapped = run.seconds
