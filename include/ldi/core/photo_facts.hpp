@@ -5,7 +5,13 @@
 #include <ldi/core/camera.hpp>
 #include <ldi/core/surface.hpp>
 
+#include <cstdint>
+
 namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// Disparity of the window through which a 3D photo is seen: in the middle, so that the nearest and the farthest surfaces move
+/// equally far.
+inline constexpr float window_disparity = 0.5F;
 
 struct photo_facts {
     pinhole_camera camera;  ///< that took the photo
@@ -14,6 +20,11 @@ struct photo_facts {
     /// Camera motion (render/motion.hpp) up to which hidden surfaces reach, as a share of the photo's longer side; 0: there are
     /// no hidden surfaces.
     float motion = 0.0F;
+    /// Pixels of the lattice on each side beyond the photo's (occlusion/past_frame.hpp); 0: surfaces end at the photo's border.
+    std::int32_t margin = 0;
+
+    /// The camera whose pixels the layered image has: that of the photo, with a sensor larger by the margin.
+    pinhole_camera layers_camera() const { return {camera.width + 2 * margin, camera.height + 2 * margin, camera.focal_length}; }
 };
 
 }}  // namespace ldi

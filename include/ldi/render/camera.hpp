@@ -13,6 +13,12 @@ struct view {
     std::array<float, 3> position{0, 0, 0};  ///< of the camera, in the photo's space
     /// 3 x 3, row-major, orthonormal: from the camera's axes to the photo's.
     std::array<float, 9> rotation{1, 0, 0, 0, 1, 0, 0, 0, 1};
+    /// Where the optical axis meets the picture: pixels to the right of its middle, and below it.
+    std::array<float, 2> lens_shift{0, 0};
+
+    /// The place in the picture that the optical axis meets, in pixels.
+    float axis_x() const { return camera.center_x() + lens_shift[0]; }
+    float axis_y() const { return camera.center_y() + lens_shift[1]; }
 
     /// A direction given in the camera's axes, in the photo's.
     std::array<float, 3> direction_to_photo(const std::array<float, 3>& d) const {

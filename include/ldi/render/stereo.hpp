@@ -12,15 +12,17 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <string>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The same view from `distance` to the right (negative: left) along its picture's horizontal, in the units of the photo's space:
-/// half the distance between two eyes for each.
-inline view beside(view from, float distance) {
+/// half the distance between two eyes for each. What is as far as the window keeps its place in the picture.
+inline view beside(view from, float distance, float window = std::numeric_limits<float>::infinity()) {
     const std::array<float, 3> step = from.direction_to_photo({distance, 0, 0});
     for (std::size_t i = 0; i < 3; ++i) from.position[i] += step[i];
+    from.lens_shift[0] += from.camera.focal_length * distance / window;
     return from;
 }
 

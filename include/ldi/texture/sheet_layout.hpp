@@ -16,22 +16,30 @@ struct sheet_options {
     std::int32_t max_side = 4096;
     /// Around charts, in pixels of the layered image; at least 1, and at most the atlas's filter padding.
     std::int32_t padding = 4;
+    /// Pixels of the layered image on each side beyond the photo's (photo_facts::margin).
+    std::int32_t margin = 0;
 };
 
-/// Along one direction: the pixels of the photo, which count more or less than those of the layered image.
+/// Along one direction: the pixels of the photo, which count more or less than those of the layered image. Places in the layered
+/// image count from the edge of its margin.
 struct sheet_scale {
-    std::int64_t photo = 1, layers = 1;
+    std::int64_t photo = 1, layers = 1;  ///< pixels of the photo; the layered image's within its margin
+    std::int32_t margin = 0;
 
     /// A place of the layered image in the photo.
-    double in_photo(double place) const { return place * detail::nearest_double(photo) / detail::nearest_double(layers); }
+    double in_photo(double place) const {
+        return (place - margin) * detail::nearest_double(photo) / detail::nearest_double(layers);
+    }
     /// A place of the photo in the layered image.
-    double in_layers(double place) const { return place * detail::nearest_double(layers) / detail::nearest_double(photo); }
+    double in_layers(double place) const {
+        return place * detail::nearest_double(layers) / detail::nearest_double(photo) + margin;
+    }
     /// The pixel of the layered image, below 0 or beyond the last maybe, in which the middle of a pixel of the photo lies.
-    std::int32_t pixel_of(std::int64_t photo_pixel) const { return floored((2 * photo_pixel + 1) * layers, 2 * photo); }
+    std::int32_t pixel_of(std::int64_t photo_pixel) const { return floored((2 * photo_pixel + 1) * layers, 2 * photo) + margin; }
     /// The pixel of the photo at whose place, or before, a pixel of the layered image begins.
-    std::int32_t first_at(std::int64_t pixel) const { return floored(pixel * photo, layers); }
+    std::int32_t first_at(std::int64_t pixel) const { return floored((pixel - margin) * photo, layers); }
     /// The pixel of the photo that begins at the same place, or behind.
-    std::int32_t last_at(std::int64_t pixel) const { return -floored(-pixel * photo, layers); }
+    std::int32_t last_at(std::int64_t pixel) const { return -floored((margin - pixel) * photo, layers); }
 
 private:
     static std::int32_t floored(std::int64_t a, std::int64_t positive) {
