@@ -92,7 +92,7 @@ async function assertParallax(page, before, { right, up }) {
     if (up !== 0) assert.ok((near.down - far.down) * Math.sign(up) > 2, `near goes against the viewer, up and down: ${motion}`);
 }
 
-/** The frame hides the border of the mesh, which has next to no gaps; the backdrop closes those. */
+/** The mesh fills the frame but for next to no gaps; the backdrop closes those. */
 async function assertNextToNoGaps(page) {
     const { width, height } = await frameOf(page);
     const share = (await countGaps(page, false)) / (width * height);
@@ -189,7 +189,7 @@ await test("the mouse looks around: near things go against it", opened(), async 
     assert.ok((await desk.psnr(await picture(page), before)) > 50, "back in the middle, the picture is the same");
 });
 
-await test("at the limits the frame hides the photo's border, and next to nothing is uncovered", opened(countable), async (page) => {
+await test("at the limits the frame shows surfaces alone: next to nothing is uncovered", opened(countable), async (page) => {
     for (const [right, up] of [[1, 1], [-1, 0], [0, -1], [-1, 1]]) {
         const { reach, angles, visibility } = await hover(page, 1.04 * right, 1.04 * up);
         assertNear(Math.hypot(reach.right, reach.up), 1, 0.001, "the way from the middle");
@@ -199,16 +199,38 @@ await test("at the limits the frame hides the photo's border, and next to nothin
     }
 });
 
-await test("sideways a page goes as far as its frame hides, into the scene as far as --motion says", empty(still), async (page) => {
+/** Drops the sample with other facts in its file: `change(extras)` returns them. */
+async function dropWith(page, name, change) {
     const { json, binary } = takeApart(glb);
-    const { aspectRatio } = json.cameras[0].perspective;
-    const hidden = 1.5 * (await hiddenBorder(page)) * Math.min(aspectRatio, 1 / aspectRatio);
-    assertNear(1.5 * (await hiddenBorder(page)), 0.051, 1e-6, "as README.md and --help say");
-    const { extras } = json.scenes[0];
-    for (const motion of [extras.motion, 0.02]) {
-        const name = `motion of ${motion}`;
-        await drop(page, `${name}.glb`, putTogether({ json: { ...json, scenes: [{ ...json.scenes[0], extras: { ...extras, motion } }] }, binary }));
-        await page.waitForFunction((title) => document.title === title, name);
+    const scene = { ...json.scenes[0], extras: change(json.scenes[0].extras) };
+    await drop(page, `${name}.glb`, putTogether({ json: { ...json, scenes: [scene] }, binary }));
+    await page.waitForFunction((title) => document.title === title, name);
+    return json;
+}
+
+await test("a page shows the whole photo, and goes as far as --motion says, sideways and into the scene", empty({ ...still, ...countable }), async (page) => {
+    for (const motion of [0.08, 0.02]) {
+        await dropWith(page, `motion of ${motion}`, (extras) => ({ ...extras, motion }));
+        assert.equal(await hiddenBorder(page), 0);
+        assert.ok((await desk.psnr(await picture(page, "#view"), photo)) > 28, "the whole photo is in sight");
+        for (const place of [{ right: 1, up: 0 }, { right: -1, up: 0 }, { right: 0, up: 1 }, { right: 0, up: -1 }, { right: 0.7072, up: 0.7072 }]) {
+            assertNear((await goTo(page, place)).motion, motion, 1e-3, JSON.stringify(place));
+            await assertNextToNoGaps(page);
+        }
+        for (const wheel of [1600, -1600]) {
+            assertNear((await goTo(page, { right: 1, up: 0, wheel })).motion, motion, 1e-3, `wheel ${wheel}`);
+            await assertNextToNoGaps(page);
+        }
+    }
+});
+
+await test("of a photo whose surfaces end at its border, a page hides the border, and goes sideways as far as that allows", empty(still), async (page) => {
+    await dropWith(page, "whole", (extras) => extras);
+    for (const motion of [0.08, 0.02]) {
+        const json = await dropWith(page, `cropped, motion of ${motion}`, ({ past_frame, ...extras }) => ({ ...extras, motion }));
+        const { aspectRatio } = json.cameras[0].perspective;
+        const hidden = 1.5 * (await hiddenBorder(page)) * Math.min(aspectRatio, 1 / aspectRatio);
+        assertNear(1.5 * (await hiddenBorder(page)), 0.051, 1e-6, "as README.md and --help say");
         assertNear((await goTo(page, { right: 1, up: 0 })).motion, Math.min(hidden, motion), 1e-3, "sideways");
         assertNear((await goTo(page, { right: 0, up: 1 })).motion, Math.min(hidden, motion), 1e-3, "up");
         assertNear((await goTo(page, { right: 1, up: 0, wheel: 1600 })).motion, motion, 1e-3, "forward");

@@ -32,7 +32,8 @@ export async function readPhoto(bytes) {
     model.add(file.scene);
     file.scene.updateWorldMatrix(true, true);
 
-    const camera = file.cameras.find((candidate) => candidate.isPerspectiveCamera) ?? cameraThatSeesAll(file.scene);
+    const photoCamera = file.cameras.find((candidate) => candidate.isPerspectiveCamera);
+    const camera = photoCamera ?? cameraThatSeesAll(file.scene);
     const toCamera = new Matrix4().copy(camera.matrixWorld).invert();
     file.scene.applyMatrix4(toCamera);
     model.updateMatrixWorld(true);
@@ -41,7 +42,7 @@ export async function readPhoto(bytes) {
     const halfHeight = Math.tan((camera.fov * Math.PI) / 360);
     const halfWidth = halfHeight * camera.aspect;
     const budget = readBudget(file.scene.userData, halfWidth, halfHeight);
-    const isPastFrame = budget !== null && file.scene.userData.past_frame === true;
+    const isPastFrame = photoCamera !== undefined && budget !== null && file.scene.userData.past_frame === true;
     return { model, aspect: camera.aspect, halfHeight, nearest, farthest, fillsView: camera.fillsView ?? true, isPastFrame, budget };
 }
 
