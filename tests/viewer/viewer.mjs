@@ -16,6 +16,8 @@ const top = join(here, "../..");
 const samplePage = join(top, "out/sample.html");
 const emptyPage = join(top, "build/viewer/viewer.html");
 const glb = await readFile(join(top, "out/sample.glb"));
+const croppedPage = join(top, "out/sample_cropped.html");
+const croppedGlb = await readFile(join(top, "out/sample_cropped.glb"));
 const photo = await readFile(join(top, "examples/photo3d/sample.jpg"), "base64");
 const depth = await readFile(join(top, "examples/photo3d/sample_depth.png"), "base64");
 
@@ -199,20 +201,24 @@ await test("at the limits the frame shows surfaces alone: next to nothing is unc
     }
 });
 
-/** Drops the sample with other facts in its file: `change(extras)` returns them. */
-async function dropWith(page, name, change) {
-    const { json, binary } = takeApart(glb);
-    const scene = { ...json.scenes[0], extras: change(json.scenes[0].extras) };
+/** Drops a file with another motion. */
+async function dropWith(page, file, motion) {
+    const { json, binary } = takeApart(file);
+    const name = `motion of ${motion}`;
+    const scene = { ...json.scenes[0], extras: { ...json.scenes[0].extras, motion } };
     await drop(page, `${name}.glb`, putTogether({ json: { ...json, scenes: [scene] }, binary }));
     await page.waitForFunction((title) => document.title === title, name);
+    await waitUntilDrawn(page);
     return json;
 }
 
 await test("a page shows the whole photo, and goes as far as --motion says, sideways and into the scene", empty({ ...still, ...countable }), async (page) => {
+    await dropWith(page, glb, 0.08);
+    assert.equal(await hiddenBorder(page), 0);
+    const psnr = await desk.psnr(await picture(page, "#view"), photo);
+    assert.ok(psnr > 28, `the whole photo is in sight: ${psnr} dB`);
     for (const motion of [0.08, 0.02]) {
-        await dropWith(page, `motion of ${motion}`, (extras) => ({ ...extras, motion }));
-        assert.equal(await hiddenBorder(page), 0);
-        assert.ok((await desk.psnr(await picture(page, "#view"), photo)) > 28, "the whole photo is in sight");
+        await dropWith(page, glb, motion);
         for (const place of [{ right: 1, up: 0 }, { right: -1, up: 0 }, { right: 0, up: 1 }, { right: 0, up: -1 }, { right: 0.7072, up: 0.7072 }]) {
             assertNear((await goTo(page, place)).motion, motion, 1e-3, JSON.stringify(place));
             await assertNextToNoGaps(page);
@@ -225,9 +231,10 @@ await test("a page shows the whole photo, and goes as far as --motion says, side
 });
 
 await test("of a photo whose surfaces end at its border, a page hides the border, and goes sideways as far as that allows", empty(still), async (page) => {
-    await dropWith(page, "whole", (extras) => extras);
+    await dropWith(page, glb, 0.05);
+    assert.equal(await hiddenBorder(page), 0);
     for (const motion of [0.08, 0.02]) {
-        const json = await dropWith(page, `cropped, motion of ${motion}`, ({ past_frame, ...extras }) => ({ ...extras, motion }));
+        const json = await dropWith(page, croppedGlb, motion);
         const { aspectRatio } = json.cameras[0].perspective;
         const hidden = 1.5 * (await hiddenBorder(page)) * Math.min(aspectRatio, 1 / aspectRatio);
         assertNear(1.5 * (await hiddenBorder(page)), 0.051, 1e-6, "as README.md and --help say");
@@ -360,13 +367,19 @@ const seenStill = { ...still, ...countable };
 for (const name of ["sample", "sample_compressed", "sample_full"])
     await test(`no gap in ${name}.html shows what is behind the scene`, () => openPhoto(context, join(top, `out/${name}.html`), seenStill), (page) => assertNoGaps(page));
 
+await test("a page in the paper's frame has no gap, and shows the photo but for its border", () => openPhoto(context, croppedPage, seenStill), async (page) => {
+    assertNear(await hiddenBorder(page), 0.034, 1e-6, "the hidden border");
+    assert.ok((await desk.psnr(await picture(page, "#view"), photo, await hiddenBorder(page))) > 28);
+    await assertNoGaps(page);
+});
+
 for (const name of ["kodim01", "kodim03", "kodim05"]) {
     const file = join(top, `out/gaps/${name}.html`);
     if (!existsSync(file)) console.log(`skipped: the photograph ${name}: ../shared/photos/eval is absent`);
     else await test(`nor in the photograph ${name}`, () => openPhoto(context, file, seenStill), (page) => assertNoGaps(page));
 }
 
-await test("past the border the backdrop goes on, also after the graphics card has forgotten all", opened(seenStill), async (page) => {
+await test("past the border the backdrop goes on, also after the graphics card has forgotten all", () => openPhoto(context, croppedPage, seenStill), async (page) => {
     const { x, y, width } = await frameOf(page);
     await page.mouse.move(x - 0.45 * width, y);
     await page.mouse.down();
@@ -385,7 +398,7 @@ await test("past the border the backdrop goes on, also after the graphics card h
         setTimeout(() => extension.restoreContext());
         await restored;
     });
-    assert.ok((await countGaps(page, false)) > 100, "the border is seen");
+    assert.ok((await countGaps(page, false)) > 100, "past the border is nothing else");
     assert.equal(await countGaps(page, true), 0);
     assert.ok((await desk.psnr(await picture(page, "#view"), before)) > 50);
 });
@@ -508,7 +521,7 @@ for (const name of ["sample", "sample_full"])
     });
 
 await test("a file can be chosen, and needs no camera of its own", empty(still), async (page) => {
-    await page.setInputFiles("#file", { name: "bare.glb", mimeType: "model/gltf-binary", buffer: withoutCamera(glb) });
+    await page.setInputFiles("#file", { name: "bare.glb", mimeType: "model/gltf-binary", buffer: withoutCamera(croppedGlb) });
     await waitUntilDrawn(page);
     const psnr = await desk.psnr(await picture(page, "#view"), photo, await hiddenBorder(page));
     assert.ok(psnr > 20, `${psnr} dB`); // the mesh ends where the photo does, to a pixel or so
