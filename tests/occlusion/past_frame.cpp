@@ -164,6 +164,35 @@ TEST_CASE("lines that leave the photo go on straight") {
     }
 }
 
+TEST_CASE("the rim of a scanned slide becomes no line across the picture; a plain background is no rim") {
+    std::mt19937 random(34);
+    const auto grown_with = [&](std::int32_t rim) {
+        photo_layers layers = testing::lifted_layers(image<float>(60, 80, 1, 0.3F));
+        photo_facts facts = testing::facts_of(layers.topology());
+        facts.motion = 0.2F;
+        for (std::int32_t i = 0; i < layers.topology().count(); ++i) {
+            const std::int32_t x = layers.topology().x()[i], y = layers.topology().y()[i];
+            const bool in_rim = std::min({x, y, 79 - x, 59 - y}) < rim;
+            for (std::uint8_t& value : layers.at<color_column>(i))
+                value = in_rim ? 20 : static_cast<std::uint8_t>(100 + random() % 100);
+        }
+        const photo_layers before = layers;
+        const std::int32_t margin = grow_past_frame(layers, facts);
+        std::size_t dark = 0;
+        for (std::int32_t i = 0; i < layers.topology().count(); ++i) {
+            dark += layers.at<color_column>(i)[0] == 20 ? 1U : 0U;
+            if (layers.column<known_column>()[i] == 0) continue;
+            const std::int32_t x = layers.topology().x()[i] - margin, y = layers.topology().y()[i] - margin;
+            REQUIRE(layers.at<color_column>(i)[0] == before.at<color_column>(y * 80 + x)[0]);
+        }
+        return dark;
+    };
+    CHECK(grown_with(0) == 0);
+    CHECK(grown_with(3) == 0);
+    CHECK(grown_with(8) == 0);
+    CHECK(grown_with(12) > 80 * 60 - 56 * 36);
+}
+
 TEST_CASE("more pixels than can be counted are refused") {
     photo_layers layers = testing::lifted_layers(image<float>(4, 5000, 1, 0.0F));
     photo_facts facts = testing::facts_of(layers.topology());

@@ -59,7 +59,9 @@ inline float reach_past_frame(float disparity, const pinhole_camera& camera, flo
 /// facts   camera and motion are read
 ///
 /// Returns the width of the lattice's new margin (photo_facts::margin). The new pixels are unknown, and every column but
-/// disparity has the value of the pixel that they show, or that of the column's new_pixel rule. The result is in canonical order.
+/// disparity has the value of the pixel that they show, or that of the column's new_pixel rule. A rim of one color along a side,
+/// such as the edge of a scanned slide, is painted over with what is inwards of it, and becomes unknown: else it would be a line
+/// across the picture. The result is in canonical order.
 /// Raises too_large if there would be 2^31 pixels or positions. Linear time.
 template <payload_column... Columns>
 std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_facts& facts) {
@@ -73,7 +75,7 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
         const auto reach = [&](std::int32_t pixel) {
             return static_cast<std::int32_t>(std::ceil(reach_past_frame(disparity[pixel], facts.camera, facts.motion)));
         };
-        growth.emplace(old, layers.template column<color_column>(), disparity, reach);
+        growth.emplace(old, layers.template column<color_column>(), layers.template column<known_column>(), disparity, reach);
         margin = growth->margin();
         constexpr std::int64_t limit = (std::numeric_limits<std::int32_t>::max)();
         const std::int64_t width = std::int64_t{old.width()} + 2 * margin, height = std::int64_t{old.height()} + 2 * margin;
@@ -82,15 +84,23 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
                   std::to_string(width) + " x " + std::to_string(height));
         return growth->run();
     });
+    const auto copy_color = [&](std::int32_t from, std::int32_t to) {
+        const auto shown = layers.template at<color_column>(from);
+        std::copy(shown.begin(), shown.end(), layers.template at<color_column>(to).begin());
+    };
+    const buffer<std::int32_t>& new_index = growth->new_index();
+    for (const auto& [pixel, source] : growth->repainted()) {
+        copy_color(new_index[source], new_index[pixel]);
+        layers.template column<known_column>()[new_index[pixel]] = 0;
+    }
     const auto disparity = layers.template column<disparity_column>();
     std::int32_t to = 0;
     for (const grown_piece& p : pieces) {
         for (std::int32_t i = p.first; p.is_new && i < p.first + p.count; ++i) {
             // Colors of new pixels are black until now (color_column), and disparities those of the pixels that they show.
-            const std::int32_t at = to + i - p.first, source = growth->new_index()[growth->origins()[i]];
-            const auto shown = layers.template at<color_column>(source);
-            std::copy(shown.begin(), shown.end(), layers.template at<color_column>(at).begin());
-            disparity[at] = disparity[growth->new_index()[growth->borders()[i]]];
+            const std::int32_t at = to + i - p.first;
+            copy_color(new_index[growth->origins()[i]], at);
+            disparity[at] = disparity[new_index[growth->borders()[i]]];
         }
         to += p.count;
     }

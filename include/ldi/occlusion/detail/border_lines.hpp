@@ -5,6 +5,8 @@
 #include <ldi/base/numbers.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/core/layered_image.hpp>
+#include <ldi/core/runs.hpp>
+#include <ldi/occlusion/detail/photo_rim.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -19,9 +21,11 @@ class border_lines {
 public:
     /// color    K x 3
     /// inwards  from that side of the border
-    border_lines(const graph_view& g, array_view<const std::uint8_t> color, side inwards)
+    /// rim      pixels along that side that are not of the scene (detail/photo_rim.hpp)
+    border_lines(const graph_view& g, array_view<const std::uint8_t> color, side inwards, std::int32_t rim)
         : graph_(g),
           color_(color),
+          rim_(rim),
           inwards_(inwards),
           along_(inwards == side::left || inwards == side::right ? side::down : side::right) {}
 
@@ -46,13 +50,14 @@ public:
         return result;
     }
 
-    /// Appends the pixels that the continuation of a surface past a border pixel shows, from the border outwards: those inwards
-    /// of `start`, mirrored, and shifted along the border by so much that lines of the given slope go on straight. At the
-    /// surface's end it turns around.
-    void add_path(std::int32_t start, std::int32_t count, float slope, buffer<std::int32_t>& path) const {
-        std::int32_t at = start, shifted = 0;
+    /// Appends the pixels that the rim and the continuation of a surface past a border pixel show, from the rim's inner side
+    /// outwards: those inwards of the rim, mirrored, and shifted along the border by so much that lines of the given slope go on
+    /// straight. At the surface's end it turns around. Returns how many of them are the rim's: 0 where the surface ends within.
+    std::int32_t add_path(std::int32_t start, std::int32_t count, float slope, buffer<std::int32_t>& path) const {
+        const std::int32_t inner = pixel_inside(start), rim = inner == no_pixel ? 0 : rim_;
+        std::int32_t at = inner == no_pixel ? start : inner, shifted = 0;
         side direction = inwards_;
-        for (std::int32_t k = 0; k < count; ++k) {
+        for (std::int32_t k = 0; k < rim + count; ++k) {
             if (k > 0) {
                 const std::int32_t next = graph_.neighbor(at, direction);
                 if (next == no_pixel) direction = opposite(direction);
@@ -65,6 +70,7 @@ public:
             }
             path.push_back(at);
         }
+        return rim;
     }
 
 private:
@@ -82,6 +88,12 @@ private:
         }
     };
 
+    /// The first pixel inwards of the rim; no_pixel where the surface ends before.
+    std::int32_t pixel_inside(std::int32_t pixel) const {
+        for (std::int32_t k = 0; k < rim_ && pixel != no_pixel; ++k) pixel = graph_.neighbor(pixel, inwards_);
+        return pixel;
+    }
+
     float brightness(std::int32_t pixel) const {
         const std::uint8_t* color = color_.data() + 3 * std::ptrdiff_t{pixel};
         return nearest_float(color[0] + 2 * color[1] + color[2]) * 0.25F;
@@ -89,7 +101,8 @@ private:
 
     sums gradients_inwards_of(std::int32_t pixel) const {
         sums result;
-        for (int k = 0; k < depth; ++k) {
+        pixel = pixel_inside(pixel);
+        for (int k = 0; k < depth && pixel != no_pixel; ++k) {
             const std::int32_t next = graph_.neighbor(pixel, inwards_);
             if (next == no_pixel) break;
             const std::int32_t before = graph_.neighbor(next, opposite(along_)), after = graph_.neighbor(next, along_);
@@ -122,7 +135,29 @@ private:
 
     graph_view graph_;
     array_view<const std::uint8_t> color_;
+    std::int32_t rim_;
     side inwards_, along_;
+};
+
+/// One side of a photo's border, and how surfaces go on past it.
+struct border_side {
+    side inwards;
+    border_lines lines;
+    buffer<std::int32_t> pixels = {};  ///< ascending
+    buffer<std::int32_t> reach = {};   ///< of each: steps by which its surface goes on
+    buffer<float> slopes = {};         ///< of each
+
+    border_side(const graph_view& g, array_view<const std::uint8_t> color, array_view<const std::uint8_t> known,
+                const buffer<pixel_run>& runs, side from)
+        : inwards(from), lines(g, color, from, rim_finder(g, color, known, runs).width(from)) {}
+
+    std::size_t find(std::int32_t pixel) const {
+        return static_cast<std::size_t>(std::lower_bound(pixels.begin(), pixels.end(), pixel) - pixels.begin());
+    }
+    /// The same for one of the pixels.
+    std::int32_t add_path(std::int32_t pixel, std::int32_t count, buffer<std::int32_t>& path) const {
+        return lines.add_path(pixel, count, slopes[find(pixel)], path);
+    }
 };
 
 }}}  // namespace ldi::detail

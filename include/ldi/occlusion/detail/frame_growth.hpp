@@ -22,15 +22,16 @@ public:
     /// g       in canonical order, with at least one pixel
     /// reach   reach(pixel): steps by which the surface of a border pixel goes on, 0 or more
     template <class Reach>
-    frame_growth(const graph_view& g, array_view<const std::uint8_t> color, array_view<const float> disparity, Reach&& reach)
+    frame_growth(const graph_view& g, array_view<const std::uint8_t> color, array_view<const std::uint8_t> known,
+                 array_view<const float> disparity, Reach&& reach)
         : graph_(g),
           disparity_(disparity),
           runs_(runs_of(g)),
           first_run_(static_cast<std::size_t>(g.height()) + 1),
-          left_{g, color, side::right},
-          right_{g, color, side::left},
-          top_{g, color, side::down},
-          bottom_{g, color, side::up},
+          left_(g, color, known, runs_, side::right),
+          right_(g, color, known, runs_, side::left),
+          top_(g, color, known, runs_, side::down),
+          bottom_(g, color, known, runs_, side::up),
           new_index_(g.size(), unset),
           result_(0, 0) {
         for (const pixel_run& r : runs_) ++first_run_[g.y()[r.first] + 1];
@@ -85,6 +86,8 @@ public:
             add_outer_rows(lines, side::down, std::move(row));
         }
         LDI_ASSERT(next_ == result_.count());
+        for (const border_side* b : {&left_, &right_, &top_, &bottom_})
+            for (const std::int32_t pixel : b->pixels) repaint_rim(*b, pixel);
         for (const side s : {side::up, side::down}) {
             const array_view<std::int32_t> to = result_.write_neighbors(s);
             const array_view<const std::int32_t> from = graph_.neighbors(s);
@@ -94,6 +97,12 @@ public:
         return {std::move(result_).build(), std::move(pieces_), origins_};
     }
 
+    /// /// An old pixel that is to show another.
+    struct repainted_pixel {
+        std::int32_t pixel, source;
+    };
+    /// Those of rims, to be repainted in this order.
+    const buffer<repainted_pixel>& repainted() const { return repainted_; }
     /// The new index of each old pixel.
     const buffer<std::int32_t>& new_index() const { return new_index_; }
     /// Of each new pixel: the old one that it shows, and the border pixel whose surface it continues.
@@ -101,19 +110,6 @@ public:
     const buffer<std::int32_t>& borders() const { return borders_; }
 
 private:
-    /// One side of the photo's border.
-    struct border_side {
-        border_lines lines;
-        buffer<std::int32_t> pixels = {};  ///< ascending
-        buffer<std::int32_t> reach = {};   ///< of each: steps by which its surface goes on
-        buffer<float> slopes = {};         ///< of each
-
-        border_side(const graph_view& g, array_view<const std::uint8_t> color, side inwards) : lines(g, color, inwards) {}
-
-        std::size_t find(std::int32_t pixel) const {
-            return static_cast<std::size_t>(std::lower_bound(pixels.begin(), pixels.end(), pixel) - pixels.begin());
-        }
-    };
     /// A run of old pixels, and the lengths of its continuation to the left and to the right.
     struct line {
         std::int32_t first, last, left, right;
@@ -158,8 +154,19 @@ private:
     /// The pixels that the continuation of a run's end shows, from the border outwards.
     buffer<std::int32_t> shown_past(const border_side& b, std::int32_t pixel, std::int32_t count) const {
         buffer<std::int32_t> path;
-        if (count > 0) b.lines.add_path(pixel, count, b.slopes[b.find(pixel)], path);
+        if (count == 0) return path;
+        const std::int32_t rim = b.add_path(pixel, count, path);
+        path.erase(path.begin(), path.begin() + rim);
         return path;
+    }
+
+    /// Lists what the rim inwards of a border pixel shows.
+    void repaint_rim(const border_side& b, std::int32_t pixel) {
+        buffer<std::int32_t> path;
+        for (std::int32_t k = b.add_path(pixel, 0, path); k-- > 0;) {
+            repainted_.push_back({pixel, path[k]});
+            pixel = graph_.neighbor(pixel, b.inwards);
+        }
     }
 
     void add_row(const buffer<line>& lines, std::int32_t y, const strips& before, strips& here) {
@@ -198,8 +205,8 @@ private:
         buffer<std::int32_t> paths, start;  // the pixels that each column shows, outwards
         std::int32_t longest = 0;
         for (const column& c : columns) {
-            start.push_back(paths.count());
-            from.lines.add_path(c.source, c.reach, c.slope, paths);
+            const std::int32_t begin = paths.count();
+            start.push_back(begin + from.lines.add_path(c.source, c.reach, c.slope, paths));
             longest = (std::max)(longest, c.reach);
         }
         beside.resize(columns.size(), no_pixel);
@@ -296,6 +303,7 @@ private:
     std::int32_t next_ = 0;  // the new index of the next pixel
     buffer<grown_piece> pieces_;
     buffer<std::int32_t> origins_, borders_;  // of each new pixel
+    buffer<repainted_pixel> repainted_;
 };
 
 }}}  // namespace ldi::detail
