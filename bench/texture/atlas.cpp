@@ -1,5 +1,5 @@
 // Charts, packing and padding at 1152 x 1536, one thread. The paper's times (iPhone 11 Pro): chart generation 72 ms, chart
-// padding 151 ms. bench/photo3d/stages.cpp has them on a telephone's photo; here are a scene full of silhouettes and what each
+// padding 151 ms. bench/photo3d/run.sh has them on a telephone's photo; here are a scene full of silhouettes and what each
 // part costs.
 
 #include "tests/texture/photo_scene.hpp"

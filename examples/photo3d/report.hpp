@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include <sys/resource.h>
+#include <time.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -17,10 +18,16 @@
 #include <fstream>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 namespace ldi::examples {
+
+/// Duration of a stage, in milliseconds.
+struct stage_time {
+    std::string stage;
+    double elapsed = 0;
+    double processor = 0;  ///< of the thread that runs the stages: all of it where there is only one
+};
 
 /// Follows the stages and measures them.
 class stage_clock {
@@ -45,7 +52,8 @@ public:
     /// Begins a stage that ldi does not know of, such as reading the photo. Ends with the next stage, or with finish().
     void begin(std::string_view stage) {
         finish();
-        stages_.emplace_back(stage, 0.0);
+        stages_.push_back({std::string(stage)});
+        processor_started_ = processor_time();
         started_ = clock::now();
         is_running_ = true;
         shown_tens_ = -1;
@@ -54,35 +62,42 @@ public:
 
     void finish() {
         if (!is_running_) return;
-        stages_.back().second = std::chrono::duration<double, std::milli>(clock::now() - started_).count();
+        stage_time& last = stages_.back();
+        last.elapsed = std::chrono::duration<double, std::milli>(clock::now() - started_).count();
+        last.processor = processor_time() - processor_started_;
         is_running_ = false;
-        if (!quiet_)
-            std::fprintf(stderr, "%s%-22s %8.1f ms\n", is_terminal_ ? "\r" : "", stages_.back().first.c_str(),
-                         stages_.back().second);
+        if (!quiet_) std::fprintf(stderr, "%s%-22s %8.1f ms\n", is_terminal_ ? "\r" : "", last.stage.c_str(), last.elapsed);
     }
 
-    /// Name and milliseconds of every stage.
-    const std::vector<std::pair<std::string, double>>& stages() const { return stages_; }
+    /// All stages, in order.
+    const std::vector<stage_time>& stages() const { return stages_; }
 
 private:
     using clock = std::chrono::steady_clock;
 
+    static double processor_time() {
+        timespec now{};
+        clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+        return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
+    }
+
     void on_progress(std::string_view stage, float fraction) {
-        if (!is_running_ || stages_.back().first != stage) begin(stage);
+        if (!is_running_ || stages_.back().stage != stage) begin(stage);
         show(static_cast<int>(100.0F * fraction));
     }
 
     void show(int percent) {
         if (quiet_ || !is_terminal_ || percent / 10 == shown_tens_) return;
         shown_tens_ = percent / 10;
-        std::fprintf(stderr, "\r%-22s %7d %%", stages_.back().first.c_str(), percent);
+        std::fprintf(stderr, "\r%-22s %7d %%", stages_.back().stage.c_str(), percent);
     }
 
     bool quiet_, is_terminal_;  // to anything else, a line is written once it is complete
     bool is_running_ = false;
     int shown_tens_ = -1;  // of per cent; -1: nothing yet
     clock::time_point started_;
-    std::vector<std::pair<std::string, double>> stages_;
+    double processor_started_ = 0;
+    std::vector<stage_time> stages_;
 };
 
 /// The largest number of pixels at one position.
@@ -120,11 +135,12 @@ inline nlohmann::ordered_json make_report(const photo3d& result, const stage_clo
                                           const texture_figures& shown) {
     nlohmann::ordered_json report;
     double total = 0.0;
-    for (const auto& [stage, milliseconds] : clock.stages()) {
-        report["milliseconds"][stage] = milliseconds;
-        total += milliseconds;
+    for (const stage_time& time : clock.stages()) {
+        report["milliseconds"][time.stage] = time.elapsed;
+        total += time.elapsed;
     }
     report["milliseconds"]["total"] = total;
+    for (const stage_time& time : clock.stages()) report["processor_milliseconds"][time.stage] = time.processor;
     report["width"] = result.photo.width();
     report["height"] = result.photo.height();
     report["texture_width"] = shown.width;
