@@ -1,10 +1,10 @@
-// The walk of gemm_u8 over the pixels of one panel of outputs. Each x86 instruction set includes this file inside its namespace
-// and target region. Kernel::tile(pixels, vectors, panel, requantize, first) computes one tile of the set.
+// Loop of gemm_u8 over the pixels of one panel of outputs. Each x86 instruction set includes this file inside its namespace and
+// target region. Kernel::tile(pixels, vectors, panel, requantize, first) computes one tile.
 
-/// All pixels of a panel, in tiles of `pixels` pixels.
+/// Computes all pixels of a panel in tiles of `pixels` pixels.
 template <class Kernel, std::size_t pixels, std::size_t vectors, class Requantizer, class Panel>
 inline void gemm_u8_tiles(const Panel& given, const float_requantization& output) {
-    const Panel panel = given;  // a local copy: results cannot alias it
+    const Panel panel = given;  // a local copy, which results cannot alias
     const Requantizer requantize(output);
     constexpr std::make_index_sequence<vectors> wide{};
     if (panel.pixels < pixels) {
