@@ -18,7 +18,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// One direction: the source pixels that each result pixel covers, and the share of each.
+/// One direction: the source pixels that each result pixel covers, and their weights.
 struct area_weights {
     struct cover {
         std::size_t first = 0;   ///< first source pixel
