@@ -1,6 +1,5 @@
-// A 3D photo as one GLB file (binary glTF 2.0): a mesh, its texture or textures, and the camera that took the photo. Only
-// features that every viewer reads; KHR_materials_unlit is declared as used, not as required. io/glb_file.hpp writes it to a
-// file.
+// Writes a 3D photo as one GLB file (binary glTF 2.0): a mesh, its textures, and the camera that took the photo. Uses only
+// features that every viewer reads; KHR_materials_unlit is declared as used, not as required. io/glb_file.hpp writes to disk.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -30,51 +29,53 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Values of the caller's at each vertex of a mesh, for example of gather() (mesh/gather.hpp).
+/// The caller's own values at each vertex of a mesh, for example the result of gather() (mesh/gather.hpp).
 struct vertex_attribute {
-    /// As glTF demands of attributes that it does not define: an underscore, then capital letters, digits and underscores.
+    /// Attribute name in the form that glTF requires of custom attributes: an underscore, then capital letters, digits and
+    /// underscores.
     std::string name;
     std::size_t channels = 1;  ///< 1 to 4
     buffer<float> values;      ///< V x channels, finite
 };
 
 struct glb_options {
-    /// The camera that took the photo, for viewers that start there. Absent: the file has none.
+    /// Camera that took the photo, for viewers that start there. If absent, the file has no camera.
     std::optional<pinhole_camera> camera;
-    /// Motion budget for viewers (render/motion.hpp), written as `motion` to the scene's extras unless absent.
+    /// Motion budget for viewers (render/motion.hpp), written as `motion` in the scene's extras if present.
     std::optional<float> motion = std::nullopt;
-    /// Distances of the nearest and the farthest surface, written together with `motion` as `nearest` and `farthest`. The
-    /// camera's lens is written as `focal_length_35mm`.
+    /// Distances of the nearest and the farthest surface, written together with `motion` as `nearest` and `farthest`. The lens
+    /// of the camera is written as `focal_length_35mm`.
     depth_range range = {};
-    /// Name of the photo in UTF-8, written as `source` to the scene's extras unless empty.
+    /// Name of the photo in UTF-8, written as `source` in the scene's extras unless empty.
     std::string source = {};
-    /// Additional vertex attributes with different names. Soft edges have none.
+    /// Additional vertex attributes with distinct names. Soft edges have none.
     buffer<vertex_attribute> attributes = {};
-    /// Viewers draw the back sides of triangles, too. They are visible only from far off the photo's viewpoint, in place of
-    /// holes.
+    /// Whether viewers draw the back sides of triangles. Back sides are visible only far from the photo's viewpoint, where they
+    /// cover holes.
     bool double_sided = true;
 };
 
-/// A GLB file of a mesh and its textures: one node and mesh; one primitive per texture, and where edges are soft one more, which
-/// viewers blend over the others (COLOR_0 with alpha). Positions are float32, texture coordinates normalized 16-bit, indices
-/// 16-bit below 65,536 vertices of a primitive and 32-bit from there. Every vertex of a part that no triangle uses is kept; parts
-/// without triangles are not, nor textures that only they have.
+/// Encodes a mesh and its textures as a GLB file: one node and mesh; one primitive per texture, and one more for soft edges,
+/// which viewers blend over the others (COLOR_0 with alpha). Positions are float32, texture coordinates normalized 16-bit,
+/// indices 16-bit for primitives with less than 65,536 vertices, otherwise 32-bit. The file keeps unused vertices, but not parts
+/// without triangles, nor textures that only such parts use.
 ///
 /// textures  one JPEG or PNG file for each part of the mesh
+///
 /// Raises mismatch for another number of textures; invalid_data if the mesh is empty, has a coordinate that is not finite, a
-/// texture coordinate outside [0, 1] or an index out of range, or if a texture is no complete JPEG or PNG file; invalid_option
-/// for an attribute with another name, number of channels or number of values than vertex_attribute says; too_large beyond 4 GB.
+/// texture coordinate outside [0, 1] or an index out of range, or if a texture is not a complete JPEG or PNG file;
+/// invalid_option for an attribute that violates vertex_attribute; too_large beyond 4 GB.
 buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const std::span<const std::byte>> textures,
                              const glb_options& options = {});
 
-/// The same of a mesh with one texture.
+/// Encodes a mesh with one texture.
 inline buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const std::byte> texture,
                                     const glb_options& options = {}) {
     return encode_glb(mesh, std::span(&texture, 1), options);
 }
 
-/// The same with pixels as texture, H x W x 3, which become a PNG file by encode_plain_png(). A JPEG encoder of yours makes files
-/// a fifth as large.
+/// Encodes a mesh with a texture of H x W x 3 pixels, stored as PNG by encode_plain_png(). Files from your own JPEG encoder are
+/// about a fifth as large.
 inline buffer<std::byte> encode_glb(const textured_mesh& mesh, image_view<const std::uint8_t> texture,
                                     const glb_options& options = {}) {
     return encode_glb(mesh, encode_plain_png(texture), options);
@@ -134,21 +135,21 @@ inline void check_attributes(const textured_mesh& mesh, const buffer<vertex_attr
 
 namespace detail::glb {
 
-/// A camera at the origin, looking along -z as glTF's do by themselves.
+/// Adds a camera at the origin that looks along -z, the default pose of glTF.
 inline void add_camera(json_text& json, const pinhole_camera& photo, const contents& c) {
     LDI_ASSERT(photo.width > 0 && photo.height > 0 && photo.focal_length > 0);
     double highest = -std::numeric_limits<double>::infinity(), lowest = -highest;
     for (const geometry& g : c.parts)
         if (!g.is_strip()) highest = (std::max)(highest, g.highest[2]), lowest = (std::min)(lowest, g.lowest[2]);
     const double nearest = -highest, farthest = (std::max)(0.0, -lowest);
-    // Room to move forward and back.
+    // Leaves room to move forward and back.
     const double z_near = nearest > 0 ? 0.1 * nearest : 0.01, z_far = (std::max)(10 * farthest, 100 * z_near);
     json.add(R"("cameras":[{"perspective":{"aspectRatio":)", nearest_double(photo.width) / photo.height);
     json.add(R"(,"yfov":)", 2 * std::atan(0.5 * photo.height / double{photo.focal_length}));
     json.add(R"(,"zfar":)", z_far, R"(,"znear":)", z_near, R"(},"type":"perspective"}],)");
 }
 
-/// Text as a JSON string.
+/// Quotes text as a JSON string.
 inline std::string json_string(std::string_view text) {
     std::string result = "\"";
     for (const char c : text) {
@@ -164,7 +165,7 @@ inline std::string json_string(std::string_view text) {
     return result + '"';
 }
 
-/// Facts that glTF has no field for, as the scene's extras; nothing if there are none.
+/// Adds data that glTF has no field for as the scene's extras; nothing if there are none.
 inline void add_extras(json_text& json, const glb_options& options) {
     const char* before = R"("extras":{)";
     const auto add = [&](std::string_view name, const auto& value) {
@@ -180,7 +181,7 @@ inline void add_extras(json_text& json, const glb_options& options) {
     if (before[0] == ',') json.add("},");
 }
 
-/// The description of the file. Members are in alphabetical order, as most writers of glTF have them.
+/// Writes the JSON of the file. Members are in alphabetical order, as in most glTF writers.
 inline buffer<char> describe(const contents& c, const glb_options& options) {
     json_text json;
     json.add("{");
@@ -197,7 +198,7 @@ inline buffer<char> describe(const contents& c, const glb_options& options) {
         json.add(R"({"bufferView":)", c.view_of_texture(t), R"(,"mimeType":")",
                  is_png(c.textures[t]) ? "image/png" : "image/jpeg", R"("})");
     });
-    // The texture as it is, unlit; not metal where a viewer knows no unlit materials.
+    // The texture unchanged, unlit; not metallic in viewers without unlit materials.
     json.add(R"(],"materials":[)");
     add_list(c.parts.size(), [&](std::size_t p) {
         json.add("{", c.parts[p].is_strip() ? R"("alphaMode":"BLEND",)" : "",
@@ -217,7 +218,7 @@ inline buffer<char> describe(const contents& c, const glb_options& options) {
     });
     json.add(R"(]}],"nodes":[{"mesh":0,"name":"3D photo"})");
     if (options.camera) json.add(R"(,{"camera":0,"name":"photo camera"})");
-    // Linear filters, with mip maps; nothing repeats beyond the edges.
+    // Linear filters with mip maps; textures do not repeat beyond their edges.
     json.add(R"(],"samplers":[{"magFilter":9729,"minFilter":9987,"wrapS":33071,"wrapT":33071}],"scene":0,"scenes":[{)");
     add_extras(json, options);
     json.add(R"("nodes":)", options.camera ? "[0,1]" : "[0]", R"(}],"textures":[)");
@@ -226,7 +227,7 @@ inline buffer<char> describe(const contents& c, const glb_options& options) {
     return json.text();
 }
 
-/// Fills a file from front to back, little-endian as glTF demands.
+/// Fills a file from front to back, little-endian as glTF requires.
 class writer {
 public:
     explicit writer(std::byte* to) : to_(to) {}
