@@ -1,4 +1,4 @@
-// Writes pictures: JPEG for the atlas, PNG for data that must stay exact.
+// Writes pictures: JPEG for the atlas, PNG for data that must remain exact.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -19,25 +19,26 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A JPEG file of an H x W x 1 or H x W x 3 image, each side 1 to 65,535 pixels, below 2 GB in memory. Color has half the
+/// Encodes an H x W x 1 or H x W x 3 image as JPEG, each side 1 to 65,535 pixels, below 2 GB in memory. Color has half the
 /// resolution (4:2:0) at quality 90 and below.
 ///
 /// quality  1 to 100
+///
 /// Raises invalid_option, too_large.
 std::vector<std::byte> encode_jpeg(const image<std::uint8_t>& picture, int quality = 85);
 
-/// A PNG file of an H x W x 1 or H x W x 3 image. Raises too_large.
+/// Encodes an H x W x 1 or H x W x 3 image as PNG. Raises too_large.
 std::vector<std::byte> encode_png(const image<std::uint8_t>& picture);
 
-/// A 16-bit gray PNG file of an H x W x 1 image, as depth maps are kept. Raises too_large.
+/// Encodes an H x W x 1 image as 16-bit gray PNG, the format of depth maps. Raises too_large.
 std::vector<std::byte> encode_png(const image<std::uint16_t>& picture);
 
-/// encode_jpeg() to a file; also raises file_access.
+/// Encodes an image with encode_jpeg() and writes it to a file; also raises file_access.
 inline void save_jpeg(const std::filesystem::path& path, const image<std::uint8_t>& picture, int quality = 85) {
     write_file(path, encode_jpeg(picture, quality));
 }
 
-/// encode_png() to a file; also raises file_access.
+/// Encodes an image with encode_png() and writes it to a file; also raises file_access.
 template <class Scalar>
 void save_png(const std::filesystem::path& path, const image<Scalar>& picture) {
     write_file(path, encode_png(picture));
@@ -58,7 +59,7 @@ std::vector<std::byte> encode_png_as(const image<Scalar>& picture, png_uint_32 f
     description.width = static_cast<png_uint_32>(picture.width());
     description.height = static_cast<png_uint_32>(picture.height());
     description.format = format;
-    png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(description);  // an upper bound, so that one pass of compression is enough
+    png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(description);  // an upper bound, so that one compression pass is enough
     std::vector<std::byte> bytes(size);
     if (png_image_write_to_memory(&description, bytes.data(), &size, 0, picture.data(), 0, nullptr) == 0) {
         for (const char* const said : {"nsufficient memory", "ut of memory"})
@@ -76,13 +77,13 @@ inline std::vector<std::byte> encode_jpeg(const image<std::uint8_t>& picture, in
     LDI_ASSERT(picture.channels() == 1 || picture.channels() == 3);
     LDI_ASSERT(picture.height() > 0 && picture.width() > 0);
     if (quality < 1 || quality > 100) raise(error_code::invalid_option, "JPEG quality", "1 to 100", std::to_string(quality));
-    // The encoder counts samples in int.
+    // The encoder counts samples with int.
     if (picture.height() > 65535 || picture.width() > 65535 || picture.size() > std::size_t{(std::numeric_limits<int>::max)()})
         raise(error_code::too_large, "encode_jpeg", "sides of at most 65535 pixels, and below 2 GB in memory",
               std::to_string(picture.width()) + " x " + std::to_string(picture.height()));
     std::vector<std::byte> bytes;
     const auto append = [](void* to, void* data, int size) {
-        // Not insert(): g++ 12 takes what it inlines there for an overflow, and says so in the user's build.
+        // Not insert(): g++ 12 reports a false overflow in its inlined code, in the user's build.
         std::vector<std::byte>& all = *static_cast<std::vector<std::byte>*>(to);
         const std::size_t used = all.size(), added = static_cast<std::size_t>(size);
         all.resize(used + added);

@@ -1,8 +1,8 @@
-// Names what ldi::io was configured with. Each of these libraries is optional, and CMake defines a macro for each that it found:
-// LDI_WITH_LIBHEIF (HEIC, AVIF), LDI_WITH_LIBWEBP, LDI_WITH_LIBTIFF, LDI_WITH_LCMS2 (color profiles), LDI_WITH_PUGIXML (XMP, in
-// which phones describe the depth inside their photos).
+// Names the optional libraries of ldi::io. CMake defines a macro for each library that it finds: LDI_WITH_LIBHEIF (HEIC, AVIF),
+// LDI_WITH_LIBWEBP, LDI_WITH_LIBTIFF, LDI_WITH_LCMS2 (color profiles), LDI_WITH_PUGIXML (XMP, which describes the depth in
+// photos of phones).
 //
-// Functions that differ with them lie in an inline namespace with this name, so that the linker never takes one for another.
+// Functions that depend on them are in an inline namespace with this name, so that the linker never merges different versions.
 #pragma once
 
 #include <ldi/base/config.hpp>
