@@ -4,6 +4,7 @@
 // the third row's column beside its next one. The 9 products of a window then take 5 multiplications for 4 channels.
 #pragma once
 
+#include <ldi/kernels/depthwise_u8/blocks.hpp>
 #include <ldi/kernels/depthwise_u8/contract.hpp>
 #include <ldi/kernels/detail/lanes_wasm.hpp>
 
@@ -15,20 +16,10 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 
-inline constexpr std::size_t depthwise_block = 16;
+using detail::block_start, detail::depthwise_block, detail::depthwise_blocks;
 inline constexpr std::size_t depthwise_slot = 4 * depthwise_block;  // 16-bit values of one column
 inline constexpr std::size_t depthwise_max_slots = 66;              // 8 KiB
 inline constexpr std::size_t depthwise_dots = 5;                    // for each vector of 4 channels
-
-inline std::size_t depthwise_blocks(const depthwise_u8_weights& weights) {
-    return (weights.channels + depthwise_block - 1) / depthwise_block;
-}
-
-/// The first channel of a block: the last one overlaps the one before.
-inline std::size_t block_start(std::size_t channels, std::size_t block) {
-    if (channels < depthwise_block) return 0;
-    return block * depthwise_block + depthwise_block <= channels ? block * depthwise_block : channels - depthwise_block;
-}
 
 /// Block by block, 4 channels by 4 channels: rows 0 and 1 of each column, then row 2 of columns 0 and 1, and of column 2 alone.
 inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {

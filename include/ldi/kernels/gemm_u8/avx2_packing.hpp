@@ -18,7 +18,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
-inline constexpr std::size_t gemm_lanes = 8, gemm_max_vectors = 2;
+inline constexpr std::size_t gemm_lanes = 8, gemm_max_vectors = 2, gemm_tile_pixels[] = {8, 4};
 using detail::gemm_group;
 
 /// A single output would use one lane of 8: its weights lie as the inputs do, segment by segment in whole vectors.
