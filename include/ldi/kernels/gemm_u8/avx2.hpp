@@ -1,6 +1,6 @@
 // kernels/gemm_u8.hpp with vpmaddubsw, which adds two products of a byte and a signed byte in 16 bits, and vpmaddwd, which adds
-// two of these sums to each of 8 sums of 32 bits. avx2_packing.hpp finds which products may meet in 16 bits: 5 instructions for
-// 64 of them, where vpmaddwd on inputs of 16 bits, which never saturates, takes 8.
+// two of these sums to each of 8 sums of 32 bits. avx2_packing.hpp selects products that may share a 16-bit sum. 64 products
+// cost 5 instructions; vpmaddwd on 16-bit inputs, which never saturates, would cost 8.
 #pragma once
 
 #include <ldi/kernels/detail/lanes_avx2.hpp>
@@ -19,7 +19,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
 
-/// The arguments of gemm_u8() for one panel.
+/// Arguments of gemm_u8() for one panel.
 struct gemm_panel {
     const std::uint8_t* const* segments;
     std::size_t segment_count, pixel_stride, pixels;
@@ -27,6 +27,7 @@ struct gemm_panel {
     const std::int8_t* weights;
     const std::int32_t* bias;
     std::uint8_t* result;
+<<<<<<< HEAD
     std::size_t outputs, held = 0;  ///< of the layer; of the panel
 
     void skip(std::size_t lanes) {
@@ -36,6 +37,9 @@ struct gemm_panel {
             weights += terms * lanes * gemm_group;
         }
     }
+=======
+    std::size_t outputs, held;  ///< outputs of the layer; outputs in the panel
+>>>>>>> helper/words
 };
 
 [[gnu::always_inline]] inline __m256i spread_four(const std::uint8_t* inputs) {
@@ -82,7 +86,7 @@ template <std::size_t... v>
     ((to[v] = from[v]), ...);
 }
 
-/// The results of 32 / outputs pixels, of 8 or 16 outputs each.
+/// Stores 32 / outputs pixels with 8 or 16 outputs each.
 template <std::size_t vectors, class Requantizer>
 [[gnu::always_inline]] inline void store_four(const __m256i* sums, const Requantizer& requantize, std::uint8_t* result,
                                               std::size_t outputs) {
@@ -143,7 +147,7 @@ using gemm_half_kernel = gemm_kernel;
 
 #include <ldi/kernels/gemm_u8/generic/walk.hpp>
 
-/// The sum of one pixel and one output.
+/// Computes the sum of one pixel and one output.
 [[gnu::always_inline]] inline std::int32_t single_output_sum(const gemm_u8_weights& weights, const std::uint8_t* const* segments,
                                                              std::size_t offset) {
     __m256i sums = _mm256_setzero_si256();

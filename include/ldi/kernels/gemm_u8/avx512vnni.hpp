@@ -1,7 +1,8 @@
 // kernels/gemm_u8.hpp with vpdpbusd, which adds four products of a byte and a signed byte to each of 16 sums, exactly.
 //
-// An instruction takes 5 cycles (Intel) or 4 (Zen 4), and two can start per cycle: at least 10 independent sums hide the latency.
-// Tiles have 12 to 16. A tile of 4 pixels and 4 vectors makes 8 loads for 16 multiplications; larger tiles are no faster.
+// An instruction has a latency of 5 cycles (Intel) or 4 (Zen 4), and two can start per cycle: at least 10 independent sums hide
+// the latency. Tiles have 12 to 16 sums. A tile of 4 pixels and 4 vectors costs 8 loads for 16 multiplications; larger tiles are
+// not faster.
 #pragma once
 
 #include <ldi/kernels/detail/lanes_avx512vnni.hpp>
@@ -21,7 +22,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 inline constexpr std::size_t gemm_lanes = 16, gemm_max_vectors = 4, gemm_tile_pixels[] = {12, 6, 4, 4};
 using detail::gemm_group;
 
-/// Weights of a single output, which would fill one lane of 16: in the inputs' order, each segment padded to whole vectors.
+/// Packs the weights of a single output, which would fill one of 16 lanes, in the order of the inputs, each segment padded to
+/// whole vectors.
 inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     const std::size_t padded = (packed.inputs + 63) / 64 * 64;
@@ -39,16 +41,21 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 
-/// The arguments of gemm_u8() for one panel.
+/// Arguments of gemm_u8() for one panel.
 struct gemm_panel {
     const std::uint8_t* const* segments;
     std::size_t segment_count, groups, pixel_stride, pixels;
     const std::int8_t* weights;
     const std::int32_t* bias;
     std::uint8_t* result;
+<<<<<<< HEAD
     std::size_t outputs, held = 0;  ///< of the layer; of the panel
 
     void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
+=======
+    std::size_t outputs;  ///< distance between adjacent pixels' results
+    __mmask64 mask;       ///< existing outputs of the panel
+>>>>>>> helper/words
 };
 
 [[gnu::always_inline]] inline __m512i spread_four(const std::uint8_t* inputs) {
@@ -57,7 +64,7 @@ struct gemm_panel {
     return _mm512_set1_epi32(four);
 }
 
-/// With `half`, only the first 8 sums: a 512-bit vector occupies Zen 4's units for two cycles.
+/// With `half`, computes only the first 8 sums: a 512-bit vector occupies Zen 4's units for two cycles.
 template <bool half>
 [[gnu::always_inline]] inline __m512i multiply_add(__m512i sums, __m512i inputs, __m512i weights) {
     if constexpr (half)
@@ -73,7 +80,7 @@ template <bool last_is_half, std::size_t... v>
     ((sums[v] = multiply_add < last_is_half && v + 1 == sizeof...(v) > (sums[v], inputs, weights[v])), ...);
 }
 
-/// Four inputs of every pixel times all vectors of weights.
+/// Multiply-adds four inputs of every pixel and all vectors of weights.
 template <bool last_is_half, std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...>, std::index_sequence<v...> vectors, __m512i* sums,
                                                 const std::uint8_t* inputs, std::size_t stride, const std::int8_t* weights) {
@@ -143,7 +150,7 @@ using gemm_half_kernel = gemm_kernel_of<true>;
 
 #include <ldi/kernels/gemm_u8/generic/walk.hpp>
 
-/// 16 partial sums of one pixel and one output.
+/// Computes 16 partial sums of one pixel and one output.
 [[gnu::always_inline]] inline __m512i single_output_sums(const gemm_u8_weights& weights, const std::uint8_t* const* segments,
                                                          std::size_t offset) {
     __m512i sums = _mm512_setzero_si512();
@@ -169,7 +176,7 @@ inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uin
         alignas(64) std::int32_t sums[16] = {};
         for (std::size_t i = 0; i < 16 && first + i < pixels; i += 4) {
             __m128i four[4];
-            for (std::size_t p = 0; p < 4; ++p) {  // repeats the last pixel
+            for (std::size_t p = 0; p < 4; ++p) {  // repeats the last pixel at the end
                 const std::size_t pixel = first + i + p < pixels ? first + i + p : pixels - 1;
                 four[p] = add_quarters(single_output_sums(weights, segments, pixel * pixel_stride));
             }

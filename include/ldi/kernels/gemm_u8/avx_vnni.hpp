@@ -1,8 +1,8 @@
 // kernels/gemm_u8.hpp with AVX-VNNI's vpdpbusd, which adds four products of a byte and a signed byte to each of 8 sums, exactly:
-// 32 products an instruction, where AVX2 makes 64 with five.
+// 32 products per instruction, compared to 64 with five instructions of AVX2.
 //
-// An instruction takes 5 cycles, and two can start per cycle (Alder Lake): at least 10 independent sums hide the latency. Tiles
-// have 12, which with two vectors of weights and one of inputs leaves one of the 16 registers.
+// An instruction has a latency of 5 cycles, and two can start per cycle (Alder Lake): at least 10 independent sums hide the
+// latency. Tiles have 12 sums, which with two vectors of weights and one of inputs leaves one of the 16 registers free.
 #pragma once
 
 #include <ldi/kernels/gemm_u8/avx2.hpp>
@@ -28,16 +28,20 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
 
 LDI_BEGIN_TARGET(LDI_AVX_VNNI_FEATURES)
 
-/// The arguments of gemm_u8() for one panel.
+/// Arguments of gemm_u8() for one panel.
 struct gemm_panel {
     const std::uint8_t* const* segments;
     std::size_t segment_count, groups, pixel_stride, pixels;
     const std::int8_t* weights;
     const std::int32_t* bias;
     std::uint8_t* result;
+<<<<<<< HEAD
     std::size_t outputs, held = 0;  ///< of the layer; of the panel
 
     void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
+=======
+    std::size_t outputs, held;  ///< outputs of the layer; outputs in the panel
+>>>>>>> helper/words
 };
 
 template <std::size_t... v>
@@ -46,7 +50,7 @@ template <std::size_t... v>
     ((sums[v] = _mm256_dpbusd_avx_epi32(sums[v], inputs, weights[v])), ...);
 }
 
-/// Four inputs of every pixel times all vectors of weights.
+/// Multiply-adds four inputs of every pixel and all vectors of weights.
 template <std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...>, std::index_sequence<v...> vectors, __m256i* sums,
                                                 const std::uint8_t* inputs, std::size_t stride, const __m256i* weights) {

@@ -1,8 +1,8 @@
 // kernels/gemm_u8.hpp with sdot, which adds four products of signed bytes to each of 4 sums, exactly.
 //
-// One load fetches sixteen inputs of a pixel; sdot by lane multiplies four of them by the weights of 4 outputs, so no instruction
-// broadcasts. The largest tile, 6 pixels by 4 vectors, keeps its sums in 24 of the 32 registers. Per 96 sdot (1536 products) it
-// loads 22 times and converts 6 vectors to signed: 12 products per instruction, where sdot alone has 16.
+// One load fetches sixteen inputs of a pixel. sdot by lane multiplies four of them by the weights of 4 outputs, so no
+// instruction broadcasts. The largest tile, 6 pixels by 4 vectors, keeps its sums in 24 of the 32 registers. Per 96 sdot (1536
+// products) it loads 22 vectors and converts 6 to signed: 12 products per instruction, compared to 16 for sdot alone.
 #pragma once
 
 #include <ldi/kernels/detail/lanes_neon.hpp>
@@ -48,7 +48,7 @@ struct gemm_panel {
     void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
 };
 
-/// 4, 8 or 16 inputs, in the first lanes.
+/// Loads 4, 8 or 16 inputs into the first lanes.
 template <std::size_t groups>
 [[gnu::always_inline]] inline int8x16_t load_inputs(const std::uint8_t* from) {
     if constexpr (groups == 4) return to_signed(vld1q_u8(from));
@@ -64,14 +64,14 @@ template <int group, std::size_t... p>
     ((sums[p * vectors] = add_products_with<group>(sums[p * vectors], weights, inputs[p])), ...);
 }
 
-/// Four inputs of every pixel, one vector of weights after another, so that the weights need one register.
+/// Multiply-adds four inputs of every pixel. Loads one vector of weights at a time, so that weights occupy one register.
 template <int group, std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...> pixels, std::index_sequence<v...>, int32x4_t* sums,
                                                 const std::int8_t* weights, const int8x16_t* inputs) {
     (multiply_add<group>(pixels, sums + v, sizeof...(v), load(weights + (group * sizeof...(v) + v) * 16), inputs), ...);
 }
 
-/// Four inputs of every pixel for each group.
+/// Multiply-adds sizeof...(group) groups of four inputs for every pixel.
 template <int... group, std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void multiply_add(std::integer_sequence<int, group...>, std::index_sequence<p...> pixels,
                                                 std::index_sequence<v...> vectors, int32x4_t* sums, const std::int8_t*& weights,

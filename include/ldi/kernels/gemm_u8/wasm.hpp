@@ -1,7 +1,7 @@
 // kernels/gemm_u8.hpp with i32x4.dot_i16x8_s, which adds two products of 16 bits to each of 4 sums, exactly.
 //
-// The kernel first widens as many pixels as fit the first-level cache to 16 bits. A load then broadcasts two inputs, which the
-// panel's vectors share. V8 allocates 15 registers and moves loads to the front: 8 sums, 2 vectors of weights, 4 of inputs.
+// The kernel first widens to 16 bits as many pixels as fit in the first-level cache. A load then broadcasts two inputs, which
+// the panel's vectors share. V8 allocates 15 registers and moves loads to the front: 8 sums, 2 vectors of weights, 4 of inputs.
 #pragma once
 
 #include <ldi/kernels/detail/lanes_wasm.hpp>
@@ -19,9 +19,10 @@
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 
 inline constexpr std::size_t gemm_lanes = 4, gemm_max_vectors = 2, gemm_tile_pixels[] = {4, 4}, gemm_group = 2;
-inline constexpr std::size_t gemm_widened = 4 * detail::max_unfused_inputs;  // values at a time
+inline constexpr std::size_t gemm_widened = 4 * detail::max_unfused_inputs;  // values widened at a time
 
-/// Weights of a single output, which would fill one lane of 4: in the inputs' order, each segment padded to whole vectors.
+/// Packs the weights of a single output, which would fill one of 4 lanes, in the order of the inputs, each segment padded to
+/// whole vectors.
 inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const std::size_t padded = (packed.inputs + 7) / 8 * 8;
     for (std::size_t s = 0; s < packed.segments; ++s)
@@ -30,7 +31,7 @@ inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uin
                 static_cast<std::int16_t>(i < packed.inputs ? weights[s * packed.inputs + i] - int{weight_zero_point} : 0));
 }
 
-/// Panel by panel, segment by segment, two inputs by two inputs, vector by vector: of 4 outputs both inputs.
+/// Packs weights panel by panel, segment by segment, in pairs of inputs: vectors of 4 outputs x 2 inputs.
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     if (packed.is_single_output()) return pack_single_output(packed, weights, weight_zero_point);
     const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_max_vectors);
@@ -50,7 +51,7 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
     }
 }
 
-/// Some pixels in 16 bits.
+/// Pixels widened to 16 bits.
 struct widened_pixels {
     std::int16_t values[gemm_widened];
     std::size_t segment_count, segment_stride, pixel_stride, pairs, most;
@@ -58,7 +59,7 @@ struct widened_pixels {
     widened_pixels(const gemm_u8_weights& weights, std::size_t input_stride)
         : segment_count(weights.segments),
           segment_stride(gemm_widened / weights.segments),
-          // Keeps overlapping and adjacent windows as they are.
+          // Overlapping and adjacent windows keep their distance.
           pixel_stride(input_stride <= weights.inputs ? input_stride : weights.inputs),
           pairs((weights.inputs + gemm_group - 1) / gemm_group) {
         const std::size_t fit = (segment_stride - weights.inputs - 1) / pixel_stride + 1;
@@ -150,7 +151,7 @@ inline void gemm_u8_widened(const gemm_u8_weights& weights, const std::uint8_t* 
     }
 }
 
-/// The sum of one pixel and one output.
+/// Computes the sum of one pixel and one output.
 [[gnu::always_inline]] inline std::int32_t single_output_sum(const gemm_u8_weights& weights, const std::uint8_t* const* segments,
                                                              std::size_t offset) {
     v128_t sums = wasm_i32x4_splat(0);

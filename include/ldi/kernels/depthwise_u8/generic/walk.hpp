@@ -1,17 +1,17 @@
-// The walk of depthwise_u8/avx2.hpp and depthwise_u8/avx512vnni.hpp along a row. Each of them includes this file inside its
-// namespace and target region, after its primitives:
+// Loop of depthwise_u8/avx2.hpp and depthwise_u8/avx512vnni.hpp along a row. Both include this file inside their namespace and
+// target region, after these primitives:
 //
-//   depthwise_max_channels      channels of a full unit
-//   depthwise_vectors           one column of the window, interleaved, or one sum for each channel
-//   depthwise_lanes             the channels that exist, from existing_lanes()
-//   depthwise_rows<channels>    loads columns
-//   depthwise_sums              the weights of a unit: start() is the bias; add<window_left>(sums, column) and so on add the
-//                               products of a column as the left, middle or right one of a window
-//   depthwise_result<channels>  requantizes and stores
+//     depthwise_max_channels      channels of a full unit
+//     depthwise_vectors           one interleaved column of the window, or one sum per channel
+//     depthwise_lanes             the existing channels, from existing_lanes()
+//     depthwise_rows<channels>    loads columns
+//     depthwise_sums              the weights of a unit: start() is the bias; add<window_left>(sum, column), add<window_middle>() and
+//                                 add<window_right>() add the products of a column at that place of the window
+//     depthwise_result<channels>  requantizes and stores
 
 inline constexpr std::size_t window_left = 0, window_middle = 1, window_right = 2;
 
-/// Computes one unit.
+/// Computes one unit of channels along a row.
 template <std::size_t channels, class Sums>
 struct depthwise_run {
     static constexpr std::size_t stretch_count = depthwise_max_channels / channels;
@@ -21,7 +21,7 @@ struct depthwise_run {
     std::size_t pixel_stride;
     depthwise_lanes lanes;
 
-    /// all  pixels to be cut into stretches
+    /// all  number of pixels to split into stretches
     depthwise_run(const detail::depthwise_call& call, const Sums& sums, std::size_t first_channel, std::size_t all)
         : stretches(call, first_channel, all),
           packed(sums),
@@ -38,7 +38,7 @@ struct depthwise_run {
         return found;
     }
 
-    /// Each column ends one window, is the middle of the next and begins the one after it.
+    /// Each column is the right column of one window, the middle column of the next, and the left column of the one after.
     void stride_1() const {
         const Sums sums = packed;  // in registers
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
@@ -58,8 +58,8 @@ struct depthwise_run {
         result.store(sums.template add<window_right>(current, column), (length - 1) * pixel_bytes);
     }
 
-    /// Stride 2. Each pair of columns completes one window, as its middle and right columns. The second column is also the left
-    /// one of the next window.
+    /// Stride 2. Each pair of columns completes one window, as its middle and right columns. The second column of the pair is
+    /// also the left column of the next window.
     void stride_2() const {
         const Sums sums = packed;
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
@@ -77,8 +77,9 @@ struct depthwise_run {
         result.store(sums.template add<window_right>(current, rows_at(last, 2).column(0)), (length - 1) * pixel_bytes);
     }
 
-    /// Every column counts twice: it ends the window around the second half of the column before it, is two thirds of the windows
-    /// around its own halves, and begins the one around the first half of the column behind it.
+    /// Repeats each column c twice. Column c is the right column of the window around the second copy of column c - 1, fills two
+    /// of three columns of the windows around its own copies, and is the left column of the window around the first copy of
+    /// column c + 1.
     void enlarged_twice() const {
         const Sums sums = packed;
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
@@ -101,7 +102,7 @@ struct depthwise_run {
         result.store(sums.template add<window_right>(second, column), (2 * length - 1) * pixel_bytes);
     }
 
-    /// Any stride and repetition: three columns for each window.
+    /// Any stride and repetition: loads three columns per window.
     void any() const {
         const Sums sums = packed;
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;

@@ -1,3 +1,4 @@
+<<<<<<< HEAD
 // The walk of gemm_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its namespace
 // and target region, after
 //
@@ -13,6 +14,15 @@
 template <class Kernel, std::size_t vectors, class Requantizer, class Output>
 inline void gemm_u8_tiles(const gemm_panel& given, const Output& output) {
     const gemm_panel panel = given;  // a local copy: results cannot alias it
+=======
+// Loop of gemm_u8 over the pixels of one panel of outputs. Each x86 instruction set includes this file inside its namespace and
+// target region. Kernel::tile(pixels, vectors, panel, requantize, first) computes one tile.
+
+/// Computes all pixels of a panel in tiles of `pixels` pixels.
+template <class Kernel, std::size_t pixels, std::size_t vectors, class Requantizer, class Panel>
+inline void gemm_u8_tiles(const Panel& given, const float_requantization& output) {
+    const Panel panel = given;  // a local copy, which results cannot alias
+>>>>>>> helper/words
     const Requantizer requantize(output);
     constexpr std::size_t pixels = gemm_tile_pixels[vectors - 1];
     constexpr std::make_index_sequence<vectors> wide{};
