@@ -114,7 +114,7 @@ buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint
     }
     for (detail::farbrausch_level& level : levels) {
         level.average = level.average_coarse = {};
-        level.above = {};
+        level.above = {}, level.read = {};
     }
 
     // Progress by multiplications, roughly: the fine levels take most of the time.

@@ -36,22 +36,32 @@ struct pixel_subset {
     }
 };
 
-/// Renumbers a plan for tensors that hold rows of subsets only.
-///
-/// outputs, inputs  hold all outputs of the plan, and all pixels of their windows
+namespace detail {
+
+inline void renumber(std::int32_t& pixel, const pixel_subset& subset) {
+    if (pixel == no_pixel) return;
+    pixel = subset.row_of[pixel];
+    LDI_ASSERT(pixel != no_pixel);
+}
+
+}  // namespace detail
+
+/// Renumbers a plan's inputs for tensors that hold rows of a subset only, which holds all pixels of the plan's windows.
+inline void renumber_inputs(convolution_plan& plan, const pixel_subset& inputs) {
+    LDI_ASSERT(inputs.row_of.size() == plan.input_count);
+    // Pixels of a segment's rows are consecutive in the subset, too, because the subset holds all of them.
+    for (std::int32_t& pixel : plan.rows) detail::renumber(pixel, inputs);
+    for (std::int32_t& pixel : plan.windows) detail::renumber(pixel, inputs);
+    plan.input_count = inputs.size();
+}
+
+/// The same for inputs and outputs. `outputs` holds all outputs of the plan.
 inline convolution_plan on_subsets(convolution_plan plan, const pixel_subset& outputs, const pixel_subset& inputs) {
-    LDI_ASSERT(outputs.row_of.size() == plan.output_count && inputs.row_of.size() == plan.input_count);
-    const auto renumber = [](std::int32_t& pixel, const pixel_subset& subset) {
-        if (pixel == no_pixel) return;
-        pixel = subset.row_of[pixel];
-        LDI_ASSERT(pixel != no_pixel);
-    };
-    // Pixels of a segment and of its rows are consecutive in the subsets, too, because the subsets hold all of them.
-    for (convolution_plan::segment& s : plan.segments) renumber(s.first, outputs);
-    for (std::int32_t& pixel : plan.rows) renumber(pixel, inputs);
-    for (std::int32_t& output : plan.irregular) renumber(output, outputs);
-    for (std::int32_t& pixel : plan.windows) renumber(pixel, inputs);
-    plan.output_count = outputs.size(), plan.input_count = inputs.size();
+    LDI_ASSERT(outputs.row_of.size() == plan.output_count);
+    renumber_inputs(plan, inputs);
+    for (convolution_plan::segment& s : plan.segments) detail::renumber(s.first, outputs);
+    for (std::int32_t& output : plan.irregular) detail::renumber(output, outputs);
+    plan.output_count = outputs.size();
     return plan;
 }
 
