@@ -27,7 +27,6 @@ struct gemm_panel {
     const std::int8_t* weights;
     const std::int32_t* bias;
     std::uint8_t* result;
-<<<<<<< HEAD
     std::size_t outputs, held = 0;  ///< of the layer; of the panel
 
     void skip(std::size_t lanes) {
@@ -37,9 +36,6 @@ struct gemm_panel {
             weights += terms * lanes * gemm_group;
         }
     }
-=======
-    std::size_t outputs, held;  ///< outputs of the layer; outputs in the panel
->>>>>>> helper/words
 };
 
 [[gnu::always_inline]] inline __m256i spread_four(const std::uint8_t* inputs) {

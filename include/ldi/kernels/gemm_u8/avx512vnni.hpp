@@ -48,14 +48,9 @@ struct gemm_panel {
     const std::int8_t* weights;
     const std::int32_t* bias;
     std::uint8_t* result;
-<<<<<<< HEAD
     std::size_t outputs, held = 0;  ///< of the layer; of the panel
 
     void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
-=======
-    std::size_t outputs;  ///< distance between adjacent pixels' results
-    __mmask64 mask;       ///< existing outputs of the panel
->>>>>>> helper/words
 };
 
 [[gnu::always_inline]] inline __m512i spread_four(const std::uint8_t* inputs) {

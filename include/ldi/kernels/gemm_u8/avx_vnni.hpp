@@ -35,13 +35,9 @@ struct gemm_panel {
     const std::int8_t* weights;
     const std::int32_t* bias;
     std::uint8_t* result;
-<<<<<<< HEAD
     std::size_t outputs, held = 0;  ///< of the layer; of the panel
 
     void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
-=======
-    std::size_t outputs, held;  ///< outputs of the layer; outputs in the panel
->>>>>>> helper/words
 };
 
 template <std::size_t... v>

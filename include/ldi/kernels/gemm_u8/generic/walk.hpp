@@ -1,28 +1,17 @@
-<<<<<<< HEAD
-// The walk of gemm_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its namespace
+// Loops of gemm_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its namespace
 // and target region, after
 //
-//   gemm_lanes, gemm_max_vectors   outputs per vector; vectors per panel
-//   gemm_tile_pixels[v]            pixels of a full tile with v + 1 vectors
-//   gemm_panel                     the arguments of one panel: pixels, bias, result; outputs, of the layer; held, the number of
-//   the
-//                                  panel's outputs that exist; skip(lanes) moves the weights past so many outputs
-//   gemm_kernel                    tile(pixels, vectors, panel, requantize, first) computes one tile
-//   gemm_half_kernel               the same where only half of the last vector is needed; gemm_kernel for sets without one
+//     gemm_lanes, gemm_max_vectors   outputs per vector; vectors per panel
+//     gemm_tile_pixels[v]            pixels of a full tile with v + 1 vectors
+//     gemm_panel                     arguments of one panel: pixels, bias, result, outputs of the layer, outputs held by
+//                                    the panel; skip(lanes) moves the weights to the next panel
+//     gemm_kernel                    tile(pixels, vectors, panel, requantize, first) computes one tile
+//     gemm_half_kernel               computes a tile whose last vector is at most half full; gemm_kernel in sets without one
 
-/// All pixels of a panel.
+/// Computes all pixels of a panel.
 template <class Kernel, std::size_t vectors, class Requantizer, class Output>
 inline void gemm_u8_tiles(const gemm_panel& given, const Output& output) {
-    const gemm_panel panel = given;  // a local copy: results cannot alias it
-=======
-// Loop of gemm_u8 over the pixels of one panel of outputs. Each x86 instruction set includes this file inside its namespace and
-// target region. Kernel::tile(pixels, vectors, panel, requantize, first) computes one tile.
-
-/// Computes all pixels of a panel in tiles of `pixels` pixels.
-template <class Kernel, std::size_t pixels, std::size_t vectors, class Requantizer, class Panel>
-inline void gemm_u8_tiles(const Panel& given, const float_requantization& output) {
-    const Panel panel = given;  // a local copy, which results cannot alias
->>>>>>> helper/words
+    const gemm_panel panel = given;  // a local copy, which results cannot alias
     const Requantizer requantize(output);
     constexpr std::size_t pixels = gemm_tile_pixels[vectors - 1];
     constexpr std::make_index_sequence<vectors> wide{};
