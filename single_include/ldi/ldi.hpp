@@ -396,7 +396,9 @@ public:
     buffer(const buffer& other) : buffer(other.begin(), other.end()) {}
     buffer(buffer&& other) noexcept : block_(other.block_) { other.block_ = {}; }
     buffer& operator=(const buffer& other) {
-        if (this != &other) assign(other.begin(), other.end());
+        if (this == &other) return *this;
+        reserve(other.size());  // first, so that the values stay if memory runs out
+        assign(other.begin(), other.end());
         return *this;
     }
     buffer& operator=(buffer&& other) noexcept {
@@ -1000,7 +1002,8 @@ class graph_builder;
 
 namespace detail {
 
-/// The lattice and six index columns of K entries each, and how they are read. `Column` owns or shows one index column.
+/// The lattice and six index columns of K entries each, and how they are read. `Column` owns or shows one index column. Only
+/// derived classes copy and assign it, so that no finished graph receives columns that nobody checked.
 template <class Column>
 class index_columns {
 public:
@@ -1038,6 +1041,12 @@ public:
 
 protected:
     index_columns() = default;
+    index_columns(const index_columns&) = default;
+    index_columns(index_columns&&) noexcept = default;
+    /// If memory runs out, nothing changes.
+    index_columns& operator=(const index_columns& other) { return *this = index_columns(other); }
+    index_columns& operator=(index_columns&&) noexcept = default;
+    ~index_columns() = default;
     index_columns(std::int32_t width, std::int32_t height) : width_(width), height_(height) {
         LDI_ASSERT(width >= 0 && height >= 0);
     }
@@ -1235,10 +1244,13 @@ private:
     graph_view view() const { return graph_view(width_, height_, x_, y_, up(), down(), left(), right()); }
 };
 
-/// A fully linked single layer: what an ordinary image is. Pixel (x, y) has index y * width + x. Raises too_large if there are
-/// 2^31 pixels or more.
+/// A fully linked single layer: what an ordinary image is. Pixel (x, y) has index y * width + x. Raises invalid_option for a
+/// negative size, too_large for 2^31 pixels or more.
 inline graph make_grid(std::int32_t width, std::int32_t height) {
     const std::int64_t pixels = std::int64_t{width} * height;
+    if (width < 0 || height < 0)
+        raise(error_code::invalid_option, "make_grid", "a width and a height of 0 or more",
+              std::to_string(width) + " x " + std::to_string(height));
     if (pixels > 0x7FFFFFFF)
         raise(error_code::too_large, "make_grid", "fewer than 2^31 pixels",
               std::to_string(width) + " x " + std::to_string(height));
@@ -1459,10 +1471,14 @@ struct matte_column {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Changes links between pixels, not the pixels. Argument of the function that edit_links() calls.
+template <payload_column... Columns>
+class layered_image;
+
+/// Changes links between pixels, not the pixels. Argument of the function that edit_links() calls; it ends with that call.
 class link_editor {
 public:
-    explicit link_editor(graph_builder& g) : graph_(g) {}
+    link_editor(const link_editor&) = delete;
+    link_editor& operator=(const link_editor&) = delete;
 
     std::int32_t neighbor(std::int32_t pixel, side s) const { return graph_.neighbor(pixel, s); }
     /// As graph_builder::link() and unlink().
@@ -1470,6 +1486,10 @@ public:
     void unlink(std::int32_t a, side s) { graph_.unlink(a, s); }
 
 private:
+    template <payload_column...>
+    friend class layered_image;
+    explicit link_editor(graph_builder& g) : graph_(g) {}
+
     graph_builder& graph_;
 };
 
@@ -1496,6 +1516,24 @@ std::span<Scalar, Column::channels> pixel_scalars(array_view<Scalar> column, std
                                                Column::channels);
 }
 
+/// Whether every pixel has one source: every old pixel occurs once, and every new pixel continues an old one.
+inline bool is_complete(const grown_pixels& grown, std::size_t old_count) {
+    const std::size_t new_count = grown.origins.size();
+    if (grown.topology.size() != old_count + new_count) return false;
+    for (const std::int32_t origin : grown.origins)
+        if (origin < 0 || static_cast<std::size_t>(origin) >= old_count) return false;
+    buffer<bool> seen(old_count + new_count);  // old pixels, then entries of `origins`
+    std::size_t total = 0;
+    for (const grown_piece& p : grown.pieces) {
+        if (p.first < 0 || p.count < 0 ||
+            static_cast<std::size_t>(p.first) + static_cast<std::size_t>(p.count) > (p.is_new ? new_count : old_count))
+            return false;
+        for (std::int32_t i = p.first; i < p.first + p.count; ++i, ++total)
+            if (std::exchange(seen[static_cast<std::size_t>(i) + (p.is_new ? old_count : 0)], true)) return false;
+    }
+    return total == seen.size();
+}
+
 [[noreturn]] inline void refuse_column_length(std::size_t expected, std::size_t found) {
     raise(error_code::mismatch, "layered image", std::to_string(expected) + " scalars in a column", std::to_string(found));
 }
@@ -1503,7 +1541,7 @@ std::span<Scalar, Column::channels> pixel_scalars(array_view<Scalar> column, std
 }  // namespace detail
 
 /// A graph with K pixels and, for each column, K rows of `channels` scalars, row-major. Every column has one row per pixel at all
-/// times: pixels are added, removed and moved only by members that take all columns along.
+/// times: only members that take all columns along add, remove and move pixels, also if memory runs out or a callback throws.
 ///
 ///     struct normal { using scalar = float; static constexpr std::size_t channels = 3; };
 ///     layered_image<disparity_column, normal> surfaces(make_grid(6, 4));
@@ -1524,19 +1562,22 @@ public:
     }
     /// Takes the graph and the columns that both have; other columns are zero.
     template <payload_column... Others>
-    requires(!std::is_same_v<layered_image<Others...>, layered_image>) explicit layered_image(layered_image<Others...>&& other)
-        : graph_(std::move(other.graph_)) {
+    requires(!std::is_same_v<layered_image<Others...>, layered_image>) explicit layered_image(layered_image<Others...>&& other) {
+        const auto make = [&]<class Column>(const Column&) {
+            if constexpr (!layered_image<Others...>::template has<Column>)
+                values<Column>().resize(other.size() * Column::channels);
+        };
         const auto take = [&]<class Column>(const Column&) {
             if constexpr (layered_image<Others...>::template has<Column>)
                 values<Column>() = std::move(other.template values<Column>());
-            else
-                zero_column<Column>();
         };
+        (make(Columns{}), ...);  // first: if memory runs out, `other` stays as it is
         (take(Columns{}), ...);
+        graph_ = std::move(other.graph_);
         other = {};
     }
     layered_image(const layered_image&) = default;
-    layered_image& operator=(const layered_image&) = default;
+    layered_image& operator=(const layered_image& other) { return *this = layered_image(other); }
     /// The moved-from image is empty.
     layered_image(layered_image&& other) noexcept
         : graph_(std::exchange(other.graph_, {})), columns_(std::exchange(other.columns_, {})) {}
@@ -1576,25 +1617,28 @@ public:
         values<Column>() = std::move(scalars);
     }
 
-    /// Calls edit(link_editor&), which may link and unlink pixels.
+    /// Calls edit(link_editor&), which may link and unlink pixels. During the call the image is empty; afterwards it has its
+    /// pixels back, even if `edit` throws.
     template <class Edit>
     void edit_links(Edit&& edit) {
-        struct restorer {  // puts the graph back even if `edit` throws
-            graph& to;
-            graph_builder builder;
-            ~restorer() { to = std::move(builder).build(); }
-        } r{graph_, graph_builder(std::move(graph_))};
-        link_editor editor(r.builder);
+        layered_image edited = std::move(*this);
+        struct restorer {
+            layered_image &image, &edited;
+            graph_builder links;
+            ~restorer() {
+                edited.graph_ = std::move(links).build();
+                image = std::move(edited);
+            }
+        } r{*this, edited, graph_builder(std::move(edited.graph_))};
+        link_editor editor(r.links);
         edit(editor);
     }
 
-    /// Moves pixel `order[i]` to index i. `order` is a permutation of all pixels.
-    void reorder(std::span<const std::int32_t> order) {
-        graph_ = reordered(graph_, order);
-        ((values<Columns>() = reordered(values<Columns>(), order, Columns::channels)), ...);
-    }
+    /// Moves pixel `order[i]` to index i. `order` is a permutation of all pixels. If memory runs out, nothing changes.
+    void reorder(std::span<const std::int32_t> order) { *this = with_pixels(reordered(graph_, order), order); }
 
-    /// Removes the pixels whose entry in `kept` is 0, with their links. The others stay in their order.
+    /// Removes the pixels whose entry in `kept` is 0, with their links. The others stay in their order. If memory runs out,
+    /// nothing changes.
     ///
     /// kept  K, one per pixel
     void keep(std::span<const std::uint8_t> kept) {
@@ -1611,27 +1655,26 @@ public:
                 b.write_neighbors(s)[i] = neighbor == no_pixel ? no_pixel : new_index[neighbor];
             }
         }
-        graph_ = std::move(b).build();
-        ((values<Columns>() = reordered(values<Columns>(), old_index, Columns::channels)), ...);
+        *this = with_pixels(std::move(b).build(), old_index);
     }
 
     /// Adds pixels: make(graph_builder) edits the topology that it receives and returns grown_pixels. New pixels get their values
-    /// from the pixels that they continue, by the rules of the columns. Returns grown_pixels::pieces. If `make` throws, the image
-    /// is empty.
+    /// from the pixels that they continue, by the rules of the columns. Returns grown_pixels::pieces. During the call the image
+    /// is empty, but views of its columns stay valid; it remains empty if `make` throws or memory runs out.
     template <class Make>
     buffer<grown_piece> grow(Make&& make) {
-        struct cleaner {
-            layered_image* image;
-            ~cleaner() {
-                if (image != nullptr) *image = layered_image();
-            }
-        } unless_grown{this};
-        const std::size_t old_count = size();
-        grown_pixels grown = make(graph_builder(std::move(graph_)));
-        LDI_ASSERT(grown.topology.size() == old_count + grown.origins.size());
-        ((values<Columns>() = grown_column<Columns>(grown, old_count)), ...);
-        graph_ = std::move(grown.topology);
-        unless_grown.image = nullptr;
+        layered_image old = std::move(*this);
+        [[maybe_unused]] const std::size_t old_count = old.size();
+        grown_pixels grown = make(graph_builder(std::move(old.graph_)));
+        LDI_ASSERT(detail::is_complete(grown, old_count));
+        layered_image result;
+        const auto move_column = [&]<class Column>(const Column&) {
+            result.template values<Column>() = old.template grown_column<Column>(grown);
+            old.template values<Column>() = {};  // so that no more than one column is there twice
+        };
+        (move_column(Columns{}), ...);
+        result.graph_ = std::move(grown.topology);
+        *this = std::move(result);
         return std::move(grown.pieces);
     }
 
@@ -1653,13 +1696,20 @@ private:
         values<Column>() = buffer<typename Column::scalar>(size() * Column::channels);
     }
 
+    /// A graph with the rows of the old pixels `old_index`.
+    layered_image with_pixels(graph g, [[maybe_unused]] std::span<const std::int32_t> old_index) {
+        layered_image result;
+        ((result.template values<Columns>() = reordered(values<Columns>(), old_index, Columns::channels)), ...);
+        result.graph_ = std::move(g);
+        return result;
+    }
+
     template <class Column>
-    buffer<typename Column::scalar> grown_column(const grown_pixels& grown, [[maybe_unused]] std::size_t old_count) const {
+    buffer<typename Column::scalar> grown_column(const grown_pixels& grown) const {
         buffer<typename Column::scalar> result(grown.topology.size() * Column::channels, unset);
         typename Column::scalar* to = result.data();
         for (const grown_piece& p : grown.pieces) {
             if (!p.is_new) {
-                LDI_ASSERT(p.first >= 0 && p.count > 0 && static_cast<std::size_t>(p.first + p.count) <= old_count);
                 to = std::copy_n(at<Column>(p.first).data(), static_cast<std::size_t>(p.count) * Column::channels, to);
                 continue;
             }
@@ -1667,7 +1717,6 @@ private:
                 for (const typename Column::scalar& value : at<Column>(grown.origins[i]))
                     *to++ = detail::new_pixel_value<Column>(value);
         }
-        LDI_ASSERT(to == result.end());
         return result;
     }
 
@@ -1685,7 +1734,8 @@ concept has_column = requires {
 template <class Layers, class... Columns>
 concept has_columns = (has_column<Layers, Columns> && ...);
 
-/// Non-owning view of a layered image, or of some of its columns. Stages that only read accept it.
+/// Non-owning view of a layered image, or of some of its columns. Stages that only read accept it. Like std::string_view, a view
+/// of a temporary is valid until the end of the full expression only.
 template <payload_column... Columns>
 class layered_view {
 public:
@@ -1700,6 +1750,7 @@ public:
         };
         (check(g.size() * Columns::channels, columns.size()), ...);
     }
+    explicit layered_view(graph&&, array_view<const typename Columns::scalar>...) = delete;  // would outlive the graph
     template <has_columns<Columns...> Layers>
     layered_view(const Layers& layers) : layered_view(layers.topology(), layers.template column<Columns>()...) {}
 
@@ -2536,11 +2587,11 @@ bool same_shape(const auto& a, const auto& b) {
 }}  // namespace ldi
 
 // ---- ldi/core/surface.hpp
-// The one rule for which pixels belong to one surface: a threshold on disparity that every stage asks (the paper's tau_disp).
+// The rule that decides which pixels belong to one surface: a threshold on disparity (the paper's tau_disp).
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Given once, in photo3d_options or to lift(), and carried by the layered image from then on.
+/// Part of photo_facts; lift() and the stages after it must use the same rule.
 struct surface_rule {
     /// Neighbors that differ by more than this in disparity are on different surfaces (the paper's tau_disp).
     float largest_step = 0.05F;
@@ -2579,13 +2630,6 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// The largest kernel that gather_window takes.
 inline constexpr std::int32_t largest_kernel_size = 15;
 
-namespace detail {
-/// A kernel element that exploration has reached, and the pixel found there.
-struct reached_element {
-    std::int32_t pixel, row, column;
-};
-}  // namespace detail
-
 /// Fills `window` with the pixels under a kernel centered on `pixel`.
 ///
 /// kernel_size  odd, 1 to largest_kernel_size
@@ -2602,27 +2646,27 @@ inline void gather_window(const graph_view& g, std::int32_t pixel, std::int32_t 
     LDI_ASSERT(window.size() == count);
     LDI_ASSERT(pixel >= 0 && pixel < g.count());
 
-    const auto element = [&](std::int32_t row, std::int32_t column) -> std::int32_t& {
-        return window.data()[row * kernel_size + column];
-    };
-    std::array<detail::reached_element, std::size_t{largest_kernel_size} * std::size_t{largest_kernel_size}> reached;
-    std::size_t reached_count = 0;
-    const auto reach = [&](std::int32_t row, std::int32_t column, std::int32_t found) {
-        element(row, column) = found;
-        reached[reached_count++] = {found, row, column};
-    };
-
-    std::fill(window.begin(), window.end(), no_pixel);
-    reach(kernel_size / 2, kernel_size / 2, pixel);
+    // The window with a border of elements that count as reached, so that exploration ends there.
+    constexpr std::int32_t border = 0;
+    const std::int32_t width = kernel_size + 2, center = (kernel_size / 2 + 1) * (width + 1);
+    std::array<std::int32_t, std::size_t{largest_kernel_size + 2} * (largest_kernel_size + 2)> found;
+    std::array<std::int32_t, std::size_t{largest_kernel_size} * largest_kernel_size> reached;  // elements, in order
+    std::fill_n(found.begin(), width * width, border);
+    for (std::int32_t row = 1; row <= kernel_size; ++row) std::fill_n(found.begin() + row * width + 1, kernel_size, no_pixel);
+    const auto at = [&](std::int32_t element) -> std::int32_t& { return found[static_cast<std::size_t>(element)]; };
+    at(center) = pixel, reached[0] = center;
+    std::size_t reached_count = 1;
     for (std::size_t next = 0; next < reached_count && reached_count < count; ++next) {
-        const detail::reached_element from = reached[next];
+        const std::int32_t from = reached[next];
         for (side s : all_sides) {
-            const std::int32_t row = from.row + step_y(s), column = from.column + step_x(s);
-            if (row < 0 || row >= kernel_size || column < 0 || column >= kernel_size) continue;
-            const std::int32_t neighbor = g.neighbor(from.pixel, s);
-            if (neighbor != no_pixel && element(row, column) == no_pixel) reach(row, column, neighbor);
+            const std::int32_t to = from + step_y(s) * width + step_x(s);
+            if (at(to) != no_pixel) continue;
+            const std::int32_t neighbor = g.neighbor(at(from), s);
+            if (neighbor != no_pixel) at(to) = neighbor, reached[reached_count++] = to;
         }
     }
+    for (std::int32_t row = 0; row < kernel_size; ++row)
+        std::copy_n(found.begin() + (row + 1) * width + 1, kernel_size, window.begin() + row * kernel_size);
 }
 
 }}  // namespace ldi
@@ -6041,8 +6085,8 @@ struct depthwise_result {
 //     depthwise_vectors           one interleaved column of the window, or one sum per channel
 //     depthwise_lanes             the existing channels, from existing_lanes()
 //     depthwise_rows<channels>    loads columns
-//     depthwise_sums              the weights of a unit: start() is the bias; add<window_left>(sum, column), add<window_middle>() and
-//                                 add<window_right>() add the products of a column at that place of the window
+//     depthwise_sums              the weights of a unit: start() is the bias; add<window_left>(sum, column), and likewise
+//                                 window_middle and window_right, adds the products of a column at that place of a window
 //     depthwise_result<channels>  requantizes and stores
 
 inline constexpr std::size_t window_left = 0, window_middle = 1, window_right = 2;
@@ -6340,8 +6384,8 @@ struct depthwise_result {
 //     depthwise_vectors           one interleaved column of the window, or one sum per channel
 //     depthwise_lanes             the existing channels, from existing_lanes()
 //     depthwise_rows<channels>    loads columns
-//     depthwise_sums              the weights of a unit: start() is the bias; add<window_left>(sum, column), add<window_middle>() and
-//                                 add<window_right>() add the products of a column at that place of the window
+//     depthwise_sums              the weights of a unit: start() is the bias; add<window_left>(sum, column), and likewise
+//                                 window_middle and window_right, adds the products of a column at that place of a window
 //     depthwise_result<channels>  requantizes and stores
 
 inline constexpr std::size_t window_left = 0, window_middle = 1, window_right = 2;
@@ -7245,7 +7289,6 @@ struct gemm_panel {
     const std::int8_t* weights;
     const std::int32_t* bias;
     std::uint8_t* result;
-<<<<<<< HEAD
     std::size_t outputs, held = 0;  ///< of the layer; of the panel
 
     void skip(std::size_t lanes) {
@@ -7255,9 +7298,6 @@ struct gemm_panel {
             weights += terms * lanes * gemm_group;
         }
     }
-=======
-    std::size_t outputs, held;  ///< outputs of the layer; outputs in the panel
->>>>>>> helper/words
 };
 
 [[gnu::always_inline]] inline __m256i spread_four(const std::uint8_t* inputs) {
@@ -7363,31 +7403,20 @@ struct gemm_kernel {
 
 using gemm_half_kernel = gemm_kernel;
 
-<<<<<<< HEAD
-// The walk of gemm_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its namespace
+// Loops of gemm_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its namespace
 // and target region, after
 //
-//   gemm_lanes, gemm_max_vectors   outputs per vector; vectors per panel
-//   gemm_tile_pixels[v]            pixels of a full tile with v + 1 vectors
-//   gemm_panel                     the arguments of one panel: pixels, bias, result; outputs, of the layer; held, the number of
-//   the
-//                                  panel's outputs that exist; skip(lanes) moves the weights past so many outputs
-//   gemm_kernel                    tile(pixels, vectors, panel, requantize, first) computes one tile
-//   gemm_half_kernel               the same where only half of the last vector is needed; gemm_kernel for sets without one
+//     gemm_lanes, gemm_max_vectors   outputs per vector; vectors per panel
+//     gemm_tile_pixels[v]            pixels of a full tile with v + 1 vectors
+//     gemm_panel                     arguments of one panel: pixels, bias, result, outputs of the layer, outputs held by
+//                                    the panel; skip(lanes) moves the weights to the next panel
+//     gemm_kernel                    tile(pixels, vectors, panel, requantize, first) computes one tile
+//     gemm_half_kernel               computes a tile whose last vector is at most half full; gemm_kernel in sets without one
 
-/// All pixels of a panel.
+/// Computes all pixels of a panel.
 template <class Kernel, std::size_t vectors, class Requantizer, class Output>
 inline void gemm_u8_tiles(const gemm_panel& given, const Output& output) {
-    const gemm_panel panel = given;  // a local copy: results cannot alias it
-=======
-// Loop of gemm_u8 over the pixels of one panel of outputs. Each x86 instruction set includes this file inside its namespace and
-// target region. Kernel::tile(pixels, vectors, panel, requantize, first) computes one tile.
-
-/// Computes all pixels of a panel in tiles of `pixels` pixels.
-template <class Kernel, std::size_t pixels, std::size_t vectors, class Requantizer, class Panel>
-inline void gemm_u8_tiles(const Panel& given, const float_requantization& output) {
-    const Panel panel = given;  // a local copy, which results cannot alias
->>>>>>> helper/words
+    const gemm_panel panel = given;  // a local copy, which results cannot alias
     const Requantizer requantize(output);
     constexpr std::size_t pixels = gemm_tile_pixels[vectors - 1];
     constexpr std::make_index_sequence<vectors> wide{};
@@ -7524,14 +7553,9 @@ struct gemm_panel {
     const std::int8_t* weights;
     const std::int32_t* bias;
     std::uint8_t* result;
-<<<<<<< HEAD
     std::size_t outputs, held = 0;  ///< of the layer; of the panel
 
     void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
-=======
-    std::size_t outputs;  ///< distance between adjacent pixels' results
-    __mmask64 mask;       ///< existing outputs of the panel
->>>>>>> helper/words
 };
 
 [[gnu::always_inline]] inline __m512i spread_four(const std::uint8_t* inputs) {
@@ -7624,31 +7648,20 @@ struct gemm_kernel_of {
 using gemm_kernel = gemm_kernel_of<false>;
 using gemm_half_kernel = gemm_kernel_of<true>;
 
-<<<<<<< HEAD
-// The walk of gemm_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its namespace
+// Loops of gemm_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its namespace
 // and target region, after
 //
-//   gemm_lanes, gemm_max_vectors   outputs per vector; vectors per panel
-//   gemm_tile_pixels[v]            pixels of a full tile with v + 1 vectors
-//   gemm_panel                     the arguments of one panel: pixels, bias, result; outputs, of the layer; held, the number of
-//   the
-//                                  panel's outputs that exist; skip(lanes) moves the weights past so many outputs
-//   gemm_kernel                    tile(pixels, vectors, panel, requantize, first) computes one tile
-//   gemm_half_kernel               the same where only half of the last vector is needed; gemm_kernel for sets without one
+//     gemm_lanes, gemm_max_vectors   outputs per vector; vectors per panel
+//     gemm_tile_pixels[v]            pixels of a full tile with v + 1 vectors
+//     gemm_panel                     arguments of one panel: pixels, bias, result, outputs of the layer, outputs held by
+//                                    the panel; skip(lanes) moves the weights to the next panel
+//     gemm_kernel                    tile(pixels, vectors, panel, requantize, first) computes one tile
+//     gemm_half_kernel               computes a tile whose last vector is at most half full; gemm_kernel in sets without one
 
-/// All pixels of a panel.
+/// Computes all pixels of a panel.
 template <class Kernel, std::size_t vectors, class Requantizer, class Output>
 inline void gemm_u8_tiles(const gemm_panel& given, const Output& output) {
-    const gemm_panel panel = given;  // a local copy: results cannot alias it
-=======
-// Loop of gemm_u8 over the pixels of one panel of outputs. Each x86 instruction set includes this file inside its namespace and
-// target region. Kernel::tile(pixels, vectors, panel, requantize, first) computes one tile.
-
-/// Computes all pixels of a panel in tiles of `pixels` pixels.
-template <class Kernel, std::size_t pixels, std::size_t vectors, class Requantizer, class Panel>
-inline void gemm_u8_tiles(const Panel& given, const float_requantization& output) {
-    const Panel panel = given;  // a local copy, which results cannot alias
->>>>>>> helper/words
+    const gemm_panel panel = given;  // a local copy, which results cannot alias
     const Requantizer requantize(output);
     constexpr std::size_t pixels = gemm_tile_pixels[vectors - 1];
     constexpr std::make_index_sequence<vectors> wide{};
@@ -7776,13 +7789,9 @@ struct gemm_panel {
     const std::int8_t* weights;
     const std::int32_t* bias;
     std::uint8_t* result;
-<<<<<<< HEAD
     std::size_t outputs, held = 0;  ///< of the layer; of the panel
 
     void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
-=======
-    std::size_t outputs, held;  ///< outputs of the layer; outputs in the panel
->>>>>>> helper/words
 };
 
 template <std::size_t... v>
@@ -7825,31 +7834,20 @@ struct gemm_kernel {
 
 using gemm_half_kernel = gemm_kernel;
 
-<<<<<<< HEAD
-// The walk of gemm_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its namespace
+// Loops of gemm_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its namespace
 // and target region, after
 //
-//   gemm_lanes, gemm_max_vectors   outputs per vector; vectors per panel
-//   gemm_tile_pixels[v]            pixels of a full tile with v + 1 vectors
-//   gemm_panel                     the arguments of one panel: pixels, bias, result; outputs, of the layer; held, the number of
-//   the
-//                                  panel's outputs that exist; skip(lanes) moves the weights past so many outputs
-//   gemm_kernel                    tile(pixels, vectors, panel, requantize, first) computes one tile
-//   gemm_half_kernel               the same where only half of the last vector is needed; gemm_kernel for sets without one
+//     gemm_lanes, gemm_max_vectors   outputs per vector; vectors per panel
+//     gemm_tile_pixels[v]            pixels of a full tile with v + 1 vectors
+//     gemm_panel                     arguments of one panel: pixels, bias, result, outputs of the layer, outputs held by
+//                                    the panel; skip(lanes) moves the weights to the next panel
+//     gemm_kernel                    tile(pixels, vectors, panel, requantize, first) computes one tile
+//     gemm_half_kernel               computes a tile whose last vector is at most half full; gemm_kernel in sets without one
 
-/// All pixels of a panel.
+/// Computes all pixels of a panel.
 template <class Kernel, std::size_t vectors, class Requantizer, class Output>
 inline void gemm_u8_tiles(const gemm_panel& given, const Output& output) {
-    const gemm_panel panel = given;  // a local copy: results cannot alias it
-=======
-// Loop of gemm_u8 over the pixels of one panel of outputs. Each x86 instruction set includes this file inside its namespace and
-// target region. Kernel::tile(pixels, vectors, panel, requantize, first) computes one tile.
-
-/// Computes all pixels of a panel in tiles of `pixels` pixels.
-template <class Kernel, std::size_t pixels, std::size_t vectors, class Requantizer, class Panel>
-inline void gemm_u8_tiles(const Panel& given, const float_requantization& output) {
-    const Panel panel = given;  // a local copy, which results cannot alias
->>>>>>> helper/words
+    const gemm_panel panel = given;  // a local copy, which results cannot alias
     const Requantizer requantize(output);
     constexpr std::size_t pixels = gemm_tile_pixels[vectors - 1];
     constexpr std::make_index_sequence<vectors> wide{};
@@ -8019,31 +8017,20 @@ struct gemm_kernel {
 };
 using gemm_half_kernel = gemm_kernel;
 
-<<<<<<< HEAD
-// The walk of gemm_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its namespace
+// Loops of gemm_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its namespace
 // and target region, after
 //
-//   gemm_lanes, gemm_max_vectors   outputs per vector; vectors per panel
-//   gemm_tile_pixels[v]            pixels of a full tile with v + 1 vectors
-//   gemm_panel                     the arguments of one panel: pixels, bias, result; outputs, of the layer; held, the number of
-//   the
-//                                  panel's outputs that exist; skip(lanes) moves the weights past so many outputs
-//   gemm_kernel                    tile(pixels, vectors, panel, requantize, first) computes one tile
-//   gemm_half_kernel               the same where only half of the last vector is needed; gemm_kernel for sets without one
+//     gemm_lanes, gemm_max_vectors   outputs per vector; vectors per panel
+//     gemm_tile_pixels[v]            pixels of a full tile with v + 1 vectors
+//     gemm_panel                     arguments of one panel: pixels, bias, result, outputs of the layer, outputs held by
+//                                    the panel; skip(lanes) moves the weights to the next panel
+//     gemm_kernel                    tile(pixels, vectors, panel, requantize, first) computes one tile
+//     gemm_half_kernel               computes a tile whose last vector is at most half full; gemm_kernel in sets without one
 
-/// All pixels of a panel.
+/// Computes all pixels of a panel.
 template <class Kernel, std::size_t vectors, class Requantizer, class Output>
 inline void gemm_u8_tiles(const gemm_panel& given, const Output& output) {
-    const gemm_panel panel = given;  // a local copy: results cannot alias it
-=======
-// Loop of gemm_u8 over the pixels of one panel of outputs. Each x86 instruction set includes this file inside its namespace and
-// target region. Kernel::tile(pixels, vectors, panel, requantize, first) computes one tile.
-
-/// Computes all pixels of a panel in tiles of `pixels` pixels.
-template <class Kernel, std::size_t pixels, std::size_t vectors, class Requantizer, class Panel>
-inline void gemm_u8_tiles(const Panel& given, const float_requantization& output) {
-    const Panel panel = given;  // a local copy, which results cannot alias
->>>>>>> helper/words
+    const gemm_panel panel = given;  // a local copy, which results cannot alias
     const Requantizer requantize(output);
     constexpr std::size_t pixels = gemm_tile_pixels[vectors - 1];
     constexpr std::make_index_sequence<vectors> wide{};
@@ -8282,31 +8269,20 @@ struct gemm_kernel {
 };
 using gemm_half_kernel = gemm_kernel;
 
-<<<<<<< HEAD
-// The walk of gemm_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its namespace
+// Loops of gemm_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its namespace
 // and target region, after
 //
-//   gemm_lanes, gemm_max_vectors   outputs per vector; vectors per panel
-//   gemm_tile_pixels[v]            pixels of a full tile with v + 1 vectors
-//   gemm_panel                     the arguments of one panel: pixels, bias, result; outputs, of the layer; held, the number of
-//   the
-//                                  panel's outputs that exist; skip(lanes) moves the weights past so many outputs
-//   gemm_kernel                    tile(pixels, vectors, panel, requantize, first) computes one tile
-//   gemm_half_kernel               the same where only half of the last vector is needed; gemm_kernel for sets without one
+//     gemm_lanes, gemm_max_vectors   outputs per vector; vectors per panel
+//     gemm_tile_pixels[v]            pixels of a full tile with v + 1 vectors
+//     gemm_panel                     arguments of one panel: pixels, bias, result, outputs of the layer, outputs held by
+//                                    the panel; skip(lanes) moves the weights to the next panel
+//     gemm_kernel                    tile(pixels, vectors, panel, requantize, first) computes one tile
+//     gemm_half_kernel               computes a tile whose last vector is at most half full; gemm_kernel in sets without one
 
-/// All pixels of a panel.
+/// Computes all pixels of a panel.
 template <class Kernel, std::size_t vectors, class Requantizer, class Output>
 inline void gemm_u8_tiles(const gemm_panel& given, const Output& output) {
-    const gemm_panel panel = given;  // a local copy: results cannot alias it
-=======
-// Loop of gemm_u8 over the pixels of one panel of outputs. Each x86 instruction set includes this file inside its namespace and
-// target region. Kernel::tile(pixels, vectors, panel, requantize, first) computes one tile.
-
-/// Computes all pixels of a panel in tiles of `pixels` pixels.
-template <class Kernel, std::size_t pixels, std::size_t vectors, class Requantizer, class Panel>
-inline void gemm_u8_tiles(const Panel& given, const float_requantization& output) {
-    const Panel panel = given;  // a local copy, which results cannot alias
->>>>>>> helper/words
+    const gemm_panel panel = given;  // a local copy, which results cannot alias
     const Requantizer requantize(output);
     constexpr std::size_t pixels = gemm_tile_pixels[vectors - 1];
     constexpr std::make_index_sequence<vectors> wide{};
@@ -8783,10 +8759,11 @@ inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kerne
     return detail::plan_kept(g, kernel_size, coarse, detail::regular_pixels(g, kernel_size));
 }
 
-/// Returns the plan restricted to some outputs.
-///
-/// outputs  ascending outputs of the plan
-inline convolution_plan restrict_to(const convolution_plan& plan, std::span<const std::int32_t> outputs) {
+namespace detail {
+
+/// restrict_to(), with outputs that have the numbers `number(i)` for outputs[i].
+template <class Number>
+convolution_plan restrict_and_number(const convolution_plan& plan, std::span<const std::int32_t> outputs, Number&& number) {
     convolution_plan result;
     result.kernel_size = plan.kernel_size, result.stride = plan.stride;
     result.input_count = plan.input_count, result.output_count = plan.output_count;
@@ -8797,7 +8774,7 @@ inline convolution_plan restrict_to(const convolution_plan& plan, std::span<cons
         if (s == plan.segments.size() || plan.segments[s].first > output) {
             while (irregular < plan.irregular.size() && plan.irregular[irregular] < output) ++irregular;
             LDI_ASSERT(irregular < plan.irregular.size() && plan.irregular[irregular] == output);
-            result.irregular.push_back(output);
+            result.irregular.push_back(number(i));
             const std::span<const std::int32_t> window = plan.window_of(irregular);
             result.windows.append(window.begin(), window.end());
             ++i;
@@ -8808,17 +8785,34 @@ inline convolution_plan restrict_to(const convolution_plan& plan, std::span<cons
         while (last < outputs.size() && outputs[last] == outputs[last - 1] + 1 && outputs[last] < from.first + from.count) ++last;
         const std::int32_t count = static_cast<std::int32_t>(last - i), shift = plan.stride * (output - from.first);
         const std::span<const std::int32_t> rows = plan.rows_of(s);
-        if (count >= detail::shortest_segment)
-            detail::add_segment(result, {output, count}, rows, shift);
+        if (count >= shortest_segment)
+            add_segment(result, {number(i), count}, rows, shift);
         else
             for (std::int32_t o = 0; o < count; ++o) {
-                result.irregular.push_back(output + o);
+                result.irregular.push_back(number(i) + o);
                 for (const std::int32_t row : rows)
                     for (std::int32_t x = 0; x < plan.kernel_size; ++x)
                         result.windows.push_back(row + shift + plan.stride * o + x - plan.kernel_size / 2);
             }
         i = last;
     }
+    return result;
+}
+
+}  // namespace detail
+
+/// Returns the plan restricted to some outputs.
+///
+/// outputs  ascending outputs of the plan
+inline convolution_plan restrict_to(const convolution_plan& plan, std::span<const std::int32_t> outputs) {
+    return detail::restrict_and_number(plan, outputs, [&](std::size_t i) { return outputs[i]; });
+}
+
+/// Restricts a plan to some outputs, and numbers them in their order: outputs[i] becomes output i.
+inline convolution_plan restrict_and_renumber(const convolution_plan& plan, std::span<const std::int32_t> outputs) {
+    convolution_plan result =
+        detail::restrict_and_number(plan, outputs, [](std::size_t i) { return static_cast<std::int32_t>(i); });
+    result.output_count = outputs.size();
     return result;
 }
 
@@ -9543,23 +9537,37 @@ struct pixel_subset {
     }
 };
 
+namespace detail {
+
+inline void renumber(std::int32_t& pixel, const pixel_subset& subset) {
+    if (pixel == no_pixel) return;
+    pixel = subset.row_of[pixel];
+    LDI_ASSERT(pixel != no_pixel);
+}
+
+}  // namespace detail
+
+/// Renumbers a plan's inputs for a tensor that stores only the rows of a subset.
+///
+/// inputs  contains all pixels that the plan's outputs read
+inline void renumber_inputs(convolution_plan& plan, const pixel_subset& inputs) {
+    LDI_ASSERT(inputs.row_of.size() == plan.input_count);
+    // Pixels of a segment's rows are consecutive in the subset, too, because the subset holds all of them.
+    for (std::int32_t& pixel : plan.rows) detail::renumber(pixel, inputs);
+    for (std::int32_t& pixel : plan.windows) detail::renumber(pixel, inputs);
+    plan.input_count = inputs.size();
+}
+
 /// Renumbers a plan for tensors that store only the rows of subsets.
 ///
 /// outputs  contains all outputs of the plan
 /// inputs   contains all pixels of their windows
 inline convolution_plan on_subsets(convolution_plan plan, const pixel_subset& outputs, const pixel_subset& inputs) {
-    LDI_ASSERT(outputs.row_of.size() == plan.output_count && inputs.row_of.size() == plan.input_count);
-    const auto renumber = [](std::int32_t& pixel, const pixel_subset& subset) {
-        if (pixel == no_pixel) return;
-        pixel = subset.row_of[pixel];
-        LDI_ASSERT(pixel != no_pixel);
-    };
-    // Pixels of a segment and of its rows remain consecutive, because the subsets contain all of them.
-    for (convolution_plan::segment& s : plan.segments) renumber(s.first, outputs);
-    for (std::int32_t& pixel : plan.rows) renumber(pixel, inputs);
-    for (std::int32_t& output : plan.irregular) renumber(output, outputs);
-    for (std::int32_t& pixel : plan.windows) renumber(pixel, inputs);
-    plan.output_count = outputs.size(), plan.input_count = inputs.size();
+    LDI_ASSERT(outputs.row_of.size() == plan.output_count);
+    renumber_inputs(plan, inputs);
+    for (convolution_plan::segment& s : plan.segments) detail::renumber(s.first, outputs);
+    for (std::int32_t& output : plan.irregular) detail::renumber(output, outputs);
+    plan.output_count = outputs.size();
     return plan;
 }
 
@@ -9883,7 +9891,7 @@ inline std::size_t check_operator(const std::string& place, quantization output,
     const float a_ratio = a.values.scale / output.scale, b_ratio = b.values.scale / output.scale;
     if (!are_addition_ratios(a_ratio, b_ratio))
         raise(error_code::unsupported, place, "ratios of input scale to output scale of which the larger is in [2^-10, 2^8)",
-              std::to_string(a_ratio) + " and " + std::to_string(b_ratio));
+              to_text(a_ratio) + " and " + to_text(b_ratio));
     return a.channels;
 }
 
@@ -11011,7 +11019,7 @@ inline void check_architecture(const inpainting_architecture& a, const std::stri
         expect(size >= 3 && size <= largest_kernel_size && size % 2 == 1, "kernels", "odd numbers from 3 to 15",
                std::to_string(size));
     expect(a.growth >= 0 && a.growth <= max_growth, "growth", "0 to 64", std::to_string(a.growth));
-    expect(a.leak >= 0.0F && a.leak <= 1.0F, "leak", "0 to 1", std::to_string(a.leak));
+    expect(a.leak >= 0.0F && a.leak <= 1.0F, "leak", "0 to 1", to_text(a.leak));
 }
 
 }  // namespace detail
@@ -11191,9 +11199,9 @@ struct farbrausch_level {
     convolution_plan average;         ///< 3 x 3 windows of all pixels
     convolution_plan average_coarse;  ///< 3 x 3 windows of the pixels that remain on the next level
 
-    pixel_subset read;                   ///< pixels at which the network reads the input or an encoder's result
-    pixel_subset decoded;                ///< pixels at which the decoder computes a result
-    convolution_plan encode;             ///< from `read` of this level to `read` of the next level
+    pixel_subset read;                   ///< level 0 only: pixels at which the network reads its input
+    buffer<std::int32_t> decoded;        ///< level 0 only: pixels at which the decoder gives a result
+    convolution_plan encode;             ///< from `read` here to `read` of the next level
     convolution_plan decode;             ///< from `read` to `decoded`
     buffer<std::int32_t> decoded_above;  ///< per pixel of `read` its row in `decoded` of the next level, or no_pixel
 };
@@ -11226,34 +11234,38 @@ inline buffer<farbrausch_level> plan_farbrausch(const graph_view& finest, std::s
 
     // The decoder, in reverse order: from its final result to the coarsest level.
     buffer<buffer<std::uint8_t>> read_marks(depth);
-    levels[0].decoded = pixel_subset::marked(wanted);
+    buffer<pixel_subset> decoded(depth + 1);
+    decoded[0] = pixel_subset::marked(wanted);
     for (std::size_t i = 0; i < depth; ++i) {
         farbrausch_level& level = levels[i];
-        level.decode = restrict_to(level.average, level.decoded.pixels);
+        level.decode = restrict_to(level.average, decoded[i].pixels);
         read_marks[i].assign(level.pixel_count, 0);
         mark_needed_inputs(level.decode, read_marks[i]);
         buffer<std::uint8_t> above_marks(levels[i + 1].pixel_count, 0);
         for (std::size_t pixel = 0; pixel < level.pixel_count; ++pixel)
             if (read_marks[i][pixel] != 0 && level.above[pixel] != no_pixel) above_marks[level.above[pixel]] = 1;
-        levels[i + 1].decoded = pixel_subset::marked(above_marks);
+        decoded[i + 1] = pixel_subset::marked(above_marks);
     }
-    // The encoder, from the coarsest level to the finest: its results for the decoder and for the next encoder stage.
-    levels[depth].read = levels[depth].decoded;
+    // The encoder, from the coarsest level back up: its results for the decoder, and for its own next stage.
+    pixel_subset read = decoded[depth];
     for (std::size_t i = depth; i-- > 0;) {
-        farbrausch_level &level = levels[i], &next = levels[i + 1];
-        level.encode = restrict_to(kernels[i] == 3 ? level.average_coarse : encode[i], next.read.pixels);
+        farbrausch_level& level = levels[i];
+        level.encode = restrict_to(kernels[i] == 3 ? level.average_coarse : encode[i], read.pixels);
         encode[i] = {};
         mark_needed_inputs(level.encode, read_marks[i]);
-        level.read = pixel_subset::marked(read_marks[i]);
+        pixel_subset read_here = pixel_subset::marked(read_marks[i]);
         read_marks[i] = {};
-        level.encode = on_subsets(std::move(level.encode), next.read, level.read);
-        level.decode = on_subsets(std::move(level.decode), level.decoded, level.read);
-        level.decoded_above.reserve(level.read.size());
-        for (const std::int32_t pixel : level.read.pixels) {
+        level.encode = on_subsets(std::move(level.encode), read, read_here);
+        level.decode = on_subsets(std::move(level.decode), decoded[i], read_here);
+        level.decoded_above.reserve(read_here.size());
+        for (const std::int32_t pixel : read_here.pixels) {
             const std::int32_t above = level.above[pixel];
-            level.decoded_above.push_back(above == no_pixel ? no_pixel : next.decoded.row_of[above]);
+            level.decoded_above.push_back(above == no_pixel ? no_pixel : decoded[i + 1].row_of[above]);
         }
+        decoded[i + 1] = {};
+        read = std::move(read_here);
     }
+    levels[0].read = std::move(read), levels[0].decoded = std::move(decoded[0].pixels);
     return levels;
 }
 
@@ -11502,16 +11514,19 @@ private:
         buffer<std::int32_t> unknown;
         for (std::int32_t i = 0; i < known.count(); ++i)
             if (!known.has(i)) unknown.push_back(i);
-        spread_at(colors, restrict_to(windows, unknown), passes);
+        spread_at(colors, restrict_and_renumber(windows, unknown), unknown, passes);
     }
 
-    void spread_at(masked_colors& colors, const convolution_plan& unknown, int passes) {
-        masked_colors next = colors;
+    /// windows  of the colors `places`, in their order
+    void spread_at(masked_colors& colors, const convolution_plan& windows, std::span<const std::int32_t> places, int passes) {
+        masked_colors next(places.size());
         for (int pass = 0; pass < passes; ++pass) {
             average_windows(
-                unknown, threads_, [&](std::int32_t p) { return colors[p]; },
+                windows, threads_, [&](std::int32_t p) { return colors[p]; },
                 [&](std::int32_t output, masked_color c) { next.set(output, c); });
-            std::swap(colors, next);
+            parallel_for(threads_, places.size(), 4096, [&](std::size_t first, std::size_t last) {
+                for (std::size_t i = first; i < last; ++i) colors.set(places[i], next[static_cast<std::int32_t>(i)]);
+            });
         }
     }
 
@@ -11542,18 +11557,20 @@ private:
         const farbrausch_level& level = levels_[0];
         const pixel_subset& read = level.read;
         masked_colors fill(read.size());
-        buffer<std::int32_t> unknown;
+        buffer<std::int32_t> unknown, rows;
         for (std::int32_t row = 0; row < fill.count(); ++row) {
             const std::int32_t pixel = read.pixels[row];
-            if (known_[pixel] == 0) unknown.push_back(pixel);
+            if (known_[pixel] == 0) unknown.push_back(pixel), rows.push_back(row);
             fill.set(row, base_color(pixel, fill_above));
         }
-        spread_at(fill, on_subsets(restrict_to(level.average, unknown), read, read), 2);
+        convolution_plan windows = restrict_and_renumber(level.average, unknown);
+        renumber_inputs(windows, read);
+        spread_at(fill, windows, rows, 2);
         color_along_links(fill, fill_above);
         smooth_fills result;
         result.fill.resize(3 * level.decoded.size());
         for (std::size_t d = 0; d < level.decoded.size(); ++d) {
-            const std::int32_t row = read.row_of[level.decoded.pixels[d]];
+            const std::int32_t row = read.row_of[level.decoded[d]];
             const masked_color color = fill.has(row) ? fill[row] : mean();
             for (std::size_t c = 0; c < 3; ++c) result.fill[3 * d + c] = color[c];
         }
@@ -11745,7 +11762,7 @@ buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint
     }
     for (detail::farbrausch_level& level : levels) {
         level.average = level.average_coarse = {};
-        level.above = {};
+        level.above = {}, level.read = {};
     }
 
     // Equal steps per layer, although the fine levels cost most of the time.
@@ -14234,8 +14251,8 @@ expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule 
     expanded_layers<Columns...> result{detail::expansion_access::layers_of(std::move(layer)), options.motion};
     layered_image<Columns...>& layers = result.layers;
     std::optional<detail::expansion> expansion;
+    const array_view<const float> disparity = layers.template column<disparity_column>();
     const buffer<grown_piece> pieces = layers.grow([&](graph_builder base) {
-        const array_view<const float> disparity = layers.template column<disparity_column>();
         expansion.emplace(std::move(base), disparity, surface, curves, options.motion);
         const int last = (std::min)(options.iterations, expansion->max_iterations());
         for (int i = 0; i < last; ++i) {
@@ -15030,50 +15047,66 @@ void unmix_colors(single_layer<Columns...>& layers, const mixed_color_options& o
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Three channels of color.
-using texture_color = std::array<float, 3>;
-
-/// Cells are in the order of the pixels.
+/// Cells are in the order of the pixels, so that a linked run of cells lies side by side.
 struct texture_cells {
     enum class kind : std::uint8_t {
         unknown,
         source,  ///< known, and texture may come from here
         margin,  ///< known, there only so that a source is seen with its surroundings
     };
-    buffer<std::int32_t> pixel;                ///< per cell: its index in the graph
-    buffer<kind> kinds;                        ///< per cell
-    std::array<buffer<std::int32_t>, 4> next;  ///< per side and cell: the neighboring cell, or no_pixel
+    static constexpr int max_steps = 255;  ///< of walk()
+    static constexpr int stride = 4;
+
+    buffer<std::int32_t> pixel;                    ///< per cell: its index in the graph
+    buffer<kind> kinds;                            ///< per cell
+    buffer<std::uint8_t> left_steps, right_steps;  ///< per cell: the number of cells that follow on that side, max_steps at most
+    buffer<std::int32_t> above, below;             ///< per cell: the neighboring cell, or the cell itself
+    buffer<std::int32_t> far_above, far_below;     ///< per cell: the one `stride` steps away, or the last one on the way
 
     std::int32_t count() const { return pixel.count(); }
     bool is_unknown(std::int32_t cell) const { return kinds[cell] == kind::unknown; }
     bool is_source(std::int32_t cell) const { return kinds[cell] == kind::source; }
-    std::int32_t neighbor(std::int32_t cell, side s) const { return next[static_cast<std::size_t>(s)][cell]; }
+    /// The neighboring cell, or no_pixel.
+    std::int32_t neighbor(std::int32_t cell, side s) const {
+        const std::int32_t n = walk(cell, s, 1);
+        return n == cell ? no_pixel : n;
+    }
 
     /// The cell this many steps away, or the last one on the way there.
     std::int32_t walk(std::int32_t cell, side s, int steps) const {
-        const buffer<std::int32_t>& links = next[static_cast<std::size_t>(s)];
-        for (; steps > 0 && links[cell] != no_pixel; --steps) cell = links[cell];
+        LDI_ASSERT(steps <= max_steps);
+        switch (s) {
+            case side::left: return cell - (std::min<int>)(steps, left_steps[cell]);
+            case side::right: return cell + (std::min<int>)(steps, right_steps[cell]);
+            case side::up: return follow(above, far_above, cell, steps);
+            case side::down: break;
+        }
+        return follow(below, far_below, cell, steps);
+    }
+
+private:
+    static std::int32_t follow(const buffer<std::int32_t>& near, const buffer<std::int32_t>& far, std::int32_t cell, int steps) {
+        for (; steps >= stride; steps -= stride) cell = far[cell];
+        for (; steps > 0; --steps) cell = near[cell];
         return cell;
     }
 };
 
 /// Steps over links from each pixel to the nearest unknown one, where they are `most` at most; otherwise 255.
 inline buffer<std::uint8_t> steps_to_unknown(const graph_view& g, array_view<const std::uint8_t> known, int most) {
-    buffer<std::uint8_t> steps(g.size(), 255);
+    buffer<std::uint8_t> steps(g.size(), unset);
+    for (std::int32_t i = 0; i < g.count(); ++i) steps[i] = known[i] == 0 ? 0 : 255;
     buffer<std::int32_t> wave, further;
     const auto visit_around = [&](std::int32_t pixel, int distance, buffer<std::int32_t>& reached) {
         for (side s : all_sides) {
             const std::int32_t n = g.neighbor(pixel, s);
-            if (n == no_pixel || known[n] == 0 || steps[n] != 255) continue;
+            if (n == no_pixel || steps[n] != 255) continue;
             steps[n] = static_cast<std::uint8_t>(distance);
             reached.push_back(n);
         }
     };
-    for (std::int32_t i = 0; i < g.count(); ++i) {
-        if (known[i] != 0) continue;
-        steps[i] = 0;
-        visit_around(i, 1, wave);
-    }
+    for (std::int32_t i = 0; i < g.count(); ++i)
+        if (steps[i] == 0) visit_around(i, 1, wave);
     for (int distance = 2; distance <= most && !wave.empty(); ++distance) {
         further.clear();
         for (std::int32_t pixel : wave) visit_around(pixel, distance, further);
@@ -15082,45 +15115,198 @@ inline buffer<std::uint8_t> steps_to_unknown(const graph_view& g, array_view<con
     return steps;
 }
 
+/// Each cell's link followed twice.
+inline buffer<std::int32_t> doubled(const buffer<std::int32_t>& links) {
+    buffer<std::int32_t> result(links.size(), unset);
+    for (std::size_t cell = 0; cell < links.size(); ++cell) result[cell] = links[links[cell]];
+    return result;
+}
+
+/// Sets left_steps and right_steps.
+///
+/// is_linked  is_linked(cell): whether the cell before it is its left neighbor
+template <class IsLinked>
+void count_steps(texture_cells& cells, IsLinked&& is_linked) {
+    const auto one_more = [](std::uint8_t steps) {
+        return static_cast<std::uint8_t>((std::min)(steps + 1, texture_cells::max_steps));
+    };
+    cells.left_steps = buffer<std::uint8_t>(cells.pixel.size());
+    cells.right_steps = buffer<std::uint8_t>(cells.pixel.size());
+    for (std::int32_t cell = 1; cell < cells.count(); ++cell)
+        if (is_linked(cell)) cells.left_steps[cell] = one_more(cells.left_steps[cell - 1]);
+    for (std::int32_t cell = cells.count() - 1; cell > 0; --cell)
+        if (cells.left_steps[cell] > 0) cells.right_steps[cell - 1] = one_more(cells.right_steps[cell]);
+}
+
+/// g              in canonical order
 /// reach, margin  how many steps from an unknown pixel sources lie at most, and how wide the margin around them is; together
 ///                less than 255
 inline texture_cells find_texture_cells(const graph_view& g, array_view<const std::uint8_t> known, int reach, int margin) {
     const buffer<std::uint8_t> steps = steps_to_unknown(g, known, reach + margin);
+    const std::size_t count = g.size() - static_cast<std::size_t>(std::count(steps.begin(), steps.end(), 255));
     texture_cells cells;
+    cells.pixel.resize(count, unset), cells.kinds.resize(count, unset);
     buffer<std::int32_t> cell_of(g.size(), unset);  // where there is a cell
+    std::int32_t next = 0;
     for (std::int32_t i = 0; i < g.count(); ++i) {
         if (steps[i] == 255) continue;
-        cell_of[i] = cells.count();
-        cells.pixel.push_back(i);
-        cells.kinds.push_back(steps[i] == 0       ? texture_cells::kind::unknown
-                              : steps[i] <= reach ? texture_cells::kind::source
-                                                  : texture_cells::kind::margin);
+        cells.pixel[next] = i;
+        cells.kinds[next] = steps[i] == 0       ? texture_cells::kind::unknown
+                            : steps[i] <= reach ? texture_cells::kind::source
+                                                : texture_cells::kind::margin;
+        cell_of[i] = next++;
     }
-    for (side s : all_sides) {
-        buffer<std::int32_t>& links = cells.next[static_cast<std::size_t>(s)];
-        links = buffer<std::int32_t>(cells.pixel.size(), no_pixel);
+    count_steps(cells, [&](std::int32_t cell) {
+        const std::int32_t left = g.left()[cells.pixel[cell]];
+        LDI_ASSERT(left == no_pixel || left == cells.pixel[cell] - 1);
+        return left != no_pixel && left == cells.pixel[cell - 1];
+    });
+    const auto links = [&](array_view<const std::int32_t> neighbors) {
+        buffer<std::int32_t> result(count, unset);
         for (std::int32_t cell = 0; cell < cells.count(); ++cell) {
-            const std::int32_t n = g.neighbor(cells.pixel[cell], s);
-            if (n != no_pixel && steps[n] != 255) links[cell] = cell_of[n];
+            const std::int32_t n = neighbors[cells.pixel[cell]];
+            result[cell] = n != no_pixel && steps[n] != 255 ? cell_of[n] : cell;
         }
-    }
+        return result;
+    };
+    cells.above = links(g.up()), cells.below = links(g.down());
+    cells.far_above = doubled(doubled(cells.above)), cells.far_below = doubled(doubled(cells.below));
     return cells;
 }
 
-/// Blurs with a binomial filter of 3 x 3 over links, `passes` times. A neighbor that is missing counts as the cell itself.
-inline void blur_cells(const texture_cells& cells, buffer<texture_color>& values, int passes) {
-    buffer<texture_color> blurred(values.size(), unset);
-    for (int pass = 0; pass < passes; ++pass)
-        for (const auto& [one, other] : {std::array{side::left, side::right}, std::array{side::up, side::down}}) {
-            for (std::int32_t cell = 0; cell < cells.count(); ++cell) {
-                const std::int32_t before = cells.neighbor(cell, one), after = cells.neighbor(cell, other);
-                const texture_color& middle = values[cell];
-                const texture_color& a = before == no_pixel ? middle : values[before];
-                const texture_color& b = after == no_pixel ? middle : values[after];
-                for (std::size_t c = 0; c < 3; ++c) blurred[cell][c] = 0.5F * middle[c] + 0.25F * (a[c] + b[c]);
-            }
-            values.swap(blurred);
+}}}  // namespace ldi::detail
+
+// ---- ldi/inpaint/detail/texture_looks.hpp
+// The colors of texture cells: their high frequencies, and what their surroundings look like when both are blurred. A binomial
+// filter of 3 x 3 over links blurs them, four times. Sums stay whole: each time they get four bits more, 24 in the end.
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+/// A cell with its surroundings: blurred colors of itself, and of those `tap_distance` steps away on each side. Of 16 bytes for
+/// the sake of vector instructions; the last is 0.
+using texture_surroundings = std::array<std::uint8_t, 16>;
+
+inline constexpr int tap_distance = 4;
+inline constexpr int tap_values = 15;
+
+/// The sum of the absolute differences.
+inline int difference_of(const texture_surroundings& a, const texture_surroundings& b) {
+    int sum = 0;
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC unroll 1  // unrolled, GCC does not recognize the sum of absolute differences, for which there is an instruction
+#endif
+    for (std::size_t i = 0; i < a.size(); ++i) sum += std::abs(int{a[i]} - int{b[i]});
+    return sum;
+}
+
+/// Cells of one run whose neighbors above, and whose neighbors below, lie side by side, too.
+struct cell_stretch {
+    std::int32_t first, count;
+    std::int32_t above, below;  ///< from a cell to its neighbor; 0: there is none
+};
+
+inline buffer<cell_stretch> find_stretches(const texture_cells& cells) {
+    buffer<cell_stretch> result;
+    for (std::int32_t cell = 0; cell < cells.count(); ++cell) {
+        const std::int32_t above = cells.above[cell] - cell, below = cells.below[cell] - cell;
+        if (cells.left_steps[cell] > 0 && result.back().above == above && result.back().below == below)
+            ++result.back().count;
+        else
+            result.push_back({cell, 1, above, below});
+    }
+    return result;
+}
+
+/// Blurs colors, three channels each, with a binomial filter over links, first along x, then along y. A neighbor that is missing
+/// counts as the cell itself.
+class cell_blur {
+public:
+    explicit cell_blur(const texture_cells& cells) : cells_(cells), stretches_(find_stretches(cells)) {}
+
+    /// Returns 16 times the blurred colors.
+    template <class To, class From>
+    buffer<To> operator()(const buffer<From>& colors) const {
+        const buffer<To> across = blur_across<To>(colors);
+        buffer<To> result(colors.size(), unset);
+        for (const cell_stretch& s : stretches_) {
+            const To *const middle = across.data() + 3 * std::ptrdiff_t{s.first},
+                            *const above = middle + 3 * std::ptrdiff_t{s.above},
+                            *const below = middle + 3 * std::ptrdiff_t{s.below};
+            To* const to = result.data() + 3 * std::ptrdiff_t{s.first};
+            for (std::ptrdiff_t i = 0; i < 3 * std::ptrdiff_t{s.count}; ++i)
+                to[i] = static_cast<To>(2U * middle[i] + above[i] + below[i]);
         }
+        return result;
+    }
+
+private:
+    template <class To, class From>
+    buffer<To> blur_across(const buffer<From>& colors) const {
+        buffer<To> result(colors.size(), unset);
+        for (const cell_stretch& s : stretches_) {
+            const std::ptrdiff_t begin = 3 * std::ptrdiff_t{s.first}, end = begin + 3 * std::ptrdiff_t{s.count};
+            const std::ptrdiff_t left = cells_.left_steps[s.first] > 0 ? -3 : 0;
+            const std::ptrdiff_t right = cells_.right_steps[s.first + s.count - 1] > 0 ? 3 : 0;
+            const From* const from = colors.data();
+            To* const to = result.data();
+            const auto blur = [&](std::ptrdiff_t i, std::ptrdiff_t before, std::ptrdiff_t after) {
+                to[i] = static_cast<To>(2U * from[i] + from[i + before] + from[i + after]);
+            };
+            for (std::ptrdiff_t i = begin; i < begin + 3; ++i) blur(i, left, s.count > 1 ? 3 : right);
+            for (std::ptrdiff_t i = begin + 3; i < end - 3; ++i) blur(i, -3, 3);
+            for (std::ptrdiff_t i = end - 3; s.count > 1 && i < end; ++i) blur(i, -3, right);
+        }
+        return result;
+    }
+
+    const texture_cells& cells_;
+    buffer<cell_stretch> stretches_;
+};
+
+/// What texture is chosen by, and what is copied.
+struct texture_looks {
+    buffer<texture_surroundings> surroundings;   ///< per cell
+    buffer<std::array<std::int16_t, 3>> detail;  ///< per cell: color less blurred color, in sixteenths
+};
+
+inline buffer<texture_surroundings> describe_cells(const texture_cells& cells,
+                                                   const buffer<std::array<std::uint8_t, 3>>& blurred) {
+    buffer<texture_surroundings> result(cells.pixel.size());
+    for (std::int32_t cell = 0; cell < cells.count(); ++cell) {
+        std::size_t at = 0;
+        const auto put = [&](std::int32_t tap) {
+            for (const std::uint8_t value : blurred[tap]) result[cell][at++] = value;
+        };
+        put(cell);
+        for (side s : all_sides) put(cells.walk(cell, s, tap_distance));
+    }
+    return result;
+}
+
+/// color  of the layered image that the cells are of
+inline texture_looks look_at(const texture_cells& cells, array_view<const std::uint8_t> color) {
+    const cell_blur blur(cells);
+    texture_looks result;
+    buffer<std::uint16_t> colors(3 * cells.pixel.size(), unset);
+    for (std::int32_t cell = 0; cell < cells.count(); ++cell)
+        for (std::ptrdiff_t c = 0; c < 3; ++c)
+            colors[3 * std::ptrdiff_t{cell} + c] = color.data()[3 * std::ptrdiff_t{cells.pixel[cell]} + c];
+    buffer<std::uint16_t> once = blur.operator()<std::uint16_t>(colors);
+    result.detail.resize(cells.pixel.size(), unset);
+    for (std::int32_t cell = 0; cell < cells.count(); ++cell)
+        for (std::size_t c = 0; c < 3; ++c) {
+            const std::size_t i = 3 * static_cast<std::size_t>(cell) + c;
+            result.detail[cell][c] = static_cast<std::int16_t>(16 * colors[i] - once[i]);
+        }
+    colors = blur.operator()<std::uint16_t>(once);
+    once = {};
+    const buffer<std::uint32_t> sums = blur.operator()<std::uint32_t>(blur.operator()<std::uint32_t>(colors));
+    buffer<std::array<std::uint8_t, 3>> blurred(cells.pixel.size(), unset);
+    for (std::int32_t cell = 0; cell < cells.count(); ++cell)
+        for (std::size_t c = 0; c < 3; ++c)
+            blurred[cell][c] = static_cast<std::uint8_t>((sums[3 * static_cast<std::size_t>(cell) + c] + 0x8000) >> 16);
+    result.surroundings = describe_cells(cells, blurred);
+    return result;
 }
 
 }}}  // namespace ldi::detail
@@ -15132,33 +15318,6 @@ inline void blur_cells(const texture_cells& cells, buffer<texture_color>& values
 // it costs where two neighbors take from pixels that are not neighbors: what is copied then hangs together.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
-
-/// A cell with its surroundings: blurred colors of itself, and of those `tap_distance` steps away on each side. Of 16 bytes for
-/// the sake of vector instructions; the last is 0.
-using texture_surroundings = std::array<std::uint8_t, 16>;
-
-inline constexpr int tap_distance = 4;
-inline constexpr int tap_values = 15;
-
-inline buffer<texture_surroundings> describe_cells(const texture_cells& cells, const buffer<texture_color>& blurred) {
-    buffer<texture_surroundings> result(cells.pixel.size());
-    for (std::int32_t cell = 0; cell < cells.count(); ++cell) {
-        std::size_t at = 0;
-        const auto put = [&](std::int32_t tap) {
-            for (const float value : blurred[tap]) result[cell][at++] = rounded_mean(value);
-        };
-        put(cell);
-        for (side s : all_sides) put(cells.walk(cell, s, tap_distance));
-    }
-    return result;
-}
-
-/// The sum of the absolute differences.
-inline int difference_of(const texture_surroundings& a, const texture_surroundings& b) {
-    int sum = 0;
-    for (std::size_t i = 0; i < a.size(); ++i) sum += std::abs(int{a[i]} - int{b[i]});
-    return sum;
-}
 
 class texture_search {
 public:
@@ -15209,9 +15368,11 @@ private:
         }
     }
 
-    int cost(std::int32_t cell, std::int32_t from) const {
+    /// Incoherence is counted only while the sum may stay below `limit`.
+    int cost(std::int32_t cell, std::int32_t from, int limit) const {
         int sum = difference_of(looks_[cell], looks_[from]);
         for (side s : all_sides) {
+            if (sum >= limit) return sum;
             const std::int32_t n = cells_.neighbor(cell, s);
             if (n == no_pixel || !cells_.is_unknown(n)) continue;
             if (source_[n] == no_pixel || cells_.neighbor(from, s) != source_[n]) sum += incoherence;
@@ -15228,8 +15389,8 @@ private:
                 best = from;
                 return;
             }
-            if (least < 0) least = cost(cell, best);
-            if (const int c = cost(cell, from); c < least) least = c, best = from;
+            if (least < 0) least = cost(cell, best, std::numeric_limits<int>::max());
+            if (const int c = cost(cell, from, least); c < least) least = c, best = from;
         };
         for (side s : {forward ? side::left : side::right, forward ? side::up : side::down}) {
             const std::int32_t n = cells_.neighbor(cell, s);
@@ -15292,32 +15453,27 @@ struct texture_options {
 
 namespace detail {
 
+/// Three channels of color.
+using texture_color = std::array<float, 3>;
+
 /// Finds a source of texture for each unknown pixel, and the detail to add from it.
 class texture_transfer {
 public:
     /// color, known  the columns of a layered image with this graph
     texture_transfer(const graph_view& g, array_view<const std::uint8_t> color, array_view<const std::uint8_t> known,
                      const texture_options& options)
-        : options_(options), cells_(find_texture_cells(g, known, options.reach, margin)) {
-        buffer<texture_color> blurred(cells_.pixel.size(), unset);
-        for (std::int32_t cell = 0; cell < cells_.count(); ++cell)
-            for (std::size_t c = 0; c < 3; ++c)
-                blurred[cell][c] = color.data()[3 * std::ptrdiff_t{cells_.pixel[cell]} + static_cast<std::ptrdiff_t>(c)];
-        fine_ = blurred;
-        blur_cells(cells_, blurred, 1);
-        for (std::int32_t cell = 0; cell < cells_.count(); ++cell)
-            for (std::size_t c = 0; c < 3; ++c) fine_[cell][c] -= blurred[cell][c];
-        blur_cells(cells_, blurred, 3);
-        looks_ = describe_cells(cells_, blurred);
-        source_ = texture_search(g, cells_, looks_, options.reach).run(options.rounds);
-    }
+        : options_(options),
+          cells_(find_texture_cells(g, known, options.reach, margin)),
+          looks_(look_at(cells_, color)),
+          source_(texture_search(g, cells_, looks_.surroundings, options.reach).run(options.rounds)) {}
 
     const texture_cells& cells() const { return cells_; }
 
     /// Similarity of a cell and its source, 0 to 1.
     float likeness(std::int32_t cell) const {
         if (source_[cell] == no_pixel) return 0.0F;
-        const float difference = nearest_float(difference_of(looks_[cell], looks_[source_[cell]])) / nearest_float(tap_values);
+        const float difference = nearest_float(difference_of(looks_.surroundings[cell], looks_.surroundings[source_[cell]])) /
+                                 nearest_float(tap_values);
         if (difference <= options_.tolerance) return 1.0F;
         return (std::max)(2.0F - difference / options_.tolerance, 0.0F);  // a tolerance of 0 leaves only what is equal
     }
@@ -15325,9 +15481,12 @@ public:
     /// The texture of an unknown cell, none if it has no source. `noise`: the photo's detail around it.
     texture_color texture(std::int32_t cell, float noise) const {
         if (source_[cell] == no_pixel) return {};
-        texture_color result = fine_[source_[cell]];
+        texture_color result;
         const float most = options_.crest * noise;
-        for (float& value : result) value *= options_.strength * (most > 0.0F ? most / (most + std::abs(value)) : 0.0F);
+        for (std::size_t c = 0; c < 3; ++c) {
+            const float value = nearest_float(looks_.detail[source_[cell]][c]) / 16.0F;
+            result[c] = value * (options_.strength * (most > 0.0F ? most / (most + std::abs(value)) : 0.0F));
+        }
         return result;
     }
 
@@ -15336,8 +15495,7 @@ private:
 
     texture_options options_;
     texture_cells cells_;
-    buffer<texture_color> fine_;  // high frequencies
-    buffer<texture_surroundings> looks_;
+    texture_looks looks_;
     buffer<std::int32_t> source_;
 };
 
@@ -15358,7 +15516,7 @@ inline void check_options(const texture_options& options) {
 /// add_grain()
 ///
 /// Raises invalid_option as add_grain() does, and for a strength, crest or tolerance that is not in [0, 100], [0, 1000] or [0,
-/// 255], a reach that is not in [1, 200], or rounds that are not in [1, 60]. Linear time; up to 150 bytes per pixel, where all
+/// 255], a reach that is not in [1, 200], or rounds that are not in [1, 60]. Linear time; up to 80 bytes per pixel, where all
 /// are unknown or near.
 template <has_columns<color_column, known_column> Layers>
 void add_texture(Layers& layers, const texture_options& options = {}, const grain_options& grain = {}) {
