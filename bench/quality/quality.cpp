@@ -27,7 +27,7 @@ using namespace ldi_quality;
 
 struct arguments {
     std::filesystem::path inpainting_model, lpips, pictures = "out/quality";
-    bool views = true, depth = true, each_depth = false, sizes = true;
+    bool views = true, depth = true, each_depth = false, sizes = true, int8 = false;
 };
 
 /// How long the network was trained, as its file says.
@@ -41,7 +41,7 @@ std::string training_of(const std::filesystem::path& file) {
 }
 
 void run(const arguments& a) {
-    const ldi::farbrausch network = ldi::load_farbrausch(a.inpainting_model);
+    const ldi::farbrausch network = ldi::load_farbrausch(a.inpainting_model, a.int8 ? ldi::arithmetic::int8 : ldi::arithmetic::float32);
     std::printf("Farbrausch: %s, %s\n", a.inpainting_model.filename().string().c_str(), training_of(a.inpainting_model).c_str());
     if (a.sizes) print_sizes(network);
     lpips_network perceived;
@@ -112,6 +112,7 @@ int main(int count, char** values) {
     CLI::App app("Measures 3D photos: depth, novel views, inpainting, sizes, times.");
     arguments a;
     app.add_option("--inpainting-model", a.inpainting_model, "weights (safetensors)")->required();
+    app.add_flag("--int8", a.int8, "the inpainting network computes with 8 bits");
     app.add_option("--lpips", a.lpips, "weights of LPIPS (safetensors)");
     app.add_option("--pictures", a.pictures, "folder for pictures")->capture_default_str();
     app.add_flag("!--no-views", a.views, "no novel views and inpainting");

@@ -124,9 +124,9 @@ void print_sizes(const Inpainter& inpainter) {
         ldi::examples::stage_clock clock(true);
         convert(measured, inpainter, clock.listener());
         clock.finish();
-        for (const auto& [stage, milliseconds] : clock.stages()) {
-            if (times.count(stage) == 0) order.push_back(stage);
-            times[stage].push_back(milliseconds);
+        for (const ldi::examples::stage_time& time : clock.stages()) {
+            if (times.count(time.stage) == 0) order.push_back(time.stage);
+            times[time.stage].push_back(time.elapsed);
         }
     }
     std::printf(

@@ -13,10 +13,12 @@
 #include <ldi/core/graph.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/inpaint/detail/texture_cells.hpp>
+#include <ldi/inpaint/detail/texture_looks.hpp>
 #include <ldi/inpaint/detail/texture_search.hpp>
 #include <ldi/inpaint/grain.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -40,32 +42,27 @@ struct texture_options {
 
 namespace detail {
 
+/// Three channels of color.
+using texture_color = std::array<float, 3>;
+
 /// Finds a source of texture for each unknown pixel, and the detail to add from it.
 class texture_transfer {
 public:
     /// color, known  the columns of a layered image with this graph
     texture_transfer(const graph_view& g, array_view<const std::uint8_t> color, array_view<const std::uint8_t> known,
                      const texture_options& options)
-        : options_(options), cells_(find_texture_cells(g, known, options.reach, margin)) {
-        buffer<texture_color> blurred(cells_.pixel.size(), unset);
-        for (std::int32_t cell = 0; cell < cells_.count(); ++cell)
-            for (std::size_t c = 0; c < 3; ++c)
-                blurred[cell][c] = color.data()[3 * std::ptrdiff_t{cells_.pixel[cell]} + static_cast<std::ptrdiff_t>(c)];
-        fine_ = blurred;
-        blur_cells(cells_, blurred, 1);
-        for (std::int32_t cell = 0; cell < cells_.count(); ++cell)
-            for (std::size_t c = 0; c < 3; ++c) fine_[cell][c] -= blurred[cell][c];
-        blur_cells(cells_, blurred, 3);
-        looks_ = describe_cells(cells_, blurred);
-        source_ = texture_search(g, cells_, looks_, options.reach).run(options.rounds);
-    }
+        : options_(options),
+          cells_(find_texture_cells(g, known, options.reach, margin)),
+          looks_(look_at(cells_, color)),
+          source_(texture_search(g, cells_, looks_.surroundings, options.reach).run(options.rounds)) {}
 
     const texture_cells& cells() const { return cells_; }
 
     /// Similarity of a cell and its source, 0 to 1.
     float likeness(std::int32_t cell) const {
         if (source_[cell] == no_pixel) return 0.0F;
-        const float difference = nearest_float(difference_of(looks_[cell], looks_[source_[cell]])) / nearest_float(tap_values);
+        const float difference = nearest_float(difference_of(looks_.surroundings[cell], looks_.surroundings[source_[cell]])) /
+                                 nearest_float(tap_values);
         if (difference <= options_.tolerance) return 1.0F;
         return (std::max)(2.0F - difference / options_.tolerance, 0.0F);  // a tolerance of 0 leaves only what is equal
     }
@@ -73,9 +70,12 @@ public:
     /// The texture of an unknown cell, none if it has no source. `noise`: the photo's detail around it.
     texture_color texture(std::int32_t cell, float noise) const {
         if (source_[cell] == no_pixel) return {};
-        texture_color result = fine_[source_[cell]];
+        texture_color result;
         const float most = options_.crest * noise;
-        for (float& value : result) value *= options_.strength * (most > 0.0F ? most / (most + std::abs(value)) : 0.0F);
+        for (std::size_t c = 0; c < 3; ++c) {
+            const float value = nearest_float(looks_.detail[source_[cell]][c]) / 16.0F;
+            result[c] = value * (options_.strength * (most > 0.0F ? most / (most + std::abs(value)) : 0.0F));
+        }
         return result;
     }
 
@@ -84,8 +84,7 @@ private:
 
     texture_options options_;
     texture_cells cells_;
-    buffer<texture_color> fine_;  // high frequencies
-    buffer<texture_surroundings> looks_;
+    texture_looks looks_;
     buffer<std::int32_t> source_;
 };
 
@@ -106,7 +105,7 @@ inline void check_options(const texture_options& options) {
 /// add_grain()
 ///
 /// Raises invalid_option as add_grain() does, and for a strength, crest or tolerance that is not in [0, 100], [0, 1000] or [0,
-/// 255], a reach that is not in [1, 200], or rounds that are not in [1, 60]. Linear time; up to 150 bytes per pixel, where all
+/// 255], a reach that is not in [1, 200], or rounds that are not in [1, 60]. Linear time; up to 80 bytes per pixel, where all
 /// are unknown or near.
 template <has_columns<color_column, known_column> Layers>
 void add_texture(Layers& layers, const texture_options& options = {}, const grain_options& grain = {}) {

@@ -121,7 +121,7 @@ buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint
     }
     for (detail::farbrausch_level& level : levels) {
         level.average = level.average_coarse = {};
-        level.above = {};
+        level.above = {}, level.read = {};
     }
 
     // Equal steps per layer, although the fine levels cost most of the time.

@@ -88,7 +88,7 @@ inline void check_architecture(const inpainting_architecture& a, const std::stri
         expect(size >= 3 && size <= largest_kernel_size && size % 2 == 1, "kernels", "odd numbers from 3 to 15",
                std::to_string(size));
     expect(a.growth >= 0 && a.growth <= max_growth, "growth", "0 to 64", std::to_string(a.growth));
-    expect(a.leak >= 0.0F && a.leak <= 1.0F, "leak", "0 to 1", std::to_string(a.leak));
+    expect(a.leak >= 0.0F && a.leak <= 1.0F, "leak", "0 to 1", to_text(a.leak));
 }
 
 }  // namespace detail

@@ -5,45 +5,17 @@
 #pragma once
 
 #include <ldi/base/buffer.hpp>
-#include <ldi/base/numbers.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/inpaint/detail/hash.hpp>
 #include <ldi/inpaint/detail/texture_cells.hpp>
+#include <ldi/inpaint/detail/texture_looks.hpp>
 
-#include <array>
-#include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#include <limits>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
-
-/// A cell with its surroundings: blurred colors of itself, and of those `tap_distance` steps away on each side. Of 16 bytes for
-/// the sake of vector instructions; the last is 0.
-using texture_surroundings = std::array<std::uint8_t, 16>;
-
-inline constexpr int tap_distance = 4;
-inline constexpr int tap_values = 15;
-
-inline buffer<texture_surroundings> describe_cells(const texture_cells& cells, const buffer<texture_color>& blurred) {
-    buffer<texture_surroundings> result(cells.pixel.size());
-    for (std::int32_t cell = 0; cell < cells.count(); ++cell) {
-        std::size_t at = 0;
-        const auto put = [&](std::int32_t tap) {
-            for (const float value : blurred[tap]) result[cell][at++] = rounded_mean(value);
-        };
-        put(cell);
-        for (side s : all_sides) put(cells.walk(cell, s, tap_distance));
-    }
-    return result;
-}
-
-/// The sum of the absolute differences.
-inline int difference_of(const texture_surroundings& a, const texture_surroundings& b) {
-    int sum = 0;
-    for (std::size_t i = 0; i < a.size(); ++i) sum += std::abs(int{a[i]} - int{b[i]});
-    return sum;
-}
 
 class texture_search {
 public:
@@ -94,9 +66,11 @@ private:
         }
     }
 
-    int cost(std::int32_t cell, std::int32_t from) const {
+    /// Incoherence is counted only while the sum may stay below `limit`.
+    int cost(std::int32_t cell, std::int32_t from, int limit) const {
         int sum = difference_of(looks_[cell], looks_[from]);
         for (side s : all_sides) {
+            if (sum >= limit) return sum;
             const std::int32_t n = cells_.neighbor(cell, s);
             if (n == no_pixel || !cells_.is_unknown(n)) continue;
             if (source_[n] == no_pixel || cells_.neighbor(from, s) != source_[n]) sum += incoherence;
@@ -113,8 +87,8 @@ private:
                 best = from;
                 return;
             }
-            if (least < 0) least = cost(cell, best);
-            if (const int c = cost(cell, from); c < least) least = c, best = from;
+            if (least < 0) least = cost(cell, best, std::numeric_limits<int>::max());
+            if (const int c = cost(cell, from, least); c < least) least = c, best = from;
         };
         for (side s : {forward ? side::left : side::right, forward ? side::up : side::down}) {
             const std::int32_t n = cells_.neighbor(cell, s);

@@ -73,25 +73,9 @@ struct depthwise_sums {
     const std::int32_t* bias;
     std::size_t terms;
 
-    /// Returns sum plus the products of this column as the left, middle or right column of a window.
-    [[gnu::always_inline]] depthwise_vectors left(const depthwise_vectors& sum, const depthwise_vectors& column) const {
-        return add<0>(sum, column);
-    }
-    [[gnu::always_inline]] depthwise_vectors middle(const depthwise_vectors& sum, const depthwise_vectors& column) const {
-        return add<1>(sum, column);
-    }
-    [[gnu::always_inline]] depthwise_vectors right(const depthwise_vectors& sum, const depthwise_vectors& column) const {
-        return add<2>(sum, column);
-    }
     [[gnu::always_inline]] depthwise_vectors start() const {
         const __m256i* const from = reinterpret_cast<const __m256i*>(bias);
         return {{_mm256_load_si256(from), _mm256_load_si256(from + 1), _mm256_load_si256(from + 2), _mm256_load_si256(from + 3)}};
-    }
-
-private:
-    [[gnu::always_inline]] static __m256i add(__m256i sum, __m256i column, const std::int8_t* at) {
-        const __m256i pairs = _mm256_maddubs_epi16(column, _mm256_load_si256(reinterpret_cast<const __m256i*>(at)));
-        return _mm256_add_epi32(sum, _mm256_madd_epi16(pairs, _mm256_set1_epi16(1)));
     }
     template <std::size_t k>
     [[gnu::always_inline]] depthwise_vectors add(const depthwise_vectors& sum, const depthwise_vectors& column) const {
@@ -104,6 +88,12 @@ private:
             at += 3 * 128;
         } while (has_further_terms && --rest > 0);
         return result;
+    }
+
+private:
+    [[gnu::always_inline]] static __m256i add(__m256i sum, __m256i column, const std::int8_t* at) {
+        const __m256i pairs = _mm256_maddubs_epi16(column, _mm256_load_si256(reinterpret_cast<const __m256i*>(at)));
+        return _mm256_add_epi32(sum, _mm256_madd_epi16(pairs, _mm256_set1_epi16(1)));
     }
 };
 

@@ -98,22 +98,10 @@ struct depthwise_sums {
     [[gnu::always_inline]] depthwise_sums(const std::int8_t* values, const std::int32_t* biases)
         : depthwise_sums(values, biases, std::make_index_sequence<12>{}) {}
 
-    /// Returns sum plus the products of this column as the left, middle or right column of a window.
-    [[gnu::always_inline]] depthwise_vectors left(const depthwise_vectors& sum, const depthwise_vectors& column) const {
-        return add<0>(sum, column);
-    }
-    [[gnu::always_inline]] depthwise_vectors middle(const depthwise_vectors& sum, const depthwise_vectors& column) const {
-        return add<1>(sum, column);
-    }
-    [[gnu::always_inline]] depthwise_vectors right(const depthwise_vectors& sum, const depthwise_vectors& column) const {
-        return add<2>(sum, column);
-    }
     [[gnu::always_inline]] depthwise_vectors start() const {
         return {
             {_mm512_load_si512(bias), _mm512_load_si512(bias + 16), _mm512_load_si512(bias + 32), _mm512_load_si512(bias + 48)}};
     }
-
-private:
     template <std::size_t k>
     [[gnu::always_inline]] depthwise_vectors add(const depthwise_vectors& sum, const depthwise_vectors& column) const {
         return {{_mm512_dpbusd_epi32(sum.v[0], column.v[0], weights[4 * k]),
@@ -122,6 +110,7 @@ private:
                  _mm512_dpbusd_epi32(sum.v[3], column.v[3], weights[4 * k + 3])}};
     }
 
+private:
     template <std::size_t... i>
     [[gnu::always_inline]] depthwise_sums(const std::int8_t* values, const std::int32_t* biases, std::index_sequence<i...>)
         : weights{_mm512_load_si512(values + i * 64)...}, bias(biases) {}

@@ -6,6 +6,7 @@
 // stores bring the total to about 90.
 #pragma once
 
+#include <ldi/kernels/depthwise_u8/blocks.hpp>
 #include <ldi/kernels/depthwise_u8/columns.hpp>
 #include <ldi/kernels/depthwise_u8/contract.hpp>
 #include <ldi/kernels/detail/lanes_neon.hpp>
@@ -19,17 +20,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace neon {
 
-inline constexpr std::size_t depthwise_block = 16, depthwise_slot = 64;
-
-inline std::size_t depthwise_blocks(const depthwise_u8_weights& weights) {
-    return (weights.channels + depthwise_block - 1) / depthwise_block;
-}
-
-/// First channel of a block. The last block overlaps the one before it, so that it is full.
-inline std::size_t block_start(std::size_t channels, std::size_t block) {
-    if (channels < depthwise_block) return 0;
-    return block * depthwise_block + depthwise_block <= channels ? block * depthwise_block : channels - depthwise_block;
-}
+using detail::block_start, detail::depthwise_block, detail::depthwise_blocks;
+inline constexpr std::size_t depthwise_slot = 64;
 
 /// Packs weights block by block, column by column of the window, in 4 vectors of 4 channels x 4 rows.
 inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {

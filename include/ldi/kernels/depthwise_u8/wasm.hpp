@@ -5,6 +5,7 @@
 // 4 channels.
 #pragma once
 
+#include <ldi/kernels/depthwise_u8/blocks.hpp>
 #include <ldi/kernels/depthwise_u8/contract.hpp>
 #include <ldi/kernels/detail/lanes_wasm.hpp>
 
@@ -16,20 +17,10 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 
-inline constexpr std::size_t depthwise_block = 16;
+using detail::block_start, detail::depthwise_block, detail::depthwise_blocks;
 inline constexpr std::size_t depthwise_slot = 4 * depthwise_block;  // 16-bit values of one column
 inline constexpr std::size_t depthwise_max_slots = 66;              // 8 KiB
 inline constexpr std::size_t depthwise_dots = 5;                    // per vector of 4 channels
-
-inline std::size_t depthwise_blocks(const depthwise_u8_weights& weights) {
-    return (weights.channels + depthwise_block - 1) / depthwise_block;
-}
-
-/// First channel of a block. The last block overlaps the one before it, so that it is full.
-inline std::size_t block_start(std::size_t channels, std::size_t block) {
-    if (channels < depthwise_block) return 0;
-    return block * depthwise_block + depthwise_block <= channels ? block * depthwise_block : channels - depthwise_block;
-}
 
 /// Packs weights block by block, 4 channels by 4 channels: rows 0 and 1 of each column, then row 2 of columns 0 and 1, then row
 /// 2 of column 2 alone.

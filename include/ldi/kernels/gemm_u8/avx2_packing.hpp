@@ -18,7 +18,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
-inline constexpr std::size_t gemm_lanes = 8, gemm_max_vectors = 2;
+inline constexpr std::size_t gemm_lanes = 8, gemm_max_vectors = 2, gemm_tile_pixels[] = {8, 4};
 using detail::gemm_group;
 
 /// Packs the weights of a single output, which would fill one of 8 lanes, in the order of the inputs, each segment padded to

@@ -14,11 +14,12 @@
 #include <cstdint>
 #include <cstring>
 #include <span>
+#include <type_traits>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 
-inline constexpr std::size_t gemm_lanes = 16, gemm_max_vectors = 4;
+inline constexpr std::size_t gemm_lanes = 16, gemm_max_vectors = 4, gemm_tile_pixels[] = {12, 6, 4, 4};
 using detail::gemm_group;
 
 /// Packs the weights of a single output, which would fill one of 16 lanes, in the order of the inputs, each segment padded to
@@ -47,8 +48,9 @@ struct gemm_panel {
     const std::int8_t* weights;
     const std::int32_t* bias;
     std::uint8_t* result;
-    std::size_t outputs;  ///< distance between adjacent pixels' results
-    __mmask64 mask;       ///< existing outputs of the panel
+    std::size_t outputs, held = 0;  ///< of the layer; of the panel
+
+    void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
 };
 
 [[gnu::always_inline]] inline __m512i spread_four(const std::uint8_t* inputs) {
@@ -110,7 +112,7 @@ template <class Requantizer, std::size_t... i>
 }
 
 template <bool last_is_half>
-struct gemm_kernel {
+struct gemm_kernel_of {
     template <class Requantizer, std::size_t... p, std::size_t... v>
     [[gnu::always_inline]] static void tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
                                             const gemm_panel& panel, const Requantizer& requantize, std::size_t first) {
@@ -133,22 +135,15 @@ struct gemm_kernel {
         if constexpr (can_fill)
             if (panel.outputs == sizeof...(v) * gemm_lanes)
                 return store_filled(std::make_index_sequence<sizeof...(p) * sizeof...(v) / 4>{}, sums, requantize, result);
-        (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, panel.mask, result + p * panel.outputs), ...);
+        (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, first_bytes(panel.held), result + p * panel.outputs),
+         ...);
     }
 };
 
-#include <ldi/kernels/gemm_u8/generic/walk.hpp>
+using gemm_kernel = gemm_kernel_of<false>;
+using gemm_half_kernel = gemm_kernel_of<true>;
 
-template <std::size_t pixels, std::size_t vectors>
-inline void gemm_u8_panel(const gemm_panel& panel, std::size_t outputs, const float_requantization& output) {
-    const bool last_is_half = outputs <= vectors * gemm_lanes - gemm_lanes / 2;
-    if (output.zero_point == 0)
-        last_is_half ? gemm_u8_tiles<gemm_kernel<true>, pixels, vectors, rectifier>(panel, output)
-                     : gemm_u8_tiles<gemm_kernel<false>, pixels, vectors, rectifier>(panel, output);
-    else
-        last_is_half ? gemm_u8_tiles<gemm_kernel<true>, pixels, vectors, requantizer>(panel, output)
-                     : gemm_u8_tiles<gemm_kernel<false>, pixels, vectors, requantizer>(panel, output);
-}
+#include <ldi/kernels/gemm_u8/generic/walk.hpp>
 
 /// Computes 16 partial sums of one pixel and one output.
 [[gnu::always_inline]] inline __m512i single_output_sums(const gemm_u8_weights& weights, const std::uint8_t* const* segments,
@@ -193,25 +188,9 @@ inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uin
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
     if (weights.is_single_output()) return gemm_u8_single_output(weights, segments, pixel_stride, pixels, result);
-    const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_max_vectors);
-    const std::size_t groups = detail::groups_of_four(weights.inputs);
-    gemm_panel panel{segments, weights.segments, groups, pixel_stride, pixels, weights.narrow.data(), weights.bias.data(),
-                     result,   weights.outputs,  0};
-    std::size_t rest = weights.outputs;
-    for (std::size_t i = 0; i < cut.panels; ++i) {
-        const std::size_t vectors = cut.vectors_in(i), held = vectors * gemm_lanes, outputs = rest < held ? rest : held;
-        panel.mask = first_bytes(outputs);
-        switch (vectors) {
-            case 1: gemm_u8_panel<12, 1>(panel, outputs, weights.fast); break;
-            case 2: gemm_u8_panel<6, 2>(panel, outputs, weights.fast); break;
-            case 3: gemm_u8_panel<4, 3>(panel, outputs, weights.fast); break;
-            default: gemm_u8_panel<4, 4>(panel, outputs, weights.fast); break;
-        }
-        rest -= outputs;
-        panel.weights += weights.segments * groups * held * gemm_group;
-        panel.bias += held;
-        panel.result += held;
-    }
+    gemm_u8_panels<rectifier, requantizer>(weights.outputs, weights.fast,
+                                           {segments, weights.segments, detail::groups_of_four(weights.inputs), pixel_stride,
+                                            pixels, weights.narrow.data(), weights.bias.data(), result, weights.outputs});
 }
 
 LDI_END_TARGET

@@ -13,11 +13,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <type_traits>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx_vnni {
 
-inline constexpr std::size_t gemm_lanes = 8, gemm_max_vectors = 2;
+inline constexpr std::size_t gemm_lanes = 8, gemm_max_vectors = 2, gemm_tile_pixels[] = {12, 6};
 using detail::gemm_group;
 
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
@@ -34,7 +35,9 @@ struct gemm_panel {
     const std::int8_t* weights;
     const std::int32_t* bias;
     std::uint8_t* result;
-    std::size_t outputs, held;  ///< outputs of the layer; outputs in the panel
+    std::size_t outputs, held = 0;  ///< of the layer; of the panel
+
+    void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
 };
 
 template <std::size_t... v>
@@ -75,33 +78,16 @@ struct gemm_kernel {
     }
 };
 
-#include <ldi/kernels/gemm_u8/generic/walk.hpp>
+using gemm_half_kernel = gemm_kernel;
 
-template <std::size_t pixels, std::size_t vectors>
-inline void gemm_u8_panel(const gemm_panel& panel, const float_requantization& output) {
-    output.zero_point == 0 ? gemm_u8_tiles<gemm_kernel, pixels, vectors, avx2::rectifier>(panel, output)
-                           : gemm_u8_tiles<gemm_kernel, pixels, vectors, avx2::requantizer>(panel, output);
-}
+#include <ldi/kernels/gemm_u8/generic/walk.hpp>
 
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
-    const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_max_vectors);
-    const std::size_t groups = detail::groups_of_four(weights.inputs);
-    gemm_panel panel{segments, weights.segments, groups, pixel_stride, pixels, weights.narrow.data(), weights.bias.data(),
-                     result,   weights.outputs,  0};
-    std::size_t rest = weights.outputs;
-    for (std::size_t i = 0; i < cut.panels; ++i) {
-        const std::size_t vectors = cut.vectors_in(i), lanes = vectors * gemm_lanes;
-        panel.held = rest < lanes ? rest : lanes;
-        if (vectors == 1)
-            gemm_u8_panel<12, 1>(panel, weights.fast);
-        else
-            gemm_u8_panel<6, 2>(panel, weights.fast);
-        rest -= panel.held;
-        panel.weights += weights.segments * groups * lanes * gemm_group;
-        panel.bias += lanes;
-        panel.result += panel.held;
-    }
+    gemm_u8_panels<avx2::rectifier, avx2::requantizer>(
+        weights.outputs, weights.fast,
+        {segments, weights.segments, detail::groups_of_four(weights.inputs), pixel_stride, pixels, weights.narrow.data(),
+         weights.bias.data(), result, weights.outputs});
 }
 
 LDI_END_TARGET

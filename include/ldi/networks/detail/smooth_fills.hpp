@@ -155,16 +155,19 @@ private:
         buffer<std::int32_t> unknown;
         for (std::int32_t i = 0; i < known.count(); ++i)
             if (!known.has(i)) unknown.push_back(i);
-        spread_at(colors, restrict_to(windows, unknown), passes);
+        spread_at(colors, restrict_and_renumber(windows, unknown), unknown, passes);
     }
 
-    void spread_at(masked_colors& colors, const convolution_plan& unknown, int passes) {
-        masked_colors next = colors;
+    /// windows  of the colors `places`, in their order
+    void spread_at(masked_colors& colors, const convolution_plan& windows, std::span<const std::int32_t> places, int passes) {
+        masked_colors next(places.size());
         for (int pass = 0; pass < passes; ++pass) {
             average_windows(
-                unknown, threads_, [&](std::int32_t p) { return colors[p]; },
+                windows, threads_, [&](std::int32_t p) { return colors[p]; },
                 [&](std::int32_t output, masked_color c) { next.set(output, c); });
-            std::swap(colors, next);
+            parallel_for(threads_, places.size(), 4096, [&](std::size_t first, std::size_t last) {
+                for (std::size_t i = first; i < last; ++i) colors.set(places[i], next[static_cast<std::int32_t>(i)]);
+            });
         }
     }
 
@@ -195,18 +198,20 @@ private:
         const farbrausch_level& level = levels_[0];
         const pixel_subset& read = level.read;
         masked_colors fill(read.size());
-        buffer<std::int32_t> unknown;
+        buffer<std::int32_t> unknown, rows;
         for (std::int32_t row = 0; row < fill.count(); ++row) {
             const std::int32_t pixel = read.pixels[row];
-            if (known_[pixel] == 0) unknown.push_back(pixel);
+            if (known_[pixel] == 0) unknown.push_back(pixel), rows.push_back(row);
             fill.set(row, base_color(pixel, fill_above));
         }
-        spread_at(fill, on_subsets(restrict_to(level.average, unknown), read, read), 2);
+        convolution_plan windows = restrict_and_renumber(level.average, unknown);
+        renumber_inputs(windows, read);
+        spread_at(fill, windows, rows, 2);
         color_along_links(fill, fill_above);
         smooth_fills result;
         result.fill.resize(3 * level.decoded.size());
         for (std::size_t d = 0; d < level.decoded.size(); ++d) {
-            const std::int32_t row = read.row_of[level.decoded.pixels[d]];
+            const std::int32_t row = read.row_of[level.decoded[d]];
             const masked_color color = fill.has(row) ? fill[row] : mean();
             for (std::size_t c = 0; c < 3; ++c) result.fill[3 * d + c] = color[c];
         }

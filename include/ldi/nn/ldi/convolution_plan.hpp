@@ -113,10 +113,11 @@ inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kerne
     return detail::plan_kept(g, kernel_size, coarse, detail::regular_pixels(g, kernel_size));
 }
 
-/// Returns the plan restricted to some outputs.
-///
-/// outputs  ascending outputs of the plan
-inline convolution_plan restrict_to(const convolution_plan& plan, std::span<const std::int32_t> outputs) {
+namespace detail {
+
+/// restrict_to(), with outputs that have the numbers `number(i)` for outputs[i].
+template <class Number>
+convolution_plan restrict_and_number(const convolution_plan& plan, std::span<const std::int32_t> outputs, Number&& number) {
     convolution_plan result;
     result.kernel_size = plan.kernel_size, result.stride = plan.stride;
     result.input_count = plan.input_count, result.output_count = plan.output_count;
@@ -127,7 +128,7 @@ inline convolution_plan restrict_to(const convolution_plan& plan, std::span<cons
         if (s == plan.segments.size() || plan.segments[s].first > output) {
             while (irregular < plan.irregular.size() && plan.irregular[irregular] < output) ++irregular;
             LDI_ASSERT(irregular < plan.irregular.size() && plan.irregular[irregular] == output);
-            result.irregular.push_back(output);
+            result.irregular.push_back(number(i));
             const std::span<const std::int32_t> window = plan.window_of(irregular);
             result.windows.append(window.begin(), window.end());
             ++i;
@@ -138,17 +139,34 @@ inline convolution_plan restrict_to(const convolution_plan& plan, std::span<cons
         while (last < outputs.size() && outputs[last] == outputs[last - 1] + 1 && outputs[last] < from.first + from.count) ++last;
         const std::int32_t count = static_cast<std::int32_t>(last - i), shift = plan.stride * (output - from.first);
         const std::span<const std::int32_t> rows = plan.rows_of(s);
-        if (count >= detail::shortest_segment)
-            detail::add_segment(result, {output, count}, rows, shift);
+        if (count >= shortest_segment)
+            add_segment(result, {number(i), count}, rows, shift);
         else
             for (std::int32_t o = 0; o < count; ++o) {
-                result.irregular.push_back(output + o);
+                result.irregular.push_back(number(i) + o);
                 for (const std::int32_t row : rows)
                     for (std::int32_t x = 0; x < plan.kernel_size; ++x)
                         result.windows.push_back(row + shift + plan.stride * o + x - plan.kernel_size / 2);
             }
         i = last;
     }
+    return result;
+}
+
+}  // namespace detail
+
+/// Returns the plan restricted to some outputs.
+///
+/// outputs  ascending outputs of the plan
+inline convolution_plan restrict_to(const convolution_plan& plan, std::span<const std::int32_t> outputs) {
+    return detail::restrict_and_number(plan, outputs, [&](std::size_t i) { return outputs[i]; });
+}
+
+/// Restricts a plan to some outputs, and numbers them in their order: outputs[i] becomes output i.
+inline convolution_plan restrict_and_renumber(const convolution_plan& plan, std::span<const std::int32_t> outputs) {
+    convolution_plan result =
+        detail::restrict_and_number(plan, outputs, [](std::size_t i) { return static_cast<std::int32_t>(i); });
+    result.output_count = outputs.size();
     return result;
 }
 

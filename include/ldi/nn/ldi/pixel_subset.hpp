@@ -36,23 +36,37 @@ struct pixel_subset {
     }
 };
 
+namespace detail {
+
+inline void renumber(std::int32_t& pixel, const pixel_subset& subset) {
+    if (pixel == no_pixel) return;
+    pixel = subset.row_of[pixel];
+    LDI_ASSERT(pixel != no_pixel);
+}
+
+}  // namespace detail
+
+/// Renumbers a plan's inputs for a tensor that stores only the rows of a subset.
+///
+/// inputs  contains all pixels that the plan's outputs read
+inline void renumber_inputs(convolution_plan& plan, const pixel_subset& inputs) {
+    LDI_ASSERT(inputs.row_of.size() == plan.input_count);
+    // Pixels of a segment's rows are consecutive in the subset, too, because the subset holds all of them.
+    for (std::int32_t& pixel : plan.rows) detail::renumber(pixel, inputs);
+    for (std::int32_t& pixel : plan.windows) detail::renumber(pixel, inputs);
+    plan.input_count = inputs.size();
+}
+
 /// Renumbers a plan for tensors that store only the rows of subsets.
 ///
 /// outputs  contains all outputs of the plan
 /// inputs   contains all pixels of their windows
 inline convolution_plan on_subsets(convolution_plan plan, const pixel_subset& outputs, const pixel_subset& inputs) {
-    LDI_ASSERT(outputs.row_of.size() == plan.output_count && inputs.row_of.size() == plan.input_count);
-    const auto renumber = [](std::int32_t& pixel, const pixel_subset& subset) {
-        if (pixel == no_pixel) return;
-        pixel = subset.row_of[pixel];
-        LDI_ASSERT(pixel != no_pixel);
-    };
-    // Pixels of a segment and of its rows remain consecutive, because the subsets contain all of them.
-    for (convolution_plan::segment& s : plan.segments) renumber(s.first, outputs);
-    for (std::int32_t& pixel : plan.rows) renumber(pixel, inputs);
-    for (std::int32_t& output : plan.irregular) renumber(output, outputs);
-    for (std::int32_t& pixel : plan.windows) renumber(pixel, inputs);
-    plan.output_count = outputs.size(), plan.input_count = inputs.size();
+    LDI_ASSERT(outputs.row_of.size() == plan.output_count);
+    renumber_inputs(plan, inputs);
+    for (convolution_plan::segment& s : plan.segments) detail::renumber(s.first, outputs);
+    for (std::int32_t& output : plan.irregular) detail::renumber(output, outputs);
+    plan.output_count = outputs.size();
     return plan;
 }
 

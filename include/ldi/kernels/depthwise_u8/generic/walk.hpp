@@ -5,8 +5,11 @@
 //     depthwise_vectors           one interleaved column of the window, or one sum per channel
 //     depthwise_lanes             the existing channels, from existing_lanes()
 //     depthwise_rows<channels>    loads columns
-//     depthwise_sums              the weights of a unit: start() is the bias; left(), middle() and right() add a column
+//     depthwise_sums              the weights of a unit: start() is the bias; add<window_left>(sum, column), and likewise
+//                                 window_middle and window_right, adds the products of a column at that place of a window
 //     depthwise_result<channels>  requantizes and stores
+
+inline constexpr std::size_t window_left = 0, window_middle = 1, window_right = 2;
 
 /// Computes one unit of channels along a row.
 template <std::size_t channels, class Sums>
@@ -41,18 +44,18 @@ struct depthwise_run {
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_rows<channels> rows = rows_at(0, 1);
         const depthwise_result<channels> result = result_at(1);
-        depthwise_vectors next = sums.left(sums.start(), rows_at(-1, 1).column(0));
+        depthwise_vectors next = sums.template add<window_left>(sums.start(), rows_at(-1, 1).column(0));
         depthwise_vectors column = rows.column(0);
-        depthwise_vectors current = sums.middle(next, column);
-        next = sums.left(sums.start(), column);
+        depthwise_vectors current = sums.template add<window_middle>(next, column);
+        next = sums.template add<window_left>(sums.start(), column);
         for (std::size_t x = 1; x < length; ++x) {
             column = rows.column(x * pixel_bytes);
-            result.store(sums.right(current, column), (x - 1) * pixel_bytes);
-            current = sums.middle(next, column);
-            next = sums.left(sums.start(), column);
+            result.store(sums.template add<window_right>(current, column), (x - 1) * pixel_bytes);
+            current = sums.template add<window_middle>(next, column);
+            next = sums.template add<window_left>(sums.start(), column);
         }
         column = rows_at(static_cast<std::ptrdiff_t>(length), 1).column(0);
-        result.store(sums.right(current, column), (length - 1) * pixel_bytes);
+        result.store(sums.template add<window_right>(current, column), (length - 1) * pixel_bytes);
     }
 
     /// Stride 2. Each pair of columns completes one window, as its middle and right columns. The second column of the pair is
@@ -62,16 +65,16 @@ struct depthwise_run {
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_rows<channels> rows = rows_at(0, 2);
         const depthwise_result<channels> result = result_at(1);
-        depthwise_vectors current = sums.left(sums.start(), rows_at(-1, 2).column(0));
+        depthwise_vectors current = sums.template add<window_left>(sums.start(), rows_at(-1, 2).column(0));
         for (std::size_t x = 0; x + 1 < length; ++x) {
-            current = sums.middle(current, rows.column(2 * x * pixel_bytes));
+            current = sums.template add<window_middle>(current, rows.column(2 * x * pixel_bytes));
             const depthwise_vectors column = rows.column((2 * x + 1) * pixel_bytes);
-            result.store(sums.right(current, column), x * pixel_bytes);
-            current = sums.left(sums.start(), column);
+            result.store(sums.template add<window_right>(current, column), x * pixel_bytes);
+            current = sums.template add<window_left>(sums.start(), column);
         }
         const std::ptrdiff_t last = static_cast<std::ptrdiff_t>(2 * length) - 1;
-        current = sums.middle(current, rows_at(last - 1, 2).column(0));
-        result.store(sums.right(current, rows_at(last, 2).column(0)), (length - 1) * pixel_bytes);
+        current = sums.template add<window_middle>(current, rows_at(last - 1, 2).column(0));
+        result.store(sums.template add<window_right>(current, rows_at(last, 2).column(0)), (length - 1) * pixel_bytes);
     }
 
     /// Repeats each column c twice. Column c is the right column of the window around the second copy of column c - 1, fills two
@@ -82,20 +85,21 @@ struct depthwise_run {
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_rows<channels> rows = rows_at(0, 1);
         const depthwise_result<channels> result = result_at(2);
-        depthwise_vectors first = sums.left(sums.start(), rows_at(-1, 1).column(0));
+        depthwise_vectors first = sums.template add<window_left>(sums.start(), rows_at(-1, 1).column(0));
         depthwise_vectors column = rows.column(0);
-        result.store(sums.right(sums.middle(first, column), column), 0);
-        first = sums.left(sums.start(), column);
-        depthwise_vectors second = sums.middle(first, column);
+        result.store(sums.template add<window_right>(sums.template add<window_middle>(first, column), column), 0);
+        first = sums.template add<window_left>(sums.start(), column);
+        depthwise_vectors second = sums.template add<window_middle>(first, column);
         for (std::size_t x = 1; x < length; ++x) {
             column = rows.column(x * pixel_bytes);
-            result.store(sums.right(second, column), (2 * x - 1) * pixel_bytes);
-            result.store(sums.right(sums.middle(first, column), column), 2 * x * pixel_bytes);
-            first = sums.left(sums.start(), column);
-            second = sums.middle(first, column);
+            result.store(sums.template add<window_right>(second, column), (2 * x - 1) * pixel_bytes);
+            result.store(sums.template add<window_right>(sums.template add<window_middle>(first, column), column),
+                         2 * x * pixel_bytes);
+            first = sums.template add<window_left>(sums.start(), column);
+            second = sums.template add<window_middle>(first, column);
         }
         column = rows_at(static_cast<std::ptrdiff_t>(length), 1).column(0);
-        result.store(sums.right(second, column), (2 * length - 1) * pixel_bytes);
+        result.store(sums.template add<window_right>(second, column), (2 * length - 1) * pixel_bytes);
     }
 
     /// Any stride and repetition: loads three columns per window.
@@ -104,9 +108,9 @@ struct depthwise_run {
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_result<channels> result = result_at(1);
         for (std::size_t x = 0; x < length; ++x) {
-            depthwise_vectors sum = sums.left(sums.start(), rows_at_tap(x, 0).column(0));
-            sum = sums.middle(sum, rows_at_tap(x, 1).column(0));
-            result.store(sums.right(sum, rows_at_tap(x, 2).column(0)), x * pixel_bytes);
+            depthwise_vectors sum = sums.template add<window_left>(sums.start(), rows_at_tap(x, 0).column(0));
+            sum = sums.template add<window_middle>(sum, rows_at_tap(x, 1).column(0));
+            result.store(sums.template add<window_right>(sum, rows_at_tap(x, 2).column(0)), x * pixel_bytes);
         }
     }
 };

@@ -89,7 +89,7 @@ inline std::size_t check_operator(const std::string& place, quantization output,
     const float a_ratio = a.values.scale / output.scale, b_ratio = b.values.scale / output.scale;
     if (!are_addition_ratios(a_ratio, b_ratio))
         raise(error_code::unsupported, place, "ratios of input scale to output scale of which the larger is in [2^-10, 2^8)",
-              std::to_string(a_ratio) + " and " + std::to_string(b_ratio));
+              to_text(a_ratio) + " and " + to_text(b_ratio));
     return a.channels;
 }
 
