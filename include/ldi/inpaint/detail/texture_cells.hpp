@@ -1,5 +1,5 @@
-// The part of a layered image that texture transfer works on: the pixels that are not known, and a strip of known ones around
-// them, on the same surfaces. Few of a photo's pixels, so they are numbered anew.
+// The part of a layered image that texture transfer processes: the unknown pixels, and a strip of known pixels around them on
+// the same surfaces. These are few of a photo's pixels, so they get their own numbers.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -12,32 +12,32 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Cells are in the order of the pixels, so that a linked run of cells lies side by side.
+/// Cells are in the order of the pixels, so that a linked run of cells is contiguous.
 struct texture_cells {
     enum class kind : std::uint8_t {
         unknown,
-        source,  ///< known, and texture may come from here
-        margin,  ///< known, there only so that a source is seen with its surroundings
+        source,  ///< known, and a source of texture
+        margin,  ///< known, only part of the surroundings of a source
     };
-    static constexpr int max_steps = 255;  ///< of walk()
+    static constexpr int max_steps = 255;  ///< maximum of walk()
     static constexpr int stride = 4;
 
-    buffer<std::int32_t> pixel;                    ///< per cell: its index in the graph
+    buffer<std::int32_t> pixel;                    ///< per cell: index in the graph
     buffer<kind> kinds;                            ///< per cell
-    buffer<std::uint8_t> left_steps, right_steps;  ///< per cell: the number of cells that follow on that side, max_steps at most
-    buffer<std::int32_t> above, below;             ///< per cell: the neighboring cell, or the cell itself
-    buffer<std::int32_t> far_above, far_below;     ///< per cell: the one `stride` steps away, or the last one on the way
+    buffer<std::uint8_t> left_steps, right_steps;  ///< per cell: number of cells that follow on that side, at most max_steps
+    buffer<std::int32_t> above, below;             ///< per cell: neighboring cell, or the cell itself
+    buffer<std::int32_t> far_above, far_below;     ///< per cell: the cell `stride` steps away, or the last one before
 
     std::int32_t count() const { return pixel.count(); }
     bool is_unknown(std::int32_t cell) const { return kinds[cell] == kind::unknown; }
     bool is_source(std::int32_t cell) const { return kinds[cell] == kind::source; }
-    /// The neighboring cell, or no_pixel.
+    /// Returns the neighboring cell, or no_pixel.
     std::int32_t neighbor(std::int32_t cell, side s) const {
         const std::int32_t n = walk(cell, s, 1);
         return n == cell ? no_pixel : n;
     }
 
-    /// The cell this many steps away, or the last one on the way there.
+    /// Returns the cell this many steps away, or the last one before.
     std::int32_t walk(std::int32_t cell, side s, int steps) const {
         LDI_ASSERT(steps <= max_steps);
         switch (s) {
@@ -57,7 +57,7 @@ private:
     }
 };
 
-/// Steps over links from each pixel to the nearest unknown one, where they are `most` at most; otherwise 255.
+/// Counts the steps over links from each pixel to the nearest unknown pixel, up to `most`; 255 beyond.
 inline buffer<std::uint8_t> steps_to_unknown(const graph_view& g, array_view<const std::uint8_t> known, int most) {
     buffer<std::uint8_t> steps(g.size(), unset);
     for (std::int32_t i = 0; i < g.count(); ++i) steps[i] = known[i] == 0 ? 0 : 255;
@@ -80,7 +80,7 @@ inline buffer<std::uint8_t> steps_to_unknown(const graph_view& g, array_view<con
     return steps;
 }
 
-/// Each cell's link followed twice.
+/// Follows each cell's link twice.
 inline buffer<std::int32_t> doubled(const buffer<std::int32_t>& links) {
     buffer<std::int32_t> result(links.size(), unset);
     for (std::size_t cell = 0; cell < links.size(); ++cell) result[cell] = links[links[cell]];
@@ -89,7 +89,7 @@ inline buffer<std::int32_t> doubled(const buffer<std::int32_t>& links) {
 
 /// Sets left_steps and right_steps.
 ///
-/// is_linked  is_linked(cell): whether the cell before it is its left neighbor
+/// is_linked  is_linked(cell): whether the previous cell is its left neighbor
 template <class IsLinked>
 void count_steps(texture_cells& cells, IsLinked&& is_linked) {
     const auto one_more = [](std::uint8_t steps) {
@@ -103,15 +103,17 @@ void count_steps(texture_cells& cells, IsLinked&& is_linked) {
         if (cells.left_steps[cell] > 0) cells.right_steps[cell - 1] = one_more(cells.right_steps[cell]);
 }
 
-/// g              in canonical order
-/// reach, margin  how many steps from an unknown pixel sources lie at most, and how wide the margin around them is; together
-///                less than 255
+/// Selects and numbers the cells.
+///
+/// g       in canonical order
+/// reach   maximum steps from an unknown pixel to a source
+/// margin  width of the margin around sources; reach + margin must be less than 255
 inline texture_cells find_texture_cells(const graph_view& g, array_view<const std::uint8_t> known, int reach, int margin) {
     const buffer<std::uint8_t> steps = steps_to_unknown(g, known, reach + margin);
     const std::size_t count = g.size() - static_cast<std::size_t>(std::count(steps.begin(), steps.end(), 255));
     texture_cells cells;
     cells.pixel.resize(count, unset), cells.kinds.resize(count, unset);
-    buffer<std::int32_t> cell_of(g.size(), unset);  // where there is a cell
+    buffer<std::int32_t> cell_of(g.size(), unset);  // set only for pixels with a cell
     std::int32_t next = 0;
     for (std::int32_t i = 0; i < g.count(); ++i) {
         if (steps[i] == 255) continue;

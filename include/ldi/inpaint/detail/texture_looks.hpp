@@ -1,5 +1,5 @@
-// The colors of texture cells: their high frequencies, and what their surroundings look like when both are blurred. A binomial
-// filter of 3 x 3 over links blurs them, four times. Sums stay whole: each time they get four bits more, 24 in the end.
+// Color features of texture cells: their high frequencies, and their blurred surroundings. A 3 x 3 binomial filter over links,
+// applied four times, blurs them. Sums remain integers: each pass adds four bits, 24 in total.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -13,14 +13,14 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// A cell with its surroundings: blurred colors of itself, and of those `tap_distance` steps away on each side. Of 16 bytes for
-/// the sake of vector instructions; the last is 0.
+/// A cell with its surroundings: blurred colors of the cell, and of the cells `tap_distance` steps away on each side. Padded
+/// with a 0 to 16 bytes for vector instructions.
 using texture_surroundings = std::array<std::uint8_t, 16>;
 
 inline constexpr int tap_distance = 4;
 inline constexpr int tap_values = 15;
 
-/// The sum of the absolute differences.
+/// Returns the sum of absolute differences.
 inline int difference_of(const texture_surroundings& a, const texture_surroundings& b) {
     int sum = 0;
 #if defined(__GNUC__) && !defined(__clang__)
@@ -30,10 +30,10 @@ inline int difference_of(const texture_surroundings& a, const texture_surroundin
     return sum;
 }
 
-/// Cells of one run whose neighbors above, and whose neighbors below, lie side by side, too.
+/// Cells of one run whose neighbors above are contiguous, and whose neighbors below are contiguous.
 struct cell_stretch {
     std::int32_t first, count;
-    std::int32_t above, below;  ///< from a cell to its neighbor; 0: there is none
+    std::int32_t above, below;  ///< offset from a cell to its neighbor; 0 if there is none
 };
 
 inline buffer<cell_stretch> find_stretches(const texture_cells& cells) {
@@ -48,8 +48,8 @@ inline buffer<cell_stretch> find_stretches(const texture_cells& cells) {
     return result;
 }
 
-/// Blurs colors, three channels each, with a binomial filter over links, first along x, then along y. A neighbor that is missing
-/// counts as the cell itself.
+/// Blurs colors, three channels each, with a binomial filter over links, first along x, then along y. The cell itself replaces a
+/// missing neighbor.
 class cell_blur {
 public:
     explicit cell_blur(const texture_cells& cells) : cells_(cells), stretches_(find_stretches(cells)) {}
@@ -94,10 +94,10 @@ private:
     buffer<cell_stretch> stretches_;
 };
 
-/// What texture is chosen by, and what is copied.
+/// Features for the search of texture, and the detail to copy.
 struct texture_looks {
     buffer<texture_surroundings> surroundings;   ///< per cell
-    buffer<std::array<std::int16_t, 3>> detail;  ///< per cell: color less blurred color, in sixteenths
+    buffer<std::array<std::int16_t, 3>> detail;  ///< per cell: color minus blurred color, in sixteenths
 };
 
 inline buffer<texture_surroundings> describe_cells(const texture_cells& cells,
@@ -114,7 +114,7 @@ inline buffer<texture_surroundings> describe_cells(const texture_cells& cells,
     return result;
 }
 
-/// color  of the layered image that the cells are of
+/// color  of the cells' layered image
 inline texture_looks look_at(const texture_cells& cells, array_view<const std::uint8_t> color) {
     const cell_blur blur(cells);
     texture_looks result;

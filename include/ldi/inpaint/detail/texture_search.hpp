@@ -1,7 +1,7 @@
-// Which known pixel each unknown one takes its texture from: the randomized search of PatchMatch (Barnes, Shechtman, Finkelstein
-// and Goldman, "PatchMatch: A Randomized Correspondence Algorithm for Structural Image Editing", 2009) over the links of a
-// layered image, so that no other surface is ever reached. As in "Shift-Map Image Editing" (Pritch, Kav-Venaki and Peleg, 2009)
-// it costs where two neighbors take from pixels that are not neighbors: what is copied then hangs together.
+// Finds the known pixel from which each unknown pixel copies its texture: the randomized search of PatchMatch (Barnes,
+// Shechtman, Finkelstein and Goldman, "PatchMatch: A Randomized Correspondence Algorithm for Structural Image Editing", 2009)
+// over the links of a layered image, so that the search never reaches another surface. As in "Shift-Map Image Editing" (Pritch,
+// Kav-Venaki and Peleg, 2009), neighbors whose sources are not neighbors add to the cost, so that copied texture is coherent.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -19,11 +19,11 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 class texture_search {
 public:
-    /// reach  in steps along x and along y
+    /// reach  steps along x and along y
     texture_search(const graph_view& g, const texture_cells& cells, const buffer<texture_surroundings>& looks, int reach)
         : graph_(g), cells_(cells), looks_(looks), reach_(reach) {}
 
-    /// Per cell, the source of its texture; no_pixel for a known cell, and where no source is found.
+    /// Returns the source of each cell's texture; no_pixel for a known cell, and for a cell without any source.
     buffer<std::int32_t> run(int rounds) {
         source_ = buffer<std::int32_t>(cells_.pixel.size(), no_pixel);
         find_nearest_known();
@@ -37,9 +37,9 @@ public:
     }
 
 private:
-    // Cost of two neighbors whose sources are not; chosen by trial.
+    // Cost of two neighboring cells whose sources are not neighbors; tuned by experiment.
     static constexpr int incoherence = 100;
-    // One in `search_interval` cells also samples random sources. Its neighbors then propagate good ones.
+    // One in `search_interval` cells also samples random sources. Its neighbors then propagate good sources.
     static constexpr std::uint32_t search_interval = 32;
 
     /// Finds the first candidate of each unknown cell: the nearest known cell along links, or no_pixel.
@@ -66,7 +66,7 @@ private:
         }
     }
 
-    /// Incoherence is counted only while the sum may stay below `limit`.
+    /// Counts incoherence only while the sum may stay below `limit`.
     int cost(std::int32_t cell, std::int32_t from, int limit) const {
         int sum = difference_of(looks_[cell], looks_[from]);
         for (side s : all_sides) {
@@ -80,7 +80,7 @@ private:
 
     void improve(std::int32_t cell, int round, bool forward) {
         std::int32_t& best = source_[cell];
-        int least = -1;  // computed only when there is something to compare, which is rare
+        int least = -1;  // computed only when there is a candidate to compare, which is rare
         const auto consider = [&](std::int32_t from) {
             if (from == no_pixel || from == best || !cells_.is_source(from)) return;
             if (best == no_pixel) {
@@ -103,7 +103,7 @@ private:
             consider(wander(best, hash(random, 100 + static_cast<std::uint32_t>(radius)), radius));
     }
 
-    /// A cell within this many steps along x and then y, as far as links go.
+    /// Returns a cell within `radius` steps along x and then y, as far as links go.
     std::int32_t wander(std::int32_t cell, std::uint32_t random, int radius) const {
         const auto within = [radius](std::uint32_t bits) {  // -radius ... radius
             return static_cast<int>(bits * static_cast<std::uint32_t>(2 * radius + 1) >> 16) - radius;
