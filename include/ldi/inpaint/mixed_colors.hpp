@@ -32,7 +32,7 @@ struct mixed_color_options {
     int background_margin = 1;
     /// Where the two surfaces differ, mixed colors are searched on either side of the silhouette within this share of the
     /// photo's long side, and within at least two pixels. 0 disables the search.
-    -- -float reach = 4.0F / 1536.0F;
+    float reach = 4.0F / 1536.0F;
     /// Minimum Euclidean RGB distance of colors that count as different, 0 to 255 per channel.
     float contrast = 40.0F;
 };
