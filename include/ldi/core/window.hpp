@@ -1,5 +1,5 @@
-// Breadth-first k x k neighborhoods over the graph: which pixel lies under each element of a convolution kernel (paper, section
-// "Mapping the PConv Network to LDI", Convolution). Links are followed around silhouettes, never across them.
+// Breadth-first k x k neighborhoods over the graph: selects the pixel under each element of a convolution kernel (paper, section
+// "Mapping the PConv Network to LDI", Convolution). Exploration follows links around silhouettes, never across them.
 #pragma once
 
 #include <ldi/core/graph.hpp>
@@ -12,26 +12,26 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The largest kernel that gather_window takes.
+/// Maximum kernel size of gather_window().
 inline constexpr std::int32_t largest_kernel_size = 15;
 
 /// Fills `window` with the pixels under a kernel centered on `pixel`.
 ///
 /// kernel_size  odd, 1 to largest_kernel_size
-/// window       kernel_size x kernel_size, row-major; element (row, column) becomes the index of a pixel that lies
-///              (column - kernel_size / 2, row - kernel_size / 2) from `pixel`, or no_pixel where no link leads inside the window
+/// window       kernel_size x kernel_size, row-major; element (row, column) becomes the index of a pixel at (column -
+///              kernel_size / 2, row - kernel_size / 2) from `pixel`, or no_pixel if no link leads there inside the window
 ///
-/// Exploration is breadth-first from the center: elements are taken up in the order in which they were reached, and from each
-/// the links up, down, left, right are followed in this order. The first pixel to reach an element keeps it; no other pixel at
-/// that position is explored. So where equally long paths lead to different layers, the one that turns up first wins, then down.
-/// The relation is not symmetric: j may lie under the kernel of i when i does not lie under that of j.
+/// Exploration is breadth-first from the center. It processes elements in the order in which they were reached, and follows the
+/// links up, down, left, right in this order. The first pixel to reach an element keeps it; no other pixel at that position is
+/// explored. If equally long paths lead to different layers, the path that starts up therefore wins, then down. The relation is
+/// not symmetric: the window of i may contain j although the window of j does not contain i.
 inline void gather_window(const graph_view& g, std::int32_t pixel, std::int32_t kernel_size, std::span<std::int32_t> window) {
     LDI_ASSERT(kernel_size >= 1 && kernel_size <= largest_kernel_size && kernel_size % 2 == 1);
     const std::size_t count = static_cast<std::size_t>(kernel_size * kernel_size);
     LDI_ASSERT(window.size() == count);
     LDI_ASSERT(pixel >= 0 && pixel < g.count());
 
-    // The window with a border of elements that count as reached, so that exploration ends there.
+    // The window with a border of elements that count as reached, so that exploration ends at the border.
     constexpr std::int32_t border = 0;
     const std::int32_t width = kernel_size + 2, center = (kernel_size / 2 + 1) * (width + 1);
     std::array<std::int32_t, std::size_t{largest_kernel_size + 2} * (largest_kernel_size + 2)> found;
