@@ -1,4 +1,4 @@
-// Progress reports of long work, and the way to cancel it.
+// Progress reports and cancellation of long work.
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -7,7 +7,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Both functions may be null; both are called on the thread that called the stage.
+/// Callbacks of the caller. Both may be null; both are called on the thread that called the stage.
 struct progress_listener {
     void* user = nullptr;
     void (*on_progress)(void* user, std::string_view stage, float fraction) = nullptr;  ///< fraction of the stage, 0 to 1
