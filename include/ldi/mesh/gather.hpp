@@ -8,6 +8,7 @@
 #include <ldi/core/layered_image.hpp>
 #include <ldi/mesh/textured_mesh.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -63,12 +64,11 @@ buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& 
         const std::array<float, 2> seen = camera.project({position[0], position[1], position[2]});
         const detail::corner_pixels around = detail::pixels_around_corner(
             g, mesh.pixels[v], static_cast<std::int32_t>(std::lround(seen[0])), static_cast<std::int32_t>(std::lround(seen[1])));
-        for (std::size_t c = 0; c < Column::channels; ++c) {
-            std::array<scalar, 4> values{};
-            for (std::size_t i = 0; i < around.count; ++i) values[i] = layers.template at<Column>(around.pixels[i])[c];
-            result[v * Column::channels + c] =
-                detail::vertex_value<Column>(array_view<const scalar>(values.data(), around.count));
-        }
+        std::array<scalar, 4 * Column::channels> values{};
+        for (std::size_t i = 0; i < around.count; ++i)
+            std::copy_n(layers.template at<Column>(around.pixels[i]).data(), Column::channels, &values[i * Column::channels]);
+        const auto at_vertex = detail::vertex_values<Column>({{values.data(), around.count * Column::channels}});
+        std::copy(at_vertex.begin(), at_vertex.end(), result.data() + v * Column::channels);
     }
     return result;
 }
