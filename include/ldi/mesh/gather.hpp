@@ -45,7 +45,7 @@ inline corner_pixels pixels_around_corner(const graph_view& g, std::int32_t pixe
 
 }  // namespace detail
 
-/// Returns V x channels scalars: the column's `at_vertex` rule over the pixels of the vertex's surface around it.
+/// Returns V x channels scalars: the column's `at_vertex` rule over the pixels around each vertex that belong to its surface.
 ///
 /// mesh    of build_mesh(), from these layers
 /// camera  that took the photo (photo_facts::camera)
@@ -55,6 +55,9 @@ template <payload_column Column, has_column<Column> Layers>
 buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& layers, const pinhole_camera& camera) {
     using scalar = typename Column::scalar;
     const graph_view g = layers.topology();
+    if (mesh.pixels.size() != mesh.vertex_count())
+        raise(error_code::mismatch, "gather", "a pixel for each of " + std::to_string(mesh.vertex_count()) + " vertices",
+              std::to_string(mesh.pixels.size()) + " pixels");
     buffer<scalar> result(mesh.pixels.size() * Column::channels, unset);
     for (std::size_t v = 0; v < mesh.pixels.size(); ++v) {
         if (mesh.pixels[v] < 0 || mesh.pixels[v] >= g.count())
