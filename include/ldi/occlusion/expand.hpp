@@ -252,9 +252,11 @@ private:
 
 }  // namespace detail
 
+/// Adds the surfaces that a camera in motion uncovers behind curves.
+///
 /// layer    as lift() makes it and close_spurious_discontinuities() leaves it
 /// surface  the rule that lift() linked it by
-/// curves   of the same layer
+/// curves   of the same layer; raises mismatch for those of another one
 ///
 /// Returns the same image with hidden pixels added, in canonical order. The disparity of a new pixel is the average of those that
 /// it grew from, and always farther than the photo's at that position by more than surface_rule::largest_step; every other column
@@ -272,6 +274,7 @@ expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule 
     static_assert(has_columns<single_layer<Columns...>, disparity_column>);
     if (options.iterations < 0)
         raise(error_code::invalid_option, "expand_options::iterations", "0 or more", std::to_string(options.iterations));
+    detail::check_curves(curves, layer.topology(), "expand");
     if (!(options.motion >= 0 && options.motion <= 1))
         raise(error_code::invalid_option, "expand_options::motion", "0 to 1", detail::to_text(options.motion));
     expanded_layers<Columns...> result{detail::expansion_access::layers_of(std::move(layer)), options.motion};
