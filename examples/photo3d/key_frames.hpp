@@ -118,9 +118,9 @@ inline std::vector<key_frame> load_key_frames(const std::filesystem::path& file)
         k.zoom = reader.has("zoom") ? reader.number("zoom") : 1.0F;
         if (k.position[0] == k.target[0] && k.position[2] == k.target[2])
             reader.fail("a target that is not straight above or below", "one that is");
-        if (!(k.zoom > 0)) reader.fail("a \"zoom\" above 0", std::to_string(k.zoom));
+        if (!(k.zoom > 0)) reader.fail("a \"zoom\" above 0", detail::to_text(k.zoom));
         if (!result.empty() && !(k.time > result.back().time))
-            reader.fail("times that rise", std::to_string(result.back().time) + ", then " + std::to_string(k.time));
+            reader.fail("times that rise", detail::to_text(result.back().time) + ", then " + detail::to_text(k.time));
         result.push_back(k);
     }
     return result;

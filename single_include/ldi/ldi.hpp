@@ -396,7 +396,9 @@ public:
     buffer(const buffer& other) : buffer(other.begin(), other.end()) {}
     buffer(buffer&& other) noexcept : block_(other.block_) { other.block_ = {}; }
     buffer& operator=(const buffer& other) {
-        if (this != &other) assign(other.begin(), other.end());
+        if (this == &other) return *this;
+        reserve(other.size());  // first, so that the values stay if memory runs out
+        assign(other.begin(), other.end());
         return *this;
     }
     buffer& operator=(buffer&& other) noexcept {
@@ -1000,7 +1002,8 @@ class graph_builder;
 
 namespace detail {
 
-/// The lattice and six index columns of K entries each, and how they are read. `Column` owns or shows one index column.
+/// The lattice and six index columns of K entries each, and how they are read. `Column` owns or shows one index column. Only
+/// derived classes copy and assign it, so that no finished graph receives columns that nobody checked.
 template <class Column>
 class index_columns {
 public:
@@ -1038,6 +1041,12 @@ public:
 
 protected:
     index_columns() = default;
+    index_columns(const index_columns&) = default;
+    index_columns(index_columns&&) noexcept = default;
+    /// If memory runs out, nothing changes.
+    index_columns& operator=(const index_columns& other) { return *this = index_columns(other); }
+    index_columns& operator=(index_columns&&) noexcept = default;
+    ~index_columns() = default;
     index_columns(std::int32_t width, std::int32_t height) : width_(width), height_(height) {
         LDI_ASSERT(width >= 0 && height >= 0);
     }
@@ -1235,10 +1244,13 @@ private:
     graph_view view() const { return graph_view(width_, height_, x_, y_, up(), down(), left(), right()); }
 };
 
-/// A fully linked single layer: what an ordinary image is. Pixel (x, y) has index y * width + x. Raises too_large if there are
-/// 2^31 pixels or more.
+/// A fully linked single layer: what an ordinary image is. Pixel (x, y) has index y * width + x. Raises invalid_option for a
+/// negative size, too_large for 2^31 pixels or more.
 inline graph make_grid(std::int32_t width, std::int32_t height) {
     const std::int64_t pixels = std::int64_t{width} * height;
+    if (width < 0 || height < 0)
+        raise(error_code::invalid_option, "make_grid", "a width and a height of 0 or more",
+              std::to_string(width) + " x " + std::to_string(height));
     if (pixels > 0x7FFFFFFF)
         raise(error_code::too_large, "make_grid", "fewer than 2^31 pixels",
               std::to_string(width) + " x " + std::to_string(height));
@@ -1459,10 +1471,14 @@ struct matte_column {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Changes links between pixels, not the pixels. Argument of the function that edit_links() calls.
+template <payload_column... Columns>
+class layered_image;
+
+/// Changes links between pixels, not the pixels. Argument of the function that edit_links() calls; it ends with that call.
 class link_editor {
 public:
-    explicit link_editor(graph_builder& g) : graph_(g) {}
+    link_editor(const link_editor&) = delete;
+    link_editor& operator=(const link_editor&) = delete;
 
     std::int32_t neighbor(std::int32_t pixel, side s) const { return graph_.neighbor(pixel, s); }
     /// As graph_builder::link() and unlink().
@@ -1470,6 +1486,10 @@ public:
     void unlink(std::int32_t a, side s) { graph_.unlink(a, s); }
 
 private:
+    template <payload_column...>
+    friend class layered_image;
+    explicit link_editor(graph_builder& g) : graph_(g) {}
+
     graph_builder& graph_;
 };
 
@@ -1496,6 +1516,24 @@ std::span<Scalar, Column::channels> pixel_scalars(array_view<Scalar> column, std
                                                Column::channels);
 }
 
+/// Whether every pixel has one source: every old pixel occurs once, and every new pixel continues an old one.
+inline bool is_complete(const grown_pixels& grown, std::size_t old_count) {
+    const std::size_t new_count = grown.origins.size();
+    if (grown.topology.size() != old_count + new_count) return false;
+    for (const std::int32_t origin : grown.origins)
+        if (origin < 0 || static_cast<std::size_t>(origin) >= old_count) return false;
+    buffer<bool> seen(old_count + new_count);  // old pixels, then entries of `origins`
+    std::size_t total = 0;
+    for (const grown_piece& p : grown.pieces) {
+        if (p.first < 0 || p.count < 0 ||
+            static_cast<std::size_t>(p.first) + static_cast<std::size_t>(p.count) > (p.is_new ? new_count : old_count))
+            return false;
+        for (std::int32_t i = p.first; i < p.first + p.count; ++i, ++total)
+            if (std::exchange(seen[static_cast<std::size_t>(i) + (p.is_new ? old_count : 0)], true)) return false;
+    }
+    return total == seen.size();
+}
+
 [[noreturn]] inline void refuse_column_length(std::size_t expected, std::size_t found) {
     raise(error_code::mismatch, "layered image", std::to_string(expected) + " scalars in a column", std::to_string(found));
 }
@@ -1503,7 +1541,7 @@ std::span<Scalar, Column::channels> pixel_scalars(array_view<Scalar> column, std
 }  // namespace detail
 
 /// A graph with K pixels and, for each column, K rows of `channels` scalars, row-major. Every column has one row per pixel at all
-/// times: pixels are added, removed and moved only by members that take all columns along.
+/// times: only members that take all columns along add, remove and move pixels, also if memory runs out or a callback throws.
 ///
 ///     struct normal { using scalar = float; static constexpr std::size_t channels = 3; };
 ///     layered_image<disparity_column, normal> surfaces(make_grid(6, 4));
@@ -1524,19 +1562,22 @@ public:
     }
     /// Takes the graph and the columns that both have; other columns are zero.
     template <payload_column... Others>
-    requires(!std::is_same_v<layered_image<Others...>, layered_image>) explicit layered_image(layered_image<Others...>&& other)
-        : graph_(std::move(other.graph_)) {
+    requires(!std::is_same_v<layered_image<Others...>, layered_image>) explicit layered_image(layered_image<Others...>&& other) {
+        const auto make = [&]<class Column>(const Column&) {
+            if constexpr (!layered_image<Others...>::template has<Column>)
+                values<Column>().resize(other.size() * Column::channels);
+        };
         const auto take = [&]<class Column>(const Column&) {
             if constexpr (layered_image<Others...>::template has<Column>)
                 values<Column>() = std::move(other.template values<Column>());
-            else
-                zero_column<Column>();
         };
+        (make(Columns{}), ...);  // first: if memory runs out, `other` stays as it is
         (take(Columns{}), ...);
+        graph_ = std::move(other.graph_);
         other = {};
     }
     layered_image(const layered_image&) = default;
-    layered_image& operator=(const layered_image&) = default;
+    layered_image& operator=(const layered_image& other) { return *this = layered_image(other); }
     /// The moved-from image is empty.
     layered_image(layered_image&& other) noexcept
         : graph_(std::exchange(other.graph_, {})), columns_(std::exchange(other.columns_, {})) {}
@@ -1576,25 +1617,28 @@ public:
         values<Column>() = std::move(scalars);
     }
 
-    /// Calls edit(link_editor&), which may link and unlink pixels.
+    /// Calls edit(link_editor&), which may link and unlink pixels. During the call the image is empty; afterwards it has its
+    /// pixels back, even if `edit` throws.
     template <class Edit>
     void edit_links(Edit&& edit) {
-        struct restorer {  // puts the graph back even if `edit` throws
-            graph& to;
-            graph_builder builder;
-            ~restorer() { to = std::move(builder).build(); }
-        } r{graph_, graph_builder(std::move(graph_))};
-        link_editor editor(r.builder);
+        layered_image edited = std::move(*this);
+        struct restorer {
+            layered_image &image, &edited;
+            graph_builder links;
+            ~restorer() {
+                edited.graph_ = std::move(links).build();
+                image = std::move(edited);
+            }
+        } r{*this, edited, graph_builder(std::move(edited.graph_))};
+        link_editor editor(r.links);
         edit(editor);
     }
 
-    /// Moves pixel `order[i]` to index i. `order` is a permutation of all pixels.
-    void reorder(std::span<const std::int32_t> order) {
-        graph_ = reordered(graph_, order);
-        ((values<Columns>() = reordered(values<Columns>(), order, Columns::channels)), ...);
-    }
+    /// Moves pixel `order[i]` to index i. `order` is a permutation of all pixels. If memory runs out, nothing changes.
+    void reorder(std::span<const std::int32_t> order) { *this = with_pixels(reordered(graph_, order), order); }
 
-    /// Removes the pixels whose entry in `kept` is 0, with their links. The others stay in their order.
+    /// Removes the pixels whose entry in `kept` is 0, with their links. The others stay in their order. If memory runs out,
+    /// nothing changes.
     ///
     /// kept  K, one per pixel
     void keep(std::span<const std::uint8_t> kept) {
@@ -1611,27 +1655,26 @@ public:
                 b.write_neighbors(s)[i] = neighbor == no_pixel ? no_pixel : new_index[neighbor];
             }
         }
-        graph_ = std::move(b).build();
-        ((values<Columns>() = reordered(values<Columns>(), old_index, Columns::channels)), ...);
+        *this = with_pixels(std::move(b).build(), old_index);
     }
 
     /// Adds pixels: make(graph_builder) edits the topology that it receives and returns grown_pixels. New pixels get their values
-    /// from the pixels that they continue, by the rules of the columns. Returns grown_pixels::pieces. If `make` throws, the image
-    /// is empty.
+    /// from the pixels that they continue, by the rules of the columns. Returns grown_pixels::pieces. During the call the image
+    /// is empty, but views of its columns stay valid; it remains empty if `make` throws or memory runs out.
     template <class Make>
     buffer<grown_piece> grow(Make&& make) {
-        struct cleaner {
-            layered_image* image;
-            ~cleaner() {
-                if (image != nullptr) *image = layered_image();
-            }
-        } unless_grown{this};
-        const std::size_t old_count = size();
-        grown_pixels grown = make(graph_builder(std::move(graph_)));
-        LDI_ASSERT(grown.topology.size() == old_count + grown.origins.size());
-        ((values<Columns>() = grown_column<Columns>(grown, old_count)), ...);
-        graph_ = std::move(grown.topology);
-        unless_grown.image = nullptr;
+        layered_image old = std::move(*this);
+        [[maybe_unused]] const std::size_t old_count = old.size();
+        grown_pixels grown = make(graph_builder(std::move(old.graph_)));
+        LDI_ASSERT(detail::is_complete(grown, old_count));
+        layered_image result;
+        const auto move_column = [&]<class Column>(const Column&) {
+            result.template values<Column>() = old.template grown_column<Column>(grown);
+            old.template values<Column>() = {};  // so that no more than one column is there twice
+        };
+        (move_column(Columns{}), ...);
+        result.graph_ = std::move(grown.topology);
+        *this = std::move(result);
         return std::move(grown.pieces);
     }
 
@@ -1653,13 +1696,20 @@ private:
         values<Column>() = buffer<typename Column::scalar>(size() * Column::channels);
     }
 
+    /// A graph with the rows of the old pixels `old_index`.
+    layered_image with_pixels(graph g, [[maybe_unused]] std::span<const std::int32_t> old_index) {
+        layered_image result;
+        ((result.template values<Columns>() = reordered(values<Columns>(), old_index, Columns::channels)), ...);
+        result.graph_ = std::move(g);
+        return result;
+    }
+
     template <class Column>
-    buffer<typename Column::scalar> grown_column(const grown_pixels& grown, [[maybe_unused]] std::size_t old_count) const {
+    buffer<typename Column::scalar> grown_column(const grown_pixels& grown) const {
         buffer<typename Column::scalar> result(grown.topology.size() * Column::channels, unset);
         typename Column::scalar* to = result.data();
         for (const grown_piece& p : grown.pieces) {
             if (!p.is_new) {
-                LDI_ASSERT(p.first >= 0 && p.count > 0 && static_cast<std::size_t>(p.first + p.count) <= old_count);
                 to = std::copy_n(at<Column>(p.first).data(), static_cast<std::size_t>(p.count) * Column::channels, to);
                 continue;
             }
@@ -1667,7 +1717,6 @@ private:
                 for (const typename Column::scalar& value : at<Column>(grown.origins[i]))
                     *to++ = detail::new_pixel_value<Column>(value);
         }
-        LDI_ASSERT(to == result.end());
         return result;
     }
 
@@ -1685,7 +1734,8 @@ concept has_column = requires {
 template <class Layers, class... Columns>
 concept has_columns = (has_column<Layers, Columns> && ...);
 
-/// Non-owning view of a layered image, or of some of its columns. Stages that only read accept it.
+/// Non-owning view of a layered image, or of some of its columns. Stages that only read accept it. Like std::string_view, a view
+/// of a temporary is valid until the end of the full expression only.
 template <payload_column... Columns>
 class layered_view {
 public:
@@ -1700,6 +1750,7 @@ public:
         };
         (check(g.size() * Columns::channels, columns.size()), ...);
     }
+    explicit layered_view(graph&&, array_view<const typename Columns::scalar>...) = delete;  // would outlive the graph
     template <has_columns<Columns...> Layers>
     layered_view(const Layers& layers) : layered_view(layers.topology(), layers.template column<Columns>()...) {}
 
@@ -2536,11 +2587,11 @@ bool same_shape(const auto& a, const auto& b) {
 }}  // namespace ldi
 
 // ---- ldi/core/surface.hpp
-// The one rule for which pixels belong to one surface: a threshold on disparity that every stage asks (the paper's tau_disp).
+// The rule that decides which pixels belong to one surface: a threshold on disparity (the paper's tau_disp).
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Given once, in photo3d_options or to lift(), and carried by the layered image from then on.
+/// Part of photo_facts; lift() and the stages after it must use the same rule.
 struct surface_rule {
     /// Neighbors that differ by more than this in disparity are on different surfaces (the paper's tau_disp).
     float largest_step = 0.05F;
@@ -2579,13 +2630,6 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// The largest kernel that gather_window takes.
 inline constexpr std::int32_t largest_kernel_size = 15;
 
-namespace detail {
-/// A kernel element that exploration has reached, and the pixel found there.
-struct reached_element {
-    std::int32_t pixel, row, column;
-};
-}  // namespace detail
-
 /// Fills `window` with the pixels under a kernel centered on `pixel`.
 ///
 /// kernel_size  odd, 1 to largest_kernel_size
@@ -2602,36 +2646,36 @@ inline void gather_window(const graph_view& g, std::int32_t pixel, std::int32_t 
     LDI_ASSERT(window.size() == count);
     LDI_ASSERT(pixel >= 0 && pixel < g.count());
 
-    const auto element = [&](std::int32_t row, std::int32_t column) -> std::int32_t& {
-        return window.data()[row * kernel_size + column];
-    };
-    std::array<detail::reached_element, std::size_t{largest_kernel_size} * std::size_t{largest_kernel_size}> reached;
-    std::size_t reached_count = 0;
-    const auto reach = [&](std::int32_t row, std::int32_t column, std::int32_t found) {
-        element(row, column) = found;
-        reached[reached_count++] = {found, row, column};
-    };
-
-    std::fill(window.begin(), window.end(), no_pixel);
-    reach(kernel_size / 2, kernel_size / 2, pixel);
+    // The window with a border of elements that count as reached, so that exploration ends there.
+    constexpr std::int32_t border = 0;
+    const std::int32_t width = kernel_size + 2, center = (kernel_size / 2 + 1) * (width + 1);
+    std::array<std::int32_t, std::size_t{largest_kernel_size + 2} * (largest_kernel_size + 2)> found;
+    std::array<std::int32_t, std::size_t{largest_kernel_size} * largest_kernel_size> reached;  // elements, in order
+    std::fill_n(found.begin(), width * width, border);
+    for (std::int32_t row = 1; row <= kernel_size; ++row) std::fill_n(found.begin() + row * width + 1, kernel_size, no_pixel);
+    const auto at = [&](std::int32_t element) -> std::int32_t& { return found[static_cast<std::size_t>(element)]; };
+    at(center) = pixel, reached[0] = center;
+    std::size_t reached_count = 1;
     for (std::size_t next = 0; next < reached_count && reached_count < count; ++next) {
-        const detail::reached_element from = reached[next];
+        const std::int32_t from = reached[next];
         for (side s : all_sides) {
-            const std::int32_t row = from.row + step_y(s), column = from.column + step_x(s);
-            if (row < 0 || row >= kernel_size || column < 0 || column >= kernel_size) continue;
-            const std::int32_t neighbor = g.neighbor(from.pixel, s);
-            if (neighbor != no_pixel && element(row, column) == no_pixel) reach(row, column, neighbor);
+            const std::int32_t to = from + step_y(s) * width + step_x(s);
+            if (at(to) != no_pixel) continue;
+            const std::int32_t neighbor = g.neighbor(at(from), s);
+            if (neighbor != no_pixel) at(to) = neighbor, reached[reached_count++] = to;
         }
     }
+    for (std::int32_t row = 0; row < kernel_size; ++row)
+        std::copy_n(found.begin() + (row + 1) * width + 1, kernel_size, window.begin() + row * kernel_size);
 }
 
 }}  // namespace ldi
 
 // ---- ldi/kernels/detail/target.hpp
-// Compiles code for several instruction sets in one header, with any flags of the user's. The compiler compiles functions between
-// LDI_BEGIN_TARGET("...") and LDI_END_TARGET for those features, so every translation unit has the same code for them. Inside,
-// use no lambdas, no standard templates over vector types, and no function from outside that uses intrinsics. Write loops over
-// registers as fold expressions: g++ 12 keeps an array in registers only if every index is a constant.
+// Compiles code for several instruction sets in one header, independently of the user's flags. Functions between
+// LDI_BEGIN_TARGET("...") and LDI_END_TARGET are compiled for these features, so every translation unit has the same code for
+// them. Inside, use no lambdas, no standard templates over vector types, and no outside function that uses intrinsics. Write
+// loops over registers as fold expressions: g++ 12 keeps an array in registers only if every index is a constant.
 
 #if LDI_HAS_EXTENSIONS && (defined(__x86_64__) || defined(__i386__))
 #define LDI_HAS_X86_KERNELS 1
@@ -2661,7 +2705,7 @@ inline void gather_window(const graph_view& g, std::int32_t pixel, std::int32_t 
 #define LDI_END_TARGET LDI_PRAGMA(clang attribute pop)
 #else
 // g++ 12 warns about values that its own intrinsics leave undefined on purpose. Its partial redundancy elimination copies every
-// sum of a matrix product to the stack and halves its speed. Its scheduling before register allocation, on by default for Arm,
+// sum of a matrix product to the stack and halves the speed. Its scheduling before register allocation, on by default for Arm,
 // loads all weights of a tile early and spills them.
 #define LDI_BEGIN_TARGET(features)                            \
     LDI_PRAGMA(GCC push_options)                              \
@@ -2688,7 +2732,7 @@ inline void gather_window(const graph_view& g, std::int32_t pixel, std::int32_t 
 #endif
 
 // ---- ldi/kernels/detail/cpuid.hpp
-// x86's CPUID instruction.
+// The CPUID instruction of x86.
 
 #if LDI_HAS_X86_KERNELS
 
@@ -2707,8 +2751,7 @@ struct cpuid_leaf {
 #endif
 
 // ---- ldi/kernels/detail/dot_product_extension.hpp
-// Whether this 64-bit Arm processor has the dot product extension: optional since Armv8.2, in phones since 2018, in every Apple
-// M.
+// Detects the dot product extension of 64-bit Arm processors: optional since Armv8.2, in phones since 2018, in every Apple M.
 
 #if LDI_HAS_ARM_KERNELS
 
@@ -2722,7 +2765,7 @@ struct cpuid_leaf {
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// On systems without a query, whether the compiler's flags promise the extension.
+/// Whether the processor has the extension. On systems without a query, whether the compiler's flags assume it.
 inline bool has_dot_product_extension() {
 #if defined(__linux__)
     return (getauxval(AT_HWCAP) & HWCAP_ASIMDDP) != 0;
@@ -2760,14 +2803,15 @@ enum class cpu_feature {
 namespace detail {
 
 #if LDI_HAS_X86_KERNELS
-/// clang 14 has no name for it. The operating system saves its registers if it saves AVX2's.
+/// Detects AVX-VNNI, for which clang 14 has no name. An operating system that saves AVX2's registers also saves those of
+/// AVX-VNNI.
 inline bool has_avx_vnni() {
     static const bool found = cpuid_leaf(0).a >= 7 && cpuid_leaf(7).a >= 1 && (cpuid_leaf(7, 1).a >> 4U & 1U) != 0;
     return found;
 }
 #endif
 
-/// False where this build of ldi has no kernels for the processor.
+/// Whether the processor has the feature; false if this build of ldi has no kernels for the processor.
 inline bool has_feature(cpu_feature feature) {
     switch (feature) {
         case cpu_feature::none: return true;
@@ -2793,30 +2837,30 @@ inline bool has_feature(cpu_feature feature) {
 }}  // namespace ldi
 
 // ---- ldi/kernels/isa.hpp
-// The instruction sets that kernels/ has code for: one row of `instruction_sets` each. Packing weights chooses one at run time.
-// All of them give the same bits, but for float32. The environment variable LDI_ISA forces one by its name, for tests and
-// benchmarks. To add a set, add a row here, a file in the folder of each family that it makes faster, and a row in that family's
-// table (see kernels/gemm_u8.hpp). README.md beside this file has the matrix.
+// The instruction sets that kernels/ has code for, one row of `instruction_sets` each. Packing weights selects one at run time.
+// All sets return the same bits, except for float32. The environment variable LDI_ISA forces a set by its name, for tests and
+// benchmarks. To add a set, add a row here, a file in the folder of each family that it accelerates, and a row in that family's
+// table (see kernels/gemm_u8.hpp). kernels/README.md has the matrix.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 enum class isa {
     scalar,            ///< portable C++, and the reference in tests
     avx2,              ///< AVX2 and FMA
-    avx_vnni,          ///< AVX2 with VNNI's products of bytes in 256 bits: Intel's client processors since Alder Lake
+    avx_vnni,          ///< AVX2 and 256-bit VNNI (products of bytes): Intel's client processors since Alder Lake
     avx512vnni,        ///< AVX-512 F, BW, VL and VNNI
     neon_dot_product,  ///< 64-bit Arm with the dot product extension
-    wasm_simd128,      ///< WebAssembly's 128-bit vectors: the compiler's flags decide for the whole module
+    wasm_simd128,      ///< WebAssembly's 128-bit vectors; a compiler flag enables them for the whole module
 };
 
 struct instruction_set {
     isa id;
     std::string_view name;             ///< value of LDI_ISA
-    std::array<cpu_feature, 4> needs;  ///< all of them
-    isa otherwise;                     ///< stands in where a family has no kernel for this set
+    std::array<cpu_feature, 4> needs;  ///< required features
+    isa otherwise;                     ///< replaces this set in families that have no kernel for it
 };
 
-/// Slowest first.
+/// All sets, slowest first.
 inline constexpr std::array instruction_sets{
     instruction_set{isa::scalar, "scalar", {}, isa::scalar},
     instruction_set{isa::avx2, "avx2", {cpu_feature::avx2, cpu_feature::fma}, isa::scalar},
@@ -2834,17 +2878,18 @@ constexpr const instruction_set& find_instruction_set(isa id) {
     return instruction_sets.front();
 }
 
-/// The value of LDI_ISA that names the set.
+/// Returns the name that LDI_ISA accepts for the set.
 constexpr std::string_view to_string(isa set) { return find_instruction_set(set).name; }
 
-/// Whether this processor, this operating system and this build of ldi support it.
+/// Whether the processor, the operating system and this build of ldi support the set.
 inline bool is_available(isa set) {
     for (const cpu_feature feature : find_instruction_set(set).needs)
         if (!detail::has_feature(feature)) return false;
     return true;
 }
 
-/// The one that LDI_ISA names, else the fastest available. Raises an error if LDI_ISA names one that is not available here.
+/// Returns the set that LDI_ISA names, else the fastest available one. Raises an error if LDI_ISA names a set that is not
+/// available.
 inline isa best_isa() {
     const char* const forced = std::getenv("LDI_ISA");
     const std::string_view name = forced == nullptr ? std::string_view() : std::string_view(forced);
@@ -2860,7 +2905,7 @@ inline isa best_isa() {
     return best;
 }
 
-/// The row of a family's table for this set, or for the set that stands in for it. Every table has a row for scalar.
+/// Finds the row of a family's table for this set, or for the set that replaces it. Every table has a row for scalar.
 template <class Kernel, std::size_t rows>
 constexpr const Kernel& find_kernel(const Kernel (&table)[rows], isa wanted) {
     for (isa set = wanted;; set = find_instruction_set(set).otherwise)
@@ -2872,12 +2917,12 @@ constexpr const Kernel& find_kernel(const Kernel (&table)[rows], isa wanted) {
 
 // ---- ldi/kernels/requantize.hpp
 // Exact integer requantization of an int32 accumulator, or of the sum of two 8-bit tensors, to 8 bits. The arithmetic is that of
-// QNNPACK, the engine of the published depth network, so results equal the published ones bit for bit. Every instruction set must
-// give the values of the functions here.
+// QNNPACK, the engine of the published depth network, so results equal the published ones bit for bit. Every instruction set
+// must return the values of these functions.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The meaning of an 8-bit value q: `(q - zero_point) * scale`.
+/// Meaning of an 8-bit value q: `(q - zero_point) * scale`.
 struct quantization {
     float scale = 1;
     std::uint8_t zero_point = 0;
@@ -2885,14 +2930,15 @@ struct quantization {
     friend bool operator==(const quantization&, const quantization&) = default;
 };
 
-/// From an int32 accumulator to 8 bits: multiply by `multiplier * 2^-31 * 2^-shift`, add the zero point, clamp to 0..255.
+/// Converts an int32 accumulator to 8 bits: multiplies by `multiplier * 2^-31 * 2^-shift`, adds the zero point, clamps to
+/// 0..255.
 struct requantization {
     std::int32_t multiplier = 0;  ///< 24 significant bits, in [2^30, 2^31)
     std::int32_t shift = 0;       ///< 0..31
     std::int32_t zero_point = 0;  ///< 0..255
 };
 
-/// Two 8-bit tensors to their sum in 8 bits.
+/// Adds two 8-bit tensors with an 8-bit result.
 struct quantized_addition {
     std::int32_t a_multiplier = 0, b_multiplier = 0;  ///< 0..2^22, the larger at least 2^21
     std::int32_t bias = 0;                            ///< subtracts both zero points
@@ -2908,7 +2954,7 @@ inline std::int32_t biased_exponent(float value) {
     return static_cast<std::int32_t>((bits >> 23) & 0xFF);
 }
 
-/// value / 2^shift, rounded to nearest, halves away from zero; `shift` in 0..31.
+/// Returns value / 2^shift, rounded to nearest, halves away from zero. shift  0..31
 inline std::int32_t rounding_shift(std::int32_t value, std::int32_t shift) {
     const std::int32_t mask = static_cast<std::int32_t>((std::uint32_t{1} << shift) - 1);
     const std::int32_t remainder = (value & mask) - (value < 0 ? 1 : 0);
@@ -2921,9 +2967,11 @@ inline std::uint8_t offset_and_clamp(std::int32_t value, std::int32_t zero_point
 
 }  // namespace detail
 
-/// Whether make_requantization() accepts this scale: it must lie in [2^-32, 1).
+/// Whether make_requantization() accepts this scale: it must be in [2^-32, 1).
 inline bool is_requantization_scale(float scale) { return scale >= 0x1p-32F && scale < 1.0F; }
 
+/// Computes the integer form of a scale.
+///
 /// scale  input scale * weight scale / output scale, computed in float
 inline requantization make_requantization(float scale, std::uint8_t zero_point) {
     LDI_ASSERT(is_requantization_scale(scale));
@@ -2946,7 +2994,7 @@ inline bool are_addition_ratios(float a_ratio, float b_ratio) {
     return a_ratio > 0 && b_ratio > 0 && larger >= 0x1p-10F && larger < 0x1p8F;
 }
 
-/// For `y = a + b`, each in its own quantization.
+/// Computes the constants of `y = a + b`, each in its own quantization.
 inline quantized_addition make_quantized_addition(quantization a, quantization b, quantization y) {
     const float a_ratio = a.scale / y.scale, b_ratio = b.scale / y.scale;
     LDI_ASSERT(are_addition_ratios(a_ratio, b_ratio));
@@ -2972,11 +3020,11 @@ inline std::uint8_t add_quantized(std::uint8_t a, std::uint8_t b, const quantize
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Only prepare_add_u8() makes valid ones.
+/// Constants of an addition. Valid only if prepare_add_u8() made them.
 struct add_u8_constants {
     isa target = isa::scalar;
     quantized_addition exact;
-    /// Not used by scalar and NEON: `clamp(round_to_even(fma(a, a_scale, fma(b, b_scale, offset))))`.
+    /// Constants of the float form `clamp(round_to_even(fma(a, a_scale, fma(b, b_scale, offset))))`. Unused by scalar and NEON.
     float a_scale = 0, b_scale = 0, offset = 0;
 };
 
@@ -2984,7 +3032,7 @@ struct add_u8_constants {
 struct add_u8_kernel {
     isa set;
     bool is_integer;  ///< computes `exact`, not the float form
-    /// As add_u8() of kernels/add_u8.hpp.
+    /// Same parameters as add_u8() of kernels/add_u8.hpp.
     void (*run)(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                 std::uint8_t* result);
 };
@@ -3024,7 +3072,7 @@ inline constexpr activation no_activation{1.0F};
 inline constexpr activation relu{0.0F};
 constexpr activation leaky_relu(float negative_slope) { return {negative_slope}; }
 
-/// The weights of one layer in the order that its kernel reads them. Only pack_conv_f32() makes valid ones.
+/// The weights of one layer in the order in which its kernel reads them. Valid only if pack_conv_f32() made them.
 struct conv_f32_weights {
     using value_type = float;
 
@@ -3035,7 +3083,7 @@ struct conv_f32_weights {
     buffer<float> bias;  ///< padded with zeros to whole panels
 };
 
-/// The inputs of one panel of outputs.
+/// Inputs of one panel of outputs.
 template <class Value>
 struct conv_panel_input {
     const Value* const* rows;
@@ -3043,12 +3091,12 @@ struct conv_panel_input {
     const Value* weights;
 };
 
-/// Destination of one panel's results, and the constants that finish them.
+/// Destination of one panel's results, and the constants that turn sums into results.
 template <class Result>
 struct conv_panel_output {
     const float *bias, *ratios;
     float negative_slope;
-    std::size_t stride;  ///< values from pixel to pixel
+    std::size_t stride;  ///< distance between adjacent pixels, in values
     std::size_t count;   ///< remaining outputs of the layer
     Result* values;
 
@@ -3061,10 +3109,10 @@ namespace detail {
 /// Number of groups, rounded up.
 constexpr std::size_t groups_of(std::size_t count, std::size_t group) { return (count + group - 1) / group; }
 
-/// Appends weights by panel, row and group: the outputs of a panel side by side, each with the weights of one group of inputs.
-/// Pads the last group and the last panel with zeros.
+/// Appends weights by panel, row and group. Within a panel, the outputs are adjacent, each with the weights of one group of
+/// inputs. Pads the last group and the last panel with zeros.
 ///
-/// layer    its numbers of outputs, rows and inputs
+/// layer    has the numbers of outputs, rows and inputs
 /// weights  outputs x rows x inputs, row-major
 template <std::size_t group, class Layer, class Value>
 void append_panels(buffer<Value>& values, const Layer& layer, std::span<const Value> weights, std::size_t lanes,
@@ -3096,8 +3144,8 @@ inline void append_conv_panels(conv_f32_weights& packed, std::span<const float> 
 // ---- ldi/kernels/requantize_float.hpp
 // Requantization in float arithmetic with the same 8-bit values as the integer form of kernels/requantize.hpp, at a third of its
 // cost in vectors. The integer form is monotonic and has at most 256 values, so at most 255 thresholds define it. A float form
-// that agrees on both sides of each threshold agrees everywhere. The exact constants miss a few thresholds by one; moved by a few
-// units in the last place, they miss none.
+// that agrees on both sides of each threshold agrees everywhere. The exact constants miss a few thresholds by one; constants
+// that differ by a few units in the last place miss none.
 
 #include <limits>
 
@@ -3105,7 +3153,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// An integral float plus the zero point, clamped to 0..255.
+/// Adds the zero point to an integral float and clamps to 0..255.
 inline std::uint8_t offset_and_clamp(float value, std::int32_t zero_point) {
     const float clamped = (std::min)((std::max)(value, nearest_float(-zero_point)), nearest_float(255 - zero_point));
     return static_cast<std::uint8_t>(static_cast<std::int32_t>(clamped) + zero_point);
@@ -3113,8 +3161,8 @@ inline std::uint8_t offset_and_clamp(float value, std::int32_t zero_point) {
 
 }  // namespace detail
 
-/// `clamp(trunc(fma(float(acc), scale, acc < 0 ? -offset : offset)) + zero_point)`: one rounding, one truncation. With scale and
-/// offset both negated it is the same function of `-acc`.
+/// Computes `clamp(trunc(fma(float(acc), scale, acc < 0 ? -offset : offset)) + zero_point)`: one rounding, one truncation. With
+/// scale and offset both negated, it is the same function of `-acc`.
 struct float_requantization {
     float scale = 0, offset = 0;
     std::int32_t zero_point = 0;
@@ -3126,8 +3174,8 @@ struct float_requantization {
     }
 };
 
-/// The same for machines without a fused multiply-add: `clamp(round_to_even(float(acc) * scale + (acc < 0 ? -offset : offset)) +
-/// zero_point)`, the product rounded to float, then the sum.
+/// The form for machines without a fused multiply-add: `clamp(round_to_even(float(acc) * scale + (acc < 0 ? -offset : offset)) +
+/// zero_point)`, with the product rounded to float, then the sum.
 struct unfused_requantization {
     float scale = 0, offset = 0;
     std::int32_t zero_point = 0;
@@ -3141,14 +3189,14 @@ struct unfused_requantization {
 
 namespace detail {
 
-/// The accumulators on both sides of every threshold, and the ends of their range.
+/// Lists the accumulators on both sides of every threshold, and the ends of their range.
 inline buffer<std::int32_t> requantization_checkpoints(const requantization& r) {
     constexpr std::int32_t least = (std::numeric_limits<std::int32_t>::min)(), most = (std::numeric_limits<std::int32_t>::max)();
     buffer<std::int32_t> points{least, most};
     const auto result_at = [&r](std::int64_t point) { return requantize(static_cast<std::int32_t>(point), r); };
     std::int64_t below = least;  // requantizes to less than `value`
     for (int value = requantize(least, r) + 1; value <= requantize(most, r); ++value) {
-        // Thresholds lie about 1 / scale apart: the search for the next one starts there and doubles its step.
+        // Thresholds are about 1 / scale apart. The search for the next one starts at the last one and doubles its step.
         std::int64_t above = below, step = 1;
         while (result_at(above) < value) {
             below = above;
@@ -3165,7 +3213,7 @@ inline buffer<std::int32_t> requantization_checkpoints(const requantization& r) 
     return points;
 }
 
-/// A form near `scale` and `offset` that agrees with the integer form on every accumulator, if one exists.
+/// Searches close to `scale` and `offset` for a form that agrees with the integer form on every accumulator.
 template <class Form>
 std::optional<Form> search_float_form(const requantization& r, double offset) {
     const buffer<std::int32_t> points = requantization_checkpoints(r);
@@ -3175,7 +3223,7 @@ std::optional<Form> search_float_form(const requantization& r, double offset) {
 
     const float scale = static_cast<float>(std::ldexp(nearest_double(r.multiplier), -31 - r.shift));
     const float unit = scale - std::nextafter(scale, 0.0F);
-    std::size_t suspect = 0;  // the point on which the last candidate failed refutes most others
+    std::size_t suspect = 0;  // the point on which the last candidate failed; tested first, it rejects most others
     for (int offset_step = 0; offset_step <= 128; ++offset_step)
         for (int scale_step = -3; scale_step <= 3; ++scale_step) {
             const int signed_step = offset_step % 2 == 0 ? offset_step / 2 : -(offset_step + 1) / 2;
@@ -3190,12 +3238,12 @@ std::optional<Form> search_float_form(const requantization& r, double offset) {
     return std::nullopt;
 }
 
-/// Shift of the thresholds toward zero by the first of the integer form's two roundings.
+/// Distance by which the first of the integer form's two roundings moves the thresholds toward zero.
 inline double threshold_shift(const requantization& r) { return std::ldexp(1.0, -r.shift - 1); }
 
 }  // namespace detail
 
-/// Empty if no float form near the exact scale agrees with the integer form on every accumulator.
+/// Returns the float form, or nothing if no form near the exact scale agrees with the integer form on every accumulator.
 inline std::optional<float_requantization> find_float_requantization(const requantization& r) {
     return detail::search_float_form<float_requantization>(r, 0.5 + detail::threshold_shift(r));
 }
@@ -3207,7 +3255,7 @@ inline std::optional<unfused_requantization> find_unfused_requantization(const r
 }}  // namespace ldi
 
 // ---- ldi/kernels/detail/lanes_avx2.hpp
-// Shared parts of the AVX2 kernels: requantization of 32-bit sums, and the walk of convolutions.
+// Shared parts of the AVX2 kernels: requantization of 32-bit sums, and the loops of convolutions.
 
 #if LDI_HAS_X86_KERNELS
 
@@ -3222,19 +3270,19 @@ using int_lanes = __m256i;
 [[gnu::always_inline]] inline __m256i scale_and_truncate(__m256i sums, __m256 scale, __m256 offset) {
     return _mm256_cvttps_epi32(_mm256_fmadd_ps(_mm256_cvtepi32_ps(sums), scale, offset));
 }
-/// In each 128-bit lane 4 values of a, then those of b, c and d.
+/// Packs to saturated bytes: in each 128-bit lane 4 values of a, then those of b, c and d.
 [[gnu::always_inline]] inline __m256i pack_bytes(__m256i a, __m256i b, __m256i c, __m256i d) {
     return _mm256_packus_epi16(_mm256_packs_epi32(a, b), _mm256_packs_epi32(c, d));
 }
 
-/// float_requantization in registers.
+/// Applies a float_requantization to vectors.
 struct requantizer {
     __m256 scale, offset, sign;
     __m256i zero_point;
 
     explicit requantizer(const float_requantization& r)
         : scale(_mm256_set1_ps(r.scale)),
-          // With a zero point of 0, negative values become 0 with either sign of the offset.
+          // With a zero point of 0, negative values become 0 for either sign of the offset.
           offset(_mm256_set1_ps(r.zero_point == 0 && r.offset < 0 ? -r.offset : r.offset)),
           sign(_mm256_castsi256_ps(_mm256_set1_epi32(r.zero_point == 0 ? 0 : -0x7FFFFFFF - 1))),
           zero_point(_mm256_set1_epi16(static_cast<short>(r.zero_point))) {}
@@ -3245,7 +3293,7 @@ struct requantizer {
         return _mm256_cvttps_epi32(_mm256_fmadd_ps(value, scale, signed_offset));
     }
 
-    /// 32 bytes with the zero point added: in each 128-bit lane 4 values of a, then those of b, c and d.
+    /// Packs to 32 bytes and adds the zero point: in each 128-bit lane 4 values of a, then those of b, c and d.
     [[gnu::always_inline]] __m256i pack_lanes(__m256i a, __m256i b, __m256i c, __m256i d) const {
         const __m256i low = _mm256_adds_epi16(_mm256_packs_epi32(a, b), zero_point);
         const __m256i high = _mm256_adds_epi16(_mm256_packs_epi32(c, d), zero_point);
@@ -3254,14 +3302,14 @@ struct requantizer {
 };
 
 // Requantization with a zero point of 0. Each x86 instruction set includes this file inside its namespace and target region,
-// after
+// after these definitions:
 //
-//   float_lanes, int_lanes                vectors of 32-bit values
-//   spread(float)                         one value in all lanes
-//   scale_and_truncate(sums, scale, offset)   trunc(fma(float(sums), scale, offset)); offset may depend on the lane
-//   pack_bytes(a, b, c, d)                saturated bytes: in each 128-bit lane 4 values of a, then those of b, c and d
+//     float_lanes, int_lanes                   vectors of 32-bit values
+//     spread(float)                            one value in all lanes
+//     scale_and_truncate(sums, scale, offset)  trunc(fma(float(sums), scale, offset)); offset may depend on the lane
+//     pack_bytes(a, b, c, d)                   saturated bytes: in each 128-bit lane 4 values of a, then of b, c, d
 
-/// Negative values become 0 with any offset, so the offset needs no sign.
+/// Requantizes with one sign of the offset: with a zero point of 0, negative values become 0 for either sign.
 struct rectifier {
     float_lanes scale, offset;
 
@@ -3274,7 +3322,7 @@ struct rectifier {
     }
 };
 
-/// Reorders the result of pack_lanes() to all of a, then b, c and d.
+/// Reorders the result of pack_lanes(): all values of a, then those of b, c and d.
 [[gnu::always_inline]] inline __m256i gather_lanes(__m256i values) {
     return _mm256_permutevar8x32_epi32(values, _mm256_setr_epi32(0, 4, 1, 5, 2, 6, 3, 7));
 }
@@ -3300,14 +3348,14 @@ struct rectifier {
     }
 }
 
-// The walk of conv_f32 and conv_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its
-// namespace and target region. Kernel is a family's primitives there:
+// Loops of conv_f32 and conv_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its
+// namespace and target region. The template parameter Kernel provides the primitives:
 //
-//   group, width, max_vectors   inputs multiplied together; outputs per vector; vectors per panel
-//   pixels[v]                   pixels of a full tile with v + 1 vectors
-//   tile(pixels, vectors, input, first_pixel, output)   computes one tile
+//     group, width, max_vectors   inputs multiplied together; outputs per vector; vectors per panel
+//     pixels[v]                   pixels of a full tile with v + 1 vectors
+//     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
-/// Pixels first to last - 1, in tiles as large as fit.
+/// Computes pixels first to last - 1 in the largest possible tiles.
 template <class Kernel, std::size_t pixels, std::size_t vectors, class Input, class Output>
 inline void conv_panel(const Input& input, std::size_t first, std::size_t last, const Output& out) {
     for (; first + pixels <= last; first += pixels)
@@ -3316,7 +3364,8 @@ inline void conv_panel(const Input& input, std::size_t first, std::size_t last, 
         if (first < last) conv_panel<Kernel, (pixels > 4 ? 4 : pixels / 2), vectors>(input, first, last, out);
 }
 
-/// Panel by panel, each through a table: so the compiler keeps the loops of one size in a function of their own.
+/// Computes all outputs panel by panel. Calls go through a table, so that the compiler keeps the loops of each size in a
+/// separate function.
 template <class Kernel, class Weights, class Input, class Output, std::size_t... v>
 inline void conv_panels(std::index_sequence<v...>, const Weights& weights, Input input, std::size_t pixels, Output out) {
     static constexpr void (*panel_functions[])(const Input&, std::size_t, std::size_t,
@@ -3342,7 +3391,7 @@ LDI_END_TARGET
 #endif
 
 // ---- ldi/kernels/add_u8/avx2.hpp
-// kernels/add_u8.hpp with AVX2: in float, 8 values at a time, two fused multiply-adds each.
+// kernels/add_u8.hpp with AVX2: float arithmetic on 8 values per vector, two fused multiply-adds each.
 
 #if LDI_HAS_X86_KERNELS
 
@@ -3363,12 +3412,12 @@ inline constexpr std::size_t lane_count = 8;
     _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), gather_lanes(bytes));
 }
 
-// The sum of two tensors in float. Each x86 instruction set includes this file inside its namespace and target region, after
-// detail/lanes_*.hpp and
+// Adds two tensors in float. Each x86 instruction set includes this file inside its namespace and target region, after
+// detail/lanes_*.hpp and these definitions:
 //
-//   lane_count                       32-bit lanes per vector
-//   add_scaled(a, b, scales...)      one vector: round(a * a_scale + (b * b_scale + offset)), fused
-//   store_in_order(to, bytes)        stores what pack_bytes() returns, all of its first argument first
+//     lane_count                    32-bit lanes per vector
+//     add_scaled(a, b, scales...)   one vector: round(a * a_scale + (b * b_scale + offset)), fused
+//     store_in_order(to, bytes)     stores the result of pack_bytes(a, b, c, d) in the order a, b, c, d
 
 struct adder {
     static constexpr std::size_t width = 4 * lane_count;  ///< bytes per step
@@ -3385,10 +3434,10 @@ struct adder {
                                           lanes(a, b, 3 * lane_count)));
     }
 };
-// The walk of add_u8 over a row. Each instruction set includes this file inside its namespace and target region. Its `adder` has
+// Loop of add_u8 over a row. Each instruction set includes this file inside its namespace and target region, after its `adder`:
 //
-//   width                 bytes per step
-//   add(a, b, result)     adds `width` bytes
+//     width             bytes per step
+//     add(a, b, result)  adds `width` bytes
 
 inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                    std::uint8_t* result) {
@@ -3427,19 +3476,19 @@ using int_lanes = __m512i;
 [[gnu::always_inline]] inline __m512i scale_and_truncate(__m512i sums, __m512 scale, __m512 offset) {
     return _mm512_cvttps_epi32(_mm512_fmadd_ps(_mm512_cvtepi32_ps(sums), scale, offset));
 }
-/// In each 128-bit lane 4 values of a, then those of b, c and d.
+/// Packs to saturated bytes: in each 128-bit lane 4 values of a, then those of b, c and d.
 [[gnu::always_inline]] inline __m512i pack_bytes(__m512i a, __m512i b, __m512i c, __m512i d) {
     return _mm512_packus_epi16(_mm512_packs_epi32(a, b), _mm512_packs_epi32(c, d));
 }
 
-/// float_requantization in registers.
+/// Applies a float_requantization to vectors.
 struct requantizer {
     __m512 scale;
     __m512i offset, sign, zero_point;
 
     explicit requantizer(const float_requantization& r)
         : scale(_mm512_set1_ps(r.scale)),
-          // With a zero point of 0, negative values become 0 with either sign of the offset.
+          // With a zero point of 0, negative values become 0 for either sign of the offset.
           offset(_mm512_castps_si512(_mm512_set1_ps(r.zero_point == 0 && r.offset < 0 ? -r.offset : r.offset))),
           sign(_mm512_set1_epi32(r.zero_point == 0 ? 0 : -0x7FFFFFFF - 1)),
           zero_point(_mm512_set1_epi16(static_cast<short>(r.zero_point))) {}
@@ -3451,7 +3500,7 @@ struct requantizer {
         return _mm512_cvttps_epi32(_mm512_fmadd_ps(value, scale, _mm512_castsi512_ps(signed_offset)));
     }
 
-    /// 64 bytes with the zero point added: in each 128-bit lane 4 values of a, then those of b, c and d.
+    /// Packs to 64 bytes and adds the zero point: in each 128-bit lane 4 values of a, then those of b, c and d.
     [[gnu::always_inline]] __m512i pack_lanes(__m512i a, __m512i b, __m512i c, __m512i d) const {
         const __m512i low = _mm512_adds_epi16(_mm512_packs_epi32(a, b), zero_point);
         const __m512i high = _mm512_adds_epi16(_mm512_packs_epi32(c, d), zero_point);
@@ -3460,14 +3509,14 @@ struct requantizer {
 };
 
 // Requantization with a zero point of 0. Each x86 instruction set includes this file inside its namespace and target region,
-// after
+// after these definitions:
 //
-//   float_lanes, int_lanes                vectors of 32-bit values
-//   spread(float)                         one value in all lanes
-//   scale_and_truncate(sums, scale, offset)   trunc(fma(float(sums), scale, offset)); offset may depend on the lane
-//   pack_bytes(a, b, c, d)                saturated bytes: in each 128-bit lane 4 values of a, then those of b, c and d
+//     float_lanes, int_lanes                   vectors of 32-bit values
+//     spread(float)                            one value in all lanes
+//     scale_and_truncate(sums, scale, offset)  trunc(fma(float(sums), scale, offset)); offset may depend on the lane
+//     pack_bytes(a, b, c, d)                   saturated bytes: in each 128-bit lane 4 values of a, then of b, c, d
 
-/// Negative values become 0 with any offset, so the offset needs no sign.
+/// Requantizes with one sign of the offset: with a zero point of 0, negative values become 0 for either sign.
 struct rectifier {
     float_lanes scale, offset;
 
@@ -3480,7 +3529,7 @@ struct rectifier {
     }
 };
 
-/// Reorders the result of pack_lanes() to all of a, then b, c and d. It is its own inverse.
+/// Reorders the result of pack_lanes(): all values of a, then those of b, c and d. Its own inverse.
 [[gnu::always_inline]] inline __m512i swap_lanes(__m512i values) {
     return _mm512_permutexvar_epi32(_mm512_setr_epi32(0, 4, 8, 12, 1, 5, 9, 13, 2, 6, 10, 14, 3, 7, 11, 15), values);
 }
@@ -3492,7 +3541,7 @@ LDI_END_TARGET
 #endif
 
 // ---- ldi/kernels/add_u8/avx512vnni.hpp
-// kernels/add_u8.hpp with AVX-512: in float, 16 values at a time, two fused multiply-adds each.
+// kernels/add_u8.hpp with AVX-512: float arithmetic on 16 values per vector, two fused multiply-adds each.
 
 #if LDI_HAS_X86_KERNELS
 
@@ -3511,12 +3560,12 @@ inline constexpr std::size_t lane_count = 16;
 }
 [[gnu::always_inline]] inline void store_in_order(std::uint8_t* to, __m512i bytes) { _mm512_storeu_si512(to, swap_lanes(bytes)); }
 
-// The sum of two tensors in float. Each x86 instruction set includes this file inside its namespace and target region, after
-// detail/lanes_*.hpp and
+// Adds two tensors in float. Each x86 instruction set includes this file inside its namespace and target region, after
+// detail/lanes_*.hpp and these definitions:
 //
-//   lane_count                       32-bit lanes per vector
-//   add_scaled(a, b, scales...)      one vector: round(a * a_scale + (b * b_scale + offset)), fused
-//   store_in_order(to, bytes)        stores what pack_bytes() returns, all of its first argument first
+//     lane_count                    32-bit lanes per vector
+//     add_scaled(a, b, scales...)   one vector: round(a * a_scale + (b * b_scale + offset)), fused
+//     store_in_order(to, bytes)     stores the result of pack_bytes(a, b, c, d) in the order a, b, c, d
 
 struct adder {
     static constexpr std::size_t width = 4 * lane_count;  ///< bytes per step
@@ -3533,10 +3582,10 @@ struct adder {
                                           lanes(a, b, 3 * lane_count)));
     }
 };
-// The walk of add_u8 over a row. Each instruction set includes this file inside its namespace and target region. Its `adder` has
+// Loop of add_u8 over a row. Each instruction set includes this file inside its namespace and target region, after its `adder`:
 //
-//   width                 bytes per step
-//   add(a, b, result)     adds `width` bytes
+//     width             bytes per step
+//     add(a, b, result)  adds `width` bytes
 
 inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                    std::uint8_t* result) {
@@ -3558,9 +3607,9 @@ LDI_END_TARGET
 #endif
 
 // ---- ldi/kernels/detail/lanes_neon.hpp
-// Shared parts of the NEON kernels: the dot product, requantization of 32-bit sums, and the walk of convolutions. NEON has
-// instructions for each step of the integer requantization (sqrdmulh, srshl), fewer in all than the float form of other
-// instruction sets takes: 2 to 4 for 4 values. It is exact for every scale.
+// Shared parts of the NEON kernels: the dot product, requantization of 32-bit sums, and the loops of convolutions. NEON has
+// instructions for each step of the integer requantization (sqrdmulh, srshl). It costs 2 to 4 instructions for 4 values, fewer
+// than the float form of other instruction sets, and is exact for every scale.
 
 #if LDI_HAS_ARM_KERNELS
 
@@ -3568,15 +3617,15 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace neon {
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 
-// In assembly, because clang before 16 offers the intrinsics only to translation units compiled for them.
+// Assembly, because clang before 16 offers the intrinsics only to translation units compiled for them.
 
-/// Adds to each of 4 sums its four products of signed bytes.
+/// Adds four products of signed bytes to each of 4 sums.
 [[gnu::always_inline]] inline int32x4_t add_products(int32x4_t sums, int8x16_t a, int8x16_t b) {
     asm("sdot %0.4s, %1.16b, %2.16b" : "+w"(sums) : "w"(a), "w"(b));
     return sums;
 }
 
-/// The same, every sum with the same four bytes of b, from `4 * lane` on.
+/// As add_products(), but multiplies every group of four bytes of a by the same four bytes of b, from `4 * lane` on.
 template <int lane>
 [[gnu::always_inline]] inline int32x4_t add_products_with(int32x4_t sums, int8x16_t a, int8x16_t b) {
     asm("sdot %0.4s, %1.16b, %2.4b[%3]" : "+w"(sums) : "w"(a), "w"(b), "i"(lane));
@@ -3588,12 +3637,12 @@ template <int lane>
 [[gnu::always_inline]] inline int32x4_t load(const std::int32_t* from) { return vld1q_s32(from); }
 [[gnu::always_inline]] inline float32x4_t load(const float* from) { return vld1q_f32(from); }
 
-/// Activations less 128, because sdot multiplies signed bytes. Biases compensate.
+/// Subtracts 128 from activations, because sdot multiplies signed bytes. Biases compensate.
 [[gnu::always_inline]] inline int8x16_t to_signed(uint8x16_t values) {
     return vreinterpretq_s8_u8(veorq_u8(values, vdupq_n_u8(0x80)));
 }
 
-/// detail::rounding_shift() and detail::offset_and_clamp() in registers.
+/// Applies detail::rounding_shift() and detail::offset_and_clamp() to vectors.
 struct rounding_shifter {
     int32x4_t shift, away_from_zero;
     int16x8_t zero_point;
@@ -3603,7 +3652,7 @@ struct rounding_shifter {
           away_from_zero(vdupq_n_s32(right == 0 ? 0 : -1)),
           zero_point(vdupq_n_s16(static_cast<std::int16_t>(zero))) {}
 
-    /// srshl rounds halves up. Subtracting 1 from negative values first rounds their halves down.
+    /// srshl rounds halves up. Subtracting 1 from negative values first makes it round their halves down.
     [[gnu::always_inline]] int32x4_t operator()(int32x4_t values) const {
         return vrshlq_s32(vsraq_n_s32(values, vandq_s32(values, away_from_zero), 31), shift);
     }
@@ -3615,7 +3664,7 @@ struct rounding_shifter {
     }
 };
 
-/// requantize() in registers.
+/// Applies requantize() to vectors.
 struct requantizer {
     int32x4_t multiplier;
     rounding_shifter round;
@@ -3628,7 +3677,7 @@ struct requantizer {
     }
 };
 
-/// The same for a zero point of 0, where all negative values become 0 with any rounding.
+/// Requantizes with a zero point of 0: negative values become 0 with any rounding.
 struct relu_requantizer {
     int32x4_t multiplier, shift;
 
@@ -3660,14 +3709,14 @@ struct relu_requantizer {
     }
 }
 
-// The walk of conv_f32 and conv_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its
-// namespace and target region. Kernel is a family's primitives there:
+// Loops of conv_f32 and conv_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its
+// namespace and target region. The template parameter Kernel provides the primitives:
 //
-//   group, width, max_vectors   inputs multiplied together; outputs per vector; vectors per panel
-//   pixels[v]                   pixels of a full tile with v + 1 vectors
-//   tile(pixels, vectors, input, first_pixel, output)   computes one tile
+//     group, width, max_vectors   inputs multiplied together; outputs per vector; vectors per panel
+//     pixels[v]                   pixels of a full tile with v + 1 vectors
+//     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
-/// Pixels first to last - 1, in tiles as large as fit.
+/// Computes pixels first to last - 1 in the largest possible tiles.
 template <class Kernel, std::size_t pixels, std::size_t vectors, class Input, class Output>
 inline void conv_panel(const Input& input, std::size_t first, std::size_t last, const Output& out) {
     for (; first + pixels <= last; first += pixels)
@@ -3676,7 +3725,8 @@ inline void conv_panel(const Input& input, std::size_t first, std::size_t last, 
         if (first < last) conv_panel<Kernel, (pixels > 4 ? 4 : pixels / 2), vectors>(input, first, last, out);
 }
 
-/// Panel by panel, each through a table: so the compiler keeps the loops of one size in a function of their own.
+/// Computes all outputs panel by panel. Calls go through a table, so that the compiler keeps the loops of each size in a
+/// separate function.
 template <class Kernel, class Weights, class Input, class Output, std::size_t... v>
 inline void conv_panels(std::index_sequence<v...>, const Weights& weights, Input input, std::size_t pixels, Output out) {
     static constexpr void (*panel_functions[])(const Input&, std::size_t, std::size_t,
@@ -3702,7 +3752,7 @@ LDI_END_TARGET
 #endif
 
 // ---- ldi/kernels/add_u8/neon.hpp
-// kernels/add_u8.hpp with NEON: the integer form, 4 values at a time.
+// kernels/add_u8.hpp with NEON: integer arithmetic on 4 values per vector.
 
 #if LDI_HAS_ARM_KERNELS
 
@@ -3736,10 +3786,10 @@ struct adder {
     }
 };
 
-// The walk of add_u8 over a row. Each instruction set includes this file inside its namespace and target region. Its `adder` has
+// Loop of add_u8 over a row. Each instruction set includes this file inside its namespace and target region, after its `adder`:
 //
-//   width                 bytes per step
-//   add(a, b, result)     adds `width` bytes
+//     width             bytes per step
+//     add(a, b, result)  adds `width` bytes
 
 inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                    std::uint8_t* result) {
@@ -3773,22 +3823,23 @@ inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std
 }}}  // namespace ldi::scalar
 
 // ---- ldi/kernels/detail/lanes_wasm.hpp
-// Shared parts of the WebAssembly SIMD128 kernels: requantization of 32-bit sums, and the walk of convolutions.
+// Shared parts of the WebAssembly SIMD128 kernels: requantization of 32-bit sums, and the loops of convolutions.
 //
 // Engines first compile every function to slow code and switch a hot function to fast code at its next call. Hot loops are
-// therefore separate functions that are called often. The calls go through tables, because Binaryen inlines functions with a
-// single caller.
+// therefore separate functions that are called often. The calls go through tables, because Binaryen inlines functions that have
+// a single caller.
 
 #if LDI_HAS_WASM_KERNELS
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 
-/// Adding it to a float between -2^22 and 2^22 rounds to the nearest integer, halves to even, and leaves the integer in the low
-/// bits. Down to -2^23 the result still grows with the float. A conversion would take six x86 instructions.
+/// Rounding constant. Adding it to a float between -2^22 and 2^22 rounds to the nearest integer, halves to even, and leaves the
+/// integer in the low bits. Down to -2^23 the result is still monotonic. A conversion would cost six x86 instructions.
 inline constexpr float rounding_magic = 0x1.8p23F;
 inline constexpr std::int32_t rounding_magic_bits = 0x4B400000;
 
-/// unfused_requantization in registers. `positive` is for a zero point of 0: negative values become 0 whatever the offset's sign.
+/// Applies an unfused_requantization to vectors. `positive` requires a zero point of 0: negative values become 0 for either sign
+/// of the offset.
 template <bool positive>
 struct requantizer {
     v128_t scale, offset, sign, magic, magic_bits;
@@ -3800,7 +3851,7 @@ struct requantizer {
           magic(wasm_f32x4_splat(rounding_magic)),
           magic_bits(wasm_i32x4_splat(rounding_magic_bits - r.zero_point)) {}
 
-    /// With the zero point, not yet clamped.
+    /// Adds the zero point, but does not clamp.
     [[gnu::always_inline]] v128_t operator()(v128_t sums) const {
         const v128_t value = wasm_f32x4_mul(wasm_f32x4_convert_i32x4(sums), scale);
         const v128_t signed_offset = positive ? offset : wasm_v128_xor(wasm_v128_and(value, sign), offset);
@@ -3808,7 +3859,7 @@ struct requantizer {
     }
 };
 
-/// Clamps four vectors of 32-bit values to bytes, one after the other.
+/// Clamps four vectors of 32-bit values to bytes, in order.
 [[gnu::always_inline]] inline v128_t narrow(v128_t a, v128_t b, v128_t c, v128_t d) {
     return wasm_u8x16_narrow_i16x8(wasm_i16x8_narrow_i32x4(a, b), wasm_i16x8_narrow_i32x4(c, d));
 }
@@ -3823,7 +3874,7 @@ struct requantizer {
     std::memcpy(to, bytes, count);
 }
 
-/// Bytes to 16-bit values.
+/// Widens bytes to 16-bit values.
 inline void widen(const std::uint8_t* from, std::size_t count, std::int16_t* to) {
     std::size_t i = 0;
     for (; i + 16 <= count; i += 16) {
@@ -3834,14 +3885,14 @@ inline void widen(const std::uint8_t* from, std::size_t count, std::int16_t* to)
     for (; i < count; ++i) to[i] = from[i];
 }
 
-// The walk of conv_f32 and conv_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its
-// namespace and target region. Kernel is a family's primitives there:
+// Loops of conv_f32 and conv_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its
+// namespace and target region. The template parameter Kernel provides the primitives:
 //
-//   group, width, max_vectors   inputs multiplied together; outputs per vector; vectors per panel
-//   pixels[v]                   pixels of a full tile with v + 1 vectors
-//   tile(pixels, vectors, input, first_pixel, output)   computes one tile
+//     group, width, max_vectors   inputs multiplied together; outputs per vector; vectors per panel
+//     pixels[v]                   pixels of a full tile with v + 1 vectors
+//     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
-/// Pixels first to last - 1, in tiles as large as fit.
+/// Computes pixels first to last - 1 in the largest possible tiles.
 template <class Kernel, std::size_t pixels, std::size_t vectors, class Input, class Output>
 inline void conv_panel(const Input& input, std::size_t first, std::size_t last, const Output& out) {
     for (; first + pixels <= last; first += pixels)
@@ -3850,7 +3901,8 @@ inline void conv_panel(const Input& input, std::size_t first, std::size_t last, 
         if (first < last) conv_panel<Kernel, (pixels > 4 ? 4 : pixels / 2), vectors>(input, first, last, out);
 }
 
-/// Panel by panel, each through a table: so the compiler keeps the loops of one size in a function of their own.
+/// Computes all outputs panel by panel. Calls go through a table, so that the compiler keeps the loops of each size in a
+/// separate function.
 template <class Kernel, class Weights, class Input, class Output, std::size_t... v>
 inline void conv_panels(std::index_sequence<v...>, const Weights& weights, Input input, std::size_t pixels, Output out) {
     static constexpr void (*panel_functions[])(const Input&, std::size_t, std::size_t,
@@ -3874,7 +3926,7 @@ inline void conv_panels(const Weights& weights, const Input& input, std::size_t 
 #endif
 
 // ---- ldi/kernels/add_u8/wasm.hpp
-// kernels/add_u8.hpp with WebAssembly SIMD128: in float, 4 values at a time.
+// kernels/add_u8.hpp with WebAssembly SIMD128: float arithmetic on 4 values per vector.
 
 #if LDI_HAS_WASM_KERNELS
 
@@ -3899,7 +3951,8 @@ struct adder {
     }
 
 private:
-    /// Clang converts values that it knows to be positive as unsigned, which takes eight x86 instructions instead of one.
+    /// Converts to float. Hides the values' origin, because clang converts values that it knows to be positive as unsigned,
+    /// which costs eight x86 instructions instead of one.
     [[gnu::always_inline]] static v128_t to_float(v128_t values) {
         asm("" : "+r"(values));
         return wasm_f32x4_convert_i32x4(values);
@@ -3914,10 +3967,10 @@ private:
     }
 };
 
-// The walk of add_u8 over a row. Each instruction set includes this file inside its namespace and target region. Its `adder` has
+// Loop of add_u8 over a row. Each instruction set includes this file inside its namespace and target region, after its `adder`:
 //
-//   width                 bytes per step
-//   add(a, b, result)     adds `width` bytes
+//     width             bytes per step
+//     add(a, b, result)  adds `width` bytes
 
 inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                    std::uint8_t* result) {
@@ -3937,14 +3990,13 @@ inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std
 #endif
 
 // ---- ldi/kernels/add_u8.hpp
-// Addition of two 8-bit tensors, each in its own quantization. One file of add_u8/ for each instruction set, all with equal
-// results.
+// Adds two 8-bit tensors, each in its own quantization. Each instruction set has a file in add_u8/; all results are equal.
 
 #include <numeric>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The kernel of each instruction set.
+/// One kernel per instruction set.
 inline constexpr add_u8_kernel add_u8_kernels[] = {
 #if LDI_HAS_X86_KERNELS
     {isa::avx2, false, avx2::add_u8},
@@ -3960,7 +4012,7 @@ inline constexpr add_u8_kernel add_u8_kernels[] = {
 };
 static_assert(find_kernel(add_u8_kernels, isa::scalar).set == isa::scalar);
 
-/// result[i] = a[i] + b[i]. The result may be a or b itself, but may not overlap them otherwise.
+/// Adds two tensors: result[i] = a[i] + b[i]. The result may be a or b itself, but must not overlap them partially.
 inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                    std::uint8_t* result) {
     find_kernel(add_u8_kernels, sum.target).run(sum, a, b, count, result);
@@ -3968,14 +4020,13 @@ inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std
 
 namespace detail {
 
-/// 0, 1, ... 255.
 inline constexpr std::array<std::uint8_t, 256> all_bytes = [] {
     std::array<std::uint8_t, 256> bytes{};
     std::iota(bytes.begin(), bytes.end(), std::uint8_t{0});
     return bytes;
 }();
 
-/// Whether the float form with these constants gives what the integer form does, for `a` and every b.
+/// Whether the float form with these constants equals the integer form for `a` and every b.
 inline bool is_exact(const add_u8_constants& sum, std::uint8_t a, const buffer<std::uint8_t>& expected) {
     std::uint8_t as[256], found[256];
     std::memset(as, a, sizeof as);
@@ -3983,8 +4034,8 @@ inline bool is_exact(const add_u8_constants& sum, std::uint8_t a, const buffer<s
     return std::memcmp(found, expected.data() + a * 256, 256) == 0;
 }
 
-/// Whether it does for all pairs of values. `suspect` is the value on which the last candidate failed: testing it first refutes
-/// most candidates.
+/// Whether the float form equals the integer form for all pairs of values. `suspect` is the value on which the last candidate
+/// failed; testing it first rejects most candidates early.
 inline bool is_exact(const add_u8_constants& sum, const buffer<std::uint8_t>& expected, std::uint8_t& suspect) {
     if (!is_exact(sum, suspect, expected)) return false;
     for (const std::uint8_t a : all_bytes)
@@ -3997,7 +4048,9 @@ inline bool is_exact(const add_u8_constants& sum, const buffer<std::uint8_t>& ex
 
 }  // namespace detail
 
-/// target  to prepare for. If no float form agrees with the integer form on all 65,536 pairs, `result.target` is scalar
+/// Prepares an addition for add_u8().
+///
+/// target  to prepare for. If no float form agrees with the integer form on all 65,536 pairs, the result's `target` is scalar
 inline add_u8_constants prepare_add_u8(isa target, const quantized_addition& exact) {
     const add_u8_kernel& kernel = find_kernel(add_u8_kernels, target);
     add_u8_constants sum{kernel.set, exact};
@@ -4006,8 +4059,8 @@ inline add_u8_constants prepare_add_u8(isa target, const quantized_addition& exa
     expected.reserve(65536);
     for (const std::uint8_t a : detail::all_bytes)
         for (const std::uint8_t b : detail::all_bytes) expected.push_back(add_quantized(a, b, exact));
-    // Some of the 65,536 sums lie closer to a tie than float can resolve. A few constants beside the exact ones still agree on
-    // all.
+    // Some of the 65,536 sums lie closer to a tie than float can resolve, so the exact constants may fail. Some constants close
+    // to them still agree on all pairs.
     const double unit = std::ldexp(1.0, -exact.shift);
     const float a_scale = static_cast<float>(exact.a_multiplier * unit), b_scale = static_cast<float>(exact.b_multiplier * unit);
     const double offset = exact.bias * unit + exact.zero_point;
@@ -4028,23 +4081,24 @@ inline add_u8_constants prepare_add_u8(isa target, const quantized_addition& exa
 }}  // namespace ldi
 
 // ---- ldi/kernels/area_resize.hpp
-// Area averaging of 8-bit images in float: every pixel of the result is the mean of the rectangle of the source that it covers.
-// Horizontally, then vertically, and rounded half to even: the order that the published depth network's input was made in.
+// Area averaging of 8-bit images in float: each pixel of the result is the mean of the source rectangle that it covers. The mean
+// runs horizontally, then vertically, and is rounded half to even. The input of the published depth network was made in this
+// order.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// One direction: the source pixels that each result pixel covers, and the share of each.
+/// One direction: the source pixels that each result pixel covers, and their weights.
 struct area_weights {
     struct cover {
-        std::size_t first = 0;   ///< pixel of the source
-        std::size_t count = 0;   ///< of pixels
-        std::size_t weight = 0;  ///< of the first pixel, in `weights`
+        std::size_t first = 0;   ///< first source pixel
+        std::size_t count = 0;   ///< number of source pixels
+        std::size_t weight = 0;  ///< index of the first pixel's weight in `weights`
     };
-    buffer<cover> covers;   ///< one for each pixel of the result
-    buffer<float> weights;  ///< those of a cover add up to 1
+    buffer<cover> covers;   ///< one per result pixel
+    buffer<float> weights;  ///< sum 1 for each cover
 };
 
-/// Lengths are at least 1 and their product is below 2^63.
+/// Computes the weights of one direction. Lengths are at least 1 and their product is below 2^63.
 inline area_weights make_area_weights(std::size_t source_length, std::size_t result_length) {
     LDI_ASSERT(source_length > 0 && result_length > 0);
     // In units of 1 / (source_length * result_length), the borders of source and result pixels are integers.
@@ -4063,8 +4117,8 @@ inline area_weights make_area_weights(std::size_t source_length, std::size_t res
     return made;
 }
 
-// A fused multiply-add would change the last bit of some sums on machines that have it. Do not compile this with clang's
-// -ffp-contract=fast or any compiler's -ffast-math: they override it.
+// A fused multiply-add would change the last bit of some sums on machines that have it. clang's -ffp-contract=fast and
+// -ffast-math of any compiler override this pragma: do not compile with them.
 #if defined(__clang__) && LDI_HAS_EXTENSIONS
 #define LDI_NO_FUSED_MULTIPLY_ADD _Pragma("clang fp contract(off)")
 #else
@@ -4080,7 +4134,8 @@ namespace detail {
 inline float area_share(float weight, float value) {
     LDI_NO_FUSED_MULTIPLY_ADD
 #if !LDI_HAS_EXTENSIONS
-    return static_cast<float>(double{weight} * double{value});  // exact in double: fused with a sum, it would be the same
+    // exact in double, so fusing the product with a sum changes nothing
+    return static_cast<float>(double{weight} * double{value});
 #else
     return weight * value;
 #endif
@@ -4088,7 +4143,7 @@ inline float area_share(float weight, float value) {
 
 }  // namespace detail
 
-/// Adds `weight` times the horizontally averaged `source` to `sums`.
+/// Adds the horizontally averaged `source`, times `weight`, to `sums`.
 ///
 /// source  pixels x channels      sums  covers x channels
 inline void add_area_row(const area_weights& horizontal, const std::uint8_t* source, std::size_t channels, float weight,
@@ -4112,7 +4167,7 @@ inline void add_area_row(const area_weights& horizontal, const std::uint8_t* sou
 #endif
 #undef LDI_NO_FUSED_MULTIPLY_ADD
 
-/// One row of the result.
+/// Computes one row of the result.
 ///
 /// source  H x W x C       result  horizontal.covers x C
 inline void area_resize_row(const area_weights& horizontal, const area_weights& vertical, std::size_t y,
@@ -4125,8 +4180,8 @@ inline void area_resize_row(const area_weights& horizontal, const area_weights& 
     for (std::size_t i = 0; i < sums.size(); ++i) result[i] = static_cast<std::uint8_t>(std::lrint(sums[i]));
 }
 
-/// Resizes an image. An enlarged image consists of rectangles of equal color, mixed at their borders. Raises
-/// error_code::invalid_data if the source or the result has no pixel.
+/// Resizes an image by averaging over areas. An enlarged image consists of rectangles of equal color, mixed at their borders.
+/// Raises error_code::invalid_data if the source or the result has no pixel.
 template <executor Executor = const serial_executor>
 image<std::uint8_t> area_resize(image_view<const std::uint8_t> source, std::size_t result_height, std::size_t result_width,
                                 Executor&& threads = {}) {
@@ -4149,9 +4204,9 @@ image<std::uint8_t> area_resize(image_view<const std::uint8_t> source, std::size
 // ---- ldi/kernels/conv_f32/avx2.hpp
 // kernels/conv_f32.hpp with AVX2 and FMA.
 //
-// The processor starts two fused multiplications per cycle, and each takes 4 cycles: at least 8 independent sums hide the
-// latency. Tiles have 12: 12, 6 or 4 pixels with 1, 2 or 3 vectors. Two loads can start per cycle; 12 pixels with one vector need
-// nearly all of them.
+// The processor starts two fused multiply-adds per cycle, each with a latency of 4 cycles: at least 8 independent sums hide the
+// latency. Tiles have 12 sums: 12, 6 or 4 pixels with 1, 2 or 3 vectors. Two loads can start per cycle; 12 pixels with one
+// vector use nearly all of these.
 
 #if LDI_HAS_X86_KERNELS
 
@@ -4199,7 +4254,8 @@ struct conv_f32_tiles {
         __m256 sums[sizeof...(p) * sizeof...(v)] = {};
         const std::size_t stride = input.pixel_stride;
         const float* weights = input.weights;
-        const std::size_t fetch = sizeof...(p) * stride / input.inputs;  // for the prefetch, as with AVX-512
+        // prefetch distance per input, as in detail/conv_avx512.hpp
+        const std::size_t fetch = sizeof...(p) * stride / input.inputs;
         for (std::size_t r = 0; r < input.row_count; ++r) {
             const float* x = input.rows[r] + first_pixel * stride;
             const float* next_tile = x + sizeof...(p) * stride;
@@ -4216,7 +4272,8 @@ struct conv_f32_tiles {
     }
 };
 
-// conv_f32() of an instruction set, which includes this file inside its namespace and target region after its conv_f32_tiles.
+// conv_f32() of one instruction set. The set includes this file inside its namespace and target region, after its
+// conv_f32_tiles.
 
 inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                      const float* ratios, float* result) {
@@ -4232,31 +4289,31 @@ LDI_END_TARGET
 #endif
 
 // ---- ldi/kernels/detail/conv_avx512.hpp
-// The AVX-512 parts that conv_f32 and conv_u8 share.
+// AVX-512 code that conv_f32 and conv_u8 share.
 //
-// A tile is some pixels and one panel of outputs; its sums stay in registers. For each input (or group of inputs that one
-// instruction multiplies), the kernel loads the panel's weights and broadcasts each pixel's inputs; with a single vector, the
-// multiplication itself broadcasts. A tile has 24 independent sums, where 4 (Zen 4) or 8 (Intel) would hide the latency: large
-// tiles save loads of weights that do not fit the first-level cache.
+// A tile consists of some pixels and one panel of outputs; its sums stay in registers. For each input (or group of inputs that
+// one instruction multiplies), the kernel loads the panel's weights and broadcasts each pixel's inputs; with a single vector,
+// the multiplication itself broadcasts. A tile has 24 independent sums. 4 (Zen 4) or 8 (Intel) would hide the latency, but large
+// tiles save loads of weights that do not fit in the first-level cache.
 
 #if LDI_HAS_X86_KERNELS
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 
-/// Panels have up to 5 half vectors. If their number is odd, the last instruction is 256 bits wide, which takes half the time on
+/// Panels have up to 5 half vectors. If their number is odd, the last instruction is 256 bits wide; this halves its cost on
 /// processors that split 512-bit instructions in two (Zen 4).
 inline constexpr std::size_t conv_half = 8, conv_whole = 16, conv_max_halves = 5;
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 
-/// The outputs of a panel for one pixel: whole vectors, then half a vector if `half` is 1.
+/// Outputs of a panel for one pixel: whole vectors, then half a vector if `half` is 1.
 template <std::size_t vectors, std::size_t half>
 struct conv_lanes {
     __m512 whole[vectors == 0 ? 1 : vectors];
     __m256 rest;
 };
 
-/// values  32 bits per lane
+/// Loads one value per lane. values  32 bits per lane
 template <std::size_t half, std::size_t... v>
 [[gnu::always_inline]] inline conv_lanes<sizeof...(v), half> load_conv_lanes(std::index_sequence<v...>, const void* values) {
     const float* const from = static_cast<const float*>(values);
@@ -4266,8 +4323,8 @@ template <std::size_t half, std::size_t... v>
     return lanes;
 }
 
-/// The sums of a tile, whole vectors for each pixel. Storing them (in the first-level cache) lets one compiled tile serve all
-/// types of results.
+/// Sums of a tile, whole vectors for each pixel. Storing them (in the first-level cache) lets one compiled tile serve all types
+/// of results.
 struct conv_tile_sums {
     alignas(64) float lanes[24 * conv_whole];
 };
@@ -4280,10 +4337,10 @@ template <std::size_t half, std::size_t... v>
     if constexpr (half == 1) _mm512_store_ps(to + sizeof...(v) * conv_whole, _mm512_zextps256_ps512(sums.rest));
 }
 
-/// Stands in for missing ratios.
+/// Replaces missing ratios.
 inline constexpr float conv_ratio_of_one = 1.0F;
 
-/// Mask of the existing outputs among the 16 lanes of the panel from `from` on.
+/// Mask of the existing outputs among the panel's 16 lanes that start at `from`.
 template <class Output>
 [[gnu::always_inline]] inline __mmask16 existing_outputs(const Output& out, std::size_t from) {
     const std::size_t count = out.count > from ? out.count - from : 0;
@@ -4297,8 +4354,8 @@ template <class T>
     return value;
 }
 
-/// Every fourth pixel of a tile has a pointer; those between are 1, 2 or 3 strides away. So the pointers fit the general
-/// registers. Otherwise the compiler keeps an offset for each pixel, most of them in memory.
+/// Addresses of a tile's pixels. Every fourth pixel has a pointer; the pixels between are 1, 2 or 3 strides away, so that the
+/// pointers fit in the general registers. Otherwise the compiler keeps an offset for each pixel, most of them in memory.
 template <class Value, std::size_t pixels>
 struct conv_tile_pointers {
     const Value* every_fourth[(pixels + 3) / 4];
@@ -4311,7 +4368,7 @@ struct conv_tile_pointers {
     }
 };
 
-/// The sums of `pixels` pixels, `vectors` vectors each, times the pixel's ratio, plus the bias, activated.
+/// Turns the sums of `pixels` pixels, `vectors` vectors each, into results: times the pixel's ratio, plus bias, activated.
 template <class Store, class Result>
 inline void finish_floats(const conv_tile_sums& sums, std::size_t vectors, std::size_t first_pixel, std::size_t pixels,
                           const conv_panel_output<Result>& out) {
@@ -4331,7 +4388,7 @@ inline void finish_floats(const conv_tile_sums& sums, std::size_t vectors, std::
     }
 }
 
-/// One tile: sums[p] gets Kernel::multiply_add() for each group of inputs.
+/// Computes one tile: passes each group of inputs to Kernel::multiply_add().
 template <class Kernel, std::size_t half, class Value, std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void conv_tile(std::index_sequence<p...>, std::index_sequence<v...> vectors,
                                              const conv_panel_input<Value>& input, std::size_t first_pixel,
@@ -4366,7 +4423,7 @@ template <class Kernel, std::size_t half, class Value, std::size_t... p, std::si
     (store_conv_lanes<half>(vectors, sums[p], tile_sums.lanes + p * (sizeof...(v) + half) * conv_whole), ...);
 }
 
-/// Kernel::tile() and finish() for pixels first to last - 1, in tiles as large as fit.
+/// Calls Kernel::tile() and finish() for pixels first to last - 1, in the largest possible tiles.
 template <class Kernel, std::size_t pixels, std::size_t vectors, std::size_t half, class Input, class Output>
 inline void conv_panel(const Input& input, std::size_t first, std::size_t last, const Output& out) {
     static_assert(pixels * (vectors + half) <= 24);
@@ -4379,7 +4436,7 @@ inline void conv_panel(const Input& input, std::size_t first, std::size_t last, 
         if (first < last) conv_panel<Kernel, (pixels > 8 ? 8 : pixels / 2), vectors, half>(input, first, last, out);
 }
 
-/// Panel by panel.
+/// Computes all outputs panel by panel.
 template <class Kernel, class Weights, class Input, class Output>
 inline void conv_panels(const Weights& weights, Input input, std::size_t pixels, Output out) {
     const detail::panel_cut cut(weights.outputs, conv_half, conv_max_halves);
@@ -4428,7 +4485,7 @@ struct conv_f32_kernel {
             sums.rest = _mm256_fmadd_ps(_mm256_set1_ps(input), weights.rest, sums.rest);
         } else {
             __m512 x = _mm512_set1_ps(input);
-            if constexpr (half == 1) asm("" : "+v"(x));  // or clang loads it again for the half vector
+            if constexpr (half == 1) asm("" : "+v"(x));  // without this variable, clang loads it again for the half vector
             ((sums.whole[v] = _mm512_fmadd_ps(x, weights.whole[v], sums.whole[v])), ...);
             if constexpr (half == 1) sums.rest = _mm256_fmadd_ps(_mm512_castps512_ps256(x), weights.rest, sums.rest);
         }
@@ -4471,9 +4528,9 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// One instruction set's kernel: a row of `conv_f32_kernels`.
 struct conv_f32_kernel {
     isa set;
-    /// Fills `values` and `bias`; the caller has set all other members. As pack_conv_f32() of kernels/conv_f32.hpp.
+    /// Fills `values` and `bias`; the caller has set all other members. See pack_conv_f32() of kernels/conv_f32.hpp.
     void (*pack)(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias);
-    /// As conv_f32() of kernels/conv_f32.hpp.
+    /// Same parameters as conv_f32() of kernels/conv_f32.hpp.
     void (*run)(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                 const float* ratios, float* result);
 };
@@ -4483,9 +4540,9 @@ struct conv_f32_kernel {
 // ---- ldi/kernels/conv_f32/neon.hpp
 // kernels/conv_f32.hpp with NEON.
 //
-// One load fetches four inputs of a pixel; fmla by lane multiplies one of them by the weights of 4 outputs, so no instruction
+// One load fetches four inputs of a pixel. fmla by lane multiplies one of them by the weights of 4 outputs, so no instruction
 // broadcasts. The largest tile, 6 pixels by 4 vectors, keeps its sums in 24 of the 32 registers and its inputs in 6. It loads 22
-// vectors per 96 fmla (384 products): 3.1 products per instruction, where fmla alone has 4.
+// vectors per 96 fmla (384 products): 3.1 products per instruction, compared to 4 for fmla alone.
 
 #if LDI_HAS_ARM_KERNELS
 
@@ -4504,7 +4561,7 @@ template <int lane>
     return vfmaq_laneq_f32(sums, weights, inputs, lane);
 }
 
-/// One, two or four inputs, in the first lanes.
+/// Loads one, two or four inputs into the first lanes. The other lanes are not used.
 template <std::size_t inputs>
 [[gnu::always_inline]] inline float32x4_t load_inputs(const float* from) {
     if constexpr (inputs == 4) return vld1q_f32(from);
@@ -4518,14 +4575,14 @@ template <int lane, std::size_t... p>
     ((sums[p * vectors] = multiply_add<lane>(sums[p * vectors], weights, inputs[p])), ...);
 }
 
-/// One input of every pixel, one vector of weights after another, so that the weights need one register.
+/// Multiply-adds one input of every pixel. Loads one vector of weights at a time, so that weights occupy one register.
 template <int lane, std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...> pixels, std::index_sequence<v...>, float32x4_t* sums,
                                                 const float* weights, const float32x4_t* inputs) {
     (multiply_add<lane>(pixels, sums + v, sizeof...(v), load(weights + (lane * sizeof...(v) + v) * conv_width), inputs), ...);
 }
 
-/// sizeof...(lane) inputs of every pixel.
+/// Multiply-adds sizeof...(lane) inputs of every pixel.
 template <int... lane, std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void multiply_add(std::integer_sequence<int, lane...>, std::index_sequence<p...> pixels,
                                                 std::index_sequence<v...> vectors, float32x4_t* sums, const float*& weights,
@@ -4576,7 +4633,8 @@ struct conv_f32_tiles {
     }
 };
 
-// conv_f32() of an instruction set, which includes this file inside its namespace and target region after its conv_f32_tiles.
+// conv_f32() of one instruction set. The set includes this file inside its namespace and target region, after its
+// conv_f32_tiles.
 
 inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                      const float* ratios, float* result) {
@@ -4596,11 +4654,11 @@ LDI_END_TARGET
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 
-/// Outputs that lie side by side in memory. Compilers turn a loop over them into vector instructions.
+/// Number of outputs that are adjacent in memory. Compilers vectorize the loop over them.
 inline constexpr std::size_t conv_panel = 8;
 
-/// a * b + c, fused where the target has an instruction for it. Without this function, the compiler fuses in one tile and not in
-/// another, and a pixel's bits would depend on the tile it falls into.
+/// Returns a * b + c, fused on targets with an instruction for it. Without this function, the compiler would fuse in some tiles
+/// only, and a pixel's bits would depend on its tile.
 inline float multiply_add(float a, float b, float c) {
 #if defined(__FP_FAST_FMAF) || defined(__FMA__) || defined(__ARM_FEATURE_FMA)
     return std::fma(a, b, c);
@@ -4609,7 +4667,7 @@ inline float multiply_add(float a, float b, float c) {
 #endif
 }
 
-/// The sums of `pixels` pixels with one panel of weights.
+/// Computes the sums of `pixels` pixels with one panel of weights.
 template <std::size_t pixels>
 inline void conv_tile(const conv_f32_weights& weights, const float* const* rows, std::size_t offset, std::size_t pixel_stride,
                       std::size_t first_output, const float* ratios, float* result) {
@@ -4653,9 +4711,9 @@ inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, 
 // ---- ldi/kernels/conv_f32/wasm.hpp
 // kernels/conv_f32.hpp with WebAssembly's f32x4, which has no fused multiply-add: products are rounded.
 //
-// The load broadcasts an input to all lanes; the panel's vectors share it. V8 allocates 15 registers and moves loads to the
-// front: 8 sums, 2 vectors of weights, 4 of inputs. One input at a time, because V8 would load a second one before the first
-// one's products.
+// A load broadcasts an input to all lanes, and the panel's vectors share it. V8 allocates 15 registers and moves loads to the
+// front: 8 sums, 2 vectors of weights, 4 of inputs. Tiles process one input at a time, because V8 would load the second input
+// before it computes the products of the first.
 
 #if LDI_HAS_WASM_KERNELS
 
@@ -4715,7 +4773,8 @@ struct conv_f32_tiles {
     }
 };
 
-// conv_f32() of an instruction set, which includes this file inside its namespace and target region after its conv_f32_tiles.
+// conv_f32() of one instruction set. The set includes this file inside its namespace and target region, after its
+// conv_f32_tiles.
 
 inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                      const float* ratios, float* result) {
@@ -4729,16 +4788,16 @@ inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, 
 #endif
 
 // ---- ldi/kernels/conv_f32.hpp
-// k x k convolution of float32 values whose window is k pieces of contiguous memory: pixels of an image row, or pixels gathered
-// side by side. One file of conv_f32/ for each instruction set.
+// k x k convolution of float32 values. A window is k pieces of contiguous memory: pixels of an image row, or gathered pixels.
+// Each instruction set has a file in conv_f32/.
 //
-// The order of summation depends neither on the number of pixels in a call nor on their stride. So on one instruction set, a
-// pixel's result has the same bits however the caller splits the pixels into calls. Instruction sets agree to rounding: some fuse
-// multiplication and addition.
+// The order of summation depends neither on the number of pixels per call nor on their stride. On one instruction set, a pixel's
+// result therefore has the same bits for every way to split pixels into calls. Instruction sets agree to rounding, because some
+// fuse multiplication and addition.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The kernel of each instruction set.
+/// One kernel per instruction set.
 inline constexpr conv_f32_kernel conv_f32_kernels[] = {
 #if LDI_HAS_X86_KERNELS
     {isa::avx2, avx2::pack_conv_f32, avx2::conv_f32},
@@ -4754,10 +4813,12 @@ inline constexpr conv_f32_kernel conv_f32_kernels[] = {
 };
 static_assert(find_kernel(conv_f32_kernels, isa::scalar).set == isa::scalar);
 
-/// target   to pack for, one that is_available()
+/// Packs weights for conv_f32().
+///
+/// target   instruction set to pack for; must be available (is_available())
 /// weights  outputs x rows x inputs, row-major, finite
 /// bias     outputs
-/// rows     pieces of contiguous memory that hold one pixel's inputs: k for a k x k convolution, each with k pixels
+/// rows     pieces of contiguous memory per pixel: k for a k x k convolution, each with k pixels
 inline conv_f32_weights pack_conv_f32(isa target, std::span<const float> weights, std::span<const float> bias, std::size_t rows,
                                       activation after) {
     LDI_ASSERT(!bias.empty() && rows >= 1 && weights.size() % (bias.size() * rows) == 0);
@@ -4772,11 +4833,11 @@ inline conv_f32_weights pack_conv_f32(isa target, std::span<const float> weights
     return packed;
 }
 
-/// result = activation(sum of weight * input * ratio + bias)
+/// Computes result = activation(sum of weight * input * ratio + bias).
 ///
-/// rows          start of each of the first pixel's pieces of `inputs` values
+/// rows          addresses of the first pixel's pieces, each of weights.inputs values
 /// pixel_stride  distance between the pieces of adjacent pixels, in values
-/// ratios        one per pixel; nullptr stands for ones
+/// ratios        one per pixel; nullptr means 1
 /// result        pixels x outputs, row-major; must not overlap the input
 inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                      const float* ratios, float* result) {
@@ -4790,45 +4851,46 @@ inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, 
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Maximum absolute value of a weight. The sum of two products with unsigned bytes then fits 16 bits, as AVX2's vpmaddubsw needs.
+/// Maximum absolute value of a weight. The sum of two products with unsigned bytes then fits in 16 bits, as AVX2's vpmaddubsw
+/// requires.
 inline constexpr std::int32_t max_conv_u8_weight = 63;
-/// Maximum number of inputs per output, over all pieces: sums fit 32 bits.
+/// Maximum number of inputs per output over all pieces, so that sums fit in 32 bits.
 inline constexpr std::size_t max_conv_u8_inputs = std::size_t{1} << 17;
 
-/// The weights of one layer in the order that conv_u8() reads them. Only pack_conv_u8() makes valid ones.
+/// The weights of one layer in the order in which conv_u8() reads them. Valid only if pack_conv_u8() made them.
 struct conv_u8_weights {
-    using value_type = std::uint8_t;  ///< of the inputs
+    using value_type = std::uint8_t;  ///< type of the inputs
 
     isa target = isa::scalar;
     std::size_t rows = 1, inputs = 0, outputs = 0;
     float negative_slope = 1.0F;
     std::uint8_t result_zero_point = 0;
     buffer<std::int8_t> values;
-    buffer<std::int32_t> offsets;  ///< subtract the inputs' zero points; these three are padded to whole panels
+    buffer<std::int32_t> offsets;  ///< subtract the inputs' zero points; padded to whole panels, as scales and bias are
     buffer<float> scales, bias;
 };
 
 /// One instruction set's kernel: a row of `conv_u8_kernels`.
 struct conv_u8_kernel {
     isa set;
-    /// Fills `values`, `offsets`, `scales` and `bias`; the caller has set all other members. As pack_conv_u8() of
+    /// Fills `values`, `offsets`, `scales` and `bias`; the caller has set all other members. See pack_conv_u8() of
     /// kernels/conv_u8.hpp.
     void (*pack)(conv_u8_weights& packed, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
                  std::span<const float> scales, std::span<const float> bias);
-    /// As conv_u8() of kernels/conv_u8.hpp, to bytes and to float32.
+    /// Same parameters as conv_u8() of kernels/conv_u8.hpp; results are bytes in run(), float32 in run_to_float().
     void (*run)(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
                 const float* ratios, std::uint8_t* result);
     void (*run_to_float)(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride,
                          std::size_t pixels, const float* ratios, float* result);
 };
 
-/// Destination of one panel's results, and the constants that finish them.
+/// Destination of one panel's results, and the constants that turn sums into results.
 template <class Result>
 struct conv_u8_panel_output {
     const std::int32_t* offsets;
     const float *scales, *bias, *ratios;
     float negative_slope, zero_point;
-    std::size_t stride;  ///< values from pixel to pixel
+    std::size_t stride;  ///< distance between adjacent pixels, in values
     std::size_t count;   ///< remaining outputs of the layer
     Result* values;
 
@@ -4852,9 +4914,9 @@ struct conv_u8_panel_output {
 
 namespace detail {
 
-/// Packs weights as append_conv_panels() does.
+/// Packs weights in the order of append_panels(), and computes `offsets`, `scales` and `bias`.
 ///
-/// zero_points  of the inputs of one piece
+/// zero_points  one per input of a piece
 template <std::size_t group>
 inline void append_conv_u8_panels(conv_u8_weights& packed, std::span<const std::int8_t> weights,
                                   std::span<const std::uint8_t> zero_points, std::span<const float> scales,
@@ -4873,7 +4935,7 @@ inline void append_conv_u8_panels(conv_u8_weights& packed, std::span<const std::
 }}  // namespace ldi
 
 // ---- ldi/kernels/conv_u8/avx2.hpp
-// kernels/conv_u8.hpp with AVX2: vpmaddubsw adds two products in 16 bits, vpmaddwd two of these sums in 32.
+// kernels/conv_u8.hpp with AVX2: vpmaddubsw adds two products in 16 bits, vpmaddwd adds two of these sums in 32 bits.
 
 #if LDI_HAS_X86_KERNELS
 
@@ -4938,17 +5000,17 @@ inline void pack_conv_u8(conv_u8_weights& packed, std::span<const std::int8_t> w
                                                       conv_u8_set::max_vectors);
 }
 
-// The tiles of conv_u8, and its entry. Each instruction set includes this file inside its namespace and target region, after
-// its primitives in a namespace conv_u8_set:
+// Tiles and entry point of conv_u8. Each instruction set includes this file inside its namespace and target region, after its
+// primitives in a namespace conv_u8_set:
 //
-//   width, group, max_vectors, pixels[]   as in detail/generic/conv_walk.hpp
-//   sums_type                             `width` sums of 32 bits
-//   inputs_type                           one group of a pixel's inputs, repeated for each output
-//   weights_type                          a group's weights of `width` outputs
-//   load_inputs(from, count)              `count` inputs, 1 to `group`; zeros behind them
-//   load_weights(from)
-//   add_products(sums, inputs, weights)
-//   finish_vector(output, pixel, from, sums, ratio)   stores the results of outputs `from` and up
+//     width, group, max_vectors, pixels[]             as in detail/generic/conv_walk.hpp
+//     sums_type                                       `width` sums of 32 bits
+//     inputs_type                                     one group of a pixel's inputs, repeated for each output
+//     weights_type                                    a group's weights for `width` outputs
+//     load_inputs(from, count)                        loads 1 to `group` inputs and fills the group with zeros
+//     load_weights(from)
+//     add_products(sums, inputs, weights)
+//     finish_vector(output, pixel, from, sums, ratio)  stores the results of outputs `from` and up
 
 struct conv_u8_tiles {
     static constexpr std::size_t group = conv_u8_set::group, width = conv_u8_set::width, max_vectors = conv_u8_set::max_vectors;
@@ -4974,7 +5036,7 @@ struct conv_u8_tiles {
     }
 
 private:
-    /// `count` inputs of every pixel, with all vectors of weights.
+    /// Adds the products of `count` inputs of every pixel and all vectors of weights.
     template <std::size_t... p, std::size_t... v>
     [[gnu::always_inline]] static void add_groups(std::index_sequence<p...>, std::index_sequence<v...> vectors,
                                                   conv_u8_set::sums_type* sums, const std::uint8_t* inputs, std::size_t stride,
@@ -4995,7 +5057,7 @@ private:
     }
 };
 
-/// Result: float or std::uint8_t.
+/// Result  float or std::uint8_t
 template <class Result>
 void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
              const float* ratios, Result* result) {
@@ -5011,7 +5073,7 @@ LDI_END_TARGET
 #endif
 
 // ---- ldi/kernels/conv_u8/avx512vnni.hpp
-// kernels/conv_u8.hpp with AVX-512 VNNI: vpdpbusd makes four products for each lane.
+// kernels/conv_u8.hpp with AVX-512 VNNI: vpdpbusd computes four products per lane.
 
 #if LDI_HAS_X86_KERNELS
 
@@ -5035,12 +5097,13 @@ struct conv_u8_tiles {
         return four;
     }
 
-    /// Lanes hold integers, whatever their type says.
+    /// Adds the products of one group. Lanes contain integers, although their type is float.
     template <std::size_t half, std::size_t... v>
     [[gnu::always_inline]] static void multiply_add(std::index_sequence<v...>, conv_lanes<sizeof...(v), half>& sums,
                                                     std::int32_t inputs, const conv_lanes<sizeof...(v), half>& weights) {
         __m512i x = _mm512_set1_epi32(inputs);
-        if constexpr (half == 1 && sizeof...(v) > 0) asm("" : "+v"(x));  // or clang loads it again for the half vector
+        // without this variable, clang loads it again for the half vector
+        if constexpr (half == 1 && sizeof...(v) > 0) asm("" : "+v"(x));
         ((sums.whole[v] = _mm512_castsi512_ps(
               _mm512_dpbusd_epi32(_mm512_castps_si512(sums.whole[v]), x, _mm512_castps_si512(weights.whole[v])))),
          ...);
@@ -5095,7 +5158,7 @@ template <class Result>
 void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
              const float* ratios, Result* result) {
     const auto* const values =
-        reinterpret_cast<const std::uint8_t*>(weights.values.data());  // the kernel interprets them as signed
+        reinterpret_cast<const std::uint8_t*>(weights.values.data());  // the kernel reads them as signed bytes
     conv_panels<conv_u8_tiles>(weights, conv_panel_input<std::uint8_t>{rows, weights.rows, weights.inputs, pixel_stride, values},
                                pixels, conv_u8_panel_output<Result>(weights, ratios, result));
 }
@@ -5105,7 +5168,7 @@ void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, st
 #endif
 
 // ---- ldi/kernels/conv_u8/avx_vnni.hpp
-// kernels/conv_u8.hpp with AVX-VNNI: vpdpbusd makes four products for each of 8 lanes. Weights lie as for AVX2.
+// kernels/conv_u8.hpp with AVX-VNNI: vpdpbusd computes four products for each of 8 lanes. The weights have the layout of AVX2.
 
 #if LDI_HAS_X86_KERNELS
 
@@ -5128,14 +5191,14 @@ inline constexpr std::size_t pixels[] = {12, 6, 4};
 
 }  // namespace conv_u8_set
 
-// The walk of conv_f32 and conv_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its
-// namespace and target region. Kernel is a family's primitives there:
+// Loops of conv_f32 and conv_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its
+// namespace and target region. The template parameter Kernel provides the primitives:
 //
-//   group, width, max_vectors   inputs multiplied together; outputs per vector; vectors per panel
-//   pixels[v]                   pixels of a full tile with v + 1 vectors
-//   tile(pixels, vectors, input, first_pixel, output)   computes one tile
+//     group, width, max_vectors   inputs multiplied together; outputs per vector; vectors per panel
+//     pixels[v]                   pixels of a full tile with v + 1 vectors
+//     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
-/// Pixels first to last - 1, in tiles as large as fit.
+/// Computes pixels first to last - 1 in the largest possible tiles.
 template <class Kernel, std::size_t pixels, std::size_t vectors, class Input, class Output>
 inline void conv_panel(const Input& input, std::size_t first, std::size_t last, const Output& out) {
     for (; first + pixels <= last; first += pixels)
@@ -5144,7 +5207,8 @@ inline void conv_panel(const Input& input, std::size_t first, std::size_t last, 
         if (first < last) conv_panel<Kernel, (pixels > 4 ? 4 : pixels / 2), vectors>(input, first, last, out);
 }
 
-/// Panel by panel, each through a table: so the compiler keeps the loops of one size in a function of their own.
+/// Computes all outputs panel by panel. Calls go through a table, so that the compiler keeps the loops of each size in a
+/// separate function.
 template <class Kernel, class Weights, class Input, class Output, std::size_t... v>
 inline void conv_panels(std::index_sequence<v...>, const Weights& weights, Input input, std::size_t pixels, Output out) {
     static constexpr void (*panel_functions[])(const Input&, std::size_t, std::size_t,
@@ -5163,17 +5227,17 @@ inline void conv_panels(const Weights& weights, const Input& input, std::size_t 
     conv_panels<Kernel>(std::make_index_sequence<Kernel::max_vectors>{}, weights, input, pixels, out);
 }
 
-// The tiles of conv_u8, and its entry. Each instruction set includes this file inside its namespace and target region, after
-// its primitives in a namespace conv_u8_set:
+// Tiles and entry point of conv_u8. Each instruction set includes this file inside its namespace and target region, after its
+// primitives in a namespace conv_u8_set:
 //
-//   width, group, max_vectors, pixels[]   as in detail/generic/conv_walk.hpp
-//   sums_type                             `width` sums of 32 bits
-//   inputs_type                           one group of a pixel's inputs, repeated for each output
-//   weights_type                          a group's weights of `width` outputs
-//   load_inputs(from, count)              `count` inputs, 1 to `group`; zeros behind them
-//   load_weights(from)
-//   add_products(sums, inputs, weights)
-//   finish_vector(output, pixel, from, sums, ratio)   stores the results of outputs `from` and up
+//     width, group, max_vectors, pixels[]             as in detail/generic/conv_walk.hpp
+//     sums_type                                       `width` sums of 32 bits
+//     inputs_type                                     one group of a pixel's inputs, repeated for each output
+//     weights_type                                    a group's weights for `width` outputs
+//     load_inputs(from, count)                        loads 1 to `group` inputs and fills the group with zeros
+//     load_weights(from)
+//     add_products(sums, inputs, weights)
+//     finish_vector(output, pixel, from, sums, ratio)  stores the results of outputs `from` and up
 
 struct conv_u8_tiles {
     static constexpr std::size_t group = conv_u8_set::group, width = conv_u8_set::width, max_vectors = conv_u8_set::max_vectors;
@@ -5199,7 +5263,7 @@ struct conv_u8_tiles {
     }
 
 private:
-    /// `count` inputs of every pixel, with all vectors of weights.
+    /// Adds the products of `count` inputs of every pixel and all vectors of weights.
     template <std::size_t... p, std::size_t... v>
     [[gnu::always_inline]] static void add_groups(std::index_sequence<p...>, std::index_sequence<v...> vectors,
                                                   conv_u8_set::sums_type* sums, const std::uint8_t* inputs, std::size_t stride,
@@ -5220,7 +5284,7 @@ private:
     }
 };
 
-/// Result: float or std::uint8_t.
+/// Result  float or std::uint8_t
 template <class Result>
 void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
              const float* ratios, Result* result) {
@@ -5236,8 +5300,8 @@ LDI_END_TARGET
 #endif
 
 // ---- ldi/kernels/conv_u8/neon.hpp
-// kernels/conv_u8.hpp with NEON: sdot makes four products of signed bytes for each of 4 lanes. The kernel subtracts 128 from the
-// inputs; `offsets` adds it back.
+// kernels/conv_u8.hpp with NEON: sdot computes four products of signed bytes for each of 4 lanes. The kernel subtracts 128 from
+// the inputs; `offsets` compensates.
 
 #if LDI_HAS_ARM_KERNELS
 
@@ -5304,17 +5368,17 @@ inline void pack_conv_u8(conv_u8_weights& packed, std::span<const std::int8_t> w
     }
 }
 
-// The tiles of conv_u8, and its entry. Each instruction set includes this file inside its namespace and target region, after
-// its primitives in a namespace conv_u8_set:
+// Tiles and entry point of conv_u8. Each instruction set includes this file inside its namespace and target region, after its
+// primitives in a namespace conv_u8_set:
 //
-//   width, group, max_vectors, pixels[]   as in detail/generic/conv_walk.hpp
-//   sums_type                             `width` sums of 32 bits
-//   inputs_type                           one group of a pixel's inputs, repeated for each output
-//   weights_type                          a group's weights of `width` outputs
-//   load_inputs(from, count)              `count` inputs, 1 to `group`; zeros behind them
-//   load_weights(from)
-//   add_products(sums, inputs, weights)
-//   finish_vector(output, pixel, from, sums, ratio)   stores the results of outputs `from` and up
+//     width, group, max_vectors, pixels[]             as in detail/generic/conv_walk.hpp
+//     sums_type                                       `width` sums of 32 bits
+//     inputs_type                                     one group of a pixel's inputs, repeated for each output
+//     weights_type                                    a group's weights for `width` outputs
+//     load_inputs(from, count)                        loads 1 to `group` inputs and fills the group with zeros
+//     load_weights(from)
+//     add_products(sums, inputs, weights)
+//     finish_vector(output, pixel, from, sums, ratio)  stores the results of outputs `from` and up
 
 struct conv_u8_tiles {
     static constexpr std::size_t group = conv_u8_set::group, width = conv_u8_set::width, max_vectors = conv_u8_set::max_vectors;
@@ -5340,7 +5404,7 @@ struct conv_u8_tiles {
     }
 
 private:
-    /// `count` inputs of every pixel, with all vectors of weights.
+    /// Adds the products of `count` inputs of every pixel and all vectors of weights.
     template <std::size_t... p, std::size_t... v>
     [[gnu::always_inline]] static void add_groups(std::index_sequence<p...>, std::index_sequence<v...> vectors,
                                                   conv_u8_set::sums_type* sums, const std::uint8_t* inputs, std::size_t stride,
@@ -5361,7 +5425,7 @@ private:
     }
 };
 
-/// Result: float or std::uint8_t.
+/// Result  float or std::uint8_t
 template <class Result>
 void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
              const float* ratios, Result* result) {
@@ -5381,7 +5445,7 @@ LDI_END_TARGET
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 
-/// Outputs that lie side by side in memory, so that compilers vectorize the loop over them.
+/// Number of outputs that are adjacent in memory, so that compilers vectorize the loop over them.
 inline constexpr std::size_t conv_u8_panel = 8;
 
 inline void pack_conv_u8(conv_u8_weights& packed, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
@@ -5389,11 +5453,11 @@ inline void pack_conv_u8(conv_u8_weights& packed, std::span<const std::int8_t> w
     detail::append_conv_u8_panels<1>(packed, weights, zero_points, scales, bias, conv_u8_panel, 1);
 }
 
-/// A sum without zero points to a result.
+/// Converts a sum, zero points already subtracted, to a result.
 template <class Result>
 Result finish_conv_u8(std::int32_t sum, float scale, float bias, float negative_slope, float zero_point) {
     const float value = detail::fused_multiply_add(detail::nearest_float(sum), scale, bias);
-    // Fused on every machine, so that no compiler decides.
+    // Fused on every machine, so that the result does not depend on the compiler.
     const float activated = value > 0.0F ? value + zero_point : detail::fused_multiply_add(value, negative_slope, zero_point);
     if constexpr (std::is_same_v<Result, float>)
         return activated;
@@ -5401,7 +5465,7 @@ Result finish_conv_u8(std::int32_t sum, float scale, float bias, float negative_
         return static_cast<Result>(std::nearbyint(std::clamp(activated, 0.0F, 255.0F)));
 }
 
-/// The sums of `pixels` pixels with one panel of weights.
+/// Computes `pixels` pixels with one panel of weights.
 template <std::size_t pixels, class Result>
 void conv_u8_tile(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t first_pixel,
                   std::size_t pixel_stride, std::size_t first_output, const conv_u8_panel_output<Result>& out) {
@@ -5424,7 +5488,7 @@ void conv_u8_tile(const conv_u8_weights& weights, const std::uint8_t* const* row
     }
 }
 
-/// Result: float or std::uint8_t.
+/// Result  float or std::uint8_t
 template <class Result>
 void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
              const float* ratios, Result* result) {
@@ -5440,8 +5504,8 @@ void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, st
 }}}  // namespace ldi::scalar
 
 // ---- ldi/kernels/conv_u8/wasm.hpp
-// kernels/conv_u8.hpp with WebAssembly's i32x4.dot_i16x8_s: two products for each of 4 lanes. SIMD128 has no fused multiplication
-// and addition, so that the portable code finishes the sums, with equal bits.
+// kernels/conv_u8.hpp with WebAssembly's i32x4.dot_i16x8_s: two products for each of 4 lanes. SIMD128 has no fused multiply-add,
+// so portable code converts the sums to results, with equal bits.
 
 #if LDI_HAS_WASM_KERNELS
 
@@ -5481,17 +5545,17 @@ inline void pack_conv_u8(conv_u8_weights& packed, std::span<const std::int8_t> w
                                                       conv_u8_set::max_vectors);
 }
 
-// The tiles of conv_u8, and its entry. Each instruction set includes this file inside its namespace and target region, after
-// its primitives in a namespace conv_u8_set:
+// Tiles and entry point of conv_u8. Each instruction set includes this file inside its namespace and target region, after its
+// primitives in a namespace conv_u8_set:
 //
-//   width, group, max_vectors, pixels[]   as in detail/generic/conv_walk.hpp
-//   sums_type                             `width` sums of 32 bits
-//   inputs_type                           one group of a pixel's inputs, repeated for each output
-//   weights_type                          a group's weights of `width` outputs
-//   load_inputs(from, count)              `count` inputs, 1 to `group`; zeros behind them
-//   load_weights(from)
-//   add_products(sums, inputs, weights)
-//   finish_vector(output, pixel, from, sums, ratio)   stores the results of outputs `from` and up
+//     width, group, max_vectors, pixels[]             as in detail/generic/conv_walk.hpp
+//     sums_type                                       `width` sums of 32 bits
+//     inputs_type                                     one group of a pixel's inputs, repeated for each output
+//     weights_type                                    a group's weights for `width` outputs
+//     load_inputs(from, count)                        loads 1 to `group` inputs and fills the group with zeros
+//     load_weights(from)
+//     add_products(sums, inputs, weights)
+//     finish_vector(output, pixel, from, sums, ratio)  stores the results of outputs `from` and up
 
 struct conv_u8_tiles {
     static constexpr std::size_t group = conv_u8_set::group, width = conv_u8_set::width, max_vectors = conv_u8_set::max_vectors;
@@ -5517,7 +5581,7 @@ struct conv_u8_tiles {
     }
 
 private:
-    /// `count` inputs of every pixel, with all vectors of weights.
+    /// Adds the products of `count` inputs of every pixel and all vectors of weights.
     template <std::size_t... p, std::size_t... v>
     [[gnu::always_inline]] static void add_groups(std::index_sequence<p...>, std::index_sequence<v...> vectors,
                                                   conv_u8_set::sums_type* sums, const std::uint8_t* inputs, std::size_t stride,
@@ -5538,7 +5602,7 @@ private:
     }
 };
 
-/// Result: float or std::uint8_t.
+/// Result  float or std::uint8_t
 template <class Result>
 void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
              const float* ratios, Result* result) {
@@ -5552,15 +5616,15 @@ void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, st
 #endif
 
 // ---- ldi/kernels/conv_u8.hpp
-// k x k convolution of unsigned bytes: kernels/conv_f32.hpp in a quarter of the memory, with every stored value rounded to 8
-// bits. One file of conv_u8/ for each instruction set, all with equal results.
+// k x k convolution of unsigned bytes: like kernels/conv_f32.hpp with a quarter of the memory, every stored value rounded to 8
+// bits. Each instruction set has a file in conv_u8/; all results are equal.
 //
-// A byte x of an input stands for (x - zero point) * its scale. Sums are exact; scale, ratio, bias and activation are float32,
-// and every instruction set uses the same fused multiply-adds.
+// An input byte x represents (x - zero point) * scale. Sums are exact. Scale, ratio, bias and activation are float32, and every
+// instruction set computes the same fused multiply-adds.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The kernel of each instruction set.
+/// One kernel per instruction set.
 inline constexpr conv_u8_kernel conv_u8_kernels[] = {
 #if LDI_HAS_X86_KERNELS
     {isa::avx2, avx2::pack_conv_u8, avx2::conv_u8<std::uint8_t>, avx2::conv_u8<float>},
@@ -5577,13 +5641,15 @@ inline constexpr conv_u8_kernel conv_u8_kernels[] = {
 };
 static_assert(find_kernel(conv_u8_kernels, isa::scalar).set == isa::scalar);
 
-/// target             to pack for, one that is_available()
+/// Packs weights for conv_u8().
+///
+/// target             instruction set to pack for; must be available (is_available())
 /// weights            outputs x rows x inputs, row-major, at most max_conv_u8_weight in absolute value; rows x inputs at most
 ///                    max_conv_u8_inputs
-/// zero_points        of the inputs of one piece
-/// scales, bias       outputs: the factor of a sum and the value added to the product, in units of the result's scale
-/// rows               pieces of contiguous memory that hold one pixel's inputs: k for a k x k convolution, each with k pixels
-/// result_zero_point  of results that are bytes
+/// zero_points        one per input of a piece
+/// scales, bias       outputs: factor of the sum, then summand, in units of the result's scale
+/// rows               pieces of contiguous memory per pixel: k for a k x k convolution, each with k pixels
+/// result_zero_point  zero point of results that are bytes
 inline conv_u8_weights pack_conv_u8(isa target, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
                                     std::span<const float> scales, std::span<const float> bias, std::size_t rows,
                                     activation after, std::uint8_t result_zero_point) {
@@ -5603,12 +5669,12 @@ inline conv_u8_weights pack_conv_u8(isa target, std::span<const std::int8_t> wei
     return packed;
 }
 
-/// result = activation(sum of weight * (input - zero point) * (scale * ratio) + bias); for bytes plus the result's zero point,
-/// rounded half to even and clamped
+/// Computes result = activation(sum of weight * (input - zero point) * (scale * ratio) + bias). For bytes, adds the result's
+/// zero point, rounds half to even and clamps.
 ///
-/// rows          start of each of the first pixel's pieces of `inputs` values
+/// rows          addresses of the first pixel's pieces, each of weights.inputs values
 /// pixel_stride  distance between the pieces of adjacent pixels, in values
-/// ratios        one per pixel; nullptr stands for ones
+/// ratios        one per pixel; nullptr means 1
 /// result        pixels x outputs, row-major, std::uint8_t or float; must not overlap the input
 template <class Result>
 void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
@@ -5623,7 +5689,7 @@ void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, st
 }}  // namespace ldi
 
 // ---- ldi/kernels/detail/choose_target.hpp
-// Chooses the instruction set to pack 8-bit weights for: not every kernel is exact for all weights.
+// Chooses the instruction set to pack 8-bit weights for, because not every kernel is exact for all weights.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -5636,10 +5702,10 @@ inline signed_range range_of(std::span<const std::uint8_t> weights, std::uint8_t
     return {*least - int{zero_point}, *most - int{zero_point}};
 }
 
-/// Maximum number of inputs of kernels that round products and sums separately: they widen inputs into a buffer first.
+/// Maximum number of inputs of kernels without a fused multiply-add: they first widen inputs into a buffer.
 inline constexpr std::size_t max_unfused_inputs = 4096;
 
-/// Whether kernels without a fused multiply-add are exact. Their rounding needs sums of at least -2^23 / scale.
+/// Whether kernels without a fused multiply-add are exact. Their rounding requires sums of at least -2^23 / scale.
 inline bool fits_unfused(std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
                          std::span<const std::int32_t> bias, const requantization& output, float_requantization& fast) {
     const std::size_t inputs = weights.size() / bias.size();
@@ -5653,9 +5719,9 @@ inline bool fits_unfused(std::span<const std::uint8_t> weights, std::uint8_t wei
     return (510 * largest_weight * nearest_double(inputs) + largest_bias) * double{found->scale} < 0x1p23;
 }
 
-/// The fastest set up to `wanted` that is exact for these weights. x86 and NEON multiply by signed bytes; weights in -127..128 (a
-/// zero point of 127) fit after negation, and the requantization then reads negated sums. AVX2 accepts wider weights, too. NEON
-/// requantizes in integers.
+/// Returns the fastest instruction set up to `wanted` that is exact for these weights. x86 and NEON multiply by signed bytes.
+/// Weights in -127..128 (zero point 127) fit after negation; the requantization then reads negated sums. AVX2 also accepts wider
+/// weights. NEON requantizes in integers.
 inline isa choose_target(isa wanted, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
                          std::span<const std::int32_t> bias, const requantization& output, float_requantization& fast) {
     if (wanted == isa::scalar) return isa::scalar;
@@ -5681,17 +5747,18 @@ inline bool is_negated(const float_requantization& fast) { return fast.scale < 0
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The weights of one layer in the order that depthwise_u8() reads them. Only pack_depthwise_u8() makes valid ones.
+/// The weights of one layer in the order in which depthwise_u8() reads them. Valid only if pack_depthwise_u8() made them.
 struct depthwise_u8_weights {
     static constexpr std::size_t taps = 9;
 
     isa target = isa::scalar;
     std::size_t channels = 0;
     std::size_t stride = 1;
-    std::uint8_t padding = 0;     ///< the input's zero point: the value of pixels outside the image
-    buffer<std::int16_t> wide;    ///< scalar, WebAssembly: weight minus its zero point
-    buffer<std::int8_t> narrow;   ///< AVX2, VNNI: the same, or its negative, see `fast`; NEON: see `output`
-    buffer<std::uint32_t> order;  ///< AVX2: terms that the weights of each unit are split into
+    std::uint8_t padding = 0;   ///< the input's zero point: the value of pixels outside the image
+    buffer<std::int16_t> wide;  ///< scalar, WebAssembly: weight minus its zero point
+    /// AVX2, VNNI: weight minus its zero point, or the negative of it (see `fast`); NEON: see `output`
+    buffer<std::int8_t> narrow;
+    buffer<std::uint32_t> order;  ///< AVX2: number of terms that the weights of each unit are split into
     buffer<std::int32_t> bias;    ///< zero points folded in, in the order of the sums
     requantization output;        ///< as in gemm_u8_weights
     float_requantization fast;    ///< as in gemm_u8_weights
@@ -5699,7 +5766,7 @@ struct depthwise_u8_weights {
 
 namespace detail {
 
-/// The weights of one depthwise layer before packing, less their zero point.
+/// The weights of one depthwise layer before packing.
 struct depthwise_source {
     std::span<const std::uint8_t> weights;  // channels x 9
     std::span<const std::int32_t> bias;
@@ -5721,9 +5788,9 @@ struct depthwise_source {
 /// One instruction set's kernel: a row of `depthwise_u8_kernels`.
 struct depthwise_u8_kernel {
     isa set;
-    /// Appends to `wide`, `narrow`, `order` and `bias` whatever run() reads; the caller has set all other members.
+    /// Appends to `wide`, `narrow`, `order` and `bias` the data that run() reads; the caller has set all other members.
     void (*pack)(depthwise_u8_weights& packed, const detail::depthwise_source& source);
-    /// As depthwise_u8() of kernels/depthwise_u8.hpp.
+    /// Same parameters as depthwise_u8() of kernels/depthwise_u8.hpp.
     void (*run)(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width, std::size_t repeat,
                 std::uint8_t* result);
 };
@@ -5731,8 +5798,8 @@ struct depthwise_u8_kernel {
 }}  // namespace ldi
 
 // ---- ldi/kernels/depthwise_u8/stretches.hpp
-// Units and stretches of a row, for kernels that keep a depthwise convolution's unfinished windows in registers. A row's channels
-// are cut into units that fill the vectors; a unit with fewer channels processes several stretches of the row together.
+// Units and stretches of a row, for kernels that keep a depthwise convolution's unfinished windows in registers. The channels of
+// a row are split into units that fill the vectors; a unit with fewer channels processes several stretches of the row together.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -5741,7 +5808,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 struct depthwise_unit {
     std::size_t first, channels;
 
-    /// The unit after the first `done` of `all` channels.
+    /// Selects the unit that follows the first `done` of `all` channels.
     depthwise_unit(std::size_t all, std::size_t done, std::size_t most) {
         const std::size_t left = all - done;
         channels = left > 48 ? 64 : left > 16 ? 32 : 16;
@@ -5751,7 +5818,6 @@ struct depthwise_unit {
     std::size_t end() const { return first + channels; }
 };
 
-/// The arguments of depthwise_u8().
 struct depthwise_call {
     const depthwise_u8_weights& weights;
     const std::uint8_t* const* rows;
@@ -5767,11 +5833,11 @@ struct depthwise_call {
     std::size_t result_width() const { return (width * repeat - 1) / weights.stride + 1; }
 };
 
-/// One pixel of each stretch, in the three rows.
+/// Addresses of one pixel in each stretch and each of the three rows.
 template <std::size_t stretches>
 struct depthwise_position {
     const std::uint8_t* at[3][stretches];
-    std::size_t moves[3];  ///< mask of an offset: all bits for rows, none for padding
+    std::size_t moves[3];  ///< masks for offsets: all bits for rows, none for padding
 
     const std::uint8_t* find(std::size_t row, std::size_t stretch, std::size_t offset) const {
         return at[row][stretch] + (offset & moves[row]);
@@ -5783,13 +5849,13 @@ struct depthwise_stretches {
     const depthwise_call& call;
     std::size_t first_channel, length, starts[stretches];
 
-    /// Cuts `all` pixels of the rows or of the result; the last stretch may overlap the one before it.
+    /// Splits `all` pixels of the rows or of the result; the last stretch may overlap the one before it.
     depthwise_stretches(const depthwise_call& what, std::size_t channel, std::size_t all)
         : call(what), first_channel(channel), length((all + stretches - 1) / stretches) {
         for (std::size_t s = 0; s < stretches; ++s) starts[s] = s * length + length <= all ? s * length : all - length;
     }
 
-    /// One column for each stretch; padding outside the row.
+    /// Addresses of one column per stretch; padding outside the row.
     depthwise_position<stretches> at(const std::size_t (&columns)[stretches]) const {
         depthwise_position<stretches> found;
         for (std::size_t r = 0; r < 3; ++r) {
@@ -5801,22 +5867,22 @@ struct depthwise_stretches {
         }
         return found;
     }
-    /// The columns that lie `column` (from -1 on) behind `scale` times the start of each stretch.
+    /// Addresses of column `scale` * start + `column` for each stretch; `column` is at least -1.
     depthwise_position<stretches> at(std::ptrdiff_t column, std::size_t scale) const {
-        std::size_t columns[stretches];  // -1 wraps to more than any width
+        std::size_t columns[stretches];  // -1 wraps to a value larger than any width
         for (std::size_t s = 0; s < stretches; ++s) columns[s] = starts[s] * scale + static_cast<std::size_t>(column);
         return at(columns);
     }
-    /// Column `tap`, 0 to 2, of the window around pixel x of each stretch of the result, for any repetition.
+    /// Addresses of column `tap`, 0 to 2, of the window around pixel x of each stretch of the result, for any repetition.
     depthwise_position<stretches> at_tap(std::size_t x, std::size_t tap) const {
         std::size_t columns[stretches];
         for (std::size_t s = 0; s < stretches; ++s) {
-            const std::size_t enlarged = (starts[s] + x) * call.weights.stride + tap;  // plus one
+            const std::size_t enlarged = (starts[s] + x) * call.weights.stride + tap;  // column index plus one
             columns[s] = enlarged == 0 ? call.width : (enlarged - 1) / call.repeat;
         }
         return at(columns);
     }
-    /// Start of a stretch's results, with `scale` results per pixel.
+    /// Address of a stretch's results, with `scale` results per pixel.
     std::uint8_t* result(std::size_t stretch, std::size_t scale) const {
         return call.result + starts[stretch] * scale * call.weights.channels + first_channel;
     }
@@ -5825,18 +5891,18 @@ struct depthwise_stretches {
 }}}  // namespace ldi::detail
 
 // ---- ldi/kernels/detail/unsaturated_pairs.hpp
-// Weights that vpmaddubsw multiplies exactly. It adds two products of a byte and a signed byte in 16 bits and saturates:
-// 255 * 127 * 2 does not fit. Products are exact for all inputs if the positive weights that meet in one 16-bit sum add up to at
-// most 128, and the negative ones to at least -128. Few weights of a trained network are larger; the part that does not fit one
-// sum goes into another.
+// Splits weights so that vpmaddubsw multiplies them exactly. The instruction adds two products of a byte and a signed byte in 16
+// bits and saturates, because 255 * 127 * 2 does not fit. Products are exact for all inputs if the positive weights in one
+// 16-bit sum add up to at most 128, and the negative ones to at least -128. Few weights of a trained network are larger; the
+// excess goes to another sum.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
-/// The weights that one 16-bit sum still has room for.
+/// Remaining capacity of one 16-bit sum for weights.
 struct sum_room {
     int most = 128, least = -128;
 
-    /// Removes from `rest` as much as fits, and returns it.
+    /// Removes the largest part that fits from `rest`, and returns it.
     std::int8_t take(int& rest) {
         const int part = std::clamp(rest, (std::max)(least, -128), (std::min)(most, 127));
         most -= (std::max)(part, 0);
@@ -5846,7 +5912,7 @@ struct sum_room {
     }
 };
 
-/// Whether these weights are signed bytes that may meet in one 16-bit sum. Two of different signs always may.
+/// Whether these weights are signed bytes that fit in one 16-bit sum. Signed bytes of opposite signs always fit.
 inline bool fit_one_sum(int a, int b) { return a >= -128 && a <= 127 && b >= -128 && b <= 127 && a + b >= -128 && a + b <= 128; }
 
 }}}  // namespace ldi::avx2
@@ -5856,9 +5922,9 @@ inline bool fit_one_sum(int a, int b) { return a >= -128 && a <= 127 && b >= -12
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
-inline constexpr std::size_t depthwise_max_channels = 32;  ///< of a unit
+inline constexpr std::size_t depthwise_max_channels = 32;  ///< maximum per unit
 
-/// Weights of one channel in one column that no term holds yet.
+/// Weights of one channel in one column that are not yet assigned to a term.
 struct depthwise_rest {
     int rows[3];
 
@@ -5870,8 +5936,8 @@ struct depthwise_rest {
     }
 };
 
-/// Unit by unit: in `order` its number of terms; in `narrow` term by term, column by column of the window, 4 vectors of 8
-/// channels x 4 bytes: of each 16 channels that a 128-bit lane holds, 4 in each vector.
+/// Packs weights unit by unit. `order` gets the number of terms of each unit. `narrow` gets, for each term and each column of
+/// the window, 4 vectors of 8 channels x 4 bytes; of the 16 channels in a 128-bit lane, each vector contains 4.
 inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     for (std::size_t done = 0; done < packed.channels;) {
@@ -5906,11 +5972,12 @@ inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthw
 // ---- ldi/kernels/depthwise_u8/avx2.hpp
 // kernels/depthwise_u8.hpp with vpmaddubsw and vpmaddwd.
 //
-// The kernel interleaves the bytes of three rows: four bytes hold one channel of one column (rows 0, 1, 2 and row 1 again). A
-// column of a window then takes two multiplications and an addition for 8 channels. The weight of row 1 is split between its two
-// places so that vpmaddubsw cannot saturate (detail/unsaturated_pairs.hpp); where that does not suffice, a unit has more terms.
+// The kernel interleaves the bytes of three rows: four bytes contain one channel of one column (rows 0, 1, 2 and row 1 again).
+// One column of a window then costs two multiplications and an addition for 8 channels. The weight of row 1 is split between its
+// two places, so that vpmaddubsw cannot saturate (detail/unsaturated_pairs.hpp). If this does not suffice, a unit has more
+// terms.
 //
-// Each column is interleaved once, in registers, and added at once to every window that contains it.
+// Each column is interleaved only once, in registers, and immediately added to all windows that contain it.
 
 #if LDI_HAS_X86_KERNELS
 
@@ -5918,12 +5985,12 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
 
-/// One column of the window, interleaved, or one sum for each of 32 channels.
+/// One interleaved column of the window, or one sum for each of 32 channels.
 struct depthwise_vectors {
     __m256i v[4];
 };
 
-/// Existing channels of each 16.
+/// Number of existing channels in each group of 16.
 using depthwise_lanes = std::size_t;
 
 inline depthwise_lanes existing_lanes(std::size_t channels) { return channels < 16 ? channels : 16; }
@@ -5934,7 +6001,7 @@ struct depthwise_rows {
     detail::depthwise_position<32 / channels> position;
     depthwise_lanes held;
 
-    /// 16 channels.
+    /// Loads 16 channels.
     [[gnu::always_inline]] __m128i load_half(const std::uint8_t* from) const {
         if (held == 16) return _mm_loadu_si128(reinterpret_cast<const __m128i*>(from));
         if (held == 8) return _mm_loadl_epi64(reinterpret_cast<const __m128i*>(from));
@@ -5942,7 +6009,7 @@ struct depthwise_rows {
         std::memcpy(bytes, from, held);
         return _mm_load_si128(reinterpret_cast<const __m128i*>(bytes));
     }
-    /// 32 bytes of one row.
+    /// Loads 32 bytes of one row.
     [[gnu::always_inline]] __m256i load(std::size_t row, std::size_t offset) const {
         if constexpr (channels == 32)
             return _mm256_loadu_si256(reinterpret_cast<const __m256i*>(position.find(row, 0, offset)));
@@ -5951,7 +6018,7 @@ struct depthwise_rows {
                                            load_half(position.find(row, 1, offset)), 1);
     }
 
-    /// `offset` bytes further on.
+    /// Loads and interleaves the column at `offset` bytes after the position.
     [[gnu::always_inline]] depthwise_vectors column(std::size_t offset) const {
         const __m256i a = load(0, offset), b = load(1, offset), c = load(2, offset);
         const __m256i ab_low = _mm256_unpacklo_epi8(a, b), ab_high = _mm256_unpackhi_epi8(a, b);
@@ -5968,25 +6035,9 @@ struct depthwise_sums {
     const std::int32_t* bias;
     std::size_t terms;
 
-    /// sum plus the products of this column as the left, middle or right one of a window.
-    [[gnu::always_inline]] depthwise_vectors left(const depthwise_vectors& sum, const depthwise_vectors& column) const {
-        return add<0>(sum, column);
-    }
-    [[gnu::always_inline]] depthwise_vectors middle(const depthwise_vectors& sum, const depthwise_vectors& column) const {
-        return add<1>(sum, column);
-    }
-    [[gnu::always_inline]] depthwise_vectors right(const depthwise_vectors& sum, const depthwise_vectors& column) const {
-        return add<2>(sum, column);
-    }
     [[gnu::always_inline]] depthwise_vectors start() const {
         const __m256i* const from = reinterpret_cast<const __m256i*>(bias);
         return {{_mm256_load_si256(from), _mm256_load_si256(from + 1), _mm256_load_si256(from + 2), _mm256_load_si256(from + 3)}};
-    }
-
-private:
-    [[gnu::always_inline]] static __m256i add(__m256i sum, __m256i column, const std::int8_t* at) {
-        const __m256i pairs = _mm256_maddubs_epi16(column, _mm256_load_si256(reinterpret_cast<const __m256i*>(at)));
-        return _mm256_add_epi32(sum, _mm256_madd_epi16(pairs, _mm256_set1_epi16(1)));
     }
     template <std::size_t k>
     [[gnu::always_inline]] depthwise_vectors add(const depthwise_vectors& sum, const depthwise_vectors& column) const {
@@ -6000,9 +6051,15 @@ private:
         } while (has_further_terms && --rest > 0);
         return result;
     }
+
+private:
+    [[gnu::always_inline]] static __m256i add(__m256i sum, __m256i column, const std::int8_t* at) {
+        const __m256i pairs = _mm256_maddubs_epi16(column, _mm256_load_si256(reinterpret_cast<const __m256i*>(at)));
+        return _mm256_add_epi32(sum, _mm256_madd_epi16(pairs, _mm256_set1_epi16(1)));
+    }
 };
 
-/// The row of the result, and the start of each stretch in it.
+/// Addresses of the result for each stretch.
 template <std::size_t channels>
 struct depthwise_result {
     std::uint8_t* at[32 / channels];
@@ -6021,17 +6078,20 @@ struct depthwise_result {
     }
 };
 
-// The walk of depthwise_u8/avx2.hpp and depthwise_u8/avx512vnni.hpp along a row. Each of them includes this file inside its
-// namespace and target region, after its primitives:
+// Loop of depthwise_u8/avx2.hpp and depthwise_u8/avx512vnni.hpp along a row. Both include this file inside their namespace and
+// target region, after these primitives:
 //
-//   depthwise_max_channels      channels of a full unit
-//   depthwise_vectors           one column of the window, interleaved, or one sum for each channel
-//   depthwise_lanes             the channels that exist, from existing_lanes()
-//   depthwise_rows<channels>    loads columns
-//   depthwise_sums              the weights of a unit: start() is the bias; left(), middle() and right() add a column
-//   depthwise_result<channels>  requantizes and stores
+//     depthwise_max_channels      channels of a full unit
+//     depthwise_vectors           one interleaved column of the window, or one sum per channel
+//     depthwise_lanes             the existing channels, from existing_lanes()
+//     depthwise_rows<channels>    loads columns
+//     depthwise_sums              the weights of a unit: start() is the bias; add<window_left>(sum, column), and likewise
+//                                 window_middle and window_right, adds the products of a column at that place of a window
+//     depthwise_result<channels>  requantizes and stores
 
-/// Computes one unit.
+inline constexpr std::size_t window_left = 0, window_middle = 1, window_right = 2;
+
+/// Computes one unit of channels along a row.
 template <std::size_t channels, class Sums>
 struct depthwise_run {
     static constexpr std::size_t stretch_count = depthwise_max_channels / channels;
@@ -6041,7 +6101,7 @@ struct depthwise_run {
     std::size_t pixel_stride;
     depthwise_lanes lanes;
 
-    /// all  pixels to be cut into stretches
+    /// all  number of pixels to split into stretches
     depthwise_run(const detail::depthwise_call& call, const Sums& sums, std::size_t first_channel, std::size_t all)
         : stretches(call, first_channel, all),
           packed(sums),
@@ -6058,77 +6118,79 @@ struct depthwise_run {
         return found;
     }
 
-    /// Each column ends one window, is the middle of the next and begins the one after it.
+    /// Each column is the right column of one window, the middle column of the next, and the left column of the one after.
     void stride_1() const {
         const Sums sums = packed;  // in registers
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_rows<channels> rows = rows_at(0, 1);
         const depthwise_result<channels> result = result_at(1);
-        depthwise_vectors next = sums.left(sums.start(), rows_at(-1, 1).column(0));
+        depthwise_vectors next = sums.template add<window_left>(sums.start(), rows_at(-1, 1).column(0));
         depthwise_vectors column = rows.column(0);
-        depthwise_vectors current = sums.middle(next, column);
-        next = sums.left(sums.start(), column);
+        depthwise_vectors current = sums.template add<window_middle>(next, column);
+        next = sums.template add<window_left>(sums.start(), column);
         for (std::size_t x = 1; x < length; ++x) {
             column = rows.column(x * pixel_bytes);
-            result.store(sums.right(current, column), (x - 1) * pixel_bytes);
-            current = sums.middle(next, column);
-            next = sums.left(sums.start(), column);
+            result.store(sums.template add<window_right>(current, column), (x - 1) * pixel_bytes);
+            current = sums.template add<window_middle>(next, column);
+            next = sums.template add<window_left>(sums.start(), column);
         }
         column = rows_at(static_cast<std::ptrdiff_t>(length), 1).column(0);
-        result.store(sums.right(current, column), (length - 1) * pixel_bytes);
+        result.store(sums.template add<window_right>(current, column), (length - 1) * pixel_bytes);
     }
 
-    /// Stride 2. Each pair of columns completes one window, as its middle and right columns. The second column is also the left
-    /// one of the next window.
+    /// Stride 2. Each pair of columns completes one window, as its middle and right columns. The second column of the pair is
+    /// also the left column of the next window.
     void stride_2() const {
         const Sums sums = packed;
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_rows<channels> rows = rows_at(0, 2);
         const depthwise_result<channels> result = result_at(1);
-        depthwise_vectors current = sums.left(sums.start(), rows_at(-1, 2).column(0));
+        depthwise_vectors current = sums.template add<window_left>(sums.start(), rows_at(-1, 2).column(0));
         for (std::size_t x = 0; x + 1 < length; ++x) {
-            current = sums.middle(current, rows.column(2 * x * pixel_bytes));
+            current = sums.template add<window_middle>(current, rows.column(2 * x * pixel_bytes));
             const depthwise_vectors column = rows.column((2 * x + 1) * pixel_bytes);
-            result.store(sums.right(current, column), x * pixel_bytes);
-            current = sums.left(sums.start(), column);
+            result.store(sums.template add<window_right>(current, column), x * pixel_bytes);
+            current = sums.template add<window_left>(sums.start(), column);
         }
         const std::ptrdiff_t last = static_cast<std::ptrdiff_t>(2 * length) - 1;
-        current = sums.middle(current, rows_at(last - 1, 2).column(0));
-        result.store(sums.right(current, rows_at(last, 2).column(0)), (length - 1) * pixel_bytes);
+        current = sums.template add<window_middle>(current, rows_at(last - 1, 2).column(0));
+        result.store(sums.template add<window_right>(current, rows_at(last, 2).column(0)), (length - 1) * pixel_bytes);
     }
 
-    /// Every column counts twice: it ends the window around the second half of the column before it, is two thirds of the windows
-    /// around its own halves, and begins the one around the first half of the column behind it.
+    /// Repeats each column c twice. Column c is the right column of the window around the second copy of column c - 1, fills two
+    /// of three columns of the windows around its own copies, and is the left column of the window around the first copy of
+    /// column c + 1.
     void enlarged_twice() const {
         const Sums sums = packed;
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_rows<channels> rows = rows_at(0, 1);
         const depthwise_result<channels> result = result_at(2);
-        depthwise_vectors first = sums.left(sums.start(), rows_at(-1, 1).column(0));
+        depthwise_vectors first = sums.template add<window_left>(sums.start(), rows_at(-1, 1).column(0));
         depthwise_vectors column = rows.column(0);
-        result.store(sums.right(sums.middle(first, column), column), 0);
-        first = sums.left(sums.start(), column);
-        depthwise_vectors second = sums.middle(first, column);
+        result.store(sums.template add<window_right>(sums.template add<window_middle>(first, column), column), 0);
+        first = sums.template add<window_left>(sums.start(), column);
+        depthwise_vectors second = sums.template add<window_middle>(first, column);
         for (std::size_t x = 1; x < length; ++x) {
             column = rows.column(x * pixel_bytes);
-            result.store(sums.right(second, column), (2 * x - 1) * pixel_bytes);
-            result.store(sums.right(sums.middle(first, column), column), 2 * x * pixel_bytes);
-            first = sums.left(sums.start(), column);
-            second = sums.middle(first, column);
+            result.store(sums.template add<window_right>(second, column), (2 * x - 1) * pixel_bytes);
+            result.store(sums.template add<window_right>(sums.template add<window_middle>(first, column), column),
+                         2 * x * pixel_bytes);
+            first = sums.template add<window_left>(sums.start(), column);
+            second = sums.template add<window_middle>(first, column);
         }
         column = rows_at(static_cast<std::ptrdiff_t>(length), 1).column(0);
-        result.store(sums.right(second, column), (2 * length - 1) * pixel_bytes);
+        result.store(sums.template add<window_right>(second, column), (2 * length - 1) * pixel_bytes);
     }
 
-    /// Any stride and repetition: three columns for each window.
+    /// Any stride and repetition: loads three columns per window.
     void any() const {
         const Sums sums = packed;
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_result<channels> result = result_at(1);
         for (std::size_t x = 0; x < length; ++x) {
-            depthwise_vectors sum = sums.left(sums.start(), rows_at_tap(x, 0).column(0));
-            sum = sums.middle(sum, rows_at_tap(x, 1).column(0));
-            result.store(sums.right(sum, rows_at_tap(x, 2).column(0)), x * pixel_bytes);
+            depthwise_vectors sum = sums.template add<window_left>(sums.start(), rows_at_tap(x, 0).column(0));
+            sum = sums.template add<window_middle>(sum, rows_at_tap(x, 1).column(0));
+            result.store(sums.template add<window_right>(sum, rows_at_tap(x, 2).column(0)), x * pixel_bytes);
         }
     }
 };
@@ -6183,22 +6245,23 @@ LDI_END_TARGET
 // ---- ldi/kernels/depthwise_u8/avx512vnni.hpp
 // kernels/depthwise_u8.hpp with vpdpbusd.
 //
-// The kernel interleaves the bytes of three rows: four bytes hold one channel of one column (the fourth has weight 0). A column
-// of a window then takes one vpdpbusd for 16 channels. Each column is interleaved once, in registers, and added at once to every
-// window that contains it. Weights and the sums of incomplete windows (two at a time) stay in registers. 64 channels of a pixel
-// take 8 shuffles, 12 multiplications and 22 instructions of requantization.
+// The kernel interleaves the bytes of three rows: four bytes contain one channel of one column (the fourth has weight 0). One
+// column of a window then costs one vpdpbusd for 16 channels. Each column is interleaved only once, in registers, and
+// immediately added to all windows that contain it. Weights and the sums of incomplete windows (two at a time) stay in
+// registers. 64 channels of a pixel cost 8 shuffles, 12 multiplications and 22 instructions of requantization.
 //
-// Rows are cut into units of 64, 32 or 16 channels. A unit of fewer than 64 fills its vectors from two or four stretches of the
-// row.
+// Channels are split into units of 64, 32 or 16. A unit with fewer than 64 channels fills its vectors from two or four stretches
+// of the row.
 
 #if LDI_HAS_X86_KERNELS
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 
-inline constexpr std::size_t depthwise_max_channels = 64;  ///< of a unit
+inline constexpr std::size_t depthwise_max_channels = 64;  ///< maximum per unit
 
-/// Unit by unit, column by column of the window, 4 vectors of 16 channels x 4 rows: of each 16 channels that a 128-bit lane
-/// holds, 4 in each vector, as interleaving leaves them and packing four vectors of sums puts them in order.
+/// Packs weights unit by unit, column by column of the window, in 4 vectors of 16 channels x 4 rows. Of the 16 channels in a
+/// 128-bit lane, each vector contains 4: interleaving produces this order, and packing four vectors of sums restores the
+/// original order.
 inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     for (std::size_t done = 0; done < packed.channels;) {
@@ -6217,12 +6280,12 @@ inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthw
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 
-/// One column of the window, interleaved, or one sum for each of 64 channels.
+/// One interleaved column of the window, or one sum for each of 64 channels.
 struct depthwise_vectors {
     __m512i v[4];
 };
 
-/// The lanes of existing channels, in units of 16.
+/// Mask of the existing channels in each group of 16.
 using depthwise_lanes = __mmask16;
 
 inline depthwise_lanes existing_lanes(std::size_t channels) {
@@ -6235,7 +6298,7 @@ struct depthwise_rows {
     detail::depthwise_position<64 / channels> position;
     depthwise_lanes mask;
 
-    /// 64 bytes of one row.
+    /// Loads 64 bytes of one row.
     [[gnu::always_inline]] __m512i load(std::size_t row, std::size_t offset) const {
         if constexpr (channels == 64) {
             return _mm512_loadu_si512(position.find(row, 0, offset));
@@ -6254,7 +6317,7 @@ struct depthwise_rows {
         }
     }
 
-    /// `offset` bytes further on.
+    /// Loads and interleaves the column at `offset` bytes after the position.
     [[gnu::always_inline]] depthwise_vectors column(std::size_t offset) const {
         const __m512i a = load(0, offset), b = load(1, offset), c = load(2, offset);
         const __m512i ab_low = _mm512_unpacklo_epi8(a, b), ab_high = _mm512_unpackhi_epi8(a, b);
@@ -6272,22 +6335,10 @@ struct depthwise_sums {
     [[gnu::always_inline]] depthwise_sums(const std::int8_t* values, const std::int32_t* biases)
         : depthwise_sums(values, biases, std::make_index_sequence<12>{}) {}
 
-    /// sum plus the products of this column as the left, middle or right one of a window.
-    [[gnu::always_inline]] depthwise_vectors left(const depthwise_vectors& sum, const depthwise_vectors& column) const {
-        return add<0>(sum, column);
-    }
-    [[gnu::always_inline]] depthwise_vectors middle(const depthwise_vectors& sum, const depthwise_vectors& column) const {
-        return add<1>(sum, column);
-    }
-    [[gnu::always_inline]] depthwise_vectors right(const depthwise_vectors& sum, const depthwise_vectors& column) const {
-        return add<2>(sum, column);
-    }
     [[gnu::always_inline]] depthwise_vectors start() const {
         return {
             {_mm512_load_si512(bias), _mm512_load_si512(bias + 16), _mm512_load_si512(bias + 32), _mm512_load_si512(bias + 48)}};
     }
-
-private:
     template <std::size_t k>
     [[gnu::always_inline]] depthwise_vectors add(const depthwise_vectors& sum, const depthwise_vectors& column) const {
         return {{_mm512_dpbusd_epi32(sum.v[0], column.v[0], weights[4 * k]),
@@ -6296,12 +6347,13 @@ private:
                  _mm512_dpbusd_epi32(sum.v[3], column.v[3], weights[4 * k + 3])}};
     }
 
+private:
     template <std::size_t... i>
     [[gnu::always_inline]] depthwise_sums(const std::int8_t* values, const std::int32_t* biases, std::index_sequence<i...>)
         : weights{_mm512_load_si512(values + i * 64)...}, bias(biases) {}
 };
 
-/// The row of the result, and the start of each stretch in it.
+/// Addresses of the result for each stretch.
 template <std::size_t channels>
 struct depthwise_result {
     std::uint8_t* at[64 / channels];
@@ -6325,17 +6377,20 @@ struct depthwise_result {
     }
 };
 
-// The walk of depthwise_u8/avx2.hpp and depthwise_u8/avx512vnni.hpp along a row. Each of them includes this file inside its
-// namespace and target region, after its primitives:
+// Loop of depthwise_u8/avx2.hpp and depthwise_u8/avx512vnni.hpp along a row. Both include this file inside their namespace and
+// target region, after these primitives:
 //
-//   depthwise_max_channels      channels of a full unit
-//   depthwise_vectors           one column of the window, interleaved, or one sum for each channel
-//   depthwise_lanes             the channels that exist, from existing_lanes()
-//   depthwise_rows<channels>    loads columns
-//   depthwise_sums              the weights of a unit: start() is the bias; left(), middle() and right() add a column
-//   depthwise_result<channels>  requantizes and stores
+//     depthwise_max_channels      channels of a full unit
+//     depthwise_vectors           one interleaved column of the window, or one sum per channel
+//     depthwise_lanes             the existing channels, from existing_lanes()
+//     depthwise_rows<channels>    loads columns
+//     depthwise_sums              the weights of a unit: start() is the bias; add<window_left>(sum, column), and likewise
+//                                 window_middle and window_right, adds the products of a column at that place of a window
+//     depthwise_result<channels>  requantizes and stores
 
-/// Computes one unit.
+inline constexpr std::size_t window_left = 0, window_middle = 1, window_right = 2;
+
+/// Computes one unit of channels along a row.
 template <std::size_t channels, class Sums>
 struct depthwise_run {
     static constexpr std::size_t stretch_count = depthwise_max_channels / channels;
@@ -6345,7 +6400,7 @@ struct depthwise_run {
     std::size_t pixel_stride;
     depthwise_lanes lanes;
 
-    /// all  pixels to be cut into stretches
+    /// all  number of pixels to split into stretches
     depthwise_run(const detail::depthwise_call& call, const Sums& sums, std::size_t first_channel, std::size_t all)
         : stretches(call, first_channel, all),
           packed(sums),
@@ -6362,77 +6417,79 @@ struct depthwise_run {
         return found;
     }
 
-    /// Each column ends one window, is the middle of the next and begins the one after it.
+    /// Each column is the right column of one window, the middle column of the next, and the left column of the one after.
     void stride_1() const {
         const Sums sums = packed;  // in registers
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_rows<channels> rows = rows_at(0, 1);
         const depthwise_result<channels> result = result_at(1);
-        depthwise_vectors next = sums.left(sums.start(), rows_at(-1, 1).column(0));
+        depthwise_vectors next = sums.template add<window_left>(sums.start(), rows_at(-1, 1).column(0));
         depthwise_vectors column = rows.column(0);
-        depthwise_vectors current = sums.middle(next, column);
-        next = sums.left(sums.start(), column);
+        depthwise_vectors current = sums.template add<window_middle>(next, column);
+        next = sums.template add<window_left>(sums.start(), column);
         for (std::size_t x = 1; x < length; ++x) {
             column = rows.column(x * pixel_bytes);
-            result.store(sums.right(current, column), (x - 1) * pixel_bytes);
-            current = sums.middle(next, column);
-            next = sums.left(sums.start(), column);
+            result.store(sums.template add<window_right>(current, column), (x - 1) * pixel_bytes);
+            current = sums.template add<window_middle>(next, column);
+            next = sums.template add<window_left>(sums.start(), column);
         }
         column = rows_at(static_cast<std::ptrdiff_t>(length), 1).column(0);
-        result.store(sums.right(current, column), (length - 1) * pixel_bytes);
+        result.store(sums.template add<window_right>(current, column), (length - 1) * pixel_bytes);
     }
 
-    /// Stride 2. Each pair of columns completes one window, as its middle and right columns. The second column is also the left
-    /// one of the next window.
+    /// Stride 2. Each pair of columns completes one window, as its middle and right columns. The second column of the pair is
+    /// also the left column of the next window.
     void stride_2() const {
         const Sums sums = packed;
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_rows<channels> rows = rows_at(0, 2);
         const depthwise_result<channels> result = result_at(1);
-        depthwise_vectors current = sums.left(sums.start(), rows_at(-1, 2).column(0));
+        depthwise_vectors current = sums.template add<window_left>(sums.start(), rows_at(-1, 2).column(0));
         for (std::size_t x = 0; x + 1 < length; ++x) {
-            current = sums.middle(current, rows.column(2 * x * pixel_bytes));
+            current = sums.template add<window_middle>(current, rows.column(2 * x * pixel_bytes));
             const depthwise_vectors column = rows.column((2 * x + 1) * pixel_bytes);
-            result.store(sums.right(current, column), x * pixel_bytes);
-            current = sums.left(sums.start(), column);
+            result.store(sums.template add<window_right>(current, column), x * pixel_bytes);
+            current = sums.template add<window_left>(sums.start(), column);
         }
         const std::ptrdiff_t last = static_cast<std::ptrdiff_t>(2 * length) - 1;
-        current = sums.middle(current, rows_at(last - 1, 2).column(0));
-        result.store(sums.right(current, rows_at(last, 2).column(0)), (length - 1) * pixel_bytes);
+        current = sums.template add<window_middle>(current, rows_at(last - 1, 2).column(0));
+        result.store(sums.template add<window_right>(current, rows_at(last, 2).column(0)), (length - 1) * pixel_bytes);
     }
 
-    /// Every column counts twice: it ends the window around the second half of the column before it, is two thirds of the windows
-    /// around its own halves, and begins the one around the first half of the column behind it.
+    /// Repeats each column c twice. Column c is the right column of the window around the second copy of column c - 1, fills two
+    /// of three columns of the windows around its own copies, and is the left column of the window around the first copy of
+    /// column c + 1.
     void enlarged_twice() const {
         const Sums sums = packed;
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_rows<channels> rows = rows_at(0, 1);
         const depthwise_result<channels> result = result_at(2);
-        depthwise_vectors first = sums.left(sums.start(), rows_at(-1, 1).column(0));
+        depthwise_vectors first = sums.template add<window_left>(sums.start(), rows_at(-1, 1).column(0));
         depthwise_vectors column = rows.column(0);
-        result.store(sums.right(sums.middle(first, column), column), 0);
-        first = sums.left(sums.start(), column);
-        depthwise_vectors second = sums.middle(first, column);
+        result.store(sums.template add<window_right>(sums.template add<window_middle>(first, column), column), 0);
+        first = sums.template add<window_left>(sums.start(), column);
+        depthwise_vectors second = sums.template add<window_middle>(first, column);
         for (std::size_t x = 1; x < length; ++x) {
             column = rows.column(x * pixel_bytes);
-            result.store(sums.right(second, column), (2 * x - 1) * pixel_bytes);
-            result.store(sums.right(sums.middle(first, column), column), 2 * x * pixel_bytes);
-            first = sums.left(sums.start(), column);
-            second = sums.middle(first, column);
+            result.store(sums.template add<window_right>(second, column), (2 * x - 1) * pixel_bytes);
+            result.store(sums.template add<window_right>(sums.template add<window_middle>(first, column), column),
+                         2 * x * pixel_bytes);
+            first = sums.template add<window_left>(sums.start(), column);
+            second = sums.template add<window_middle>(first, column);
         }
         column = rows_at(static_cast<std::ptrdiff_t>(length), 1).column(0);
-        result.store(sums.right(second, column), (2 * length - 1) * pixel_bytes);
+        result.store(sums.template add<window_right>(second, column), (2 * length - 1) * pixel_bytes);
     }
 
-    /// Any stride and repetition: three columns for each window.
+    /// Any stride and repetition: loads three columns per window.
     void any() const {
         const Sums sums = packed;
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_result<channels> result = result_at(1);
         for (std::size_t x = 0; x < length; ++x) {
-            depthwise_vectors sum = sums.left(sums.start(), rows_at_tap(x, 0).column(0));
-            sum = sums.middle(sum, rows_at_tap(x, 1).column(0));
-            result.store(sums.right(sum, rows_at_tap(x, 2).column(0)), x * pixel_bytes);
+            depthwise_vectors sum = sums.template add<window_left>(sums.start(), rows_at_tap(x, 0).column(0));
+            sum = sums.template add<window_middle>(sum, rows_at_tap(x, 1).column(0));
+            result.store(sums.template add<window_right>(sum, rows_at_tap(x, 2).column(0)), x * pixel_bytes);
         }
     }
 };
@@ -6479,29 +6536,49 @@ LDI_END_TARGET
 
 #endif
 
-// ---- ldi/kernels/depthwise_u8/columns.hpp
-// The columns of the stored rows that one piece of a depthwise convolution's result reads.
+// ---- ldi/kernels/depthwise_u8/blocks.hpp
+// Blocks of 16 channels, for kernels that interleave the columns of three rows in memory first.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Result pixels first .. first + count - 1 of a row. Their inputs lie in slots, one per stored column, in order; the columns
-/// outside the image (-1 and `width`) have slots, too.
+inline constexpr std::size_t depthwise_block = 16;
+
+inline std::size_t depthwise_blocks(const depthwise_u8_weights& weights) {
+    return (weights.channels + depthwise_block - 1) / depthwise_block;
+}
+
+/// First channel of a block. The last block overlaps the one before it, so that it is full.
+inline std::size_t block_start(std::size_t channels, std::size_t block) {
+    if (channels < depthwise_block) return 0;
+    return block * depthwise_block + depthwise_block <= channels ? block * depthwise_block : channels - depthwise_block;
+}
+
+}}}  // namespace ldi::detail
+
+// ---- ldi/kernels/depthwise_u8/columns.hpp
+// Selects the columns of the stored rows that one piece of a depthwise convolution's result reads.
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+/// Result pixels first .. first + count - 1 of a row. Their inputs occupy slots, one per stored column, in order; the columns
+/// outside the image (-1 and `width`) also have slots.
 struct depthwise_columns {
-    /// The slots and the rows they are filled from fit together into a first-level cache of 32 KiB.
+    /// Limited so that the slots and the rows that fill them fit in a first-level cache of 32 KiB.
     static constexpr std::size_t max_slots = 40, max_taps = 4 * max_slots;
 
     std::size_t first = 0, count = 0;
-    std::size_t first_column = 0;  ///< column in slot 0, plus one
+    std::size_t first_column = 0;  ///< column of slot 0, plus one
     std::size_t slot_count = 0;
-    /// Slot of column first + i - 1 of the enlarged rows, at stride 1; a window reads three in a row.
+    /// Slot of column first + i - 1 of the enlarged rows, at stride 1; a window reads three consecutive entries.
     std::uint16_t slot_of[max_taps];
 
-    /// Number of result pixels that fit at any position.
+    /// Maximum number of result pixels that fit at any position.
     static std::size_t max_pixels(std::size_t stride, std::size_t repeat) { return (max_slots - 3) * repeat / stride; }
 
     depthwise_columns(std::size_t first_pixel, std::size_t pixels, std::size_t stride, std::size_t repeat)
         : first(first_pixel), count(pixels) {
-        const auto column = [repeat](std::size_t enlarged) { return (enlarged + repeat - 1) / repeat; };  // both plus one
+        // argument and result are column indices plus one
+        const auto column = [repeat](std::size_t enlarged) { return (enlarged + repeat - 1) / repeat; };
         const std::size_t begin = first * stride, end = (first + count - 1) * stride + 2;
         first_column = column(begin);
         for (std::size_t i = begin; i <= end; ++i) slot_of[i - begin] = static_cast<std::uint16_t>(column(i) - first_column);
@@ -6514,28 +6591,19 @@ struct depthwise_columns {
 // ---- ldi/kernels/depthwise_u8/neon.hpp
 // kernels/depthwise_u8.hpp with sdot, 16 channels at a time.
 //
-// The kernel first interleaves the bytes of three rows: four bytes hold one channel of one column (the fourth has weight 0). Each
-// of the three columns of a window then takes one sdot for 4 channels. 16 channels of a pixel (144 products) take 12 sdot, and 11
-// instructions to interleave the new column; widening multiplications (smlal) would take 36 and 6. Requantization and stores
-// bring the total to about 90.
+// The kernel first interleaves the bytes of three rows: four bytes contain one channel of one column (the fourth has weight 0).
+// Each of the three columns of a window then costs one sdot for 4 channels. 16 channels of a pixel (144 products) cost 12 sdot,
+// and 11 instructions to interleave the new column; widening multiplications (smlal) would cost 36 and 6. Requantization and
+// stores bring the total to about 90.
 
 #if LDI_HAS_ARM_KERNELS
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace neon {
 
-inline constexpr std::size_t depthwise_block = 16, depthwise_slot = 64;
+using detail::block_start, detail::depthwise_block, detail::depthwise_blocks;
+inline constexpr std::size_t depthwise_slot = 64;
 
-inline std::size_t depthwise_blocks(const depthwise_u8_weights& weights) {
-    return (weights.channels + depthwise_block - 1) / depthwise_block;
-}
-
-/// The first channel of a block: the last one overlaps the one before.
-inline std::size_t block_start(std::size_t channels, std::size_t block) {
-    if (channels < depthwise_block) return 0;
-    return block * depthwise_block + depthwise_block <= channels ? block * depthwise_block : channels - depthwise_block;
-}
-
-/// Block by block, column by column of the window, 4 vectors of 4 channels x 4 rows.
+/// Packs weights block by block, column by column of the window, in 4 vectors of 4 channels x 4 rows.
 inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
     const int sign = detail::range_of(source.weights, source.weight_zero_point).most > 127 ? -1 : 1;
     packed.output.multiplier *= sign;
@@ -6555,7 +6623,7 @@ inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthw
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 
-/// 16 channels, or as many as there are; `padding` where there is no row.
+/// Loads 16 channels, or fewer if the row has fewer; `padding` for a row outside the image.
 [[gnu::always_inline]] inline int8x16_t load_channels(const std::uint8_t* row, std::size_t offset, std::size_t channels,
                                                       std::uint8_t padding) {
     if (row == nullptr) return to_signed(vdupq_n_u8(padding));
@@ -6565,7 +6633,7 @@ LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
     return to_signed(vld1q_u8(bytes));
 }
 
-/// 16 channels of three rows to 16 x 4 bytes.
+/// Interleaves 16 channels of three rows to 16 x 4 bytes.
 [[gnu::always_inline]] inline void fill_slot(int8x16_t a, int8x16_t b, int8x16_t c, std::int8_t* slot) {
     const int16x8_t ab_low = vreinterpretq_s16_s8(vzip1q_s8(a, b)), ab_high = vreinterpretq_s16_s8(vzip2q_s8(a, b));
     const int16x8_t c_low = vreinterpretq_s16_s8(vzip1q_s8(c, c)), c_high = vreinterpretq_s16_s8(vzip2q_s8(c, c));
@@ -6575,7 +6643,7 @@ LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
     vst1q_s8(slot + 48, vreinterpretq_s8_s16(vzip2q_s16(ab_high, c_high)));
 }
 
-/// The weights and biases of one block: of each column of the window 4 vectors.
+/// Weights and biases of one block: 4 vectors for each column of the window.
 struct depthwise_block_weights {
     int8x16_t columns[12];
     int32x4_t bias[4];
@@ -6613,7 +6681,7 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const Requantizer&
         for (std::size_t block = 0; block < depthwise_blocks(weights); ++block) {
             const std::size_t start = block_start(channels, block);
             for (std::size_t s = 0; s < columns.slot_count; ++s) {
-                const std::size_t column = columns.first_column + s;  // plus one
+                const std::size_t column = columns.first_column + s;  // column index plus one
                 const bool outside = column == 0 || column > width;
                 const std::size_t offset = outside ? 0 : (column - 1) * channels + start;
                 fill_slot(load_channels(outside ? nullptr : rows[0], offset, channels, weights.padding),
@@ -6656,17 +6724,17 @@ LDI_END_TARGET
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 
-/// Channels summed together. Compilers vectorize a loop over this many 8-bit values, but not shorter ones.
+/// Number of channels summed together. Compilers vectorize a loop over this many 8-bit values, but not shorter loops.
 inline constexpr std::size_t depthwise_block = 16;
 
-/// Tap by tap, the weights of all channels.
+/// Packs tap by tap the weights of all channels.
 inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
     for (std::size_t t = 0; t < depthwise_u8_weights::taps; ++t)
         for (std::size_t c = 0; c < packed.channels; ++c) packed.wide.push_back(static_cast<std::int16_t>(source.weight(c, t)));
     for (std::size_t c = 0; c < packed.channels; ++c) packed.bias.push_back(source.folded_bias(c));
 }
 
-/// The result at one pixel, `count` channels from `first` on; with `count` known to the compiler the loops become vectors.
+/// Computes `count` channels of one pixel, starting at `first`. A compile-time `count` lets the compiler vectorize the loops.
 template <class Count>
 inline void depthwise_u8_channels(const depthwise_u8_weights& weights, const std::uint8_t* const* taps, std::size_t first,
                                   Count count, std::uint8_t* result) {
@@ -6688,7 +6756,7 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
     for (std::size_t x = 0; x < result_width; ++x, result += channels) {
         const std::uint8_t* taps[depthwise_u8_weights::taps];
         for (std::size_t t = 0; t < depthwise_u8_weights::taps; ++t) {
-            const std::size_t column = x * weights.stride + t % 3;  // one more than the column that is read
+            const std::size_t column = x * weights.stride + t % 3;  // index of the column that is read, plus one
             const bool outside = rows[t / 3] == nullptr || column == 0 || column > width * repeat;
             taps[t] = outside ? nullptr : rows[t / 3] + (column - 1) / repeat * channels;
         }
@@ -6708,29 +6776,21 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
 // ---- ldi/kernels/depthwise_u8/wasm.hpp
 // kernels/depthwise_u8.hpp with i32x4.dot_i16x8_s, 16 channels at a time.
 //
-// The kernel first widens rows to 16 bits and stores them column by column, already enlarged: the first two rows interleaved, and
-// the third row's column beside its next one. The 9 products of a window then take 5 multiplications for 4 channels.
+// The kernel first widens the rows to 16 bits and stores them column by column, already enlarged: the first two rows
+// interleaved, and each column of the third row beside the next one. The 9 products of a window then cost 5 multiplications for
+// 4 channels.
 
 #if LDI_HAS_WASM_KERNELS
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 
-inline constexpr std::size_t depthwise_block = 16;
+using detail::block_start, detail::depthwise_block, detail::depthwise_blocks;
 inline constexpr std::size_t depthwise_slot = 4 * depthwise_block;  // 16-bit values of one column
 inline constexpr std::size_t depthwise_max_slots = 66;              // 8 KiB
-inline constexpr std::size_t depthwise_dots = 5;                    // for each vector of 4 channels
+inline constexpr std::size_t depthwise_dots = 5;                    // per vector of 4 channels
 
-inline std::size_t depthwise_blocks(const depthwise_u8_weights& weights) {
-    return (weights.channels + depthwise_block - 1) / depthwise_block;
-}
-
-/// The first channel of a block: the last one overlaps the one before.
-inline std::size_t block_start(std::size_t channels, std::size_t block) {
-    if (channels < depthwise_block) return 0;
-    return block * depthwise_block + depthwise_block <= channels ? block * depthwise_block : channels - depthwise_block;
-}
-
-/// Block by block, 4 channels by 4 channels: rows 0 and 1 of each column, then row 2 of columns 0 and 1, and of column 2 alone.
+/// Packs weights block by block, 4 channels by 4 channels: rows 0 and 1 of each column, then row 2 of columns 0 and 1, then row
+/// 2 of column 2 alone.
 inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
     constexpr std::size_t none = depthwise_u8_weights::taps;
     constexpr std::size_t taps[depthwise_dots][2] = {{0, 3}, {1, 4}, {2, 5}, {6, 7}, {8, none}};
@@ -6746,7 +6806,7 @@ inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthw
     }
 }
 
-/// 16 channels of two rows or columns to pairs of 16-bit values.
+/// Interleaves 16 channels of two rows or columns to pairs of 16-bit values.
 [[gnu::always_inline]] inline void store_pairs(v128_t a, v128_t b, std::int16_t* to) {
     const v128_t low = wasm_i8x16_shuffle(a, b, 0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
     const v128_t high = wasm_i8x16_shuffle(a, b, 8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13, 29, 14, 30, 15, 31);
@@ -6756,10 +6816,10 @@ inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthw
     wasm_v128_store(to + 24, wasm_u16x8_extend_high_u8x16(high));
 }
 
-/// Writes one column after another. Overwrites the slot before the first.
+/// Writes columns to consecutive slots. Also overwrites the second half of the slot before the first.
 struct slot_writer {
     std::int16_t* slot;
-    v128_t third = wasm_i32x4_splat(0);  // row of the column before
+    v128_t third = wasm_i32x4_splat(0);  // third row of the previous column
 
     [[gnu::always_inline]] void operator()(v128_t a, v128_t b, v128_t c) {
         store_pairs(third, c, slot - depthwise_slot / 2);
@@ -6767,11 +6827,11 @@ struct slot_writer {
         third = c;
         slot += depthwise_slot;
     }
-    /// The last column's neighbor has weight 0.
+    /// Completes the last slot with an arbitrary neighbor, whose weight is 0.
     void end() { store_pairs(third, third, slot - depthwise_slot / 2); }
 };
 
-/// 16 channels, or as many as there are.
+/// Loads 16 channels, or fewer if `all` is false.
 template <bool all>
 [[gnu::always_inline]] inline v128_t load_channels(const std::uint8_t* from, std::size_t channels) {
     if (all) return wasm_v128_load(from);
@@ -6780,14 +6840,14 @@ template <bool all>
     return wasm_v128_load(bytes);
 }
 
-/// Some rows of an image, enlarged.
+/// Three rows of an image, to be enlarged.
 struct depthwise_rows {
-    const std::uint8_t* rows[3];  // nullptr for one that is outside
+    const std::uint8_t* rows[3];  // nullptr for a row outside the image
     std::size_t channels, width, repeat;
     std::uint8_t padding;
 };
 
-/// Slots for the enlarged columns `first` - 1 and so on, at most one of them outside on each side.
+/// Fills slots with the enlarged columns from `first` - 1 on. At most one column on each side may lie outside the image.
 template <bool all>
 inline void fill_slots(const depthwise_rows& from, std::size_t first, std::size_t count, std::size_t first_channel,
                        std::int16_t* slot_values) {
@@ -6813,7 +6873,7 @@ inline void fill_slots(const depthwise_rows& from, std::size_t first, std::size_
     write.end();
 }
 
-/// The weights of 4 channels.
+/// Weights of 4 channels.
 struct depthwise_vector {
     v128_t bias, dots[depthwise_dots];
 
@@ -6897,13 +6957,13 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
 #endif
 
 // ---- ldi/kernels/depthwise_u8.hpp
-// Depthwise 3 x 3 convolution of 8-bit activations, requantized to 8 bits, one row of the result at a time. It can read its
-// input enlarged by repetition, without anybody having to write that out. One file of depthwise_u8/ for each
-// instruction set, all with equal results.
+// Depthwise 3 x 3 convolution of 8-bit activations, requantized to 8 bits, one row of the result per call. The input can be
+// enlarged by repeating pixels, and the enlarged image is never stored. Each instruction set has a file in depthwise_u8/; all
+// results are equal.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The kernel of each instruction set.
+/// One kernel per instruction set.
 inline constexpr depthwise_u8_kernel depthwise_u8_kernels[] = {
 #if LDI_HAS_X86_KERNELS
     {isa::avx2, avx2::pack_depthwise_u8, avx2::depthwise_u8},
@@ -6919,11 +6979,13 @@ inline constexpr depthwise_u8_kernel depthwise_u8_kernels[] = {
 };
 static_assert(find_kernel(depthwise_u8_kernels, isa::scalar).set == isa::scalar);
 
-/// target            as for pack_gemm_u8()
-/// weights           channels x 3 x 3, row-major
-/// bias              channels, in units of input scale * weight scale; |bias| must be below 2^30
-/// stride            1 or 2
-/// input_zero_point  of the activations, and the value of pixels outside the image
+/// Packs weights for depthwise_u8().
+///
+/// target             as for pack_gemm_u8()
+/// weights            channels x 3 x 3, row-major
+/// bias               channels, in units of input scale * weight scale; |bias| must be below 2^30
+/// stride             1 or 2
+/// input_zero_point   zero point of the activations, and the value of pixels outside the image
 inline depthwise_u8_weights pack_depthwise_u8(isa target, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
                                               std::span<const std::int32_t> bias, std::size_t stride,
                                               std::uint8_t input_zero_point, const requantization& output) {
@@ -6945,8 +7007,10 @@ inline std::size_t depthwise_result_width(const depthwise_u8_weights& weights, s
     return (width * repeat - 1) / weights.stride + 1;
 }
 
-/// rows    the rows above, at and below the result's row, width x channels each; nullptr for a row outside the image. Vertically
-///         the choice of rows does what stride and repeat do horizontally
+/// Computes one row of the result.
+///
+/// rows    the rows above, at and below the result's row, width x channels each; nullptr for a row outside the image. The caller
+///         applies stride and repeat vertically by its choice of rows
 /// repeat  1 to 4: repetitions of each pixel
 /// result  depthwise_result_width() x channels; must not overlap the rows
 inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
@@ -6989,47 +7053,49 @@ void stable_sort(buffer<T>& values, Before before) {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The weights of one layer in the order that gemm_u8() reads them. Only pack_gemm_u8() makes valid ones.
+/// The weights of one layer in the order in which gemm_u8() reads them. Valid only if pack_gemm_u8() made them.
 struct gemm_u8_weights {
     static constexpr std::size_t max_segments = 7;
 
     isa target = isa::scalar;
     std::size_t segments = 1, inputs = 0, outputs = 0;
-    buffer<std::int16_t> wide;    ///< scalar, WebAssembly, a single output with AVX2: weight minus its zero point
-    buffer<std::int8_t> narrow;   ///< AVX2, VNNI: the same, or its negative, see `fast`; NEON: see `output`
-    buffer<std::uint32_t> order;  ///< AVX2: the order of the inputs
+    buffer<std::int16_t> wide;  ///< scalar, WebAssembly, a single output with AVX2: weight minus its zero point
+    /// AVX2, VNNI: weight minus its zero point, or the negative of it (see `fast`); NEON: see `output`
+    buffer<std::int8_t> narrow;
+    buffer<std::uint32_t> order;  ///< AVX2: pairs of terms, and the first input of each term
     buffer<std::int32_t> bias;    ///< zero points folded in; padded with zeros to whole vectors
-    requantization output;        ///< NEON: its multiplier is negated where `narrow` and `bias` are
-    /// Not used by scalar and NEON; negated where `narrow` and `bias` are. On WebAssembly the constants of an
-    /// unfused_requantization.
+    requantization output;        ///< NEON: the multiplier is negated if `narrow` and `bias` are
+    /// Negated if `narrow` and `bias` are. On WebAssembly, the constants of an unfused_requantization. Unused by scalar and
+    /// NEON.
     float_requantization fast;
 
-    /// Whether the lanes hold inputs instead of outputs: for one output and enough inputs to fill a vector.
+    /// Whether lanes contain inputs instead of outputs: for a single output with enough inputs to fill a vector.
     bool is_single_output() const { return outputs == 1 && inputs >= 64; }
 };
 
 /// One instruction set's kernel: a row of `gemm_u8_kernels`.
 struct gemm_u8_kernel {
     isa set;
-    std::size_t min_outputs;  ///< with fewer, lanes are empty, and the set that stands in for this one is faster
-    /// Appends to `wide`, `narrow` and `order` whatever run() reads; the caller has set all other members. As pack_gemm_u8() of
-    /// kernels/gemm_u8.hpp.
+    /// with fewer outputs, the kernel of `otherwise` (kernels/isa.hpp) is faster, because lanes stay empty
+    std::size_t min_outputs;
+    /// Appends to `wide`, `narrow` and `order` the data that run() reads; the caller has set all other members. See
+    /// pack_gemm_u8() of kernels/gemm_u8.hpp.
     void (*pack)(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point);
-    /// As gemm_u8() of kernels/gemm_u8.hpp.
+    /// Same parameters as gemm_u8() of kernels/gemm_u8.hpp.
     void (*run)(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride, std::size_t pixels,
                 std::uint8_t* result);
 };
 
 namespace detail {
 
-/// Inputs per instruction of VNNI and NEON.
+/// Number of inputs that one VNNI or NEON instruction multiplies per output.
 inline constexpr std::size_t gemm_group = 4;
 
 /// Number of groups of four inputs, rounded up.
 constexpr std::size_t groups_of_four(std::size_t inputs) { return (inputs + gemm_group - 1) / gemm_group; }
 
-/// Panel by panel, segment by segment, four inputs by four inputs: vectors of `lanes` outputs x 4 inputs, zero where there are
-/// none.
+/// Appends weights panel by panel, segment by segment, in groups of four inputs: vectors of `lanes` outputs x 4 inputs, padded
+/// with zeros.
 ///
 /// sign  -1 for negated weights
 inline void append_groups_of_four(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, int weight_zero_point, int sign,
@@ -7051,7 +7117,7 @@ inline void append_groups_of_four(gemm_u8_weights& packed, std::span<const std::
     }
 }
 
-/// Sets `bias` so that sums of `input * (weight - zero point)` start from it.
+/// Folds the zero points into `bias`, the start value of each sum of `input * (weight - zero point)`.
 inline void fold_zero_points(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
                              std::span<const std::int32_t> bias, std::uint8_t input_zero_point) {
     constexpr std::size_t largest_vector = 16;
@@ -7072,15 +7138,16 @@ inline void fold_zero_points(gemm_u8_weights& packed, std::span<const std::uint8
 // Packs weights for gemm_u8/avx2.hpp.
 //
 // 16-bit sums saturate, but not for small weights (detail/unsaturated_pairs.hpp). Most weights are so small that the products of
-// two groups of four inputs fit into one 16-bit sum before it is widened. For each panel of 16 outputs, this header finds groups
+// two groups of four inputs fit in one 16-bit sum before it is widened. For each panel of 16 outputs, this header finds groups
 // that can share a sum, and weights that must be split in two.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
-inline constexpr std::size_t gemm_lanes = 8, gemm_max_vectors = 2;
+inline constexpr std::size_t gemm_lanes = 8, gemm_max_vectors = 2, gemm_tile_pixels[] = {8, 4};
 using detail::gemm_group;
 
-/// A single output would use one lane of 8: its weights lie as the inputs do, segment by segment in whole vectors.
+/// Packs the weights of a single output, which would fill one of 8 lanes, in the order of the inputs, each segment padded to
+/// whole vectors.
 inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     const std::size_t padded = (packed.inputs + 15) / 16 * 16;
@@ -7090,16 +7157,16 @@ inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uin
                 i < packed.inputs ? sign * (weights[s * packed.inputs + i] - int{weight_zero_point}) : 0));
 }
 
-/// Weights of four inputs for the outputs of a panel, none of which can saturate a sum; several make up one group's.
+/// Weights of four inputs for the outputs of a panel that cannot saturate a sum. A group is the sum of one or more terms.
 struct gemm_term {
     static constexpr std::size_t max_weights = gemm_max_vectors * gemm_lanes * gemm_group;
 
     std::uint32_t first_input = 0;
-    int heaviest = 0;                       ///< of `load`
+    int heaviest = 0;                       ///< maximum of `load`
     std::int8_t weights[max_weights] = {};  ///< outputs x 4
-    std::uint8_t load[max_weights] = {};    ///< half of what meets in each 16-bit sum: outputs x 2 x (positive, negative)
+    std::uint8_t load[max_weights] = {};    ///< half of the weights in each 16-bit sum: outputs x 2 x (positive, negative)
 
-    /// Whether no sum could saturate if the products of both met in it, eight of them at a time.
+    /// Whether the products of both terms can share their 16-bit sums. Compares eight bytes at a time.
     bool fits(const gemm_term& other) const {
         constexpr std::uint64_t most = 64, each = 0x0101010101010101;
         for (std::size_t i = 0; i < max_weights; i += 8) {
@@ -7111,7 +7178,7 @@ struct gemm_term {
     }
 };
 
-/// Splits `rest`, the weights of one group, outputs x 4.
+/// Splits the weights of one group into terms. rest  outputs x 4
 inline void split_group(std::span<int> rest, std::size_t first_input, buffer<gemm_term>& terms) {
     bool is_empty = false;
     while (!is_empty) {
@@ -7136,13 +7203,13 @@ inline void split_group(std::span<int> rest, std::size_t first_input, buffer<gem
     }
 }
 
-/// An order of the terms that begins with pairs that may share their sums, and the number of these pairs.
+/// An order of the terms that starts with pairs that share their sums, and the number of these pairs.
 struct paired_terms {
     buffer<const gemm_term*> order;
     std::size_t pairs = 0;
 
     explicit paired_terms(const buffer<gemm_term>& terms) {
-        buffer<const gemm_term*> rest, singles;  // the lightest last
+        buffer<const gemm_term*> rest, singles;  // sorted by descending weight
         for (const gemm_term& term : terms) rest.push_back(&term);
         stable_sort(rest, [](const gemm_term* a, const gemm_term* b) { return a->heaviest > b->heaviest; });
         for (std::size_t i = 0; i < rest.size(); ++i) {
@@ -7160,7 +7227,7 @@ struct paired_terms {
     }
 
 private:
-    /// `i` if there is none among the lightest, which are the likeliest.
+    /// Searches the lightest terms, the most likely to fit; returns `i` if none does.
     static std::size_t find_partner(const buffer<const gemm_term*>& rest, std::size_t i) {
         constexpr std::size_t tries = 8;
         for (std::size_t t = 0; t < tries && rest.size() - 1 - t > i; ++t)
@@ -7169,8 +7236,8 @@ private:
     }
 };
 
-/// Panel by panel, segment by segment: in `order` the number of pairs of terms and of single terms and the first input of each;
-/// in `narrow` vectors of 8 outputs x 4 inputs, all of one term, then all of the next.
+/// Packs weights panel by panel, segment by segment. `order` gets the number of pairs of terms, the number of single terms, and
+/// the first input of each term. `narrow` gets vectors of 8 outputs x 4 inputs, term by term.
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     if (packed.is_single_output()) return pack_single_output(packed, weights, weight_zero_point);
     const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_max_vectors);
@@ -7205,8 +7272,8 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
 
 // ---- ldi/kernels/gemm_u8/avx2.hpp
 // kernels/gemm_u8.hpp with vpmaddubsw, which adds two products of a byte and a signed byte in 16 bits, and vpmaddwd, which adds
-// two of these sums to each of 8 sums of 32 bits. avx2_packing.hpp finds which products may meet in 16 bits: 5 instructions for
-// 64 of them, where vpmaddwd on inputs of 16 bits, which never saturates, takes 8.
+// two of these sums to each of 8 sums of 32 bits. avx2_packing.hpp selects products that may share a 16-bit sum. 64 products
+// cost 5 instructions; vpmaddwd on 16-bit inputs, which never saturates, would cost 8.
 
 #if LDI_HAS_X86_KERNELS
 
@@ -7214,7 +7281,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
 
-/// The arguments of gemm_u8() for one panel.
+/// Arguments of gemm_u8() for one panel.
 struct gemm_panel {
     const std::uint8_t* const* segments;
     std::size_t segment_count, pixel_stride, pixels;
@@ -7222,7 +7289,15 @@ struct gemm_panel {
     const std::int8_t* weights;
     const std::int32_t* bias;
     std::uint8_t* result;
-    std::size_t outputs, held;  ///< of the layer; of the panel
+    std::size_t outputs, held = 0;  ///< of the layer; of the panel
+
+    void skip(std::size_t lanes) {
+        for (std::size_t s = 0; s < segment_count; ++s) {
+            const std::size_t terms = 2 * order[0] + order[1];
+            order += 2 + terms;
+            weights += terms * lanes * gemm_group;
+        }
+    }
 };
 
 [[gnu::always_inline]] inline __m256i spread_four(const std::uint8_t* inputs) {
@@ -7269,7 +7344,7 @@ template <std::size_t... v>
     ((to[v] = from[v]), ...);
 }
 
-/// The results of 32 / outputs pixels, of 8 or 16 outputs each.
+/// Stores 32 / outputs pixels with 8 or 16 outputs each.
 template <std::size_t vectors, class Requantizer>
 [[gnu::always_inline]] inline void store_four(const __m256i* sums, const Requantizer& requantize, std::uint8_t* result,
                                               std::size_t outputs) {
@@ -7326,14 +7401,24 @@ struct gemm_kernel {
     }
 };
 
-// The walk of gemm_u8 over the pixels of one panel of outputs. Each x86 instruction set includes this file inside its namespace
-// and target region. Kernel::tile(pixels, vectors, panel, requantize, first) computes one tile of the set.
+using gemm_half_kernel = gemm_kernel;
 
-/// All pixels of a panel, in tiles of `pixels` pixels.
-template <class Kernel, std::size_t pixels, std::size_t vectors, class Requantizer, class Panel>
-inline void gemm_u8_tiles(const Panel& given, const float_requantization& output) {
-    const Panel panel = given;  // a local copy: results cannot alias it
+// Loops of gemm_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its namespace
+// and target region, after
+//
+//     gemm_lanes, gemm_max_vectors   outputs per vector; vectors per panel
+//     gemm_tile_pixels[v]            pixels of a full tile with v + 1 vectors
+//     gemm_panel                     arguments of one panel: pixels, bias, result, outputs of the layer, outputs held by
+//                                    the panel; skip(lanes) moves the weights to the next panel
+//     gemm_kernel                    tile(pixels, vectors, panel, requantize, first) computes one tile
+//     gemm_half_kernel               computes a tile whose last vector is at most half full; gemm_kernel in sets without one
+
+/// Computes all pixels of a panel.
+template <class Kernel, std::size_t vectors, class Requantizer, class Output>
+inline void gemm_u8_tiles(const gemm_panel& given, const Output& output) {
+    const gemm_panel panel = given;  // a local copy, which results cannot alias
     const Requantizer requantize(output);
+    constexpr std::size_t pixels = gemm_tile_pixels[vectors - 1];
     constexpr std::make_index_sequence<vectors> wide{};
     if (panel.pixels < pixels) {
         for (std::size_t p = 0; p < panel.pixels; ++p) Kernel::tile(std::index_sequence<0>{}, wide, panel, requantize, p);
@@ -7345,13 +7430,39 @@ inline void gemm_u8_tiles(const Panel& given, const float_requantization& output
     }
 }
 
-template <std::size_t pixels, std::size_t vectors>
-inline void gemm_u8_panel(const gemm_panel& panel, const float_requantization& output) {
-    output.zero_point == 0 ? gemm_u8_tiles<gemm_kernel, pixels, vectors, rectifier>(panel, output)
-                           : gemm_u8_tiles<gemm_kernel, pixels, vectors, requantizer>(panel, output);
+template <std::size_t vectors, class Requantizer, class Output>
+inline void gemm_u8_panel(const gemm_panel& panel, const Output& output) {
+    if constexpr (!std::is_same_v<gemm_kernel, gemm_half_kernel>)
+        if (panel.held <= vectors * gemm_lanes - gemm_lanes / 2)
+            return gemm_u8_tiles<gemm_half_kernel, vectors, Requantizer>(panel, output);
+    gemm_u8_tiles<gemm_kernel, vectors, Requantizer>(panel, output);
 }
 
-/// The sum of one pixel and one output.
+/// Panel by panel, each through a table: so the compiler keeps the loops of one size in a function of their own.
+template <class Rectifier, class Requantizer, class Output, std::size_t... v>
+inline void gemm_u8_panels(std::index_sequence<v...>, std::size_t outputs, const Output& output, gemm_panel panel) {
+    static constexpr void (*panel_functions[2][sizeof...(v)])(const gemm_panel&, const Output&) = {
+        {gemm_u8_panel<v + 1, Requantizer, Output>...}, {gemm_u8_panel<v + 1, Rectifier, Output>...}};
+    const detail::panel_cut cut(outputs, gemm_lanes, gemm_max_vectors);
+    std::size_t rest = outputs;
+    for (std::size_t i = 0; i < cut.panels; ++i) {
+        const std::size_t vectors = cut.vectors_in(i), lanes = vectors * gemm_lanes;
+        panel.held = rest < lanes ? rest : lanes;
+        panel_functions[output.zero_point == 0][vectors - 1](panel, output);
+        rest -= panel.held;
+        panel.bias += lanes;
+        panel.result += lanes;
+        panel.skip(lanes);
+    }
+}
+
+/// Rectifier: for a zero point of 0
+template <class Rectifier, class Requantizer, class Output>
+inline void gemm_u8_panels(std::size_t outputs, const Output& output, const gemm_panel& panel) {
+    gemm_u8_panels<Rectifier, Requantizer>(std::make_index_sequence<gemm_max_vectors>{}, outputs, output, panel);
+}
+
+/// Computes the sum of one pixel and one output.
 [[gnu::always_inline]] inline std::int32_t single_output_sum(const gemm_u8_weights& weights, const std::uint8_t* const* segments,
                                                              std::size_t offset) {
     __m256i sums = _mm256_setzero_si256();
@@ -7391,34 +7502,9 @@ inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uin
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
     if (weights.is_single_output()) return gemm_u8_single_output(weights, segments, pixel_stride, pixels, result);
-    const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_max_vectors);
-    gemm_panel panel{segments,
-                     weights.segments,
-                     pixel_stride,
-                     pixels,
-                     weights.order.data(),
-                     weights.narrow.data(),
-                     weights.bias.data(),
-                     result,
-                     weights.outputs,
-                     0};
-    std::size_t rest = weights.outputs;
-    for (std::size_t i = 0; i < cut.panels; ++i) {
-        const std::size_t vectors = cut.vectors_in(i), lanes = vectors * gemm_lanes;
-        panel.held = rest < lanes ? rest : lanes;
-        if (vectors == 1)
-            gemm_u8_panel<8, 1>(panel, weights.fast);
-        else
-            gemm_u8_panel<4, 2>(panel, weights.fast);
-        rest -= panel.held;
-        panel.bias += lanes;
-        panel.result += panel.held;
-        for (std::size_t s = 0; s < weights.segments; ++s) {
-            const std::size_t terms = 2 * panel.order[0] + panel.order[1];
-            panel.order += 2 + terms;
-            panel.weights += terms * lanes * gemm_group;
-        }
-    }
+    gemm_u8_panels<rectifier, requantizer>(weights.outputs, weights.fast,
+                                           {segments, weights.segments, pixel_stride, pixels, weights.order.data(),
+                                            weights.narrow.data(), weights.bias.data(), result, weights.outputs});
 }
 
 LDI_END_TARGET
@@ -7430,17 +7516,19 @@ LDI_END_TARGET
 // ---- ldi/kernels/gemm_u8/avx512vnni.hpp
 // kernels/gemm_u8.hpp with vpdpbusd, which adds four products of a byte and a signed byte to each of 16 sums, exactly.
 //
-// An instruction takes 5 cycles (Intel) or 4 (Zen 4), and two can start per cycle: at least 10 independent sums hide the latency.
-// Tiles have 12 to 16. A tile of 4 pixels and 4 vectors makes 8 loads for 16 multiplications; larger tiles are no faster.
+// An instruction has a latency of 5 cycles (Intel) or 4 (Zen 4), and two can start per cycle: at least 10 independent sums hide
+// the latency. Tiles have 12 to 16 sums. A tile of 4 pixels and 4 vectors costs 8 loads for 16 multiplications; larger tiles are
+// not faster.
 
 #if LDI_HAS_X86_KERNELS
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 
-inline constexpr std::size_t gemm_lanes = 16, gemm_max_vectors = 4;
+inline constexpr std::size_t gemm_lanes = 16, gemm_max_vectors = 4, gemm_tile_pixels[] = {12, 6, 4, 4};
 using detail::gemm_group;
 
-/// Weights of a single output, which would fill one lane of 16: in the inputs' order, each segment padded to whole vectors.
+/// Packs the weights of a single output, which would fill one of 16 lanes, in the order of the inputs, each segment padded to
+/// whole vectors.
 inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     const std::size_t padded = (packed.inputs + 63) / 64 * 64;
@@ -7458,15 +7546,16 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 
-/// The arguments of gemm_u8() for one panel.
+/// Arguments of gemm_u8() for one panel.
 struct gemm_panel {
     const std::uint8_t* const* segments;
     std::size_t segment_count, groups, pixel_stride, pixels;
     const std::int8_t* weights;
     const std::int32_t* bias;
     std::uint8_t* result;
-    std::size_t outputs;  ///< distance between adjacent pixels' results
-    __mmask64 mask;       ///< the panel's existing outputs
+    std::size_t outputs, held = 0;  ///< of the layer; of the panel
+
+    void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
 };
 
 [[gnu::always_inline]] inline __m512i spread_four(const std::uint8_t* inputs) {
@@ -7475,7 +7564,7 @@ struct gemm_panel {
     return _mm512_set1_epi32(four);
 }
 
-/// With `half`, only the first 8 sums: a 512-bit vector occupies Zen 4's units for two cycles.
+/// With `half`, computes only the first 8 sums: a 512-bit vector occupies Zen 4's units for two cycles.
 template <bool half>
 [[gnu::always_inline]] inline __m512i multiply_add(__m512i sums, __m512i inputs, __m512i weights) {
     if constexpr (half)
@@ -7491,7 +7580,7 @@ template <bool last_is_half, std::size_t... v>
     ((sums[v] = multiply_add < last_is_half && v + 1 == sizeof...(v) > (sums[v], inputs, weights[v])), ...);
 }
 
-/// Four inputs of every pixel times all vectors of weights.
+/// Multiply-adds four inputs of every pixel and all vectors of weights.
 template <bool last_is_half, std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...>, std::index_sequence<v...> vectors, __m512i* sums,
                                                 const std::uint8_t* inputs, std::size_t stride, const std::int8_t* weights) {
@@ -7528,7 +7617,7 @@ template <class Requantizer, std::size_t... i>
 }
 
 template <bool last_is_half>
-struct gemm_kernel {
+struct gemm_kernel_of {
     template <class Requantizer, std::size_t... p, std::size_t... v>
     [[gnu::always_inline]] static void tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
                                             const gemm_panel& panel, const Requantizer& requantize, std::size_t first) {
@@ -7551,18 +7640,30 @@ struct gemm_kernel {
         if constexpr (can_fill)
             if (panel.outputs == sizeof...(v) * gemm_lanes)
                 return store_filled(std::make_index_sequence<sizeof...(p) * sizeof...(v) / 4>{}, sums, requantize, result);
-        (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, panel.mask, result + p * panel.outputs), ...);
+        (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, first_bytes(panel.held), result + p * panel.outputs),
+         ...);
     }
 };
 
-// The walk of gemm_u8 over the pixels of one panel of outputs. Each x86 instruction set includes this file inside its namespace
-// and target region. Kernel::tile(pixels, vectors, panel, requantize, first) computes one tile of the set.
+using gemm_kernel = gemm_kernel_of<false>;
+using gemm_half_kernel = gemm_kernel_of<true>;
 
-/// All pixels of a panel, in tiles of `pixels` pixels.
-template <class Kernel, std::size_t pixels, std::size_t vectors, class Requantizer, class Panel>
-inline void gemm_u8_tiles(const Panel& given, const float_requantization& output) {
-    const Panel panel = given;  // a local copy: results cannot alias it
+// Loops of gemm_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its namespace
+// and target region, after
+//
+//     gemm_lanes, gemm_max_vectors   outputs per vector; vectors per panel
+//     gemm_tile_pixels[v]            pixels of a full tile with v + 1 vectors
+//     gemm_panel                     arguments of one panel: pixels, bias, result, outputs of the layer, outputs held by
+//                                    the panel; skip(lanes) moves the weights to the next panel
+//     gemm_kernel                    tile(pixels, vectors, panel, requantize, first) computes one tile
+//     gemm_half_kernel               computes a tile whose last vector is at most half full; gemm_kernel in sets without one
+
+/// Computes all pixels of a panel.
+template <class Kernel, std::size_t vectors, class Requantizer, class Output>
+inline void gemm_u8_tiles(const gemm_panel& given, const Output& output) {
+    const gemm_panel panel = given;  // a local copy, which results cannot alias
     const Requantizer requantize(output);
+    constexpr std::size_t pixels = gemm_tile_pixels[vectors - 1];
     constexpr std::make_index_sequence<vectors> wide{};
     if (panel.pixels < pixels) {
         for (std::size_t p = 0; p < panel.pixels; ++p) Kernel::tile(std::index_sequence<0>{}, wide, panel, requantize, p);
@@ -7574,18 +7675,39 @@ inline void gemm_u8_tiles(const Panel& given, const float_requantization& output
     }
 }
 
-template <std::size_t pixels, std::size_t vectors>
-inline void gemm_u8_panel(const gemm_panel& panel, std::size_t outputs, const float_requantization& output) {
-    const bool last_is_half = outputs <= vectors * gemm_lanes - gemm_lanes / 2;
-    if (output.zero_point == 0)
-        last_is_half ? gemm_u8_tiles<gemm_kernel<true>, pixels, vectors, rectifier>(panel, output)
-                     : gemm_u8_tiles<gemm_kernel<false>, pixels, vectors, rectifier>(panel, output);
-    else
-        last_is_half ? gemm_u8_tiles<gemm_kernel<true>, pixels, vectors, requantizer>(panel, output)
-                     : gemm_u8_tiles<gemm_kernel<false>, pixels, vectors, requantizer>(panel, output);
+template <std::size_t vectors, class Requantizer, class Output>
+inline void gemm_u8_panel(const gemm_panel& panel, const Output& output) {
+    if constexpr (!std::is_same_v<gemm_kernel, gemm_half_kernel>)
+        if (panel.held <= vectors * gemm_lanes - gemm_lanes / 2)
+            return gemm_u8_tiles<gemm_half_kernel, vectors, Requantizer>(panel, output);
+    gemm_u8_tiles<gemm_kernel, vectors, Requantizer>(panel, output);
 }
 
-/// 16 partial sums of one pixel and one output.
+/// Panel by panel, each through a table: so the compiler keeps the loops of one size in a function of their own.
+template <class Rectifier, class Requantizer, class Output, std::size_t... v>
+inline void gemm_u8_panels(std::index_sequence<v...>, std::size_t outputs, const Output& output, gemm_panel panel) {
+    static constexpr void (*panel_functions[2][sizeof...(v)])(const gemm_panel&, const Output&) = {
+        {gemm_u8_panel<v + 1, Requantizer, Output>...}, {gemm_u8_panel<v + 1, Rectifier, Output>...}};
+    const detail::panel_cut cut(outputs, gemm_lanes, gemm_max_vectors);
+    std::size_t rest = outputs;
+    for (std::size_t i = 0; i < cut.panels; ++i) {
+        const std::size_t vectors = cut.vectors_in(i), lanes = vectors * gemm_lanes;
+        panel.held = rest < lanes ? rest : lanes;
+        panel_functions[output.zero_point == 0][vectors - 1](panel, output);
+        rest -= panel.held;
+        panel.bias += lanes;
+        panel.result += lanes;
+        panel.skip(lanes);
+    }
+}
+
+/// Rectifier: for a zero point of 0
+template <class Rectifier, class Requantizer, class Output>
+inline void gemm_u8_panels(std::size_t outputs, const Output& output, const gemm_panel& panel) {
+    gemm_u8_panels<Rectifier, Requantizer>(std::make_index_sequence<gemm_max_vectors>{}, outputs, output, panel);
+}
+
+/// Computes 16 partial sums of one pixel and one output.
 [[gnu::always_inline]] inline __m512i single_output_sums(const gemm_u8_weights& weights, const std::uint8_t* const* segments,
                                                          std::size_t offset) {
     __m512i sums = _mm512_setzero_si512();
@@ -7611,7 +7733,7 @@ inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uin
         alignas(64) std::int32_t sums[16] = {};
         for (std::size_t i = 0; i < 16 && first + i < pixels; i += 4) {
             __m128i four[4];
-            for (std::size_t p = 0; p < 4; ++p) {  // repeats the last pixel
+            for (std::size_t p = 0; p < 4; ++p) {  // repeats the last pixel at the end
                 const std::size_t pixel = first + i + p < pixels ? first + i + p : pixels - 1;
                 four[p] = add_quarters(single_output_sums(weights, segments, pixel * pixel_stride));
             }
@@ -7628,25 +7750,9 @@ inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uin
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
     if (weights.is_single_output()) return gemm_u8_single_output(weights, segments, pixel_stride, pixels, result);
-    const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_max_vectors);
-    const std::size_t groups = detail::groups_of_four(weights.inputs);
-    gemm_panel panel{segments, weights.segments, groups, pixel_stride, pixels, weights.narrow.data(), weights.bias.data(),
-                     result,   weights.outputs,  0};
-    std::size_t rest = weights.outputs;
-    for (std::size_t i = 0; i < cut.panels; ++i) {
-        const std::size_t vectors = cut.vectors_in(i), held = vectors * gemm_lanes, outputs = rest < held ? rest : held;
-        panel.mask = first_bytes(outputs);
-        switch (vectors) {
-            case 1: gemm_u8_panel<12, 1>(panel, outputs, weights.fast); break;
-            case 2: gemm_u8_panel<6, 2>(panel, outputs, weights.fast); break;
-            case 3: gemm_u8_panel<4, 3>(panel, outputs, weights.fast); break;
-            default: gemm_u8_panel<4, 4>(panel, outputs, weights.fast); break;
-        }
-        rest -= outputs;
-        panel.weights += weights.segments * groups * held * gemm_group;
-        panel.bias += held;
-        panel.result += held;
-    }
+    gemm_u8_panels<rectifier, requantizer>(weights.outputs, weights.fast,
+                                           {segments, weights.segments, detail::groups_of_four(weights.inputs), pixel_stride,
+                                            pixels, weights.narrow.data(), weights.bias.data(), result, weights.outputs});
 }
 
 LDI_END_TARGET
@@ -7657,16 +7763,16 @@ LDI_END_TARGET
 
 // ---- ldi/kernels/gemm_u8/avx_vnni.hpp
 // kernels/gemm_u8.hpp with AVX-VNNI's vpdpbusd, which adds four products of a byte and a signed byte to each of 8 sums, exactly:
-// 32 products an instruction, where AVX2 makes 64 with five.
+// 32 products per instruction, compared to 64 with five instructions of AVX2.
 //
-// An instruction takes 5 cycles, and two can start per cycle (Alder Lake): at least 10 independent sums hide the latency. Tiles
-// have 12, which with two vectors of weights and one of inputs leaves one of the 16 registers.
+// An instruction has a latency of 5 cycles, and two can start per cycle (Alder Lake): at least 10 independent sums hide the
+// latency. Tiles have 12 sums, which with two vectors of weights and one of inputs leaves one of the 16 registers free.
 
 #if LDI_HAS_X86_KERNELS
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx_vnni {
 
-inline constexpr std::size_t gemm_lanes = 8, gemm_max_vectors = 2;
+inline constexpr std::size_t gemm_lanes = 8, gemm_max_vectors = 2, gemm_tile_pixels[] = {12, 6};
 using detail::gemm_group;
 
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
@@ -7676,14 +7782,16 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
 
 LDI_BEGIN_TARGET(LDI_AVX_VNNI_FEATURES)
 
-/// The arguments of gemm_u8() for one panel.
+/// Arguments of gemm_u8() for one panel.
 struct gemm_panel {
     const std::uint8_t* const* segments;
     std::size_t segment_count, groups, pixel_stride, pixels;
     const std::int8_t* weights;
     const std::int32_t* bias;
     std::uint8_t* result;
-    std::size_t outputs, held;  ///< of the layer; of the panel
+    std::size_t outputs, held = 0;  ///< of the layer; of the panel
+
+    void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
 };
 
 template <std::size_t... v>
@@ -7692,7 +7800,7 @@ template <std::size_t... v>
     ((sums[v] = _mm256_dpbusd_avx_epi32(sums[v], inputs, weights[v])), ...);
 }
 
-/// Four inputs of every pixel times all vectors of weights.
+/// Multiply-adds four inputs of every pixel and all vectors of weights.
 template <std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...>, std::index_sequence<v...> vectors, __m256i* sums,
                                                 const std::uint8_t* inputs, std::size_t stride, const __m256i* weights) {
@@ -7724,14 +7832,24 @@ struct gemm_kernel {
     }
 };
 
-// The walk of gemm_u8 over the pixels of one panel of outputs. Each x86 instruction set includes this file inside its namespace
-// and target region. Kernel::tile(pixels, vectors, panel, requantize, first) computes one tile of the set.
+using gemm_half_kernel = gemm_kernel;
 
-/// All pixels of a panel, in tiles of `pixels` pixels.
-template <class Kernel, std::size_t pixels, std::size_t vectors, class Requantizer, class Panel>
-inline void gemm_u8_tiles(const Panel& given, const float_requantization& output) {
-    const Panel panel = given;  // a local copy: results cannot alias it
+// Loops of gemm_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its namespace
+// and target region, after
+//
+//     gemm_lanes, gemm_max_vectors   outputs per vector; vectors per panel
+//     gemm_tile_pixels[v]            pixels of a full tile with v + 1 vectors
+//     gemm_panel                     arguments of one panel: pixels, bias, result, outputs of the layer, outputs held by
+//                                    the panel; skip(lanes) moves the weights to the next panel
+//     gemm_kernel                    tile(pixels, vectors, panel, requantize, first) computes one tile
+//     gemm_half_kernel               computes a tile whose last vector is at most half full; gemm_kernel in sets without one
+
+/// Computes all pixels of a panel.
+template <class Kernel, std::size_t vectors, class Requantizer, class Output>
+inline void gemm_u8_tiles(const gemm_panel& given, const Output& output) {
+    const gemm_panel panel = given;  // a local copy, which results cannot alias
     const Requantizer requantize(output);
+    constexpr std::size_t pixels = gemm_tile_pixels[vectors - 1];
     constexpr std::make_index_sequence<vectors> wide{};
     if (panel.pixels < pixels) {
         for (std::size_t p = 0; p < panel.pixels; ++p) Kernel::tile(std::index_sequence<0>{}, wide, panel, requantize, p);
@@ -7743,31 +7861,44 @@ inline void gemm_u8_tiles(const Panel& given, const float_requantization& output
     }
 }
 
-template <std::size_t pixels, std::size_t vectors>
-inline void gemm_u8_panel(const gemm_panel& panel, const float_requantization& output) {
-    output.zero_point == 0 ? gemm_u8_tiles<gemm_kernel, pixels, vectors, avx2::rectifier>(panel, output)
-                           : gemm_u8_tiles<gemm_kernel, pixels, vectors, avx2::requantizer>(panel, output);
+template <std::size_t vectors, class Requantizer, class Output>
+inline void gemm_u8_panel(const gemm_panel& panel, const Output& output) {
+    if constexpr (!std::is_same_v<gemm_kernel, gemm_half_kernel>)
+        if (panel.held <= vectors * gemm_lanes - gemm_lanes / 2)
+            return gemm_u8_tiles<gemm_half_kernel, vectors, Requantizer>(panel, output);
+    gemm_u8_tiles<gemm_kernel, vectors, Requantizer>(panel, output);
+}
+
+/// Panel by panel, each through a table: so the compiler keeps the loops of one size in a function of their own.
+template <class Rectifier, class Requantizer, class Output, std::size_t... v>
+inline void gemm_u8_panels(std::index_sequence<v...>, std::size_t outputs, const Output& output, gemm_panel panel) {
+    static constexpr void (*panel_functions[2][sizeof...(v)])(const gemm_panel&, const Output&) = {
+        {gemm_u8_panel<v + 1, Requantizer, Output>...}, {gemm_u8_panel<v + 1, Rectifier, Output>...}};
+    const detail::panel_cut cut(outputs, gemm_lanes, gemm_max_vectors);
+    std::size_t rest = outputs;
+    for (std::size_t i = 0; i < cut.panels; ++i) {
+        const std::size_t vectors = cut.vectors_in(i), lanes = vectors * gemm_lanes;
+        panel.held = rest < lanes ? rest : lanes;
+        panel_functions[output.zero_point == 0][vectors - 1](panel, output);
+        rest -= panel.held;
+        panel.bias += lanes;
+        panel.result += lanes;
+        panel.skip(lanes);
+    }
+}
+
+/// Rectifier: for a zero point of 0
+template <class Rectifier, class Requantizer, class Output>
+inline void gemm_u8_panels(std::size_t outputs, const Output& output, const gemm_panel& panel) {
+    gemm_u8_panels<Rectifier, Requantizer>(std::make_index_sequence<gemm_max_vectors>{}, outputs, output, panel);
 }
 
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
-    const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_max_vectors);
-    const std::size_t groups = detail::groups_of_four(weights.inputs);
-    gemm_panel panel{segments, weights.segments, groups, pixel_stride, pixels, weights.narrow.data(), weights.bias.data(),
-                     result,   weights.outputs,  0};
-    std::size_t rest = weights.outputs;
-    for (std::size_t i = 0; i < cut.panels; ++i) {
-        const std::size_t vectors = cut.vectors_in(i), lanes = vectors * gemm_lanes;
-        panel.held = rest < lanes ? rest : lanes;
-        if (vectors == 1)
-            gemm_u8_panel<12, 1>(panel, weights.fast);
-        else
-            gemm_u8_panel<6, 2>(panel, weights.fast);
-        rest -= panel.held;
-        panel.weights += weights.segments * groups * lanes * gemm_group;
-        panel.bias += lanes;
-        panel.result += panel.held;
-    }
+    gemm_u8_panels<avx2::rectifier, avx2::requantizer>(
+        weights.outputs, weights.fast,
+        {segments, weights.segments, detail::groups_of_four(weights.inputs), pixel_stride, pixels, weights.narrow.data(),
+         weights.bias.data(), result, weights.outputs});
 }
 
 LDI_END_TARGET
@@ -7779,15 +7910,15 @@ LDI_END_TARGET
 // ---- ldi/kernels/gemm_u8/neon.hpp
 // kernels/gemm_u8.hpp with sdot, which adds four products of signed bytes to each of 4 sums, exactly.
 //
-// One load fetches sixteen inputs of a pixel; sdot by lane multiplies four of them by the weights of 4 outputs, so no instruction
-// broadcasts. The largest tile, 6 pixels by 4 vectors, keeps its sums in 24 of the 32 registers. Per 96 sdot (1536 products) it
-// loads 22 times and converts 6 vectors to signed: 12 products per instruction, where sdot alone has 16.
+// One load fetches sixteen inputs of a pixel. sdot by lane multiplies four of them by the weights of 4 outputs, so no
+// instruction broadcasts. The largest tile, 6 pixels by 4 vectors, keeps its sums in 24 of the 32 registers. Per 96 sdot (1536
+// products) it loads 22 vectors and converts 6 to signed: 12 products per instruction, compared to 16 for sdot alone.
 
 #if LDI_HAS_ARM_KERNELS
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace neon {
 
-inline constexpr std::size_t gemm_lanes = 4, gemm_max_vectors = 4;
+inline constexpr std::size_t gemm_lanes = 4, gemm_max_vectors = 4, gemm_tile_pixels[] = {12, 8, 7, 6};
 using detail::gemm_group;
 
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
@@ -7804,12 +7935,19 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 
-struct gemm_tile_input {
+/// The arguments of gemm_u8() for one panel.
+struct gemm_panel {
     const std::uint8_t* const* segments;
-    std::size_t segment_count, groups, pixel_stride;
+    std::size_t segment_count, groups, pixel_stride, pixels;
+    const std::int8_t* weights;
+    const std::int32_t* bias;
+    std::uint8_t* result;
+    std::size_t outputs, held = 0;  ///< of the layer; of the panel
+
+    void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
 };
 
-/// 4, 8 or 16 inputs, in the first lanes.
+/// Loads 4, 8 or 16 inputs into the first lanes.
 template <std::size_t groups>
 [[gnu::always_inline]] inline int8x16_t load_inputs(const std::uint8_t* from) {
     if constexpr (groups == 4) return to_signed(vld1q_u8(from));
@@ -7825,14 +7963,14 @@ template <int group, std::size_t... p>
     ((sums[p * vectors] = add_products_with<group>(sums[p * vectors], weights, inputs[p])), ...);
 }
 
-/// Four inputs of every pixel, one vector of weights after another, so that the weights need one register.
+/// Multiply-adds four inputs of every pixel. Loads one vector of weights at a time, so that weights occupy one register.
 template <int group, std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...> pixels, std::index_sequence<v...>, int32x4_t* sums,
                                                 const std::int8_t* weights, const int8x16_t* inputs) {
     (multiply_add<group>(pixels, sums + v, sizeof...(v), load(weights + (group * sizeof...(v) + v) * 16), inputs), ...);
 }
 
-/// Four inputs of every pixel for each group.
+/// Multiply-adds sizeof...(group) groups of four inputs for every pixel.
 template <int... group, std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void multiply_add(std::integer_sequence<int, group...>, std::index_sequence<p...> pixels,
                                                 std::index_sequence<v...> vectors, int32x4_t* sums, const std::int8_t*& weights,
@@ -7855,70 +7993,95 @@ template <std::size_t vectors, class Requantizer>
     store_first(result, requantize(sums[0], sums[b], sums[c], sums[d]), held);
 }
 
-template <class Requantizer, std::size_t... p, std::size_t... v>
-inline void gemm_u8_tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors, const gemm_tile_input& input,
-                         std::size_t first_pixel, const std::int8_t* weights, const std::int32_t* bias,
-                         const Requantizer& requantize, std::size_t outputs, std::size_t held, std::uint8_t* result) {
-    int32x4_t sums[sizeof...(p) * sizeof...(v)];
-    const int32x4_t start[] = {load(bias + v * gemm_lanes)...};
-    (copy(vectors, sums + p * sizeof...(v), start), ...);
-    const std::size_t stride = input.pixel_stride;
-    for (std::size_t s = 0; s < input.segment_count; ++s) {
-        const std::uint8_t* x = input.segments[s] + first_pixel * stride;
-        for (std::size_t g = input.groups / 4; g > 0; --g)
-            multiply_add(std::make_integer_sequence<int, 4>{}, pixels, vectors, sums, weights, x, stride);
-        if (input.groups % 4 >= 2) multiply_add(std::make_integer_sequence<int, 2>{}, pixels, vectors, sums, weights, x, stride);
-        if (input.groups % 2 == 1) multiply_add(std::make_integer_sequence<int, 1>{}, pixels, vectors, sums, weights, x, stride);
+struct gemm_kernel {
+    template <class Requantizer, std::size_t... p, std::size_t... v>
+    [[gnu::always_inline]] static void tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
+                                            const gemm_panel& panel, const Requantizer& requantize, std::size_t first) {
+        int32x4_t sums[sizeof...(p) * sizeof...(v)];
+        const int32x4_t start[] = {load(panel.bias + v * gemm_lanes)...};
+        (copy(vectors, sums + p * sizeof...(v), start), ...);
+        const std::int8_t* weights = panel.weights;
+        const std::size_t stride = panel.pixel_stride;
+        for (std::size_t s = 0; s < panel.segment_count; ++s) {
+            const std::uint8_t* x = panel.segments[s] + first * stride;
+            for (std::size_t g = panel.groups / 4; g > 0; --g)
+                multiply_add(std::make_integer_sequence<int, 4>{}, pixels, vectors, sums, weights, x, stride);
+            if (panel.groups % 4 >= 2)
+                multiply_add(std::make_integer_sequence<int, 2>{}, pixels, vectors, sums, weights, x, stride);
+            if (panel.groups % 2 == 1)
+                multiply_add(std::make_integer_sequence<int, 1>{}, pixels, vectors, sums, weights, x, stride);
+        }
+        std::uint8_t* const result = panel.result + first * panel.outputs;
+        (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, panel.held, result + p * panel.outputs), ...);
     }
-    (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, held, result + p * outputs), ...);
-}
+};
+using gemm_half_kernel = gemm_kernel;
 
-template <std::size_t pixels, std::size_t vectors, class Requantizer>
-inline void gemm_u8_panel(const gemm_tile_input& input, std::size_t count, const std::int8_t* weights, const std::int32_t* bias,
-                          const Requantizer& requantize, std::size_t outputs, std::size_t held, std::uint8_t* result) {
-    constexpr std::make_index_sequence<pixels> tile{};
+// Loops of gemm_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its namespace
+// and target region, after
+//
+//     gemm_lanes, gemm_max_vectors   outputs per vector; vectors per panel
+//     gemm_tile_pixels[v]            pixels of a full tile with v + 1 vectors
+//     gemm_panel                     arguments of one panel: pixels, bias, result, outputs of the layer, outputs held by
+//                                    the panel; skip(lanes) moves the weights to the next panel
+//     gemm_kernel                    tile(pixels, vectors, panel, requantize, first) computes one tile
+//     gemm_half_kernel               computes a tile whose last vector is at most half full; gemm_kernel in sets without one
+
+/// Computes all pixels of a panel.
+template <class Kernel, std::size_t vectors, class Requantizer, class Output>
+inline void gemm_u8_tiles(const gemm_panel& given, const Output& output) {
+    const gemm_panel panel = given;  // a local copy, which results cannot alias
+    const Requantizer requantize(output);
+    constexpr std::size_t pixels = gemm_tile_pixels[vectors - 1];
     constexpr std::make_index_sequence<vectors> wide{};
-    std::size_t p = 0;
-    for (; p + pixels <= count; p += pixels)
-        gemm_u8_tile(tile, wide, input, p, weights, bias, requantize, outputs, held, result + p * outputs);
-    if (p < count && count >= pixels) {  // the last tile overlaps the one before it
-        p = count - pixels;
-        gemm_u8_tile(tile, wide, input, p, weights, bias, requantize, outputs, held, result + p * outputs);
+    if (panel.pixels < pixels) {
+        for (std::size_t p = 0; p < panel.pixels; ++p) Kernel::tile(std::index_sequence<0>{}, wide, panel, requantize, p);
         return;
     }
-    for (; p < count; ++p)
-        gemm_u8_tile(std::index_sequence<0>{}, wide, input, p, weights, bias, requantize, outputs, held, result + p * outputs);
+    for (std::size_t p = 0; p < panel.pixels; p += pixels) {  // the last tile may overlap the one before it
+        const std::size_t first = p + pixels <= panel.pixels ? p : panel.pixels - pixels;
+        Kernel::tile(std::make_index_sequence<pixels>{}, wide, panel, requantize, first);
+    }
 }
 
-template <class Requantizer>
-inline void gemm_u8(const gemm_u8_weights& weights, const Requantizer& requantize, const std::uint8_t* const* segments,
-                    std::size_t pixel_stride, std::size_t pixels, std::uint8_t* result) {
-    const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_max_vectors);
-    const gemm_tile_input input{segments, weights.segments, detail::groups_of_four(weights.inputs), pixel_stride};
-    const std::int8_t* values = weights.narrow.data();
-    std::size_t first = 0;
-    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
-        const std::size_t vectors = cut.vectors_in(panel), outputs = weights.outputs;
-        const std::int32_t* const bias = weights.bias.data() + first;
-        const std::size_t all = vectors * gemm_lanes, held = outputs - first < all ? outputs - first : all;
-        std::uint8_t* const to = result + first;
-        switch (vectors) {
-            case 1: gemm_u8_panel<12, 1>(input, pixels, values, bias, requantize, outputs, held, to); break;
-            case 2: gemm_u8_panel<8, 2>(input, pixels, values, bias, requantize, outputs, held, to); break;
-            case 3: gemm_u8_panel<7, 3>(input, pixels, values, bias, requantize, outputs, held, to); break;
-            default: gemm_u8_panel<6, 4>(input, pixels, values, bias, requantize, outputs, held, to); break;
-        }
-        first += all;
-        values += input.segment_count * input.groups * all * gemm_group;
+template <std::size_t vectors, class Requantizer, class Output>
+inline void gemm_u8_panel(const gemm_panel& panel, const Output& output) {
+    if constexpr (!std::is_same_v<gemm_kernel, gemm_half_kernel>)
+        if (panel.held <= vectors * gemm_lanes - gemm_lanes / 2)
+            return gemm_u8_tiles<gemm_half_kernel, vectors, Requantizer>(panel, output);
+    gemm_u8_tiles<gemm_kernel, vectors, Requantizer>(panel, output);
+}
+
+/// Panel by panel, each through a table: so the compiler keeps the loops of one size in a function of their own.
+template <class Rectifier, class Requantizer, class Output, std::size_t... v>
+inline void gemm_u8_panels(std::index_sequence<v...>, std::size_t outputs, const Output& output, gemm_panel panel) {
+    static constexpr void (*panel_functions[2][sizeof...(v)])(const gemm_panel&, const Output&) = {
+        {gemm_u8_panel<v + 1, Requantizer, Output>...}, {gemm_u8_panel<v + 1, Rectifier, Output>...}};
+    const detail::panel_cut cut(outputs, gemm_lanes, gemm_max_vectors);
+    std::size_t rest = outputs;
+    for (std::size_t i = 0; i < cut.panels; ++i) {
+        const std::size_t vectors = cut.vectors_in(i), lanes = vectors * gemm_lanes;
+        panel.held = rest < lanes ? rest : lanes;
+        panel_functions[output.zero_point == 0][vectors - 1](panel, output);
+        rest -= panel.held;
+        panel.bias += lanes;
+        panel.result += lanes;
+        panel.skip(lanes);
     }
+}
+
+/// Rectifier: for a zero point of 0
+template <class Rectifier, class Requantizer, class Output>
+inline void gemm_u8_panels(std::size_t outputs, const Output& output, const gemm_panel& panel) {
+    gemm_u8_panels<Rectifier, Requantizer>(std::make_index_sequence<gemm_max_vectors>{}, outputs, output, panel);
 }
 
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
-    if (weights.output.zero_point == 0)
-        gemm_u8(weights, relu_requantizer(weights.output), segments, pixel_stride, pixels, result);
-    else
-        gemm_u8(weights, requantizer(weights.output), segments, pixel_stride, pixels, result);
+    gemm_u8_panels<relu_requantizer, requantizer>(
+        weights.outputs, weights.output,
+        {segments, weights.segments, detail::groups_of_four(weights.inputs), pixel_stride, pixels, weights.narrow.data(),
+         weights.bias.data(), result, weights.outputs});
 }
 
 LDI_END_TARGET
@@ -7932,7 +8095,7 @@ LDI_END_TARGET
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 
-/// Outputs whose weights lie side by side for each input, so that compilers vectorize the loop over them.
+/// Number of outputs whose weights are adjacent for each input, so that compilers vectorize the loop over them.
 inline constexpr std::size_t gemm_panel = 8;
 
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
@@ -7944,7 +8107,7 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
                 static_cast<std::int16_t>(weights[o * inputs + i] - weight_zero_point);
 }
 
-/// The sums of `pixels` pixels with one panel of weights, requantized.
+/// Computes `pixels` pixels with one panel of weights, requantized.
 template <std::size_t pixels>
 inline void gemm_u8_tile(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t first_pixel,
                          std::size_t pixel_stride, std::size_t first_output, std::uint8_t* result) {
@@ -7981,17 +8144,18 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
 // ---- ldi/kernels/gemm_u8/wasm.hpp
 // kernels/gemm_u8.hpp with i32x4.dot_i16x8_s, which adds two products of 16 bits to each of 4 sums, exactly.
 //
-// The kernel first widens as many pixels as fit the first-level cache to 16 bits. A load then broadcasts two inputs, which the
-// panel's vectors share. V8 allocates 15 registers and moves loads to the front: 8 sums, 2 vectors of weights, 4 of inputs.
+// The kernel first widens to 16 bits as many pixels as fit in the first-level cache. A load then broadcasts two inputs, which
+// the panel's vectors share. V8 allocates 15 registers and moves loads to the front: 8 sums, 2 vectors of weights, 4 of inputs.
 
 #if LDI_HAS_WASM_KERNELS
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 
-inline constexpr std::size_t gemm_lanes = 4, gemm_max_vectors = 2, gemm_tile = 4, gemm_group = 2;
-inline constexpr std::size_t gemm_widened = 4 * detail::max_unfused_inputs;  // values at a time
+inline constexpr std::size_t gemm_lanes = 4, gemm_max_vectors = 2, gemm_tile_pixels[] = {4, 4}, gemm_group = 2;
+inline constexpr std::size_t gemm_widened = 4 * detail::max_unfused_inputs;  // values widened at a time
 
-/// Weights of a single output, which would fill one lane of 4: in the inputs' order, each segment padded to whole vectors.
+/// Packs the weights of a single output, which would fill one of 4 lanes, in the order of the inputs, each segment padded to
+/// whole vectors.
 inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const std::size_t padded = (packed.inputs + 7) / 8 * 8;
     for (std::size_t s = 0; s < packed.segments; ++s)
@@ -8000,7 +8164,7 @@ inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uin
                 static_cast<std::int16_t>(i < packed.inputs ? weights[s * packed.inputs + i] - int{weight_zero_point} : 0));
 }
 
-/// Panel by panel, segment by segment, two inputs by two inputs, vector by vector: of 4 outputs both inputs.
+/// Packs weights panel by panel, segment by segment, in pairs of inputs: vectors of 4 outputs x 2 inputs.
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     if (packed.is_single_output()) return pack_single_output(packed, weights, weight_zero_point);
     const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_max_vectors);
@@ -8020,7 +8184,7 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
     }
 }
 
-/// Some pixels in 16 bits.
+/// Pixels widened to 16 bits.
 struct widened_pixels {
     std::int16_t values[gemm_widened];
     std::size_t segment_count, segment_stride, pixel_stride, pairs, most;
@@ -8028,11 +8192,11 @@ struct widened_pixels {
     widened_pixels(const gemm_u8_weights& weights, std::size_t input_stride)
         : segment_count(weights.segments),
           segment_stride(gemm_widened / weights.segments),
-          // Keeps overlapping and adjacent windows as they are.
+          // Overlapping and adjacent windows keep their distance.
           pixel_stride(input_stride <= weights.inputs ? input_stride : weights.inputs),
           pairs((weights.inputs + gemm_group - 1) / gemm_group) {
         const std::size_t fit = (segment_stride - weights.inputs - 1) / pixel_stride + 1;
-        most = fit < gemm_tile ? fit : fit / gemm_tile * gemm_tile;
+        most = fit < gemm_tile_pixels[0] ? fit : fit / gemm_tile_pixels[0] * gemm_tile_pixels[0];
     }
 
     void fill(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t input_stride, std::size_t first,
@@ -8049,12 +8213,16 @@ struct widened_pixels {
     }
 };
 
-/// The arguments of all tiles of some pixels and one panel.
+/// The arguments of gemm_u8() for some pixels and one panel.
 struct gemm_panel {
     const widened_pixels& input;
-    const gemm_u8_weights& weights;
-    const std::int16_t* values;
-    std::size_t first_output, held;
+    std::size_t pixels;
+    const std::int16_t* weights;
+    const std::int32_t* bias;
+    std::uint8_t* result;
+    std::size_t outputs, held = 0;  ///< of the layer; of the panel
+
+    void skip(std::size_t lanes) { weights += input.segment_count * input.pairs * lanes * gemm_group; }
 };
 
 template <std::size_t... v>
@@ -8076,68 +8244,104 @@ template <std::size_t vectors, bool positive>
     store_first(result, narrow(a, b, a, b), held);
 }
 
-template <std::size_t... p, std::size_t... v, bool positive>
-inline void gemm_u8_tile(std::index_sequence<p...>, std::index_sequence<v...> vectors, const gemm_panel& panel,
-                         std::size_t first_pixel, const requantizer<positive>& requantize, std::uint8_t* result) {
-    v128_t sums[sizeof...(p) * sizeof...(v)];
-    const std::int32_t* const bias = panel.weights.bias.data() + panel.first_output;
-    const v128_t start[] = {wasm_v128_load(bias + v * gemm_lanes)...};
-    (copy(vectors, sums + p * sizeof...(v), start), ...);
-    const widened_pixels& input = panel.input;
-    const std::int16_t* weights = panel.values;
-    const std::size_t stride = input.pixel_stride;
-    for (std::size_t s = 0; s < input.segment_count; ++s) {
-        const std::int16_t* x = input.values + s * input.segment_stride + first_pixel * stride;
-        for (std::size_t pair = 0; pair < input.pairs; ++pair) {
-            const v128_t w[] = {wasm_v128_load(weights + v * gemm_lanes * gemm_group)...};
-            (multiply_add(vectors, sums + p * sizeof...(v), x + p * stride, w), ...);
-            x += gemm_group;
-            weights += sizeof...(v) * gemm_lanes * gemm_group;
+struct gemm_kernel {
+    template <bool positive, std::size_t... p, std::size_t... v>
+    [[gnu::always_inline]] static void tile(std::index_sequence<p...>, std::index_sequence<v...> vectors, const gemm_panel& panel,
+                                            const requantizer<positive>& requantize, std::size_t first) {
+        v128_t sums[sizeof...(p) * sizeof...(v)];
+        const v128_t start[] = {wasm_v128_load(panel.bias + v * gemm_lanes)...};
+        (copy(vectors, sums + p * sizeof...(v), start), ...);
+        const widened_pixels& input = panel.input;
+        const std::int16_t* weights = panel.weights;
+        const std::size_t stride = input.pixel_stride;
+        for (std::size_t s = 0; s < input.segment_count; ++s) {
+            const std::int16_t* x = input.values + s * input.segment_stride + first * stride;
+            for (std::size_t pair = 0; pair < input.pairs; ++pair) {
+                const v128_t w[] = {wasm_v128_load(weights + v * gemm_lanes * gemm_group)...};
+                (multiply_add(vectors, sums + p * sizeof...(v), x + p * stride, w), ...);
+                x += gemm_group;
+                weights += sizeof...(v) * gemm_lanes * gemm_group;
+            }
         }
+        std::uint8_t* const result = panel.result + first * panel.outputs;
+        (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, panel.held, result + p * panel.outputs), ...);
     }
-    (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, panel.held, result + p * panel.weights.outputs), ...);
-}
+};
+using gemm_half_kernel = gemm_kernel;
 
-template <std::size_t vectors, bool positive>
-inline void gemm_u8_panel(const gemm_panel& panel, std::size_t count, std::uint8_t* result) {
-    constexpr std::make_index_sequence<gemm_tile> tile{};
+// Loops of gemm_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its namespace
+// and target region, after
+//
+//     gemm_lanes, gemm_max_vectors   outputs per vector; vectors per panel
+//     gemm_tile_pixels[v]            pixels of a full tile with v + 1 vectors
+//     gemm_panel                     arguments of one panel: pixels, bias, result, outputs of the layer, outputs held by
+//                                    the panel; skip(lanes) moves the weights to the next panel
+//     gemm_kernel                    tile(pixels, vectors, panel, requantize, first) computes one tile
+//     gemm_half_kernel               computes a tile whose last vector is at most half full; gemm_kernel in sets without one
+
+/// Computes all pixels of a panel.
+template <class Kernel, std::size_t vectors, class Requantizer, class Output>
+inline void gemm_u8_tiles(const gemm_panel& given, const Output& output) {
+    const gemm_panel panel = given;  // a local copy, which results cannot alias
+    const Requantizer requantize(output);
+    constexpr std::size_t pixels = gemm_tile_pixels[vectors - 1];
     constexpr std::make_index_sequence<vectors> wide{};
-    const requantizer<positive> requantize(panel.weights.fast);
-    const std::size_t outputs = panel.weights.outputs;
-    std::size_t p = 0;
-    for (; p + gemm_tile <= count; p += gemm_tile) gemm_u8_tile(tile, wide, panel, p, requantize, result + p * outputs);
-    if (p < count && count >= gemm_tile) {  // the last tile overlaps the one before it
-        p = count - gemm_tile;
-        gemm_u8_tile(tile, wide, panel, p, requantize, result + p * outputs);
+    if (panel.pixels < pixels) {
+        for (std::size_t p = 0; p < panel.pixels; ++p) Kernel::tile(std::index_sequence<0>{}, wide, panel, requantize, p);
         return;
     }
-    for (; p < count; ++p) gemm_u8_tile(std::index_sequence<0>{}, wide, panel, p, requantize, result + p * outputs);
+    for (std::size_t p = 0; p < panel.pixels; p += pixels) {  // the last tile may overlap the one before it
+        const std::size_t first = p + pixels <= panel.pixels ? p : panel.pixels - pixels;
+        Kernel::tile(std::make_index_sequence<pixels>{}, wide, panel, requantize, first);
+    }
 }
 
-inline void gemm_u8_panels(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
-                           std::size_t pixels, std::uint8_t* result) {
-    static constexpr void (*panel_functions[2][gemm_max_vectors])(const gemm_panel&, std::size_t, std::uint8_t*) = {
-        {gemm_u8_panel<1, false>, gemm_u8_panel<2, false>}, {gemm_u8_panel<1, true>, gemm_u8_panel<2, true>}};
-    const auto& functions = panel_functions[weights.output.zero_point == 0];
-    const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_max_vectors);
+template <std::size_t vectors, class Requantizer, class Output>
+inline void gemm_u8_panel(const gemm_panel& panel, const Output& output) {
+    if constexpr (!std::is_same_v<gemm_kernel, gemm_half_kernel>)
+        if (panel.held <= vectors * gemm_lanes - gemm_lanes / 2)
+            return gemm_u8_tiles<gemm_half_kernel, vectors, Requantizer>(panel, output);
+    gemm_u8_tiles<gemm_kernel, vectors, Requantizer>(panel, output);
+}
+
+/// Panel by panel, each through a table: so the compiler keeps the loops of one size in a function of their own.
+template <class Rectifier, class Requantizer, class Output, std::size_t... v>
+inline void gemm_u8_panels(std::index_sequence<v...>, std::size_t outputs, const Output& output, gemm_panel panel) {
+    static constexpr void (*panel_functions[2][sizeof...(v)])(const gemm_panel&, const Output&) = {
+        {gemm_u8_panel<v + 1, Requantizer, Output>...}, {gemm_u8_panel<v + 1, Rectifier, Output>...}};
+    const detail::panel_cut cut(outputs, gemm_lanes, gemm_max_vectors);
+    std::size_t rest = outputs;
+    for (std::size_t i = 0; i < cut.panels; ++i) {
+        const std::size_t vectors = cut.vectors_in(i), lanes = vectors * gemm_lanes;
+        panel.held = rest < lanes ? rest : lanes;
+        panel_functions[output.zero_point == 0][vectors - 1](panel, output);
+        rest -= panel.held;
+        panel.bias += lanes;
+        panel.result += lanes;
+        panel.skip(lanes);
+    }
+}
+
+/// Rectifier: for a zero point of 0
+template <class Rectifier, class Requantizer, class Output>
+inline void gemm_u8_panels(std::size_t outputs, const Output& output, const gemm_panel& panel) {
+    gemm_u8_panels<Rectifier, Requantizer>(std::make_index_sequence<gemm_max_vectors>{}, outputs, output, panel);
+}
+
+inline void gemm_u8_widened(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+                            std::size_t pixels, std::uint8_t* result) {
     widened_pixels input(weights, pixel_stride);
     for (std::size_t done = 0; done < pixels;) {
         const std::size_t count = pixels - done < input.most ? pixels - done : input.most;
         input.fill(weights, segments, pixel_stride, done, count);
-        gemm_panel panel{input, weights, weights.wide.data(), 0, 0};
-        for (std::size_t i = 0; i < cut.panels; ++i) {
-            const std::size_t vectors = cut.vectors_in(i), all = vectors * gemm_lanes,
-                              rest = weights.outputs - panel.first_output;
-            panel.held = rest < all ? rest : all;
-            functions[vectors - 1](panel, count, result + done * weights.outputs + panel.first_output);
-            panel.first_output += all;
-            panel.values += input.segment_count * input.pairs * all * gemm_group;
-        }
+        gemm_u8_panels<requantizer<true>, requantizer<false>>(
+            weights.outputs, weights.fast,
+            {input, count, weights.wide.data(), weights.bias.data(), result + done * weights.outputs, weights.outputs});
         done += count;
     }
 }
 
-/// The sum of one pixel and one output.
+/// Computes the sum of one pixel and one output.
 [[gnu::always_inline]] inline std::int32_t single_output_sum(const gemm_u8_weights& weights, const std::uint8_t* const* segments,
                                                              std::size_t offset) {
     v128_t sums = wasm_i32x4_splat(0);
@@ -8172,8 +8376,10 @@ inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uin
 
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
-    static constexpr auto kinds = {gemm_u8_panels, gemm_u8_single_output};
-    kinds.begin()[weights.is_single_output()](weights, segments, pixel_stride, pixels, result);
+    // a table, because Binaryen inlines functions with a single caller
+    static constexpr void (*kinds[])(const gemm_u8_weights&, const std::uint8_t* const*, std::size_t, std::size_t,
+                                     std::uint8_t*) = {gemm_u8_widened, gemm_u8_single_output};
+    kinds[weights.is_single_output()](weights, segments, pixel_stride, pixels, result);
 }
 
 }}}  // namespace ldi::wasm_simd128
@@ -8181,13 +8387,13 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
 #endif
 
 // ---- ldi/kernels/gemm_u8.hpp
-// Matrix product of 8-bit activations and 8-bit weights, requantized to 8 bits: the 1 x 1 convolution, and any dense k x k one,
-// whose windows are k stretches of image rows and need no copying. One file of gemm_u8/ for each instruction set, all with equal
-// results.
+// Matrix product of 8-bit activations and 8-bit weights, requantized to 8 bits. It computes 1 x 1 convolutions, and dense k x k
+// convolutions whose windows are k stretches of image rows, read without copying. Each instruction set has a file in gemm_u8/;
+// all results are equal.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The kernel of each instruction set.
+/// One kernel per instruction set.
 inline constexpr gemm_u8_kernel gemm_u8_kernels[] = {
 #if LDI_HAS_X86_KERNELS
     {isa::avx2, 1, avx2::pack_gemm_u8, avx2::gemm_u8},
@@ -8204,12 +8410,14 @@ inline constexpr gemm_u8_kernel gemm_u8_kernels[] = {
 };
 static_assert(find_kernel(gemm_u8_kernels, isa::scalar).set == isa::scalar);
 
-/// target            to pack for. Where it cannot be exact (weights beyond 8 signed bits for VNNI and NEON; on x86 no
-///                   float form of the requantization), the function packs for a slower set: `result.target`
-/// weights           outputs x segments x inputs, row-major
-/// bias              outputs, in units of input scale * weight scale
-/// segments          pieces of contiguous memory that hold one pixel's inputs: 1, or k for a k x k convolution; at most 7
-/// input_zero_point  of the activations
+/// Packs weights for gemm_u8().
+///
+/// target             instruction set to pack for. If it cannot be exact (weights beyond 8 signed bits for VNNI and NEON; on x86
+///                    no float form of the requantization), the function packs for a slower set, the result's `target`
+/// weights            outputs x segments x inputs, row-major
+/// bias               outputs, in units of input scale * weight scale
+/// segments           pieces of contiguous memory per pixel: 1, or k for a k x k convolution; at most 7
+/// input_zero_point   zero point of the activations
 ///
 /// For every output, `510 * sum |weight - zero point| + |bias|` must be below 2^31, so that no order of summation overflows.
 inline gemm_u8_weights pack_gemm_u8(isa target, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
@@ -8230,8 +8438,11 @@ inline gemm_u8_weights pack_gemm_u8(isa target, std::span<const std::uint8_t> we
     return packed;
 }
 
-/// segments      start of each of the first pixel's pieces of `inputs` values; 3 more bytes behind each pixel's must be readable
-/// pixel_stride  distance between adjacent pixels' segments, in bytes
+/// Computes the requantized matrix product.
+///
+/// segments      addresses of the first pixel's pieces, each of weights.inputs values; 3 more bytes after each piece must be
+///               readable
+/// pixel_stride  distance between the pieces of adjacent pixels, in bytes
 /// result        pixels x outputs, row-major; must not overlap the input
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
@@ -8255,16 +8466,16 @@ inline void repeat_pixels_u8(const std::uint8_t* row, std::size_t width, std::si
 }}  // namespace ldi
 
 // ---- ldi/nn/ldi/detail/regular_pixels.hpp
-// Finds the pixels of a graph with an image-like k x k window: k rows of k pixels that are adjacent in memory.
+// Finds the pixels of a graph whose k x k window is image-like: k rows of k pixels that are adjacent in memory.
 
 #include <bit>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// One bit per pixel. Bits outside are zero. Shifts and masks replace / 64 and % 64, which are slower for signed numbers.
+/// One bit per pixel; bits outside are zero. Shifts and masks replace / 64 and % 64, which are slower for signed numbers.
 class pixel_bits {
 public:
-    explicit pixel_bits(std::size_t count) : words_(count / 64 + 3, 0) {}  // one word before and two after stay zero
+    explicit pixel_bits(std::size_t count) : words_(count / 64 + 3, 0) {}  // one zero word before and two after
 
     std::int32_t word_count() const { return words_.count() - 2; }
     std::uint64_t& word(std::int32_t index) { return words_[index + 1]; }
@@ -8272,14 +8483,14 @@ public:
 
     bool operator[](std::int32_t i) const { return (word(i >> 6) >> (i & 63) & 1) != 0; }
 
-    /// Bits i to i + 63; i from -64 to the last pixel.
+    /// Returns bits i to i + 63, where i ranges from -64 to the last pixel.
     std::uint64_t from(std::int32_t i) const {
         const std::int32_t at = i + 64, shift = at & 63;
         const std::uint64_t low = words_[at >> 6] >> shift;
         return shift == 0 ? low : low | words_[(at >> 6) + 1] << (64 - shift);
     }
 
-    /// Sets the bits of [first, first + count) that are set at [source_first, ...) of `source`, another object.
+    /// Sets bits [first, first + count) where bits [source_first, ...) of `source`, another object, are set.
     void copy(std::int32_t first, std::int32_t count, const pixel_bits& source, std::int32_t source_first) {
         for (const std::int32_t last = first + count; first < last;) {
             const std::int32_t here = (std::min)(64 - (first & 63), last - first);
@@ -8313,9 +8524,9 @@ struct pixel_strip {
     std::int32_t first, count, target;
 };
 
-/// The first index from `i` on, i > 0, whose value is not one more than the value before it.
+/// Returns the first index at or after `i` whose value is not the previous value plus one. i  at least 1
 inline std::int32_t end_of_strip(std::span<const std::int32_t> links, std::size_t i) {
-    // Values compared together: strips are as long as image rows, and these loops read every link.
+    // Compares values in blocks: strips are as long as image rows, and these loops read every link.
     constexpr std::size_t block = 16;
     for (; i + block <= links.size(); i += block) {
         std::int32_t different = 0;
@@ -8326,7 +8537,7 @@ inline std::int32_t end_of_strip(std::span<const std::int32_t> links, std::size_
     return static_cast<std::int32_t>(i);
 }
 
-/// All pixels with a neighbor in a column of links, in as few strips as possible.
+/// Splits the pixels that have a neighbor in a column of links into as few strips as possible.
 inline buffer<pixel_strip> strips_of(array_view<const std::int32_t> links) {
     buffer<pixel_strip> strips;
     for (std::int32_t first = 0, last; first < links.count(); first = last) {
@@ -8338,38 +8549,37 @@ inline buffer<pixel_strip> strips_of(array_view<const std::int32_t> links) {
     return strips;
 }
 
-/// The strips of a graph's links: found once for all kernel sizes.
+/// Strips of a graph's links, computed once for all kernel sizes.
 struct link_strips {
     buffer<pixel_strip> up, down, right;
 
     explicit link_strips(const graph_view& g) : up(strips_of(g.up())), down(strips_of(g.down())), right(strips_of(g.right())) {}
 };
 
-/// A pixel is regular if, with r = kernel_size / 2, r links lead straight up from it and r straight down (the spine), and from
-/// each pixel of the spine r links lead left and r right (a rib), to pixels side by side in memory. Then its window is its ribs,
-/// whatever other links there are.
+/// A pixel is regular if it has a spine and ribs. With r = kernel_size / 2, the spine consists of r pixels straight up and r
+/// straight down from it; from each pixel of the spine, a rib of r pixels extends to the left and r to the right, adjacent in
+/// memory. The window of a regular pixel consists of its ribs, whatever other links exist.
 ///
-/// Proof. An element (x, y) of the window, seen from the center, is reached along spine and rib in |x| + |y| steps, and in fewer
-/// along no path, so exploration reaches it in round d = |x| + |y|. Claim: in each round the elements are taken up in this order,
-/// and each holds its rib's pixel: those above the center, farthest up first; those below, farthest down first; then (-d, 0) and
-/// (d, 0). It is so in round 0. Suppose it is in round d, and look at an element (x, y) of round d + 1. If x = 0, only (0, y -+
-/// 1) of round d borders on it, and that is the spine. If y = 0, only (x -+ 1, 0) of round d does, and that is the rib. Else two
-/// do: the next one on the rib, towards the spine, and the one nearer to the center's row, (x, y -+ 1). Of the two the rib's lies
-/// farther from the center's row (or the other is (x, 0) itself), so it is taken up first, and its link along the rib
-/// exists: (x, y) gets the rib's pixel. So each element is reached from the element before it on its spine or rib, those of
-/// one row in the order in which their predecessors are; and (0, y -+ 1), taken up first on its side, reaches first what lies
-/// farthest up or down (it has no more sides but those of its own row, which come next). That is the claimed order in round d
-/// + 1.
+/// Proof. An element (x, y) of the window, relative to the center, lies |x| + |y| steps away along spine and rib, and no path is
+/// shorter. Exploration therefore reaches it in round d = |x| + |y|. Claim: each round appends its elements in the following
+/// order, each with the pixel of its rib: those above the center, topmost first; those below, bottommost first; then (-d, 0) and
+/// (d, 0). Round 0 satisfies the claim. Suppose round d does, and consider an element (x, y) of round d + 1. If x = 0, its only
+/// neighbor in round d is (0, y -+ 1), on the spine. If y = 0, its only neighbor is (x -+ 1, 0), on the rib. Otherwise it has
+/// two: the one on the same rib, closer to the spine, and the one in the row closer to the center, (x, y -+ 1). The former is
+/// farther from the center's row (or the latter is (x, 0)), so it was appended first, and its link along the rib exists: (x, y)
+/// gets the pixel of the rib. Hence each element is reached from the previous element of its spine or rib. Elements of one row
+/// keep the order of their predecessors. (0, y -+ 1) was appended first on its side, so round d + 1 begins with the topmost or
+/// bottommost element; its other neighbors are in its own row and follow. This is the claimed order of round d + 1.
 ///
-/// Links beside spine and ribs do not matter, so a fold or a silhouette there changes nothing. A few other windows are
-/// contiguous, too, where exploration goes around a gap in the spine or a rib; they are gathered like all the rest.
+/// Links beside spine and ribs are irrelevant, so a fold or a silhouette there changes nothing. Some other windows are also
+/// contiguous, where exploration bypasses a gap in the spine or a rib; they are gathered like all irregular windows.
 class regular_pixels {
 public:
     regular_pixels(const graph_view& g, std::int32_t kernel_size) : regular_pixels(g, kernel_size, link_strips(g)) {}
 
     regular_pixels(const graph_view& g, std::int32_t kernel_size, const link_strips& strips)
         : radius_(kernel_size / 2), g_(g), regular_(g.size()), goes_on_(g.size()) {
-        pixel_bits has_right(g.size());  // the right neighbor is next in memory
+        pixel_bits has_right(g.size());  // whether the right neighbor is the next pixel in memory
         for (const pixel_strip& strip : strips.right)
             if (strip.target == strip.first + 1) has_right.set(strip.first, strip.count, true);
         goes_on_ = has_right;
@@ -8383,8 +8593,8 @@ public:
 
     bool contains(std::int32_t pixel) const { return regular_[pixel]; }
 
-    /// Calls `visit(first, count, rows)` for each run of regular pixels whose windows are adjacent, too; `rows` are the
-    /// kernel_size pixels of the first one's spine. Pixels for which `visit` returns false become irregular.
+    /// Calls `visit(first, count, rows)` for each run of regular pixels whose windows are adjacent as well; `rows` is the spine
+    /// of the run's first pixel, kernel_size pixels. Pixels for which `visit` returns false become irregular.
     template <class Visit>
     void for_each_segment(Visit&& visit) {
         buffer<std::int32_t> firsts, lasts, rows(static_cast<std::size_t>(2 * radius_ + 1));
@@ -8404,7 +8614,7 @@ public:
         }
     }
 
-    /// Calls `visit(pixel)` for every pixel that is not regular, in ascending order.
+    /// Calls `visit(pixel)` for every irregular pixel, in ascending order.
     template <class Visit>
     void for_each_other(Visit&& visit) const {
         buffer<std::int32_t> pixels;
@@ -8418,7 +8628,7 @@ private:
         for (; bits != 0; bits &= bits - 1) pixels.push_back(word * 64 + std::countr_zero(bits));
     }
 
-    /// Keeps the pixels with the half of the spine that leads to one side, and ribs along it.
+    /// Removes pixels without a spine on one side, or without ribs along it. strips  links to that side
     void follow(std::span<const pixel_strip> strips, const pixel_bits& ribs) {
         pixel_bits with_rib = ribs, side_by_side(g_.size());
         for (const pixel_strip& strip : strips) side_by_side.set(strip.first, strip.count - 1, true);
@@ -8430,7 +8640,7 @@ private:
         }
     }
 
-    /// At each pixel the bit of its neighbor, zero where there is none.
+    /// For each pixel the bit of its neighbor; zero without a neighbor.
     pixel_bits as_seen_from_neighbors(const pixel_bits& bits, std::span<const pixel_strip> strips) const {
         pixel_bits seen(g_.size());
         for (const pixel_strip& strip : strips) seen.copy(strip.first, strip.count, bits, strip.target);
@@ -8447,16 +8657,16 @@ private:
 
 // ---- ldi/nn/ldi/convolution_plan.hpp
 // Plans the memory accesses of a k x k convolution on a layered depth image. Most of an LDI consists of ordinary image rows,
-// where a window is k pointers into memory. Only near silhouettes does the plan explore windows link by link (core/window.hpp). A
-// plan depends on the graph and the kernel's size alone; all layers of a level share it.
+// where a window is k pointers into memory. Only near silhouettes does the plan explore windows link by link (core/window.hpp).
+// A plan depends only on the graph and the kernel size; all layers of a level share it.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Outputs are the pixels of the graph, or with stride 2 those of the coarse graph. Every output lies in one segment or is
-/// irregular. restrict_to() makes plans in which some outputs are neither; convolutions skip these.
+/// Outputs are the pixels of the graph, or with stride 2 those of the coarse graph. Every output of a full plan belongs to one
+/// segment or is irregular. restrict_to() leaves outputs out; convolutions skip these.
 struct convolution_plan {
-    /// Outputs first, first + 1, ... with ordinary windows. With `row = rows[s * kernel_size + r]` of segment s, row r of the
-    /// window of output first + i is the kernel_size pixels centered at pixel `row + stride * i`.
+    /// A run of outputs first, first + 1, ... with ordinary windows. Row r of the window of output first + i consists of the
+    /// kernel_size pixels centered at pixel `rows[s * kernel_size + r] + stride * i`, where s is the index of the segment.
     struct segment {
         std::int32_t first, count;
     };
@@ -8471,7 +8681,7 @@ struct convolution_plan {
 
     /// kernel_size as std::size_t.
     std::size_t k() const { return static_cast<std::size_t>(kernel_size); }
-    /// Elements of a window.
+    /// Number of pixels per window.
     std::size_t elements() const { return k() * k(); }
     /// The kernel_size rows of a segment.
     std::span<const std::int32_t> rows_of(std::size_t s) const { return std::span(rows).subspan(s * k(), k()); }
@@ -8480,7 +8690,7 @@ struct convolution_plan {
         return std::span(windows).subspan(i * elements(), elements());
     }
 
-    /// Allocated memory.
+    /// Allocated memory in bytes.
     std::size_t bytes() const {
         return segments.capacity() * sizeof(segment) +
                (rows.capacity() + irregular.capacity() + windows.capacity()) * sizeof(std::int32_t);
@@ -8489,7 +8699,7 @@ struct convolution_plan {
 
 namespace detail {
 
-/// Minimum outputs of a segment. Shorter ones are gathered, to share tiles with others.
+/// Minimum number of outputs per segment. Shorter segments are gathered, so that their pixels can share the kernels' tiles.
 inline constexpr std::int32_t shortest_segment = 4;
 
 inline void add_segment(convolution_plan& plan, convolution_plan::segment s, std::span<const std::int32_t> rows,
@@ -8537,22 +8747,23 @@ inline convolution_plan plan_kept(const graph_view& g, std::int32_t kernel_size,
 
 }  // namespace detail
 
-/// kernel_size  odd, 1 to largest_kernel_size
+/// Plans a convolution with stride 1. Any order of pixels works; the canonical order (core/canonical_order.hpp) is the fastest.
 ///
-/// Pixels may be in any order; the canonical one (core/canonical_order.hpp) is the fastest.
+/// kernel_size  odd, 1 to largest_kernel_size
 inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size) {
     return detail::plan_all(g, kernel_size, detail::regular_pixels(g, kernel_size));
 }
 
-/// With stride 2: the outputs are the pixels of `coarse`, which is coarsen(g).
+/// Plans a convolution with stride 2. Outputs are the pixels of `coarse`, which is coarsen(g).
 inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size, const coarsened& coarse) {
     return detail::plan_kept(g, kernel_size, coarse, detail::regular_pixels(g, kernel_size));
 }
 
-/// The same plan for some outputs only.
-///
-/// outputs  ascending, each of them an output of the plan
-inline convolution_plan restrict_to(const convolution_plan& plan, std::span<const std::int32_t> outputs) {
+namespace detail {
+
+/// restrict_to(), with outputs that have the numbers `number(i)` for outputs[i].
+template <class Number>
+convolution_plan restrict_and_number(const convolution_plan& plan, std::span<const std::int32_t> outputs, Number&& number) {
     convolution_plan result;
     result.kernel_size = plan.kernel_size, result.stride = plan.stride;
     result.input_count = plan.input_count, result.output_count = plan.output_count;
@@ -8563,7 +8774,7 @@ inline convolution_plan restrict_to(const convolution_plan& plan, std::span<cons
         if (s == plan.segments.size() || plan.segments[s].first > output) {
             while (irregular < plan.irregular.size() && plan.irregular[irregular] < output) ++irregular;
             LDI_ASSERT(irregular < plan.irregular.size() && plan.irregular[irregular] == output);
-            result.irregular.push_back(output);
+            result.irregular.push_back(number(i));
             const std::span<const std::int32_t> window = plan.window_of(irregular);
             result.windows.append(window.begin(), window.end());
             ++i;
@@ -8574,11 +8785,11 @@ inline convolution_plan restrict_to(const convolution_plan& plan, std::span<cons
         while (last < outputs.size() && outputs[last] == outputs[last - 1] + 1 && outputs[last] < from.first + from.count) ++last;
         const std::int32_t count = static_cast<std::int32_t>(last - i), shift = plan.stride * (output - from.first);
         const std::span<const std::int32_t> rows = plan.rows_of(s);
-        if (count >= detail::shortest_segment)
-            detail::add_segment(result, {output, count}, rows, shift);
+        if (count >= shortest_segment)
+            add_segment(result, {number(i), count}, rows, shift);
         else
             for (std::int32_t o = 0; o < count; ++o) {
-                result.irregular.push_back(output + o);
+                result.irregular.push_back(number(i) + o);
                 for (const std::int32_t row : rows)
                     for (std::int32_t x = 0; x < plan.kernel_size; ++x)
                         result.windows.push_back(row + shift + plan.stride * o + x - plan.kernel_size / 2);
@@ -8588,16 +8799,33 @@ inline convolution_plan restrict_to(const convolution_plan& plan, std::span<cons
     return result;
 }
 
-/// Marks all pixels in windows of the plan: the inputs of its outputs.
+}  // namespace detail
+
+/// Returns the plan restricted to some outputs.
 ///
-/// marks  input_count
+/// outputs  ascending outputs of the plan
+inline convolution_plan restrict_to(const convolution_plan& plan, std::span<const std::int32_t> outputs) {
+    return detail::restrict_and_number(plan, outputs, [&](std::size_t i) { return outputs[i]; });
+}
+
+/// Restricts a plan to some outputs, and numbers them in their order: outputs[i] becomes output i.
+inline convolution_plan restrict_and_renumber(const convolution_plan& plan, std::span<const std::int32_t> outputs) {
+    convolution_plan result =
+        detail::restrict_and_number(plan, outputs, [](std::size_t i) { return static_cast<std::int32_t>(i); });
+    result.output_count = outputs.size();
+    return result;
+}
+
+/// Marks all pixels that the plan's outputs read.
+///
+/// marks  plan.input_count; the function sets marks to 1 and clears none
 inline void mark_needed_inputs(const convolution_plan& plan, std::span<std::uint8_t> marks) {
     LDI_ASSERT(marks.size() == plan.input_count);
     for (std::size_t s = 0; s < plan.segments.size(); ++s)
         for (const std::int32_t row : plan.rows_of(s)) {
             std::uint8_t* const first = marks.data() + (row - plan.kernel_size / 2);
             const std::int32_t count = plan.stride * (plan.segments[s].count - 1) + plan.kernel_size;
-            // Windows of a segment overlap or touch, except those of a single pixel with stride 2.
+            // Windows of a segment overlap or touch, except 1 x 1 windows with stride 2.
             if (plan.kernel_size > 1 || plan.stride == 1)
                 std::fill_n(first, count, std::uint8_t{1});
             else
@@ -8607,7 +8835,7 @@ inline void mark_needed_inputs(const convolution_plan& plan, std::span<std::uint
         if (pixel != no_pixel) marks[static_cast<std::size_t>(pixel)] = 1;
 }
 
-/// The same pixels, ascending.
+/// Lists all pixels that the plan's outputs read, ascending.
 inline buffer<std::int32_t> needed_inputs(const convolution_plan& plan) {
     buffer<std::uint8_t> marks(plan.input_count, 0);
     mark_needed_inputs(plan, marks);
@@ -8620,23 +8848,22 @@ inline buffer<std::int32_t> needed_inputs(const convolution_plan& plan) {
 }}  // namespace ldi
 
 // ---- ldi/nn/ldi/feature_map.hpp
-// Feature maps: the values of a network's layer at each pixel of a layered image (paper, section "Mapping the PConv Network to
-// LDI").
+// Feature maps: one layer's values at each pixel of a layered image (paper, section "Mapping the PConv Network to LDI").
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Non-owning view of a feature map, with an optional index map: nearest upsampling without a copy.
 ///
-/// Value  float or std::uint8_t, as the weights' kernel reads it
+/// Value  float or std::uint8_t
 template <class Value>
 struct basic_feature_view {
     std::span<const Value> values;  ///< rows x channels
     std::size_t channels = 0;
     std::span<const std::int32_t> rows;  ///< row per pixel of the graph; no_pixel reads as zeros; empty: pixel i has row i
     std::span<const std::uint8_t> mask;  ///< 1 or 0 per row; empty: all 1
-    Value zero = {};                     ///< the value that represents zero: the zero point of bytes
+    Value zero = {};                     ///< value that represents zero: the zero point of bytes
 
-    /// Pixels of the graph.
+    /// Number of pixels of the graph.
     std::size_t pixels() const { return rows.empty() && channels > 0 ? values.size() / channels : rows.size(); }
 
     /// The row of a pixel, or no_pixel if it is missing or masked.
@@ -8647,18 +8874,18 @@ struct basic_feature_view {
         return no_pixel;
     }
 
-    /// The channels of a row, side by side.
+    /// The adjacent channels of a row.
     const Value* values_of(std::int32_t row) const { return values.data() + static_cast<std::size_t>(row) * channels; }
 };
 
 using feature_view = basic_feature_view<float>;
 
-/// Pixels x channels, row-major, pixels in the graph's order.
+/// Values of pixels x channels, row-major, pixels in the graph's order.
 template <class Value>
 struct basic_feature_map {
     std::size_t channels = 0;
     buffer<Value> values;
-    Value zero = {};  ///< the value that represents zero: the zero point of bytes
+    Value zero = {};  ///< value that represents zero: the zero point of bytes
 
     basic_feature_map() = default;
     /// Leaves the values uninitialized.
@@ -8689,7 +8916,7 @@ private:
 
 using feature_map = basic_feature_map<float>;
 
-/// View of a coarse map on the finer graph: each pixel has the channels of its parent, or zeros without one. Copies nothing; the
+/// Views a coarse map on the finer graph without a copy: each pixel has the channels of its parent, or zeros without one. The
 /// map and the parents must outlive the view.
 ///
 /// parent  coarsened::parent, one per pixel of the finer graph
@@ -8700,7 +8927,7 @@ basic_feature_view<Value> upsample(const basic_feature_map<Value>& coarse, std::
 
 namespace detail {
 
-/// A loop, because rows are short and calls of memmove() cost more than the copies.
+/// Loops instead of calling memmove(), because rows are short and a call costs more than the copy.
 template <class Value>
 void copy_row(const Value* from, std::size_t count, Value* to) {
     constexpr std::size_t step = 4;
@@ -8709,7 +8936,7 @@ void copy_row(const Value* from, std::size_t count, Value* to) {
     for (; i < count; ++i) to[i] = from[i];
 }
 
-/// Copies a pixel's channels, and returns the number of unmasked ones.
+/// Copies a pixel's channels and returns the number of unmasked channels.
 template <class Value>
 std::size_t copy_pixel(std::span<const basic_feature_view<Value>> sources, std::int32_t pixel, Value* to) {
     std::size_t counted = 0;
@@ -8731,12 +8958,11 @@ std::size_t copy_pixel(std::span<const basic_feature_view<Value>> sources, std::
 }}  // namespace ldi
 
 // ---- ldi/nn/ldi/detail/convolution_block.hpp
-// Computes one block of a convolution's outputs: regular segments in place where possible, everything else from windows gathered
-// in a small buffer. Both use the same kernel and order of summation.
+// Computes one block of a convolution's outputs: regular segments in place where possible, all other outputs from windows
+// gathered in a small buffer. Both ways use the same kernel and order of summation.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Calls the kernel that the weights are packed for.
 inline void multiply(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                      const float* ratios, float* result) {
     conv_f32(weights, rows, pixel_stride, pixels, ratios, result);
@@ -8747,7 +8973,7 @@ void multiply(const conv_u8_weights& weights, const std::uint8_t* const* rows, s
     conv_u8(weights, rows, pixel_stride, pixels, ratios, result);
 }
 
-/// The value that represents zero in results of these weights.
+/// Result value that represents zero.
 template <class Result, class Weights>
 Result zero_of_results(const Weights& weights) {
     if constexpr (std::is_same_v<Result, std::uint8_t>)
@@ -8756,7 +8982,7 @@ Result zero_of_results(const Weights& weights) {
         return Result{};
 }
 
-/// The arguments that all blocks of a convolution share.
+/// Arguments that all blocks of a convolution share.
 template <class Weights, class Result>
 struct convolution_job {
     using value_type = typename Weights::value_type;
@@ -8774,7 +9000,7 @@ struct convolution_job {
     bool reads_memory_as_it_is() const { return sources.size() == 1 && sources[0].rows.empty() && sources[0].mask.empty(); }
 };
 
-/// The working memory of a thread.
+/// Computes blocks; one object per thread with its working memory.
 template <class Job>
 class convolution_block {
 public:
@@ -8812,7 +9038,7 @@ private:
     using result_type = typename Job::result_type;
     using row_starts = std::array<const value_type*, largest_kernel_size>;
 
-    static constexpr std::size_t largest_buffer = 8192, largest_batch = 96;  // values, about; outputs
+    static constexpr std::size_t largest_buffer = 8192, largest_batch = 96;  // approximate limit in values; limit in outputs
 
     /// Rounds up to a multiple of the kernels' tiles.
     static std::size_t whole_tiles(std::size_t outputs) {
@@ -8831,7 +9057,7 @@ private:
 
     using row_pixels = std::array<std::int32_t, largest_kernel_size>;
 
-    /// Whether the kernel can read these pixels in place: a single source without a map, with all pixels present.
+    /// Whether the kernel can read these pixels in place: one source without an index map, and no pixel masked.
     bool is_whole(const row_pixels& rows, std::size_t first, std::size_t pixels) const {
         const auto& source = job_.sources[0];
         if (job_.sources.size() != 1 || !source.rows.empty()) return false;
@@ -8849,7 +9075,7 @@ private:
         if (!job_.result_mask.empty()) std::fill_n(job_.result_mask.data() + output, count, std::uint8_t{1});
     }
 
-    /// rows  the pixel under the upper left element of the first output's window, and those below it
+    /// rows  pixels under the first column of the first output's window, top to bottom
     void run_segment(std::size_t output, std::size_t count, const row_pixels& rows) {
         if (job_.reads_memory_as_it_is()) return run_in_place(output, count, rows, 0);
         row_starts starts{};
@@ -8903,7 +9129,7 @@ private:
         return counted == 0 ? 0.0F : nearest_float(job_.plan.elements() * job_.channels) / nearest_float(counted);
     }
 
-    /// Sets results to zero if the whole window is masked: not even the bias applies.
+    /// Sets results to zero if the whole window is masked; the bias is not added either.
     void finish(std::size_t output, float ratio) const {
         if (!job_.is_partial) return;
         if (ratio == 0.0F) std::fill_n(result_of(output), job_.weights.outputs, zero_of_results<result_type>(job_.weights));
@@ -8911,11 +9137,11 @@ private:
     }
 
     const Job& job_;
-    std::size_t batch_ = 0, stretch_ = 0;  // outputs per call: gathered; copied from a segment
+    std::size_t batch_ = 0, stretch_ = 0;  // outputs per kernel call: gathered ones; ones copied from a segment
     buffer<value_type> values_;
     buffer<result_type> results_;
     buffer<float> ratios_;
-    buffer<std::size_t> counts_;  // unmasked channels per column of a segment's rows
+    buffer<std::size_t> counts_;  // unmasked channels per column of a segment
 };
 
 template <class Weights, class Result, executor Executor>
@@ -8934,7 +9160,7 @@ void run_convolution(const convolution_plan& plan, const Weights& weights,
     LDI_ASSERT(result_mask.empty() || result_mask.size() == plan.output_count);
     const convolution_job<Weights, Result> job{plan, weights, sources, is_partial, result, result_mask, channels};
 
-    // Gathered outputs follow the segments of their block while the inputs are still in the cache.
+    // Each block computes its gathered outputs right after its segments, while the inputs are still in the cache.
     constexpr std::size_t block = 4096;
     parallel_for(threads, (plan.output_count + block - 1) / block, 1, [&](std::size_t first, std::size_t last) {
         convolution_block thread(job);
@@ -8956,7 +9182,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// outputs x inputs x k x k to outputs x k x k x inputs.
+/// Transposes outputs x inputs x k x k to outputs x k x k x inputs.
 inline buffer<float> channels_last(std::span<const float> weights, std::size_t outputs, std::size_t elements) {
     LDI_ASSERT(outputs > 0 && weights.size() % (outputs * elements) == 0);
     const std::size_t inputs = weights.size() / (outputs * elements);
@@ -8970,24 +9196,24 @@ inline buffer<float> channels_last(std::span<const float> weights, std::size_t o
 
 }  // namespace detail
 
-/// Weights as PyTorch stores them, in the order that conv_f32() reads.
+/// Packs PyTorch weights for conv_f32().
 ///
 /// weights  outputs x inputs x kernel_size x kernel_size, row-major, finite; batch normalization folded in
 /// bias     outputs
-/// inputs   channels; of a convolution with several sources, the channels of all of them, concatenated
+/// inputs   sum of the channels of all sources, in order
 inline conv_f32_weights pack_convolution(isa target, std::span<const float> weights, std::span<const float> bias,
                                          std::int32_t kernel_size, activation after) {
     const std::size_t k = static_cast<std::size_t>(kernel_size);
     return pack_conv_f32(target, detail::channels_last(weights, bias.size(), k * k), bias, k, after);
 }
 
-/// The meaning of a source's bytes.
+/// Channels and quantization of a source of bytes.
 struct quantized_source {
     std::size_t channels = 0;
     quantization values;
 };
 
-/// The same in the order that conv_u8() reads, rounded to 7 bits: the largest weight of each output becomes 63.
+/// Packs PyTorch weights for conv_u8(), rounded to 7 bits: the largest weight of each output becomes 63.
 ///
 /// sources  quantization of the sources that the convolution will read; their zero points must equal basic_feature_view::zero
 /// result   quantization of byte results; float results are in units of result.scale
@@ -9020,11 +9246,11 @@ inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> 
     return pack_conv_u8(target, rounded, zero_points, scales, result_bias, k, after, result.zero_point);
 }
 
-/// result = activation(weights * window + bias); missing pixels count as zero.
+/// Computes result = activation(weights * window + bias); missing pixels count as zero.
 ///
 /// sources  the input channels, concatenated. Their masks must be empty
-/// result   plan.output_count x weights.outputs; rows of outputs outside the plan stay unchanged. Must not overlap
-///          a source. A vector or span of float, or of the sources' type
+/// result   plan.output_count x weights.outputs, a vector or span of float or of the sources' type. Rows outside the plan stay
+///          unchanged. Must not overlap a source
 ///
 /// The bits of an output depend on its window alone: not on the plan (whole or restricted) and not on the executor.
 template <class Weights, class Result, executor Executor = const serial_executor>
@@ -9035,10 +9261,11 @@ void convolve(const convolution_plan& plan, const Weights& weights,
     detail::run_convolution(plan, weights, sources, false, std::span(result), {}, threads);
 }
 
-/// result = activation(weights * (window . mask) * (C k^2 / sum of mask) + bias) where the mask's sum is positive, else 0.
+/// Computes result = activation(weights * (window . mask) * (C k^2 / sum of mask) + bias) where the mask's sum is positive, else
+/// 0.
 ///
-/// A pixel's channels count as masked if the pixel does not exist, its row is no_pixel, or its mask is 0. The mask's sum runs
-/// over all channels of all sources. Without masks, only missing pixels are left out.
+/// A pixel's channels are masked if the pixel does not exist, its row is no_pixel, or its mask is 0. The mask's sum runs over
+/// all channels of all sources. Without masks, only missing pixels are excluded.
 ///
 /// result_mask  plan.output_count: 1 where the mask's sum is positive, else 0; may be empty
 template <class Weights, class Result, executor Executor = const serial_executor>
@@ -9052,8 +9279,8 @@ void convolve_partially(const convolution_plan& plan, const Weights& weights,
 
 // ---- ldi/nn/ldi/convolution_layer.hpp
 // A convolution layer with its weights, the building block of networks on layered images. One layer serves any number of graphs:
-// the plan names the graph, and whether the result lies on the coarser one. Float32; nn/ldi/convolution.hpp has bytes, masks and
-// results in the caller's memory.
+// the plan selects the graph and, with stride 2, the coarser graph of the result. Float32; nn/ldi/convolution.hpp offers bytes,
+// masks and results in memory of the caller.
 //
 //     const ldi::coarsened half = ldi::coarsen(g);
 //     const ldi::feature_map fine = first(ldi::plan_convolution(g, 3), input);
@@ -9064,8 +9291,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct convolution_options {
     std::int32_t kernel_size = 3;      ///< odd, 1 to largest_kernel_size
-    activation after = no_activation;  ///< activation: relu, leaky_relu(0.2F), ...
-    bool is_partial = false;           ///< leaves missing pixels out of the sum and rescales it; otherwise they count as zero
+    activation after = no_activation;  ///< no_activation, relu, leaky_relu(0.2F), ...
+    bool is_partial = false;           ///< excludes missing pixels from the sum and rescales it; otherwise they count as zero
     isa target = best_isa();           ///< the instruction set to pack weights for; results agree to rounding
 };
 
@@ -9077,12 +9304,12 @@ public:
         : weights_(pack_convolution(options.target, weights, bias, options.kernel_size, options.after)),
           is_partial_(options.is_partial) {}
 
-    /// plan    of this layer's kernel size
-    /// inputs  maps whose concatenated channels are the layer's inputs; nothing is copied. Their masks must be empty unless the
-    ///         layer is partial
+    /// Convolves the inputs. Returns the result at the plan's outputs: the pixels of the graph, or with stride 2 those of the
+    /// coarser graph. A pixel's bits depend on its window only, not on the executor.
     ///
-    /// Returns the result at the plan's outputs: the pixels of the graph, or with stride 2 those of the coarser one. A pixel's
-    /// bits depend on its window alone, not on the executor.
+    /// plan    a plan of this layer's kernel size
+    /// inputs  maps whose concatenated channels are the layer's inputs; none is copied. Their masks must be empty unless the
+    ///         layer is partial
     template <executor Executor = const serial_executor>
     feature_map operator()(const convolution_plan& plan, std::initializer_list<feature_view> inputs,
                            Executor&& threads = {}) const {
@@ -9125,9 +9352,9 @@ basic_feature_map<Value> for_each_value(basic_feature_map<Value> values, Executo
 
 }  // namespace detail
 
-/// a + b. Pass `std::move(a)` to reuse its memory.
+/// Returns a + b. Pass `std::move(a)` to reuse its memory.
 ///
-/// b  of as many pixels and channels; it may be upsampled. Its missing pixels count as zero
+/// b  same number of pixels and channels; may be upsampled. Its missing pixels count as zero
 template <executor Executor = const serial_executor>
 feature_map add(feature_map a, const feature_view& b, Executor&& threads = {}) {
     LDI_ASSERT(b.pixels() == a.pixels() && b.channels == a.channels);
@@ -9144,9 +9371,9 @@ feature_map add(feature_map a, const feature_view& b, Executor&& threads = {}) {
     return a;
 }
 
-/// The same in 8 bits, each map in its own quantization.
+/// Returns a + b in 8 bits, each map in its own quantization.
 ///
-/// sum  prepare_add_u8() (kernels/add_u8.hpp) of the two quantizations and that of the result
+/// sum  result of prepare_add_u8() (kernels/add_u8.hpp) for the quantizations of a, b and the sum
 template <executor Executor = const serial_executor>
 basic_feature_map<std::uint8_t> add(basic_feature_map<std::uint8_t> a, const basic_feature_view<std::uint8_t>& b,
                                     const add_u8_constants& sum, Executor&& threads = {}) {
@@ -9191,10 +9418,10 @@ basic_feature_map<Value> concatenate(std::span<const basic_feature_view<Value>> 
 
 }  // namespace detail
 
-/// Concatenates the channels of the maps. A single upsampled map is written out.
+/// Concatenates the channels of the maps. A single upsampled map is written out. A convolution reads several maps directly,
+/// which is faster.
 ///
-/// maps  at least one, all with the same number of pixels; maps of bytes in one quantization. A convolution reads several maps
-///       directly, which is faster
+/// maps  at least one, all with the same number of pixels; maps of bytes in one quantization
 template <executor Executor = const serial_executor>
 feature_map concatenate(std::initializer_list<feature_view> maps, Executor&& threads = {}) {
     return detail::concatenate(std::span<const feature_view>(maps.begin(), maps.size()), threads);
@@ -9205,13 +9432,13 @@ basic_feature_map<std::uint8_t> concatenate(std::initializer_list<basic_feature_
     return detail::concatenate(std::span<const basic_feature_view<std::uint8_t>>(maps.begin(), maps.size()), threads);
 }
 
-/// relu of a map of bytes: nothing below its zero.
+/// Applies relu to a map of bytes: raises values to at least the zero point.
 template <executor Executor = const serial_executor>
 basic_feature_map<std::uint8_t> relu_u8(basic_feature_map<std::uint8_t> x, Executor&& threads = {}) {
     return detail::for_each_value(std::move(x), threads, [zero = x.zero](std::uint8_t v) { return (std::max)(v, zero); });
 }
 
-/// relu, leaky_relu(slope) as an operator of its own, for use after an addition; a convolution_layer has its own.
+/// Applies relu or leaky_relu(slope), for example after an addition; a convolution_layer has its own activation.
 template <executor Executor = const serial_executor>
 feature_map activate(feature_map x, activation by, Executor&& threads = {}) {
     return detail::for_each_value(std::move(x), threads, [by](float v) {
@@ -9219,13 +9446,13 @@ feature_map activate(feature_map x, activation by, Executor&& threads = {}) {
     });
 }
 
-/// 1 / (1 + exp(-x)), to the rounding of the standard library.
+/// Computes 1 / (1 + exp(-x)) with the rounding of the standard library.
 template <executor Executor = const serial_executor>
 feature_map sigmoid(feature_map x, Executor&& threads = {}) {
     return detail::for_each_value(std::move(x), threads, [](float v) { return 1.0F / (1.0F + std::exp(-v)); });
 }
 
-/// The hyperbolic tangent, to the rounding of the standard library.
+/// Computes the hyperbolic tangent with the rounding of the standard library.
 template <executor Executor = const serial_executor>
 feature_map tanh(feature_map x, Executor&& threads = {}) {
     return detail::for_each_value(std::move(x), threads, [](float v) { return std::tanh(v); });
@@ -9234,16 +9461,17 @@ feature_map tanh(feature_map x, Executor&& threads = {}) {
 }}  // namespace ldi
 
 // ---- ldi/nn/ldi/from_column.hpp
-// From a column of a layered image to a feature map, and back.
+// Converts a column of a layered image to a feature map, and back.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// K pixels with the channels of the column. `Value` is float or std::uint8_t; bytes require a column of bytes.
+/// Copies a column to a feature map of K pixels and the column's channels. `Value` is float or std::uint8_t; bytes require a
+/// column of bytes.
 ///
 ///     const feature_map colors = from_column<color_column>(layers, 1.0F / 255.0F);
 ///     const auto bytes = from_column<color_column, std::uint8_t>(layers);
 ///
-/// scale  float maps: every scalar is multiplied by it
+/// scale  float maps: factor of every value
 template <payload_column Column, class Value = float, has_column<Column> Layers>
 basic_feature_map<Value> from_column(const Layers& layers, float scale = 1.0F) {
     static_assert(std::same_as<Value, float> || std::same_as<Value, typename Column::scalar>);
@@ -9257,11 +9485,11 @@ basic_feature_map<Value> from_column(const Layers& layers, float scale = 1.0F) {
     return map;
 }
 
-/// Writes a feature map to a column. Scalars that are integers are rounded to the nearest and clamped to their range; NaN becomes
-/// 0.
+/// Writes a feature map to a column. Values for integer scalars are rounded to nearest and clamped to the range of the scalar;
+/// NaN becomes 0.
 ///
-/// map    as many pixels as the layers have, and the channels of the column
-/// scale  float maps: every value is multiplied by it before it is rounded
+/// map    as many pixels as the layers, as many channels as the column
+/// scale  float maps: factor of every value, applied before rounding
 template <payload_column Column, class Value, has_column<Column> Layers>
 void to_column(const basic_feature_map<Value>& map, Layers& layers, float scale = 1.0F) {
     using scalar = typename Column::scalar;
@@ -9283,18 +9511,18 @@ void to_column(const basic_feature_map<Value>& map, Layers& layers, float scale 
 }}  // namespace ldi
 
 // ---- ldi/nn/ldi/pixel_subset.hpp
-// Some pixels of a graph, numbered from 0. A network that needs values at some pixels only stores rows for these alone.
+// A subset of a graph's pixels, numbered from 0. A network that needs values only at some pixels stores rows for these alone.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The pixels, and the row of each pixel of the graph among them.
+/// Pixels of a subset, and the reverse lookup.
 struct pixel_subset {
     buffer<std::int32_t> pixels;  ///< ascending
     buffer<std::int32_t> row_of;  ///< per pixel of the graph: its index in `pixels`, or no_pixel
 
     std::size_t size() const { return pixels.size(); }
 
-    /// The pixels whose mark is not 0.
+    /// Collects the pixels with nonzero marks.
     static pixel_subset marked(std::span<const std::uint8_t> marks) {
         pixel_subset subset;
         subset.row_of.resize(marks.size());
@@ -9309,22 +9537,37 @@ struct pixel_subset {
     }
 };
 
-/// Renumbers a plan for tensors that hold rows of subsets only.
+namespace detail {
+
+inline void renumber(std::int32_t& pixel, const pixel_subset& subset) {
+    if (pixel == no_pixel) return;
+    pixel = subset.row_of[pixel];
+    LDI_ASSERT(pixel != no_pixel);
+}
+
+}  // namespace detail
+
+/// Renumbers a plan's inputs for a tensor that stores only the rows of a subset.
 ///
-/// outputs, inputs  hold all outputs of the plan, and all pixels of their windows
+/// inputs  contains all pixels that the plan's outputs read
+inline void renumber_inputs(convolution_plan& plan, const pixel_subset& inputs) {
+    LDI_ASSERT(inputs.row_of.size() == plan.input_count);
+    // Pixels of a segment's rows are consecutive in the subset, too, because the subset holds all of them.
+    for (std::int32_t& pixel : plan.rows) detail::renumber(pixel, inputs);
+    for (std::int32_t& pixel : plan.windows) detail::renumber(pixel, inputs);
+    plan.input_count = inputs.size();
+}
+
+/// Renumbers a plan for tensors that store only the rows of subsets.
+///
+/// outputs  contains all outputs of the plan
+/// inputs   contains all pixels of their windows
 inline convolution_plan on_subsets(convolution_plan plan, const pixel_subset& outputs, const pixel_subset& inputs) {
-    LDI_ASSERT(outputs.row_of.size() == plan.output_count && inputs.row_of.size() == plan.input_count);
-    const auto renumber = [](std::int32_t& pixel, const pixel_subset& subset) {
-        if (pixel == no_pixel) return;
-        pixel = subset.row_of[pixel];
-        LDI_ASSERT(pixel != no_pixel);
-    };
-    // Pixels of a segment and of its rows are consecutive in the subsets, too, because the subsets hold all of them.
-    for (convolution_plan::segment& s : plan.segments) renumber(s.first, outputs);
-    for (std::int32_t& pixel : plan.rows) renumber(pixel, inputs);
-    for (std::int32_t& output : plan.irregular) renumber(output, outputs);
-    for (std::int32_t& pixel : plan.windows) renumber(pixel, inputs);
-    plan.output_count = outputs.size(), plan.input_count = inputs.size();
+    LDI_ASSERT(outputs.row_of.size() == plan.output_count);
+    renumber_inputs(plan, inputs);
+    for (convolution_plan::segment& s : plan.segments) detail::renumber(s.first, outputs);
+    for (std::int32_t& output : plan.irregular) detail::renumber(output, outputs);
+    plan.output_count = outputs.size();
     return plan;
 }
 
@@ -9530,7 +9773,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A convolution with `kernel / 2` pixels of padding on each side, filled with the input's zero point.
 struct convolution_description {
-    std::size_t input = 0;   ///< a tensor
+    std::size_t input = 0;   ///< index of a tensor
     std::size_t kernel = 1;  ///< side of the window, odd
     std::size_t stride = 1;
     bool depthwise = false;        ///< each output channel reads its own input channel only
@@ -9546,12 +9789,12 @@ struct addition_description {
 
 /// Every pixel repeated `factor` times in both directions.
 struct nearest_resize_description {
-    std::size_t input = 0;  ///< a tensor
+    std::size_t input = 0;  ///< index of a tensor
     std::size_t factor = 1;
 };
 
 struct operator_description {
-    std::string name;  ///< of its result, for messages and for intermediate results
+    std::string name;  ///< name of the result, for messages and observers
     quantization output;
     std::variant<convolution_description, addition_description, nearest_resize_description> kind;
 };
@@ -9562,8 +9805,8 @@ struct network_description {
     std::size_t input_channels = 0;
     quantization input;
     buffer<operator_description> operators;
-    std::size_t output = 0;  ///< the tensor that is the network's result
-    std::string where = {};  ///< the file it comes from, for messages; may be empty
+    std::size_t output = 0;  ///< index of the tensor that is the network's result
+    std::string where = {};  ///< source file for messages; may be empty
 };
 
 }}  // namespace ldi
@@ -9576,12 +9819,12 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 inline constexpr std::size_t max_channels = 65536, max_kernel = 7, max_stride = 2, max_resize_factor = 4;
 
-/// Factor from an accumulator's unit to the output's. The order of operations decides the last bit.
+/// Factor from the accumulator's unit to the output's unit. The order of the operations determines the last bit.
 inline float requantization_scale(quantization input, quantization weights, quantization output) {
     return input.scale * weights.scale / output.scale;
 }
 
-/// Facts about a tensor that has passed the checks.
+/// Properties of a tensor that has passed the checks.
 struct checked_tensor {
     quantization values;
     std::size_t channels;
@@ -9598,7 +9841,7 @@ inline const checked_tensor& checked_input(const std::string& name, const buffer
     return tensors[input];
 }
 
-/// Raises an error unless every output's sums fit 32 bits, in any order of summation, with the input's zero point folded into
+/// Raises an error unless every output's sum fits in 32 bits in any order of summation, with the input's zero point folded into
 /// the bias.
 inline void check_accumulators(const std::string& name, const convolution_description& c) {
     const std::size_t inputs = c.weights.size() / c.bias.size();
@@ -9648,7 +9891,7 @@ inline std::size_t check_operator(const std::string& place, quantization output,
     const float a_ratio = a.values.scale / output.scale, b_ratio = b.values.scale / output.scale;
     if (!are_addition_ratios(a_ratio, b_ratio))
         raise(error_code::unsupported, place, "ratios of input scale to output scale of which the larger is in [2^-10, 2^8)",
-              std::to_string(a_ratio) + " and " + std::to_string(b_ratio));
+              to_text(a_ratio) + " and " + to_text(b_ratio));
     return a.channels;
 }
 
@@ -9717,13 +9960,13 @@ struct resize_layer {
 
 struct packed_layer {
     std::string name;
-    quantization values;         ///< of the layer's result
-    std::size_t channels = 0;    ///< of the layer's result
-    buffer<std::size_t> inputs;  ///< tensors; two for an addition
+    quantization values;         ///< quantization of the layer's result
+    std::size_t channels = 0;    ///< channels of the layer's result
+    buffer<std::size_t> inputs;  ///< indices of tensors; two for an addition
     std::variant<resize_layer, dense_layer, depthwise_layer, addition_layer> kind;
 };
 
-/// `description` has passed check_network(). `inputs` are the tensors that op.inputs number.
+/// Packs an operator that has passed check_network(). values, channels  per tensor
 inline packed_layer pack_layer(isa target, const operator_description& op, const buffer<quantization>& values,
                                const buffer<std::size_t>& channels) {
     packed_layer packed{op.name, op.output, 0, {}, resize_layer{1}};
@@ -9783,13 +10026,13 @@ struct row_range {
 /// One layer of a chain and the shapes around it.
 struct chain_stage {
     const packed_layer* layer = nullptr;
-    tensor_size input, output;  ///< as stored, before the enlargement by `repeat`
+    tensor_size input, output;  ///< stored sizes, before the enlargement by `repeat`
     std::size_t input_channels = 0;
     std::size_t repeat = 1;        ///< depthwise only: enlargement of the input
     std::size_t other = 0;         ///< addition only: the tensor from outside the chain
-    bool chain_is_second = false;  ///< addition only
-    std::size_t rows = 0;          ///< computed at a time
-    std::size_t ring_rows = 0;     ///< rows of its result in the ring; 0 for the last stage
+    bool chain_is_second = false;  ///< addition only: the chain computes the second operand
+    std::size_t rows = 0;          ///< rows computed per step
+    std::size_t ring_rows = 0;     ///< rows of the result that the ring keeps; 0 for the last stage
 
     std::size_t output_row_bytes() const { return output.width * layer->channels; }
     std::size_t input_row_bytes() const { return input.width * input_channels; }
@@ -9803,13 +10046,13 @@ struct chain_stage {
         const auto* d = std::get_if<depthwise_layer>(&layer->kind);
         return d == nullptr ? 1 : d->weights.stride;
     }
-    /// Vertical enlargement by a resize, alone or fused with a depthwise convolution.
+    /// Vertical enlargement by a resize, on its own or fused with a depthwise convolution.
     std::size_t enlargement() const {
         const auto* r = std::get_if<resize_layer>(&layer->kind);
         return r == nullptr ? repeat : r->factor;
     }
 
-    /// The rows of the input that these rows of the result depend on.
+    /// Rows of the input that the given rows of the result depend on.
     row_range needs(row_range result) const {
         const std::size_t margin = kernel() / 2, height = input.height * enlargement();
         const std::size_t first = result.first * stride(), last = (result.end - 1) * stride() + margin;
@@ -9831,7 +10074,8 @@ struct chain_stage {
     static constexpr std::size_t slack = 64;  ///< readable bytes after the last value, which kernels require
 };
 
-inline constexpr std::size_t wanted_pixels = 64;  ///< pixels per step: enough to reuse packed weights while they are in the cache
+/// minimum pixels per step: enough to reuse packed weights while they are in the cache
+inline constexpr std::size_t wanted_pixels = 64;
 
 /// Decides how many rows each stage computes per step, and how many its ring keeps.
 inline void plan_rings(buffer<chain_stage>& chain) {
@@ -9845,7 +10089,7 @@ inline void plan_rings(buffer<chain_stage>& chain) {
 
 inline std::size_t round_up(std::size_t bytes) { return (bytes + buffer_alignment - 1) / buffer_alignment * buffer_alignment; }
 
-/// Working memory of one strip.
+/// Bytes of working memory per strip.
 inline std::size_t chain_bytes(const buffer<chain_stage>& chain) {
     std::size_t bytes = 0;
     for (const chain_stage& stage : chain) bytes += round_up(stage.ring_bytes()) + round_up(stage.padded_bytes());
@@ -9853,11 +10097,12 @@ inline std::size_t chain_bytes(const buffer<chain_stage>& chain) {
 }
 
 /// Addresses of a tensor's rows: `middle` in the tensor itself, the rows before and after it in copies, because other strips may
-/// overwrite them.
+/// overwrite the originals.
 struct row_source {
-    const std::uint8_t *rows = nullptr, *before = nullptr, *behind = nullptr;  ///< of row 0, of row middle.first, ...
+    /// addresses of row 0, row middle.first - reach and row middle.end
+    const std::uint8_t *rows = nullptr, *before = nullptr, *behind = nullptr;
     row_range middle;
-    std::size_t reach = 0, row_bytes = 0;  ///< copied rows on each side of a cut
+    std::size_t reach = 0, row_bytes = 0;  ///< reach: number of copied rows on each side of a cut
 
     const std::uint8_t* row(std::size_t y) const {
         if (y < middle.first) return before + (y + reach - middle.first) * row_bytes;
@@ -9870,7 +10115,7 @@ struct row_source {
     }
 };
 
-/// Computes rows of a chain's result. One object per strip.
+/// Computes rows of a chain's result; one object per strip.
 class chain_runner {
 public:
     /// memory   chain_bytes() bytes, aligned to a cache line
@@ -9900,10 +10145,10 @@ private:
     struct stage_state {
         std::uint8_t *ring = nullptr, *padded = nullptr;
         std::size_t made = 0;         // rows before this one are computed
-        std::size_t next_padded = 0;  // rows of the input before this one have been copied
+        std::size_t next_padded = 0;  // rows of the input before this one are copied
     };
 
-    /// Computes the rows of a stage before `end`.
+    /// Computes the rows of a stage up to `end`.
     void make(std::size_t s, std::size_t end) {
         const chain_stage& stage = chain_[s];
         while (state_[s].made < end) {
@@ -9919,7 +10164,7 @@ private:
         const std::size_t bytes = chain_[s].output_row_bytes();
         return s + 1 == chain_.size() ? result_ + y * bytes : state_[s].ring + y % chain_[s].ring_rows * bytes;
     }
-    /// Number of contiguous rows from y on in a stage's result.
+    /// Number of contiguous rows of a stage's result from y on.
     std::size_t run_of_output(std::size_t s, std::size_t y) const {
         return s + 1 == chain_.size() ? ~std::size_t{0} : chain_[s].ring_rows - y % chain_[s].ring_rows;
     }
@@ -9957,10 +10202,10 @@ private:
         }
         std::array<const std::uint8_t*, gemm_u8_weights::max_segments> segments{};
         for (std::size_t k = 0; k < layer.kernel; ++k) {
-            const std::size_t row = y * layer.stride + k;  // plus the margin
+            const std::size_t row = y * layer.stride + k;  // with the margin added
             if (row >= margin && row < height + margin) {
                 segments[k] = state.padded + (row - margin) % layer.kernel * row_bytes;
-            } else {  // at least one row inside is missing from the window, so its slot is free
+            } else {  // the window misses at least one row of the image, so its slot is free
                 std::uint8_t* const free = state.padded + (row + layer.kernel - margin) % layer.kernel * row_bytes;
                 std::memset(free, layer.padding, row_bytes);
                 segments[k] = free;
@@ -9975,7 +10220,7 @@ private:
         for (std::size_t y = rows.first; y < rows.end; ++y) {
             const std::uint8_t* window[3];
             for (std::size_t k = 0; k < 3; ++k) {
-                const std::size_t row = y * layer.weights.stride + k;  // plus one
+                const std::size_t row = y * layer.weights.stride + k;  // with the margin of 1 added
                 window[k] = row == 0 || row > height ? nullptr : input_row(s, (row - 1) / stage.repeat);
             }
             depthwise_u8(layer.weights, window, stage.input.width, stage.repeat, output_row(s, y));
@@ -10009,11 +10254,11 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/nn/dense/detail/schedule.hpp
-// Groups the layers of a network into chains, and places their tensors in one block of memory.
+// Groups the layers of a network into chains and places their tensors in one block of memory.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Layers that run as one chain. The first reads tensor `input`; the last makes tensor `layers.back() + 1`.
+/// Layers that run as one chain. The first layer reads tensor `input`; the last layer writes tensor `layers.back() + 1`.
 struct schedule_step {
     std::size_t input = 0;
     buffer<std::size_t> layers;
@@ -10021,7 +10266,7 @@ struct schedule_step {
     std::size_t output() const { return layers.back() + 1; }
 };
 
-/// Number of readers of each tensor; the network's result has one more.
+/// Number of readers of each tensor. The network's result counts one extra reader.
 inline buffer<std::size_t> count_readers(const buffer<packed_layer>& layers, std::size_t output) {
     buffer<std::size_t> readers(layers.size() + 1);
     for (const packed_layer& layer : layers)
@@ -10035,7 +10280,7 @@ inline const dense_layer* pointwise(const packed_layer& layer) {
     return d != nullptr && d->is_pointwise() ? d : nullptr;
 }
 
-/// Whether to recompute a layer for each of its readers: a dense convolution with few inputs, read by 1 x 1 convolutions only,
+/// Whether to recompute a layer for each of its readers. A dense convolution with few inputs that only 1 x 1 convolutions read
 /// costs less to recompute than to store and load.
 inline bool is_cheap_head(const buffer<packed_layer>& layers, std::size_t layer, std::size_t output) {
     constexpr std::size_t few = 64;
@@ -10061,14 +10306,14 @@ inline bool continues(const packed_layer& layer, const packed_layer& next) {
     return pointwise(next) != nullptr && std::holds_alternative<depthwise_layer>(layer.kind);
 }
 
-/// One layer per step.
+/// Schedules one layer per step.
 inline buffer<schedule_step> layer_by_layer(const buffer<packed_layer>& layers) {
     buffer<schedule_step> steps;
     for (std::size_t i = 0; i < layers.size(); ++i) steps.push_back({layers[i].inputs[0], {i}});
     return steps;
 }
 
-/// Steps such that as few tensors as possible leave their chain.
+/// Groups layers so that as few tensors as possible leave their chain.
 inline buffer<schedule_step> fuse(const buffer<packed_layer>& layers, std::size_t output) {
     const buffer<std::size_t> readers = count_readers(layers, output);
     buffer<schedule_step> steps;
@@ -10094,7 +10339,7 @@ inline buffer<schedule_step> fuse(const buffer<packed_layer>& layers, std::size_
     return steps;
 }
 
-/// The tensors that a step reads from memory.
+/// Tensors that a step reads from memory.
 inline buffer<std::size_t> tensors_read(const buffer<packed_layer>& layers, const schedule_step& step) {
     buffer<std::size_t> read{step.input};
     std::size_t brought = step.input;
@@ -10109,18 +10354,18 @@ inline buffer<std::size_t> tensors_read(const buffer<packed_layer>& layers, cons
     return read;
 }
 
-/// A step for an input of a certain size.
+/// A step for one input size.
 struct planned_step {
     buffer<chain_stage> chain;
     std::size_t input = 0, output = 0;
     bool overwrites_input = false;  ///< the result replaces the input in memory
-    std::size_t reach = 0;          ///< rows of the input above and below that a row of the result depends on, if it overwrites
+    std::size_t reach = 0;  ///< rows of the input above and below that a row of the result depends on; 0 unless overwrites_input
 };
 
 struct schedule_plan {
     buffer<planned_step> steps;
-    buffer<std::size_t> offsets;   ///< of each tensor that is stored
-    std::size_t tensor_bytes = 0;  ///< of all of them together
+    buffer<std::size_t> offsets;   ///< of each stored tensor
+    std::size_t tensor_bytes = 0;  ///< sum over all tensors
     std::size_t strip_bytes = 0;   ///< working memory of one strip
     std::size_t cut_bytes = 0;     ///< copied rows around one cut between strips
 };
@@ -10153,7 +10398,7 @@ inline buffer<chain_stage> plan_chain(const buffer<packed_layer>& layers, const 
     return chain;
 }
 
-/// Whether the result of a chain may overwrite `tensor`, which its last addition reads and nothing reads later.
+/// Lets the result of a chain overwrite `tensor`, which the chain's last addition is the last to read.
 inline void plan_overwriting(planned_step& step, std::size_t tensor) {
     if (tensor != step.input || step.chain.size() == 1) return;
     std::size_t reach = 0;
@@ -10166,13 +10411,13 @@ inline bool can_overwrite(const planned_step& step, std::size_t tensor) {
     const chain_stage& last = step.chain.back();
     if (!std::holds_alternative<addition_layer>(last.layer->kind) || last.other != tensor) return false;
     if (tensor != step.input || step.chain.size() == 1) return true;
-    // The chain overwrites rows of the input soon after it reads them, so each may be read only once, apart from the addition.
+    // The chain overwrites input rows soon after reading them, so only the addition may read them a second time.
     for (const chain_stage& stage : step.chain)
         if (stage.stride() != 1 || stage.repeat != 1) return false;
     return std::holds_alternative<dense_layer>(step.chain.front().layer->kind);
 }
 
-/// A piece of memory for one tensor after another.
+/// Memory that holds several tensors in succession.
 struct tensor_block {
     std::size_t bytes = 0, first_step = 0, last_step = 0, offset = 0;
 };
@@ -10200,7 +10445,7 @@ inline std::size_t place(buffer<tensor_block>& blocks) {
     return highest;
 }
 
-/// sizes, channels  of all tensors
+/// Plans memory for an input size. sizes, channels  per tensor
 inline schedule_plan plan_schedule(const buffer<packed_layer>& layers, const buffer<schedule_step>& schedule,
                                    const buffer<tensor_size>& sizes, const buffer<std::size_t>& channels, std::size_t output,
                                    bool overwrite) {
@@ -10242,18 +10487,21 @@ inline schedule_plan plan_schedule(const buffer<packed_layer>& layers, const buf
 
 // ---- ldi/nn/dense/quantized_network.hpp
 // Runs a network of 8-bit convolutions, additions and nearest-neighbor enlargements (paper, section "Depth Estimation",
-// "Quantization"). Built once from a description, which it checks in full; running it then can only fail on the input's size.
+// "Quantization"). Construction checks the description completely; running can then fail only on the size of the input.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// An 8-bit network, ready to run. run() does not change it, so one object serves any number of threads at once.
+/// An 8-bit network, ready to run. run() is const and stateless, so any number of threads may share an object.
 class quantized_network {
 public:
-    /// Maximum bytes of the tensors that are alive at the same time, with each layer run on its own.
+    /// Maximum total bytes of tensors that are alive at the same time when layers run one by one.
     static constexpr std::uint64_t max_bytes = std::uint64_t{1} << 29;
 
+    /// Checks the description and packs its weights.
+    ///
     /// target  the instruction set to pack weights for; it must be available. Results do not depend on it
-    /// Raises an error that names the tensor if the description is not a network that ldi can run.
+    ///
+    /// Raises an error that names the tensor if ldi cannot run the network.
     explicit quantized_network(const network_description& description, isa target = best_isa()) : target_(target) {
         LDI_ASSERT(is_available(target));
         detail::check_network(description);
@@ -10278,23 +10526,23 @@ public:
     std::size_t layer_count() const { return layers_.size(); }
     isa target() const { return target_; }
 
-    /// The size of the result for an input of this size. Raises an error if the network does not accept it.
+    /// Returns the size of the result for an input size. Raises an error if the network does not accept the input size.
     tensor_size output_size(tensor_size input) const { return sizes(input)[output_]; }
 
-    /// Bytes of working memory of run(), beside its input and result.
+    /// Working memory of run() in bytes, without its input and its result.
     std::size_t working_bytes(tensor_size input, std::size_t threads) const {
         return bytes_of(plan(input, fused_, true), std::max<std::size_t>(threads, 1));
     }
 
-    /// One step of run() and its cost, for measurements: some layers that run as one chain.
+    /// Cost of one step of run(), a chain of layers, for measurements.
     struct step_description {
-        std::string_view name;  ///< of its last layer's result
-        tensor_size size;       ///< of that tensor
+        std::string_view name;  ///< name of the last layer's result
+        tensor_size size;       ///< size of the last layer's result
         std::size_t layers = 0;
-        std::uint64_t dense_products = 0, depthwise_products = 0;  ///< multiplications of its convolutions
+        std::uint64_t dense_products = 0, depthwise_products = 0;  ///< multiplications
     };
 
-    /// In the order in which run() calls `progress`.
+    /// Lists the steps in the order in which run() calls `progress`.
     buffer<step_description> describe_steps(tensor_size input) const {
         buffer<step_description> described;
         for (const detail::planned_step& step : plan(input, fused_, true).steps) {
@@ -10312,15 +10560,17 @@ public:
         return described;
     }
 
-    /// The default listener of run().
+    /// Default progress callback of run().
     struct ignore_progress {
         void operator()(float) const {}
     };
 
+    /// Runs the network. Returns the result in output_quantization().
+    ///
     /// input     H x W x input_channels(), in input_quantization()
-    /// progress  called as progress(fraction) on the calling thread after each step, at last with 1; an exception from it ends
-    /// the run memory    working memory of at least working_bytes(); if empty, the run allocates it Returns the result in
-    /// output_quantization().
+    /// progress  called as progress(fraction) on the calling thread after each step, finally with 1; an exception from it ends
+    ///           the run
+    /// memory    working memory of at least working_bytes(); if empty, the run allocates it
     template <executor Executor, class Progress = ignore_progress>
     image<std::uint8_t> run(const image<std::uint8_t>& input, Executor& threads, Progress&& progress = {},
                             std::span<std::byte> memory = {}) const {
@@ -10332,7 +10582,7 @@ public:
         return run_steps(input, threads, planned, memory, after_step);
     }
 
-    /// Computes the same result layer by layer, slower, to show intermediate results.
+    /// Runs the network layer by layer, with the same result but slower, to show intermediate results.
     ///
     /// observe  called as observe(layer, name, tensor) on the calling thread with each layer's result; an exception from it ends
     ///          the run
@@ -10358,7 +10608,7 @@ private:
     void find_last_uses() {
         buffer<std::size_t> last(layers_.size() + 1);
         for (std::size_t i = 0; i < layers_.size(); ++i) {
-            last[i + 1] = i;  // a tensor without readers is freed at once
+            last[i + 1] = i;  // frees a tensor without readers immediately
             for (std::size_t t : layers_[i].inputs) last[t] = i;
         }
         last_uses_.resize(layers_.size());
@@ -10366,7 +10616,7 @@ private:
             if (t != output_) last_uses_[last[t]].push_back(t);
     }
 
-    /// The size of every tensor, computed before any allocation.
+    /// Computes the size of every tensor before any allocation.
     buffer<tensor_size> sizes(tensor_size input) const {
         if (input.height == 0 || input.width == 0)
             raise(error_code::invalid_data, input_name_, "at least one pixel",
@@ -10391,7 +10641,7 @@ private:
         return found;
     }
 
-    /// Bytes of a tensor, or more than max_bytes if that overflows.
+    /// Bytes of a tensor; more than max_bytes on overflow.
     std::uint64_t bytes(std::size_t tensor, tensor_size size) const {
         std::uint64_t product = channels_[tensor];
         for (std::uint64_t factor : {std::uint64_t{size.height}, std::uint64_t{size.width}})
@@ -10456,9 +10706,10 @@ private:
             std::size_t rows, strips;
 
             std::size_t start(std::size_t strip) const { return strip * rows / strips; }
-            std::uint8_t* cut(std::size_t strip) const { return cuts + strip * planned.cut_bytes; }  // before the strip
+            // copied rows around the start of the strip
+            std::uint8_t* cut(std::size_t strip) const { return cuts + strip * planned.cut_bytes; }
 
-            /// The rows around each cut, which one strip overwrites while another needs them.
+            /// Copies the rows around each cut, because one strip overwrites them while its neighbor still needs them.
             void save_cuts() const {
                 const std::size_t row_bytes = step.chain.front().input_row_bytes();
                 for (std::size_t strip = 1; strip < strips; ++strip)
@@ -10482,7 +10733,7 @@ private:
                     .run(range);
             }
         };
-        const std::size_t min_rows = std::max<std::size_t>(2 * step.reach, 1);  // keeps the copies around cuts apart
+        const std::size_t min_rows = std::max<std::size_t>(2 * step.reach, 1);  // keeps copies around different cuts apart
         const std::size_t strips = std::clamp<std::size_t>(rows / min_rows, 1, std::max<std::size_t>(threads.concurrency(), 1));
         const std::size_t all_strips = std::max<std::size_t>(threads.concurrency(), 1);
         strip_task task{step, tensors, memory, memory + all_strips * planned.strip_bytes, planned, rows, strips};
@@ -10494,10 +10745,10 @@ private:
 
     isa target_;
     std::string input_name_;
-    buffer<quantization> values_;   ///< of each tensor; 0 is the input, i + 1 the result of layer i
-    buffer<std::size_t> channels_;  ///< of each tensor
+    buffer<quantization> values_;   ///< per tensor; 0 is the input, i + 1 the result of layer i
+    buffer<std::size_t> channels_;  ///< per tensor
     buffer<detail::packed_layer> layers_;
-    buffer<buffer<std::size_t>> last_uses_;  ///< tensors that no later layer reads
+    buffer<buffer<std::size_t>> last_uses_;  ///< per layer the tensors that no later layer reads
     buffer<detail::schedule_step> fused_, unfused_;
     std::size_t output_ = 0;
 };
@@ -10505,8 +10756,8 @@ private:
 }}  // namespace ldi
 
 // ---- ldi/nn/dense/quantized_weights.hpp
-// Reads an 8-bit network from a weight file that holds its operators beside their weights, as
-// examples/training/tiefenrausch_small writes it. formats/safetensors.hpp reads the file.
+// Reads an 8-bit network from a weight file that stores operators and weights, as examples/training/tiefenrausch_small writes
+// it. formats/safetensors.hpp reads the file.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -10585,7 +10836,7 @@ private:
         return names;
     }
 
-    /// A number of the table that must lie in [least, most].
+    /// Returns a number of the operator table. Raises an error unless it lies in [least, most].
     std::size_t row(std::size_t i, std::size_t column, std::size_t least, std::size_t most) const {
         const std::int32_t value = rows_[i * columns + column];
         if (value < 0 || static_cast<std::size_t>(value) < least || static_cast<std::size_t>(value) > most)
@@ -10615,7 +10866,7 @@ private:
         const std::string &weight = used_[used_.size() - 2], &bias = used_.back();
         const buffer<std::size_t>& shape = shape_of(weight);
         if (shape.size() != 4) raise(error_code::mismatch, tensor_place(file_, weight), "four dimensions", shape_text(shape));
-        // Only the weights of the input's readers tell its number of channels.
+        // The file does not store the number of input channels; the weights of the operators that read the input determine it.
         if (channels_[c.input] == 0 && c.input == 0) channels_[0] = c.depthwise ? shape[0] : shape[3];
         c.weights =
             tensor_values<std::uint8_t>(file_, weight, {shape[0], c.kernel, c.kernel, c.depthwise ? 1 : channels_[c.input]});
@@ -10629,7 +10880,7 @@ private:
     const buffer<float>&scales_, &weight_scales_;
     const buffer<std::uint8_t>&zero_points_, &weight_zero_points_;
     std::vector<std::string> used_{"operators", "scales", "zero_points", "weight_scales", "weight_zero_points"};
-    buffer<std::size_t> channels_;  ///< of each tensor
+    buffer<std::size_t> channels_;  ///< per tensor
     network_description result_;
 };
 
@@ -10642,17 +10893,17 @@ inline network_description read_quantized_network(const named_tensors& file) {
 }}  // namespace ldi
 
 // ---- ldi/networks/detail/network_input.hpp
-// Input of an inpainting network and results of its layers: feature maps, with a mask for networks that ignore missing colors.
+// Inputs and layer results of an inpainting network: feature maps, with a mask for networks that ignore missing colors.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// The network's input at the pixels that it reads.
+/// The network's input, one row per pixel that it reads.
 struct network_input {
     buffer<float> values;       ///< rows x channels
-    buffer<std::uint8_t> mask;  ///< for each row 1 or 0; empty: all 1
+    buffer<std::uint8_t> mask;  ///< 1 or 0 per row; empty: all 1
 };
 
-/// Red, green, blue in [0, 1] of what is known; the rest is masked.
+/// Scales known colors to [0, 1] and masks the others.
 inline network_input masked_input(array_view<const std::uint8_t> colors, array_view<const std::uint8_t> known,
                                   const pixel_subset& read) {
     network_input input{buffer<float>(3 * read.size()), buffer<std::uint8_t>(read.size())};
@@ -10669,16 +10920,16 @@ inline network_input masked_input(array_view<const std::uint8_t> colors, array_v
 template <class Value>
 struct masked_map {
     basic_feature_map<Value> map;
-    buffer<std::uint8_t> mask;  ///< one per row: 1, or 0 where the layer's window had no known value; empty: all 1
+    buffer<std::uint8_t> mask;  ///< per row 0 where the layer's window had no known value, else 1; empty: all 1
 
-    /// The map must live, and keep its size, as long as the view.
+    /// The map must outlive the view and keep its size.
     basic_feature_view<Value> view() const {
         basic_feature_view<Value> result = map;
         result.mask = mask;
         return result;
     }
 
-    /// As the pixels of the finer graph see it (feature_map.hpp, upsample()).
+    /// View on the finer graph (feature_map.hpp, upsample()).
     basic_feature_view<Value> upsampled(std::span<const std::int32_t> rows) const {
         basic_feature_view<Value> result = upsample(map, rows);
         result.mask = mask;
@@ -10689,32 +10940,32 @@ struct masked_map {
 }}}  // namespace ldi::detail
 
 // ---- ldi/networks/inpainting_architecture.hpp
-// The architectures of the inpainting networks that a file of weights may hold (networks/farbrausch.hpp): Farbrausch, and the
-// full-size PartialConv that the paper compares it with. And the arithmetic to run them in.
+// Architectures of inpainting networks that networks/farbrausch.hpp runs: Farbrausch, and the full-size PartialConv that the
+// paper compares it with.
 //
-// Both are U-Nets of partial convolutions. Encoder stage i reads level i of a layered image and gives `channels[i]` on the next,
-// coarser one: stride 2, ReLU. The decoder goes back: a 3 x 3 convolution at each level reads what is below it, upsampled, and
-// then what the encoder read there; it gives as many channels as the latter has, through a leaky ReLU, and in the end red, green,
-// blue.
+// Both are U-Nets of partial convolutions. Encoder stage i (stride 2, ReLU) reads level i of a layered image and computes
+// `channels[i]` channels on the next, coarser level. Each decoder stage is a 3 x 3 convolution: it reads the upsampled result of
+// the coarser level and the encoder's input of this level, and computes as many channels as that input has, with a leaky ReLU.
+// The last stage computes red, green, blue.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Treatment of pixels without a color.
 enum class missing_colors {
-    filled,  ///< a smooth fill replaces them, a fourth input channel marks them, and the network's result is added to the fill
-    masked,  ///< partial convolutions skip them; a layer has a result wherever its window has a value
+    filled,  ///< a smooth fill replaces them, a fourth input channel marks them, and the network's output is added to the fill
+    masked,  ///< partial convolutions skip them; a layer has a result wherever its window contains a value
 };
 
-/// The facts about a network that come with its weights. The defaults are Farbrausch as examples/training/farbrausch trains it:
-/// 0.38 M weights, 2.67 G multiplications at 512 x 512.
+/// Properties of a network that are stored with its weights. The defaults are Farbrausch as examples/training/farbrausch trains
+/// it: 0.38 M weights, 2.67 G multiplications at 512 x 512.
 struct inpainting_architecture {
-    buffer<std::size_t> channels{20, 40, 56, 72, 80};  ///< of each encoder stage's result
-    buffer<std::int32_t> kernels{7, 5, 5, 3, 3};       ///< of each encoder stage; the decoder's are 3
-    int growth = 4;                                    ///< passes that carry fills on at the coarsest level
-    float leak = 0.2F;                                 ///< of the decoder's activation, below 0
+    buffer<std::size_t> channels{20, 40, 56, 72, 80};  ///< outputs of each encoder stage
+    buffer<std::int32_t> kernels{7, 5, 5, 3, 3};       ///< kernel size of each encoder stage; the decoder's kernel size is 3
+    int growth = 4;                                    ///< passes that spread fills on the coarsest level
+    float leak = 0.2F;                                 ///< negative slope of the decoder's activation
     missing_colors missing = missing_colors::filled;
 
-    /// Channels that encoder stage i reads: of the network's input, or of the stage before.
+    /// Input channels of encoder stage i.
     std::size_t inputs(std::size_t i) const {
         if (i > 0) return channels[i - 1];
         return missing == missing_colors::filled ? 4 : 3;
@@ -10731,14 +10982,13 @@ inline inpainting_architecture partial_convolution_architecture() {
             .missing = missing_colors::masked};
 }
 
-/// The numbers that a network computes with. Inpainted colors differ from those in float32 by less than can be seen:
-/// bench/README.md has figures.
+/// Number format of a network's computation. The formats' inpainted colors differ invisibly: see bench/README.md.
 enum class arithmetic {
     float32,
-    int8,  ///< values of 8 bits, weights of 7: faster, for weights that come with the ranges of values
+    int8,  ///< 8-bit values and 7-bit weights: faster, but requires weights with value ranges
 };
 
-/// The name as options of programs spell it.
+/// Returns the format's name in command-line options.
 constexpr std::string_view to_string(arithmetic kind) {
     switch (kind) {
         case arithmetic::float32: return "float32";
@@ -10749,8 +10999,9 @@ constexpr std::string_view to_string(arithmetic kind) {
 
 namespace detail {
 
-/// file  it comes from, for messages; may be empty
 /// Raises unsupported for an architecture out of bounds.
+///
+/// file  name for error messages; may be empty
 inline void check_architecture(const inpainting_architecture& a, const std::string& file) {
     constexpr std::size_t max_levels = 8, max_filters = 1024;
     constexpr int max_growth = 64;
@@ -10768,14 +11019,14 @@ inline void check_architecture(const inpainting_architecture& a, const std::stri
         expect(size >= 3 && size <= largest_kernel_size && size % 2 == 1, "kernels", "odd numbers from 3 to 15",
                std::to_string(size));
     expect(a.growth >= 0 && a.growth <= max_growth, "growth", "0 to 64", std::to_string(a.growth));
-    expect(a.leak >= 0.0F && a.leak <= 1.0F, "leak", "0 to 1", std::to_string(a.leak));
+    expect(a.leak >= 0.0F && a.leak <= 1.0F, "leak", "0 to 1", to_text(a.leak));
 }
 
 }  // namespace detail
 }}  // namespace ldi
 
 // ---- ldi/networks/detail/farbrausch_weights.hpp
-// The inpainting network's convolutions, packed for an arithmetic from the tensors of a file.
+// Packs the inpainting network's convolutions from the tensors of a file, in float32 or int8.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -10811,14 +11062,14 @@ masked_map<Value> converted(network_input input, std::size_t channels, const far
     return result;
 }
 
-/// One convolution per level: from it to the next, and back.
+/// One encoder and one decoder convolution per level.
 template <class Weights>
 struct farbrausch_convolutions {
     buffer<Weights> encoder, decoder;
     farbrausch_input<typename Weights::value_type> input;
 };
 
-/// Takes the tensors, checks them and packs them; what it raises is the constructor's of farbrausch.
+/// Checks the tensors and packs them. Raises the errors that the constructor of farbrausch documents.
 class farbrausch_packer {
 public:
     farbrausch_packer(const named_tensors& file, const inpainting_architecture& architecture, isa target)
@@ -10860,7 +11111,7 @@ private:
         std::size_t outputs;
         std::int32_t kernel;
         activation after;
-        std::string result;  ///< whose range it has; empty: floats
+        std::string result;  ///< key of the result's range in the file; empty: float results
 
         std::size_t inputs() const {
             std::size_t sum = 0;
@@ -10874,7 +11125,7 @@ private:
 
     std::size_t depth() const { return architecture_.channels.size(); }
 
-    /// The encoder's result at a level.
+    /// The encoder's output that the decoder of this level reads.
     ranged_tensor skip(std::size_t level) const {
         return {level == 0 ? "input" : encoder(level - 1), architecture_.inputs(level)};
     }
@@ -10936,28 +11187,30 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/networks/detail/farbrausch_work.hpp
-// The work of the inpainting network: the levels of detail of a layered depth image, and at each the pixels that the
-// wanted ones need, found backwards through the network.
+// Plans the inpainting network's work: the levels of detail of a layered image, and the pixels per level that the wanted pixels
+// depend on, traced backward through the network.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// A level of detail, and the network's work there.
+/// A level of detail and the network's work on it.
 struct farbrausch_level {
-    std::size_t pixel_count = 0;      ///< of the level's graph
-    buffer<std::int32_t> above;       ///< for each pixel the one of the next level above it, or no_pixel; of the last level empty
+    std::size_t pixel_count = 0;      ///< pixels of the level's graph
+    buffer<std::int32_t> above;       ///< per pixel its parent on the next coarser level, or no_pixel; empty on the last level
     convolution_plan average;         ///< 3 x 3 windows of all pixels
-    convolution_plan average_coarse;  ///< 3 x 3 windows of the pixels that the next level keeps
+    convolution_plan average_coarse;  ///< 3 x 3 windows of the pixels that remain on the next level
 
-    pixel_subset read;                   ///< pixels at which the network reads values: its input, or the encoder's result
-    pixel_subset decoded;                ///< pixels at which the decoder gives a result
+    pixel_subset read;                   ///< level 0 only: pixels at which the network reads its input
+    buffer<std::int32_t> decoded;        ///< level 0 only: pixels at which the decoder gives a result
     convolution_plan encode;             ///< from `read` here to `read` of the next level
     convolution_plan decode;             ///< from `read` to `decoded`
-    buffer<std::int32_t> decoded_above;  ///< for each pixel of `read` its row in `decoded` of the next level, or no_pixel
+    buffer<std::int32_t> decoded_above;  ///< per pixel of `read` its row in `decoded` of the next level, or no_pixel
 };
 
+/// Plans all levels, from the finest to the coarsest.
+///
 /// finest   level 0, in canonical order
 /// kernels  sizes of the encoder's convolutions, one per level
-/// wanted   where the network's result is asked for, one for each pixel of `finest`
+/// wanted   one per pixel of `finest`, nonzero where the network's result is requested
 inline buffer<farbrausch_level> plan_farbrausch(const graph_view& finest, std::span<const std::int32_t> kernels,
                                                 std::span<const std::uint8_t> wanted) {
     const std::size_t depth = kernels.size();
@@ -10979,36 +11232,40 @@ inline buffer<farbrausch_level> plan_farbrausch(const graph_view& finest, std::s
         coarse = std::move(next.topology);
     }
 
-    // The decoder, from its result down to the coarsest level.
+    // The decoder, in reverse order: from its final result to the coarsest level.
     buffer<buffer<std::uint8_t>> read_marks(depth);
-    levels[0].decoded = pixel_subset::marked(wanted);
+    buffer<pixel_subset> decoded(depth + 1);
+    decoded[0] = pixel_subset::marked(wanted);
     for (std::size_t i = 0; i < depth; ++i) {
         farbrausch_level& level = levels[i];
-        level.decode = restrict_to(level.average, level.decoded.pixels);
+        level.decode = restrict_to(level.average, decoded[i].pixels);
         read_marks[i].assign(level.pixel_count, 0);
         mark_needed_inputs(level.decode, read_marks[i]);
         buffer<std::uint8_t> above_marks(levels[i + 1].pixel_count, 0);
         for (std::size_t pixel = 0; pixel < level.pixel_count; ++pixel)
             if (read_marks[i][pixel] != 0 && level.above[pixel] != no_pixel) above_marks[level.above[pixel]] = 1;
-        levels[i + 1].decoded = pixel_subset::marked(above_marks);
+        decoded[i + 1] = pixel_subset::marked(above_marks);
     }
-    // The encoder, from the coarsest level back up: what it makes for the decoder, and for its own next stage.
-    levels[depth].read = levels[depth].decoded;
+    // The encoder, from the coarsest level back up: its results for the decoder, and for its own next stage.
+    pixel_subset read = decoded[depth];
     for (std::size_t i = depth; i-- > 0;) {
-        farbrausch_level &level = levels[i], &next = levels[i + 1];
-        level.encode = restrict_to(kernels[i] == 3 ? level.average_coarse : encode[i], next.read.pixels);
+        farbrausch_level& level = levels[i];
+        level.encode = restrict_to(kernels[i] == 3 ? level.average_coarse : encode[i], read.pixels);
         encode[i] = {};
         mark_needed_inputs(level.encode, read_marks[i]);
-        level.read = pixel_subset::marked(read_marks[i]);
+        pixel_subset read_here = pixel_subset::marked(read_marks[i]);
         read_marks[i] = {};
-        level.encode = on_subsets(std::move(level.encode), next.read, level.read);
-        level.decode = on_subsets(std::move(level.decode), level.decoded, level.read);
-        level.decoded_above.reserve(level.read.size());
-        for (const std::int32_t pixel : level.read.pixels) {
+        level.encode = on_subsets(std::move(level.encode), read, read_here);
+        level.decode = on_subsets(std::move(level.decode), decoded[i], read_here);
+        level.decoded_above.reserve(read_here.size());
+        for (const std::int32_t pixel : read_here.pixels) {
             const std::int32_t above = level.above[pixel];
-            level.decoded_above.push_back(above == no_pixel ? no_pixel : next.decoded.row_of[above]);
+            level.decoded_above.push_back(above == no_pixel ? no_pixel : decoded[i + 1].row_of[above]);
         }
+        decoded[i + 1] = {};
+        read = std::move(read_here);
     }
+    levels[0].read = std::move(read), levels[0].decoded = std::move(decoded[0].pixels);
     return levels;
 }
 
@@ -11117,15 +11374,15 @@ inline void store(float* to, four_floats v) { std::memcpy(to, &v, sizeof v); }
 }}}}  // namespace ldi::detail::lanes
 
 // ---- ldi/networks/detail/smooth_fills.hpp
-// The smooth colors that the inpainting network starts from: pyramids of masked 3 x 3 averages over the links of a layered
-// image. examples/training/farbrausch/README.md says what they are, step by step.
+// Computes the smooth colors that the inpainting network starts from: pyramids of masked 3 x 3 averages along the links of a
+// layered image. examples/training/farbrausch/README.md explains the steps.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// red, green, blue, and 1 where there is a color; four zeros where there is none.
+/// Red, green, blue, 1 for a known color; four zeros for an unknown color.
 using masked_color = lanes::four_floats;
 
-/// Masked colors side by side.
+/// A contiguous array of masked colors.
 class masked_colors {
 public:
     masked_colors() = default;
@@ -11145,7 +11402,7 @@ private:
     buffer<float> values_;
 };
 
-/// The average of `count = sum[3]` colors whose sum this is.
+/// Averages `count = sum[3]` colors, given their sum.
 inline masked_color average_of(masked_color sum) {
     static constexpr std::array<float, 10> reciprocals{0.0F,     1.0F,     1.0F / 2, 1.0F / 3, 1.0F / 4,
                                                        1.0F / 5, 1.0F / 6, 1.0F / 7, 1.0F / 8, 1.0F / 9};
@@ -11155,8 +11412,8 @@ inline masked_color average_of(masked_color sum) {
     return average;
 }
 
-/// Calls `store(output, average)` for every output of a plan of 3 x 3 windows, with the average of those `value(pixel)` in its
-/// window that are colors. Sums are taken column by column wherever the window lies, so results don't depend on the plan.
+/// Calls `store(output, average)` for every output of a plan of 3 x 3 windows. The average is over the known colors of
+/// `value(pixel)` in the window. Sums run column by column for every kind of window, so results don't depend on the plan.
 template <executor Executor, class Value, class Store>
 void average_windows(const convolution_plan& plan, Executor& threads, Value&& value, Store&& store) {
     LDI_ASSERT(plan.kernel_size == 3);
@@ -11194,11 +11451,10 @@ void average_windows(const convolution_plan& plan, Executor& threads, Value&& va
     });
 }
 
-/// The network's input and the colors that it corrects.
+/// The network's input, and the fill that the network corrects.
 struct smooth_fills {
-    buffer<float>
-        input;  ///< in rows of `read` of level 0: red, green, blue of fill - tone, and 1 where the color is known, else 0
-    buffer<float> fill;  ///< in rows of `decoded` of level 0: red, green, blue
+    buffer<float> input;  ///< rows of `read` of level 0: red, green, blue of fill - tone, and 1 for a known color, else 0
+    buffer<float> fill;   ///< rows of `decoded` of level 0: red, green, blue
 };
 
 template <executor Executor>
@@ -11212,7 +11468,7 @@ public:
 
     smooth_fills run() {
         const std::size_t depth = levels_.size() - 1;
-        buffer<masked_colors> known(depth + 1);  // of level 0 it is the photo itself
+        buffer<masked_colors> known(depth + 1);  // level 0 stays empty: the photo replaces it
         for (std::size_t i = 0; i < depth; ++i) {
             known[i + 1] = masked_colors(levels_[i + 1].pixel_count);
             const auto store = [&](std::int32_t output, masked_color c) { known[i + 1].set(output, c); };
@@ -11242,7 +11498,7 @@ private:
         return masked_color{unit_[color[0]], unit_[color[1]], unit_[color[2]], 1.0F};
     }
 
-    /// The known colors, and elsewhere the color above.
+    /// The known colors; unknown pixels get the color of their parent.
     masked_colors from_above(const masked_colors& coarse, const buffer<std::int32_t>& above, const masked_colors& known) const {
         masked_colors result = known;
         parallel_for(threads_, above.size(), 4096, [&](std::size_t first, std::size_t last) {
@@ -11253,25 +11509,28 @@ private:
         return result;
     }
 
-    /// Averages what is not known, `passes` times.
+    /// Averages the unknown pixels, `passes` times.
     void spread(masked_colors& colors, const convolution_plan& windows, const masked_colors& known, int passes) {
         buffer<std::int32_t> unknown;
         for (std::int32_t i = 0; i < known.count(); ++i)
             if (!known.has(i)) unknown.push_back(i);
-        spread_at(colors, restrict_to(windows, unknown), passes);
+        spread_at(colors, restrict_and_renumber(windows, unknown), unknown, passes);
     }
 
-    void spread_at(masked_colors& colors, const convolution_plan& unknown, int passes) {
-        masked_colors next = colors;
+    /// windows  of the colors `places`, in their order
+    void spread_at(masked_colors& colors, const convolution_plan& windows, std::span<const std::int32_t> places, int passes) {
+        masked_colors next(places.size());
         for (int pass = 0; pass < passes; ++pass) {
             average_windows(
-                unknown, threads_, [&](std::int32_t p) { return colors[p]; },
+                windows, threads_, [&](std::int32_t p) { return colors[p]; },
                 [&](std::int32_t output, masked_color c) { next.set(output, c); });
-            std::swap(colors, next);
+            parallel_for(threads_, places.size(), 4096, [&](std::size_t first, std::size_t last) {
+                for (std::size_t i = first; i < last; ++i) colors.set(places[i], next[static_cast<std::int32_t>(i)]);
+            });
         }
     }
 
-    /// The color above where there is one, else what is known; averaged once.
+    /// The parent's color, or the known color if there is no parent; averaged once.
     masked_colors average_from_above(const masked_colors& coarse, std::size_t level, const masked_colors& known) {
         const buffer<std::int32_t>& above = levels_[level].above;
         masked_colors result(levels_[level].pixel_count);
@@ -11293,23 +11552,25 @@ private:
         return otherwise();
     }
 
-    /// Level 0, at the pixels that the network reads.
+    /// Computes level 0 at the pixels that the network reads.
     smooth_fills finest(const masked_colors& fill_above, const masked_colors& tone_above) {
         const farbrausch_level& level = levels_[0];
         const pixel_subset& read = level.read;
         masked_colors fill(read.size());
-        buffer<std::int32_t> unknown;
+        buffer<std::int32_t> unknown, rows;
         for (std::int32_t row = 0; row < fill.count(); ++row) {
             const std::int32_t pixel = read.pixels[row];
-            if (known_[pixel] == 0) unknown.push_back(pixel);
+            if (known_[pixel] == 0) unknown.push_back(pixel), rows.push_back(row);
             fill.set(row, base_color(pixel, fill_above));
         }
-        spread_at(fill, on_subsets(restrict_to(level.average, unknown), read, read), 2);
+        convolution_plan windows = restrict_and_renumber(level.average, unknown);
+        renumber_inputs(windows, read);
+        spread_at(fill, windows, rows, 2);
         color_along_links(fill, fill_above);
         smooth_fills result;
         result.fill.resize(3 * level.decoded.size());
         for (std::size_t d = 0; d < level.decoded.size(); ++d) {
-            const std::int32_t row = read.row_of[level.decoded.pixels[d]];
+            const std::int32_t row = read.row_of[level.decoded[d]];
             const masked_color color = fill.has(row) ? fill[row] : mean();
             for (std::size_t c = 0; c < 3; ++c) result.fill[3 * d + c] = color[c];
         }
@@ -11327,8 +11588,9 @@ private:
         return result;
     }
 
-    /// Colors what no level has a color for, by links: waves run inwards from what has one, each pixel taking the average of its
-    /// neighbors. On coarser levels a surface that few pixels link to the rest may be on its own.
+    /// Colors pixels that have no color on any level. Waves run along links from colored pixels, and each pixel becomes the
+    /// average of its colored neighbors. Such pixels exist where few links connect a surface to the rest: coarser levels may cut
+    /// them.
     void color_along_links(masked_colors& fill, const masked_colors& fill_above) {
         for (std::int32_t row = 0; row < fill.count(); ++row) {
             if (fill.has(row)) continue;
@@ -11337,7 +11599,7 @@ private:
         }
     }
 
-    /// Colors all isolated pixels, also those that nobody reads, so that a color does not depend on the set of pixels read.
+    /// Colors all isolated pixels, also those that are never read, so that no color depends on the set of pixels read.
     void run_waves(const masked_colors& fill_above) {
         const buffer<std::int32_t>& above = levels_[0].above;
         for (std::int32_t p = 0; p < above.count(); ++p)
@@ -11361,7 +11623,8 @@ private:
         }
     }
 
-    /// Before neighbors' colors are mixed in. Inlined: in WebAssembly a call that exceptions may leave returns no vectors.
+    /// The color before averaging with neighbors. Inlined, because in WebAssembly a call that an exception may leave cannot
+    /// return vectors.
     [[gnu::always_inline]] masked_color base_color(std::int32_t pixel, const masked_colors& fill_above) const {
         if (known_[pixel] != 0) return photo(pixel);
         const std::int32_t above = levels_[0].above[pixel];
@@ -11371,7 +11634,7 @@ private:
                                                         : masked_color{};
     }
 
-    /// The average of all known colors, for surfaces that no link leads from to any.
+    /// Mean of all known colors, for surfaces that no link connects to a known color.
     masked_color mean() {
         std::call_once(mean_is_known_, [&] {
             std::array<std::uint64_t, 3> sum{};
@@ -11393,7 +11656,7 @@ private:
     int growth_;
     Executor& threads_;
     std::array<float, 256> unit_{};
-    buffer<std::int32_t> alone_;  // pixels of level 0 that no level has a color for
+    buffer<std::int32_t> alone_;  // pixels of level 0 without a color on any level
     masked_colors alone_colors_;
     std::once_flag mean_is_known_;
     masked_color mean_{};
@@ -11402,45 +11665,52 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/networks/farbrausch.hpp
-// Farbrausch, the inpainting network of the paper (section "LDI Inpainting"): a partial-convolution U-Net trained on images and
-// run on the links of a layered image. examples/training/farbrausch/README.md says what it computes, step by step;
-// io/farbrausch_file.hpp loads it from a file. The full-size PartialConv, which the paper compares it with, is another
-// architecture on the same layers (networks/inpainting_architecture.hpp).
+// Farbrausch, the inpainting network of the paper (section "LDI Inpainting"): a partial-convolution U-Net, trained on images and
+// run on the links of a layered image. examples/training/farbrausch/README.md describes the network step by step;
+// io/farbrausch_file.hpp loads its weights. The same class runs PartialConv, the full-size network that the paper compares with
+// (networks/inpainting_architecture.hpp).
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A color_inpainter (photo3d.hpp). All members are const and keep no state: one object serves any number of threads at once.
+/// Inpaints colors; a color_inpainter (photo3d.hpp). All members are const and stateless: any number of threads may share an
+/// object.
 class farbrausch {
 public:
+    /// Checks and packs the weights.
+    ///
     /// weights  for each stage `encoder.I.weight`, outputs x inputs x k x k, and `encoder.I.bias`, batch normalization folded
-    ///          in; the same for `decoder.I`, which reads the channels of the coarser level first, then the encoder's. For int8
-    ///          also `input.range`, `encoder.I.range` and, but for the last, `decoder.I.range`: the least and the greatest value
-    ///          to be told apart, which examples/training/farbrausch/export.py finds
-    /// kind     the numbers it computes with
+    ///          in; the same for `decoder.I`, which reads the channels of the coarser level first, then the encoder's. Int8 also
+    ///          requires `input.range`, `encoder.I.range` and, except for the last, `decoder.I.range`: the minimum and maximum
+    ///          of the quantized values, which examples/training/farbrausch/export.py measures
+    /// kind     the number format of the computation
     /// target   the instruction set to pack weights for; results agree to rounding
     ///
-    /// Raises mismatch, naming the tensor that is missing, of another type or shape, or one too many; invalid_data for weights
-    /// that are not finite; unsupported for an architecture out of bounds.
+    /// Raises mismatch, naming the tensor, if a tensor is missing, unexpected, or of another type or shape; invalid_data for
+    /// weights that are not finite; unsupported for an architecture out of bounds.
     explicit farbrausch(const named_tensors& weights, inpainting_architecture architecture = {},
                         arithmetic kind = arithmetic::float32, isa target = best_isa());
 
-    /// layers  in canonical order; the color of every pixel whose known_column is 0 is set
-    /// progress  is told of stage "color inpainting"
+    /// Inpaints every pixel whose known_column is 0.
+    ///
+    /// layers    in canonical order
+    /// progress  receives the stage "color inpainting"
     template <has_columns<color_column, known_column> Layers, executor Executor = const serial_executor>
     void inpaint(Layers& layers, const progress_listener& progress = {}, Executor&& threads = {}) const;
 
+    /// Returns the image with every unknown color inpainted. The image counts as a single, fully linked layer.
+    ///
     /// color  H x W x 3, red, green, blue, 0 to 255
     /// known  H x W x 1, 0 where the color is to be inpainted
-    /// Returns the image with every color that is not known inpainted: the same network on a single, fully linked layer.
     template <executor Executor = const serial_executor>
     image<std::uint8_t> inpaint(image_view<const std::uint8_t> color, image_view<const std::uint8_t> known,
                                 const progress_listener& progress = {}, Executor&& threads = {}) const;
 
-    /// The network's own result, not clamped: for each pixel whose place in `wanted` is not 0, in their order, red, green and
-    /// blue, in [0, 1] as it learned them. Of a surface where nothing is known: one color, with masked colors black.
+    /// Unclamped output of the network: red, green, blue in about [0, 1] for each pixel with wanted[i] != 0, in order. A surface
+    /// without any known pixel gets one constant color (black with masked colors).
     ///
-    /// wanted  K, one per pixel; not 0 wherever known_column is 0
-    /// The bits of a pixel's result do not depend on which others are wanted.
+    /// wanted  K, one per pixel; must be nonzero wherever known_column is 0
+    ///
+    /// A pixel's bits do not depend on which other pixels are wanted.
     template <has_columns<color_column, known_column> Layers, executor Executor = const serial_executor>
     buffer<float> colors(const Layers& layers, std::span<const std::uint8_t> wanted, const progress_listener& progress = {},
                          Executor&& threads = {}) const;
@@ -11453,7 +11723,7 @@ private:
 
     std::size_t depth() const { return architecture_.channels.size(); }
 
-    /// The last layer's results, in rows of `decoded` of level 0.
+    /// Output of the last layer, in rows of `decoded` of level 0.
     template <class Weights, executor Executor, class Report>
     buffer<float> run_layers(const detail::farbrausch_convolutions<Weights>& layers, detail::network_input input,
                              buffer<detail::farbrausch_level>& levels, Executor& threads, Report&& report) const;
@@ -11481,7 +11751,7 @@ buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint
     const array_view<const std::uint8_t> color = layers.template column<color_column>();
     const array_view<const std::uint8_t> known = layers.template column<known_column>();
     detail::network_input input;
-    buffer<float> fill;  // what the last layer's results are added to
+    buffer<float> fill;  // base color that the network's output is added to
     if (architecture_.missing == missing_colors::masked) {
         input = detail::masked_input(color, known, levels[0].read);
     } else {
@@ -11492,10 +11762,10 @@ buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint
     }
     for (detail::farbrausch_level& level : levels) {
         level.average = level.average_coarse = {};
-        level.above = {};
+        level.above = {}, level.read = {};
     }
 
-    // Progress by multiplications, roughly: the fine levels take most of the time.
+    // Equal steps per layer, although the fine levels cost most of the time.
     float done = 0.2F;
     const float step = (1.0F - done) / detail::nearest_float(2 * depth());
     const auto report = [&] { progress.report(stage_name, done = (std::min)(done + step, 1.0F)); };
@@ -11575,13 +11845,13 @@ image<std::uint8_t> farbrausch::inpaint(image_view<const std::uint8_t> color, im
 }}  // namespace ldi
 
 // ---- ldi/networks/detail/depth_layout.hpp
-// Merges the depth that a network estimates from a small and a large version of the photo: the layout comes from both, the edges
-// from the large one. Networks are consistent on small pictures and crisp on large ones (Miangoleh et al., Boosting Monocular
-// Depth Estimation Models to High-Resolution via Content-Adaptive Multi-Resolution Merging, CVPR 2021, sections 3 and 5).
+// Merges two depth estimates of one photo, from a small and a large version: the layout is the mean of both, the edges come from
+// the large one. Networks are consistent on small pictures and crisp on large ones (Miangoleh et al., Boosting Monocular Depth
+// Estimation Models to High-Resolution via Content-Adaptive Multi-Resolution Merging, CVPR 2021, sections 3 and 5).
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// H x W x C, left and right exchanged.
+/// Mirrors an image horizontally. source  H x W x C
 template <class T>
 image<T> mirrored(const image<T>& source) {
     image<T> result(source.height(), source.width(), source.channels(), unset);
@@ -11591,10 +11861,10 @@ image<T> mirrored(const image<T>& source) {
     return result;
 }
 
-/// The two neighboring samples of a row between which a value of a longer or shorter row lies.
+/// Two neighboring samples of a row, between which a sample of the resized row lies.
 struct sample_place {
     std::size_t first, second;
-    float share;  ///< of `second`
+    float share;  ///< weight of `second`; `first` has the rest
 };
 inline sample_place place_of_sample(std::size_t i, std::size_t count, std::size_t from_count) {
     const float at = (nearest_float(i) + 0.5F) * nearest_float(from_count) / nearest_float(count) - 0.5F;
@@ -11603,7 +11873,7 @@ inline sample_place place_of_sample(std::size_t i, std::size_t count, std::size_
     return {first, (std::min)(first + 1, from_count - 1), inside - nearest_float(first)};
 }
 
-/// H x W x 1 at another size: the weighted mean of the four samples around. Smaller ones are not averaged over areas.
+/// Resizes H x W x 1 by bilinear interpolation. Does not average over areas when it shrinks.
 inline image<float> interpolated(const image<float>& source, std::size_t height, std::size_t width) {
     image<float> result(height, width, 1, unset);
     const auto mean = [](float a, float b, float share) { return a + (b - a) * share; };
@@ -11620,7 +11890,7 @@ inline image<float> interpolated(const image<float>& source, std::size_t height,
     return result;
 }
 
-/// The means of squares of `side` pixels. source  H x W x 1, both multiples of `side`; the result is H / side x W / side x 1.
+/// Averages squares of `side` x `side` pixels. source  H x W x 1, H and W multiples of `side`; result H / side x W / side x 1.
 inline image<float> square_means(const image<float>& source, std::size_t side) {
     image<float> result(source.height() / side, source.width() / side);
     for (std::size_t y = 0; y < source.height(); ++y)
@@ -11629,9 +11899,10 @@ inline image<float> square_means(const image<float>& source, std::size_t side) {
     return result;
 }
 
-/// details  H x W x 1, both multiples of 16
+/// Replaces structures of `details` that are coarser than 16 pixels by the mean of both maps.
+///
+/// details  H x W x 1, H and W multiples of 16
 /// layout   h x w x 1, any size, in the same unit
-/// Returns `details`, of which what is coarser than 16 pixels has become the mean of both.
 inline image<float> with_layout(image<float> details, const image<float>& layout) {
     constexpr std::size_t coarse = 16;
     image<float> change = interpolated(layout, details.height(), details.width());
@@ -11644,13 +11915,13 @@ inline image<float> with_layout(image<float> details, const image<float>& layout
 }}}  // namespace ldi::detail
 
 // ---- ldi/networks/detail/exponential.hpp
-// exp in float, the same bits on every machine: only operations that IEEE 754 rounds exactly. It is the approximation of NumPy
-// (reduction by ln 2 in two parts, then a rational function), because the published disparity of Tiefenrausch was computed with
-// it.
+// exp() in float with the same bits on every machine: it uses only operations that IEEE 754 rounds exactly. The method is
+// NumPy's (reduction by ln 2 in two parts, then a rational function), because the published disparity of Tiefenrausch was
+// computed with NumPy.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// x  in [-87, 88]; the result is within 3 units in the last place of exp(x)
+/// Returns exp(x) within 3 units in the last place. x  in [-87, 88]
 inline float exponential(float x) {
     const float power = std::nearbyint(x * 1.442695040888963407F);
     float r = fused_multiply_add(power, -6.93145752e-1F, x);
@@ -11668,36 +11939,41 @@ inline float exponential(float x) {
 }}}  // namespace ldi::detail
 
 // ---- ldi/networks/tiefenrausch.hpp
-// Tiefenrausch, the depth network of the paper (section "Depth Estimation"), with the weights its authors published, and any
-// other that takes a photo to disparity of the same size in 8 bits: examples/models has one. Build it from what
-// io/caffe2.hpp or nn/dense/quantized_weights.hpp reads.
+// Runs Tiefenrausch, the depth network of the paper (section "Depth Estimation"), or any other network that maps a photo to
+// 8-bit disparity of the same size. io/caffe2.hpp reads the published weights, nn/dense/quantized_weights.hpp those in
+// examples/models.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The meaning of a depth network's result.
+/// Meaning of a depth network's output.
 enum class network_output {
-    log_disparity,  ///< its logarithm, as the published network: known up to a factor of disparity
-    disparity,      ///< disparity itself, 0 infinitely far: known up to scale, and up to shift as far as one can guess
+    log_disparity,  ///< logarithm of disparity, as in the published network; disparity is known up to a factor
+    disparity,      ///< disparity, 0 at infinity; known up to scale and a rough shift
 };
 
-/// The long sides that a photo has where a depth network sees it, in pixels, multiples of 32. The paper's network sees it once.
+/// Long sides, in pixels, to which a photo is resized for a depth network. Multiples of 32. The paper's network runs once per
+/// photo.
 struct depth_network_sizes {
-    std::size_t details = 384;  ///< and the result's
-    /// If not 0, the network sees the mirrored photo at this size, too, and how things lie is the mean of both (what is coarser
-    /// than 16 samples of the result).
+    std::size_t details = 384;  ///< size of the main pass and of the result
+    /// If not 0, a second pass at this size reads the mirrored photo, and structures coarser than 16 samples of the result
+    /// become the mean of both passes.
     std::size_t layout = 0;
 };
 
-/// Estimates disparity from one photo. All members are const and keep no state: one object serves any number of threads at once.
+/// Estimates disparity from one photo. All members are const and stateless: any number of threads may share an object.
 class tiefenrausch {
 public:
-    static constexpr std::size_t long_side = 384;  ///< of the image that the paper's network sees
-    static constexpr std::size_t alignment = 32;   ///< each side is a multiple of this: the network halves its input five times
+    static constexpr std::size_t long_side = 384;  ///< input size of the paper's network
+    /// sides are multiples of this number, because the network halves its input five times
+    static constexpr std::size_t alignment = 32;
 
+    /// Packs the network.
+    ///
     /// target  the instruction set to pack weights for; results do not depend on it
-    /// sizes   at which disparity() shows a photo to the network
-    /// Raises an error if the network is not one that turns a color image into a single channel of the same size, or if a size is
-    /// no multiple of 32 up to 4096.
+    /// sizes   input sizes of disparity()
+    ///
+    /// Raises an error unless the network maps a color image to one channel of the same size and the sizes are multiples of 32
+    /// up to 4096.
     explicit tiefenrausch(const network_description& description, isa target = best_isa(),
                           network_output output = network_output::log_disparity, depth_network_sizes sizes = {})
         : network_(description, target), output_(output), sizes_(sizes) {
@@ -11720,9 +11996,9 @@ public:
 
     depth_network_sizes sizes() const { return sizes_; }
 
-    /// The size that a photo is brought to: each side is rounded down to a multiple of 32, at least 32.
+    /// Returns the size to which a photo is resized: each side rounded down to a multiple of 32, at least 32.
     ///
-    /// to  the long side, a multiple of 32, in pixels
+    /// to  the long side in pixels, a multiple of 32
     static tensor_size network_size(tensor_size photo, std::size_t to = long_side) {
         const std::size_t longer = (std::max)(photo.height, photo.width);
         const auto side = [&](std::size_t length) {
@@ -11732,8 +12008,9 @@ public:
         return {side(photo.height), side(photo.width)};
     }
 
+    /// Resizes a photo to network_size() by averaging over areas.
+    ///
     /// photo  H x W x 3, red, green, blue, 0 to 255
-    /// Returns the photo at network_size(), averaged over areas.
     template <executor Executor>
     static image<std::uint8_t> resize_for_network(image_view<const std::uint8_t> photo, Executor& threads,
                                                   std::size_t to = long_side) {
@@ -11743,9 +12020,10 @@ public:
         return area_resize(photo, size.height, size.width, threads);
     }
 
-    /// rgb       H' x W' x 3, 0 to 255, both sides multiples of 32
+    /// Runs the network once. Returns H' x W' x 1 in the quantization level_quantization().
+    ///
+    /// rgb               H' x W' x 3, 0 to 255, both sides multiples of 32
     /// progress, memory  as in quantized_network::run
-    /// Returns the network's own result, H' x W' x 1: log disparity in the quantization level_quantization().
     template <executor Executor, class Progress = quantized_network::ignore_progress>
     image<std::uint8_t> levels(const image<std::uint8_t>& rgb, Executor& threads, Progress&& progress = {},
                                std::span<std::byte> memory = {}) const {
@@ -11753,7 +12031,7 @@ public:
         return network_.run(quantized_color(rgb), threads, progress, memory);
     }
 
-    /// The same, layer by layer.
+    /// As levels(), but layer by layer.
     ///
     /// observe  as in quantized_network::run_observed
     template <executor Executor, class Observe>
@@ -11767,12 +12045,14 @@ public:
 
     isa target() const { return network_.target(); }
 
-    /// Bytes that levels() works in, beside its input and its result.
+    /// Working memory of levels() in bytes, without its input and its result.
     std::size_t working_bytes(tensor_size rgb, std::size_t threads) const { return network_.working_bytes(rgb, threads); }
 
-    /// photo   H x W x 3, red, green, blue, 0 to 255, of any size
-    /// progress  is told of stage "depth estimation"
-    /// Returns H' x W' x 1, H' x W' as network_size() says for sizes().details: positive, larger is nearer, known up to a factor.
+    /// Estimates disparity: positive, larger is nearer, known up to a factor. Returns H' x W' x 1, with H' x W' = network_size()
+    /// for sizes().details.
+    ///
+    /// photo     H x W x 3, red, green, blue, 0 to 255, of any size
+    /// progress  receives the stage "depth estimation"
     template <executor Executor = const serial_executor>
     image<float> disparity(image_view<const std::uint8_t> photo, const progress_listener& progress = {},
                            Executor&& threads = {}) const {
@@ -11791,7 +12071,7 @@ public:
         return details;
     }
 
-    /// The disparities that the values of levels() stand for, same shape.
+    /// Converts results of levels() to disparity. Same shape.
     image<float> disparity_of(const image<std::uint8_t>& levels) const {
         const std::array<float, 256> table = disparity_table();
         image<float> result(levels.height(), levels.width(), levels.channels(), unset);
@@ -11799,7 +12079,7 @@ public:
         return result;
     }
 
-    /// Color as the first layer reads it: in [0, 1], in the quantization of the network's input. Same shape as `rgb`.
+    /// Quantizes color in [0, 1] as the network's input. Same shape as `rgb`.
     image<std::uint8_t> quantized_color(const image<std::uint8_t>& rgb) const {
         const quantization q = network_.input_quantization();
         std::array<std::uint8_t, 256> table{};
@@ -11814,8 +12094,8 @@ public:
 
     quantization level_quantization() const { return network_.output_quantization(); }
 
-    /// The ratio of neighboring values of disparity(): a difference of this size may be rounding, not an edge. Where steps are
-    /// equal in disparity itself, their ratio is that of the two nearest values.
+    /// Ratio of two consecutive values of disparity(); a difference of this size may be rounding, not an edge. For networks with
+    /// equal steps in disparity, the ratio of the two largest values.
     float quantization_step() const {
         const std::array<float, 256> table = disparity_table();
         return output_ == network_output::log_disparity ? detail::exponential(level_quantization().scale)
@@ -11824,7 +12104,7 @@ public:
 
 private:
     static constexpr std::size_t max_long_side = 4096;
-    static constexpr float max_scale = 0.25F;  ///< disparity would leave the range of float beyond it
+    static constexpr float max_scale = 0.25F;  ///< a larger scale would exceed the range of float
 
     /// Share of the detail pass in the time of both passes.
     float details_share() const {
@@ -11838,7 +12118,7 @@ private:
                   std::to_string(rgb.height()) + " x " + std::to_string(rgb.width()) + " x " + std::to_string(rgb.channels()));
     }
 
-    /// The disparity that each 8-bit result of the network stands for. None is 0 or less: half a step stands for all of these.
+    /// Disparity of each 8-bit output. Outputs at or below 0 become half a step, so that disparity is positive.
     std::array<float, 256> disparity_table() const {
         const quantization q = level_quantization();
         std::array<float, 256> table{};
@@ -13971,8 +14251,8 @@ expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule 
     expanded_layers<Columns...> result{detail::expansion_access::layers_of(std::move(layer)), options.motion};
     layered_image<Columns...>& layers = result.layers;
     std::optional<detail::expansion> expansion;
+    const array_view<const float> disparity = layers.template column<disparity_column>();
     const buffer<grown_piece> pieces = layers.grow([&](graph_builder base) {
-        const array_view<const float> disparity = layers.template column<disparity_column>();
         expansion.emplace(std::move(base), disparity, surface, curves, options.motion);
         const int last = (std::min)(options.iterations, expansion->max_iterations());
         for (int i = 0; i < last; ++i) {
@@ -14767,50 +15047,66 @@ void unmix_colors(single_layer<Columns...>& layers, const mixed_color_options& o
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Three channels of color.
-using texture_color = std::array<float, 3>;
-
-/// Cells are in the order of the pixels.
+/// Cells are in the order of the pixels, so that a linked run of cells lies side by side.
 struct texture_cells {
     enum class kind : std::uint8_t {
         unknown,
         source,  ///< known, and texture may come from here
         margin,  ///< known, there only so that a source is seen with its surroundings
     };
-    buffer<std::int32_t> pixel;                ///< per cell: its index in the graph
-    buffer<kind> kinds;                        ///< per cell
-    std::array<buffer<std::int32_t>, 4> next;  ///< per side and cell: the neighboring cell, or no_pixel
+    static constexpr int max_steps = 255;  ///< of walk()
+    static constexpr int stride = 4;
+
+    buffer<std::int32_t> pixel;                    ///< per cell: its index in the graph
+    buffer<kind> kinds;                            ///< per cell
+    buffer<std::uint8_t> left_steps, right_steps;  ///< per cell: the number of cells that follow on that side, max_steps at most
+    buffer<std::int32_t> above, below;             ///< per cell: the neighboring cell, or the cell itself
+    buffer<std::int32_t> far_above, far_below;     ///< per cell: the one `stride` steps away, or the last one on the way
 
     std::int32_t count() const { return pixel.count(); }
     bool is_unknown(std::int32_t cell) const { return kinds[cell] == kind::unknown; }
     bool is_source(std::int32_t cell) const { return kinds[cell] == kind::source; }
-    std::int32_t neighbor(std::int32_t cell, side s) const { return next[static_cast<std::size_t>(s)][cell]; }
+    /// The neighboring cell, or no_pixel.
+    std::int32_t neighbor(std::int32_t cell, side s) const {
+        const std::int32_t n = walk(cell, s, 1);
+        return n == cell ? no_pixel : n;
+    }
 
     /// The cell this many steps away, or the last one on the way there.
     std::int32_t walk(std::int32_t cell, side s, int steps) const {
-        const buffer<std::int32_t>& links = next[static_cast<std::size_t>(s)];
-        for (; steps > 0 && links[cell] != no_pixel; --steps) cell = links[cell];
+        LDI_ASSERT(steps <= max_steps);
+        switch (s) {
+            case side::left: return cell - (std::min<int>)(steps, left_steps[cell]);
+            case side::right: return cell + (std::min<int>)(steps, right_steps[cell]);
+            case side::up: return follow(above, far_above, cell, steps);
+            case side::down: break;
+        }
+        return follow(below, far_below, cell, steps);
+    }
+
+private:
+    static std::int32_t follow(const buffer<std::int32_t>& near, const buffer<std::int32_t>& far, std::int32_t cell, int steps) {
+        for (; steps >= stride; steps -= stride) cell = far[cell];
+        for (; steps > 0; --steps) cell = near[cell];
         return cell;
     }
 };
 
 /// Steps over links from each pixel to the nearest unknown one, where they are `most` at most; otherwise 255.
 inline buffer<std::uint8_t> steps_to_unknown(const graph_view& g, array_view<const std::uint8_t> known, int most) {
-    buffer<std::uint8_t> steps(g.size(), 255);
+    buffer<std::uint8_t> steps(g.size(), unset);
+    for (std::int32_t i = 0; i < g.count(); ++i) steps[i] = known[i] == 0 ? 0 : 255;
     buffer<std::int32_t> wave, further;
     const auto visit_around = [&](std::int32_t pixel, int distance, buffer<std::int32_t>& reached) {
         for (side s : all_sides) {
             const std::int32_t n = g.neighbor(pixel, s);
-            if (n == no_pixel || known[n] == 0 || steps[n] != 255) continue;
+            if (n == no_pixel || steps[n] != 255) continue;
             steps[n] = static_cast<std::uint8_t>(distance);
             reached.push_back(n);
         }
     };
-    for (std::int32_t i = 0; i < g.count(); ++i) {
-        if (known[i] != 0) continue;
-        steps[i] = 0;
-        visit_around(i, 1, wave);
-    }
+    for (std::int32_t i = 0; i < g.count(); ++i)
+        if (steps[i] == 0) visit_around(i, 1, wave);
     for (int distance = 2; distance <= most && !wave.empty(); ++distance) {
         further.clear();
         for (std::int32_t pixel : wave) visit_around(pixel, distance, further);
@@ -14819,45 +15115,198 @@ inline buffer<std::uint8_t> steps_to_unknown(const graph_view& g, array_view<con
     return steps;
 }
 
+/// Each cell's link followed twice.
+inline buffer<std::int32_t> doubled(const buffer<std::int32_t>& links) {
+    buffer<std::int32_t> result(links.size(), unset);
+    for (std::size_t cell = 0; cell < links.size(); ++cell) result[cell] = links[links[cell]];
+    return result;
+}
+
+/// Sets left_steps and right_steps.
+///
+/// is_linked  is_linked(cell): whether the cell before it is its left neighbor
+template <class IsLinked>
+void count_steps(texture_cells& cells, IsLinked&& is_linked) {
+    const auto one_more = [](std::uint8_t steps) {
+        return static_cast<std::uint8_t>((std::min)(steps + 1, texture_cells::max_steps));
+    };
+    cells.left_steps = buffer<std::uint8_t>(cells.pixel.size());
+    cells.right_steps = buffer<std::uint8_t>(cells.pixel.size());
+    for (std::int32_t cell = 1; cell < cells.count(); ++cell)
+        if (is_linked(cell)) cells.left_steps[cell] = one_more(cells.left_steps[cell - 1]);
+    for (std::int32_t cell = cells.count() - 1; cell > 0; --cell)
+        if (cells.left_steps[cell] > 0) cells.right_steps[cell - 1] = one_more(cells.right_steps[cell]);
+}
+
+/// g              in canonical order
 /// reach, margin  how many steps from an unknown pixel sources lie at most, and how wide the margin around them is; together
 ///                less than 255
 inline texture_cells find_texture_cells(const graph_view& g, array_view<const std::uint8_t> known, int reach, int margin) {
     const buffer<std::uint8_t> steps = steps_to_unknown(g, known, reach + margin);
+    const std::size_t count = g.size() - static_cast<std::size_t>(std::count(steps.begin(), steps.end(), 255));
     texture_cells cells;
+    cells.pixel.resize(count, unset), cells.kinds.resize(count, unset);
     buffer<std::int32_t> cell_of(g.size(), unset);  // where there is a cell
+    std::int32_t next = 0;
     for (std::int32_t i = 0; i < g.count(); ++i) {
         if (steps[i] == 255) continue;
-        cell_of[i] = cells.count();
-        cells.pixel.push_back(i);
-        cells.kinds.push_back(steps[i] == 0       ? texture_cells::kind::unknown
-                              : steps[i] <= reach ? texture_cells::kind::source
-                                                  : texture_cells::kind::margin);
+        cells.pixel[next] = i;
+        cells.kinds[next] = steps[i] == 0       ? texture_cells::kind::unknown
+                            : steps[i] <= reach ? texture_cells::kind::source
+                                                : texture_cells::kind::margin;
+        cell_of[i] = next++;
     }
-    for (side s : all_sides) {
-        buffer<std::int32_t>& links = cells.next[static_cast<std::size_t>(s)];
-        links = buffer<std::int32_t>(cells.pixel.size(), no_pixel);
+    count_steps(cells, [&](std::int32_t cell) {
+        const std::int32_t left = g.left()[cells.pixel[cell]];
+        LDI_ASSERT(left == no_pixel || left == cells.pixel[cell] - 1);
+        return left != no_pixel && left == cells.pixel[cell - 1];
+    });
+    const auto links = [&](array_view<const std::int32_t> neighbors) {
+        buffer<std::int32_t> result(count, unset);
         for (std::int32_t cell = 0; cell < cells.count(); ++cell) {
-            const std::int32_t n = g.neighbor(cells.pixel[cell], s);
-            if (n != no_pixel && steps[n] != 255) links[cell] = cell_of[n];
+            const std::int32_t n = neighbors[cells.pixel[cell]];
+            result[cell] = n != no_pixel && steps[n] != 255 ? cell_of[n] : cell;
         }
-    }
+        return result;
+    };
+    cells.above = links(g.up()), cells.below = links(g.down());
+    cells.far_above = doubled(doubled(cells.above)), cells.far_below = doubled(doubled(cells.below));
     return cells;
 }
 
-/// Blurs with a binomial filter of 3 x 3 over links, `passes` times. A neighbor that is missing counts as the cell itself.
-inline void blur_cells(const texture_cells& cells, buffer<texture_color>& values, int passes) {
-    buffer<texture_color> blurred(values.size(), unset);
-    for (int pass = 0; pass < passes; ++pass)
-        for (const auto& [one, other] : {std::array{side::left, side::right}, std::array{side::up, side::down}}) {
-            for (std::int32_t cell = 0; cell < cells.count(); ++cell) {
-                const std::int32_t before = cells.neighbor(cell, one), after = cells.neighbor(cell, other);
-                const texture_color& middle = values[cell];
-                const texture_color& a = before == no_pixel ? middle : values[before];
-                const texture_color& b = after == no_pixel ? middle : values[after];
-                for (std::size_t c = 0; c < 3; ++c) blurred[cell][c] = 0.5F * middle[c] + 0.25F * (a[c] + b[c]);
-            }
-            values.swap(blurred);
+}}}  // namespace ldi::detail
+
+// ---- ldi/inpaint/detail/texture_looks.hpp
+// The colors of texture cells: their high frequencies, and what their surroundings look like when both are blurred. A binomial
+// filter of 3 x 3 over links blurs them, four times. Sums stay whole: each time they get four bits more, 24 in the end.
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+/// A cell with its surroundings: blurred colors of itself, and of those `tap_distance` steps away on each side. Of 16 bytes for
+/// the sake of vector instructions; the last is 0.
+using texture_surroundings = std::array<std::uint8_t, 16>;
+
+inline constexpr int tap_distance = 4;
+inline constexpr int tap_values = 15;
+
+/// The sum of the absolute differences.
+inline int difference_of(const texture_surroundings& a, const texture_surroundings& b) {
+    int sum = 0;
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC unroll 1  // unrolled, GCC does not recognize the sum of absolute differences, for which there is an instruction
+#endif
+    for (std::size_t i = 0; i < a.size(); ++i) sum += std::abs(int{a[i]} - int{b[i]});
+    return sum;
+}
+
+/// Cells of one run whose neighbors above, and whose neighbors below, lie side by side, too.
+struct cell_stretch {
+    std::int32_t first, count;
+    std::int32_t above, below;  ///< from a cell to its neighbor; 0: there is none
+};
+
+inline buffer<cell_stretch> find_stretches(const texture_cells& cells) {
+    buffer<cell_stretch> result;
+    for (std::int32_t cell = 0; cell < cells.count(); ++cell) {
+        const std::int32_t above = cells.above[cell] - cell, below = cells.below[cell] - cell;
+        if (cells.left_steps[cell] > 0 && result.back().above == above && result.back().below == below)
+            ++result.back().count;
+        else
+            result.push_back({cell, 1, above, below});
+    }
+    return result;
+}
+
+/// Blurs colors, three channels each, with a binomial filter over links, first along x, then along y. A neighbor that is missing
+/// counts as the cell itself.
+class cell_blur {
+public:
+    explicit cell_blur(const texture_cells& cells) : cells_(cells), stretches_(find_stretches(cells)) {}
+
+    /// Returns 16 times the blurred colors.
+    template <class To, class From>
+    buffer<To> operator()(const buffer<From>& colors) const {
+        const buffer<To> across = blur_across<To>(colors);
+        buffer<To> result(colors.size(), unset);
+        for (const cell_stretch& s : stretches_) {
+            const To *const middle = across.data() + 3 * std::ptrdiff_t{s.first},
+                            *const above = middle + 3 * std::ptrdiff_t{s.above},
+                            *const below = middle + 3 * std::ptrdiff_t{s.below};
+            To* const to = result.data() + 3 * std::ptrdiff_t{s.first};
+            for (std::ptrdiff_t i = 0; i < 3 * std::ptrdiff_t{s.count}; ++i)
+                to[i] = static_cast<To>(2U * middle[i] + above[i] + below[i]);
         }
+        return result;
+    }
+
+private:
+    template <class To, class From>
+    buffer<To> blur_across(const buffer<From>& colors) const {
+        buffer<To> result(colors.size(), unset);
+        for (const cell_stretch& s : stretches_) {
+            const std::ptrdiff_t begin = 3 * std::ptrdiff_t{s.first}, end = begin + 3 * std::ptrdiff_t{s.count};
+            const std::ptrdiff_t left = cells_.left_steps[s.first] > 0 ? -3 : 0;
+            const std::ptrdiff_t right = cells_.right_steps[s.first + s.count - 1] > 0 ? 3 : 0;
+            const From* const from = colors.data();
+            To* const to = result.data();
+            const auto blur = [&](std::ptrdiff_t i, std::ptrdiff_t before, std::ptrdiff_t after) {
+                to[i] = static_cast<To>(2U * from[i] + from[i + before] + from[i + after]);
+            };
+            for (std::ptrdiff_t i = begin; i < begin + 3; ++i) blur(i, left, s.count > 1 ? 3 : right);
+            for (std::ptrdiff_t i = begin + 3; i < end - 3; ++i) blur(i, -3, 3);
+            for (std::ptrdiff_t i = end - 3; s.count > 1 && i < end; ++i) blur(i, -3, right);
+        }
+        return result;
+    }
+
+    const texture_cells& cells_;
+    buffer<cell_stretch> stretches_;
+};
+
+/// What texture is chosen by, and what is copied.
+struct texture_looks {
+    buffer<texture_surroundings> surroundings;   ///< per cell
+    buffer<std::array<std::int16_t, 3>> detail;  ///< per cell: color less blurred color, in sixteenths
+};
+
+inline buffer<texture_surroundings> describe_cells(const texture_cells& cells,
+                                                   const buffer<std::array<std::uint8_t, 3>>& blurred) {
+    buffer<texture_surroundings> result(cells.pixel.size());
+    for (std::int32_t cell = 0; cell < cells.count(); ++cell) {
+        std::size_t at = 0;
+        const auto put = [&](std::int32_t tap) {
+            for (const std::uint8_t value : blurred[tap]) result[cell][at++] = value;
+        };
+        put(cell);
+        for (side s : all_sides) put(cells.walk(cell, s, tap_distance));
+    }
+    return result;
+}
+
+/// color  of the layered image that the cells are of
+inline texture_looks look_at(const texture_cells& cells, array_view<const std::uint8_t> color) {
+    const cell_blur blur(cells);
+    texture_looks result;
+    buffer<std::uint16_t> colors(3 * cells.pixel.size(), unset);
+    for (std::int32_t cell = 0; cell < cells.count(); ++cell)
+        for (std::ptrdiff_t c = 0; c < 3; ++c)
+            colors[3 * std::ptrdiff_t{cell} + c] = color.data()[3 * std::ptrdiff_t{cells.pixel[cell]} + c];
+    buffer<std::uint16_t> once = blur.operator()<std::uint16_t>(colors);
+    result.detail.resize(cells.pixel.size(), unset);
+    for (std::int32_t cell = 0; cell < cells.count(); ++cell)
+        for (std::size_t c = 0; c < 3; ++c) {
+            const std::size_t i = 3 * static_cast<std::size_t>(cell) + c;
+            result.detail[cell][c] = static_cast<std::int16_t>(16 * colors[i] - once[i]);
+        }
+    colors = blur.operator()<std::uint16_t>(once);
+    once = {};
+    const buffer<std::uint32_t> sums = blur.operator()<std::uint32_t>(blur.operator()<std::uint32_t>(colors));
+    buffer<std::array<std::uint8_t, 3>> blurred(cells.pixel.size(), unset);
+    for (std::int32_t cell = 0; cell < cells.count(); ++cell)
+        for (std::size_t c = 0; c < 3; ++c)
+            blurred[cell][c] = static_cast<std::uint8_t>((sums[3 * static_cast<std::size_t>(cell) + c] + 0x8000) >> 16);
+    result.surroundings = describe_cells(cells, blurred);
+    return result;
 }
 
 }}}  // namespace ldi::detail
@@ -14869,33 +15318,6 @@ inline void blur_cells(const texture_cells& cells, buffer<texture_color>& values
 // it costs where two neighbors take from pixels that are not neighbors: what is copied then hangs together.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
-
-/// A cell with its surroundings: blurred colors of itself, and of those `tap_distance` steps away on each side. Of 16 bytes for
-/// the sake of vector instructions; the last is 0.
-using texture_surroundings = std::array<std::uint8_t, 16>;
-
-inline constexpr int tap_distance = 4;
-inline constexpr int tap_values = 15;
-
-inline buffer<texture_surroundings> describe_cells(const texture_cells& cells, const buffer<texture_color>& blurred) {
-    buffer<texture_surroundings> result(cells.pixel.size());
-    for (std::int32_t cell = 0; cell < cells.count(); ++cell) {
-        std::size_t at = 0;
-        const auto put = [&](std::int32_t tap) {
-            for (const float value : blurred[tap]) result[cell][at++] = rounded_mean(value);
-        };
-        put(cell);
-        for (side s : all_sides) put(cells.walk(cell, s, tap_distance));
-    }
-    return result;
-}
-
-/// The sum of the absolute differences.
-inline int difference_of(const texture_surroundings& a, const texture_surroundings& b) {
-    int sum = 0;
-    for (std::size_t i = 0; i < a.size(); ++i) sum += std::abs(int{a[i]} - int{b[i]});
-    return sum;
-}
 
 class texture_search {
 public:
@@ -14946,9 +15368,11 @@ private:
         }
     }
 
-    int cost(std::int32_t cell, std::int32_t from) const {
+    /// Incoherence is counted only while the sum may stay below `limit`.
+    int cost(std::int32_t cell, std::int32_t from, int limit) const {
         int sum = difference_of(looks_[cell], looks_[from]);
         for (side s : all_sides) {
+            if (sum >= limit) return sum;
             const std::int32_t n = cells_.neighbor(cell, s);
             if (n == no_pixel || !cells_.is_unknown(n)) continue;
             if (source_[n] == no_pixel || cells_.neighbor(from, s) != source_[n]) sum += incoherence;
@@ -14965,8 +15389,8 @@ private:
                 best = from;
                 return;
             }
-            if (least < 0) least = cost(cell, best);
-            if (const int c = cost(cell, from); c < least) least = c, best = from;
+            if (least < 0) least = cost(cell, best, std::numeric_limits<int>::max());
+            if (const int c = cost(cell, from, least); c < least) least = c, best = from;
         };
         for (side s : {forward ? side::left : side::right, forward ? side::up : side::down}) {
             const std::int32_t n = cells_.neighbor(cell, s);
@@ -15029,32 +15453,27 @@ struct texture_options {
 
 namespace detail {
 
+/// Three channels of color.
+using texture_color = std::array<float, 3>;
+
 /// Finds a source of texture for each unknown pixel, and the detail to add from it.
 class texture_transfer {
 public:
     /// color, known  the columns of a layered image with this graph
     texture_transfer(const graph_view& g, array_view<const std::uint8_t> color, array_view<const std::uint8_t> known,
                      const texture_options& options)
-        : options_(options), cells_(find_texture_cells(g, known, options.reach, margin)) {
-        buffer<texture_color> blurred(cells_.pixel.size(), unset);
-        for (std::int32_t cell = 0; cell < cells_.count(); ++cell)
-            for (std::size_t c = 0; c < 3; ++c)
-                blurred[cell][c] = color.data()[3 * std::ptrdiff_t{cells_.pixel[cell]} + static_cast<std::ptrdiff_t>(c)];
-        fine_ = blurred;
-        blur_cells(cells_, blurred, 1);
-        for (std::int32_t cell = 0; cell < cells_.count(); ++cell)
-            for (std::size_t c = 0; c < 3; ++c) fine_[cell][c] -= blurred[cell][c];
-        blur_cells(cells_, blurred, 3);
-        looks_ = describe_cells(cells_, blurred);
-        source_ = texture_search(g, cells_, looks_, options.reach).run(options.rounds);
-    }
+        : options_(options),
+          cells_(find_texture_cells(g, known, options.reach, margin)),
+          looks_(look_at(cells_, color)),
+          source_(texture_search(g, cells_, looks_.surroundings, options.reach).run(options.rounds)) {}
 
     const texture_cells& cells() const { return cells_; }
 
     /// Similarity of a cell and its source, 0 to 1.
     float likeness(std::int32_t cell) const {
         if (source_[cell] == no_pixel) return 0.0F;
-        const float difference = nearest_float(difference_of(looks_[cell], looks_[source_[cell]])) / nearest_float(tap_values);
+        const float difference = nearest_float(difference_of(looks_.surroundings[cell], looks_.surroundings[source_[cell]])) /
+                                 nearest_float(tap_values);
         if (difference <= options_.tolerance) return 1.0F;
         return (std::max)(2.0F - difference / options_.tolerance, 0.0F);  // a tolerance of 0 leaves only what is equal
     }
@@ -15062,9 +15481,12 @@ public:
     /// The texture of an unknown cell, none if it has no source. `noise`: the photo's detail around it.
     texture_color texture(std::int32_t cell, float noise) const {
         if (source_[cell] == no_pixel) return {};
-        texture_color result = fine_[source_[cell]];
+        texture_color result;
         const float most = options_.crest * noise;
-        for (float& value : result) value *= options_.strength * (most > 0.0F ? most / (most + std::abs(value)) : 0.0F);
+        for (std::size_t c = 0; c < 3; ++c) {
+            const float value = nearest_float(looks_.detail[source_[cell]][c]) / 16.0F;
+            result[c] = value * (options_.strength * (most > 0.0F ? most / (most + std::abs(value)) : 0.0F));
+        }
         return result;
     }
 
@@ -15073,8 +15495,7 @@ private:
 
     texture_options options_;
     texture_cells cells_;
-    buffer<texture_color> fine_;  // high frequencies
-    buffer<texture_surroundings> looks_;
+    texture_looks looks_;
     buffer<std::int32_t> source_;
 };
 
@@ -15095,7 +15516,7 @@ inline void check_options(const texture_options& options) {
 /// add_grain()
 ///
 /// Raises invalid_option as add_grain() does, and for a strength, crest or tolerance that is not in [0, 100], [0, 1000] or [0,
-/// 255], a reach that is not in [1, 200], or rounds that are not in [1, 60]. Linear time; up to 150 bytes per pixel, where all
+/// 255], a reach that is not in [1, 200], or rounds that are not in [1, 60]. Linear time; up to 80 bytes per pixel, where all
 /// are unknown or near.
 template <has_columns<color_column, known_column> Layers>
 void add_texture(Layers& layers, const texture_options& options = {}, const grain_options& grain = {}) {
@@ -15216,52 +15637,52 @@ void restore_rims(Layers& layers, std::span<const uncertain_rim> rims) {
 }}  // namespace ldi
 
 // ---- ldi/charts/charts.hpp
-// Charts: flat pieces of a layered image that can lie in one texture (paper, section "Texture Atlas Generation", Chart
-// generation). Seed and grow: pixels are visited in order, each one without a chart seeds a new one, which grows breadth-first
-// along links under the paper's three constraints:
-//   1. no fold: a chart has at most one pixel at a lattice position;
-//   2. the bounding box is capped, so that charts pack well;
-//   3. where a surface ends, a range of lattice positions across the edge is unusable for other surfaces in the chart, so that
-//      texture filtering never mixes two. Pixels there come to lie in another chart. The paper says so of the front side of depth
-//      edges. Here it holds wherever two surfaces of a chart would come near each other: a hidden surface that ended, or gave way
-//      to a fold, in the middle of what hides it would else bleed into that.
+// Charts: flat pieces of a layered image, each of which fits in one texture (paper, section "Texture Atlas Generation", Chart
+// generation). Seed and grow: the algorithm visits pixels in order, and each pixel without a chart seeds a new one, which grows
+// breadth-first along links under the paper's three constraints:
+//     1. No fold: a chart has at most one pixel per lattice position.
+//     2. The bounding box is limited, so that charts pack well.
+//     3. Where a surface ends, other surfaces of the chart must keep a distance, so that texture filtering never mixes two
+//        surfaces. Pixels within this distance go to another chart.
+// The paper states constraint 3 only for the front side of depth edges. This code applies it wherever two surfaces of a chart
+// would come close to each other. Otherwise a hidden surface that ends behind another, or becomes a fold, would bleed into it.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// One chart: at most one pixel at each lattice position of its bounding box, connected by links.
+/// A chart: connected by links, with at most one pixel at each lattice position of its bounding box.
 struct chart {
     std::int32_t x = 0, y = 0;           ///< top left lattice position of the bounding box
-    std::int32_t width = 0, height = 0;  ///< of the bounding box, in pixels
-    buffer<std::int32_t> pixels;         ///< its pixels' indices in the layered image, ascending
+    std::int32_t width = 0, height = 0;  ///< size of the bounding box in pixels
+    buffer<std::int32_t> pixels;         ///< indices in the layered image, ascending
 };
 
 /// A partition of all pixels into charts.
 struct chart_set {
-    buffer<std::int32_t> chart_of;  ///< K: the chart that a pixel belongs to
+    buffer<std::int32_t> chart_of;  ///< K: the chart of each pixel
     buffer<chart> charts;
 };
 
-/// The place of a chart in the atlas: the texel of the top left lattice position of its bounding box. Pixel i of chart c has the
+/// Position of a chart in the atlas: the texel of the top left lattice position of its bounding box. Pixel i of chart c has the
 /// texel (g.x()[i] - chart.x + placement.x, g.y()[i] - chart.y + placement.y).
 struct chart_placement {
     std::int32_t x = 0, y = 0;
 };
 
 struct chart_options {
-    /// No bounding box is wider or higher than this, in pixels; at least 16. The photo's width and height are divided evenly:
-    /// 1152 pixels at a cap of 1000 make two charts of 576, not one of 1000 and a rest. Of ten photos of 1152 x 1536, eight
-    /// filled their atlas best (0.58 to 0.89 of it) and coded smallest (3 to 5 % below a cap of 512) without cutting the photo at
-    /// all, so only larger ones are cut.
+    /// Maximum width and height of a bounding box, in pixels; at least 16. The photo's width and height are divided evenly: with
+    /// a limit of 1000, 1152 pixels become two charts of 576, not 1000 and 152. Of ten photos of 1152 x 1536, eight filled their
+    /// atlas best (0.58 to 0.89 of it) and compressed best (3 to 5 % smaller than with a limit of 512) when the photo was not
+    /// divided at all, so the default divides only larger photos.
     std::int32_t max_side = 2048;
-    /// Within this many rows and columns of a pixel, its chart has no other surface: the reach of a texture filter. 1 to 8.
+    /// Reach of a texture filter, 1 to 8: a chart has no other surface within this many rows and columns of a pixel.
     std::int32_t filter_range = 4;
 };
 
 namespace detail {
 
-/// W x H: 1 at lattice positions of more than one pixel, and within `range` rows and columns of where a surface ends. Two pixels
-/// at others are never of different surfaces within that range, so constraint 3 holds there by itself. In a photo that is almost
-/// everywhere.
+/// W x H: 1 at lattice positions with several pixels, and within `range` rows and columns of the end of a surface. At all other
+/// positions, pixels within that range belong to the same surface, so constraint 3 holds. In a photo, almost all positions are
+/// of this kind.
 inline buffer<std::uint8_t> positions_near_other_surfaces(const graph_view& g, std::int32_t range) {
     constexpr std::uint8_t taken = 1, contested = 2;
     buffer<std::uint8_t> positions(g.position_count(), 0);
@@ -15270,7 +15691,7 @@ inline buffer<std::uint8_t> positions_near_other_surfaces(const graph_view& g, s
         const std::int32_t x = g.x()[i], y = g.y()[i];
         std::uint8_t& here = row_of(y)[x];
         here |= (here & taken) == 0 ? taken : contested;
-        if ((g.up()[i] | g.down()[i] | g.left()[i] | g.right()[i]) >= 0) continue;  // negative if one of them is no_pixel
+        if ((g.up()[i] | g.down()[i] | g.left()[i] | g.right()[i]) >= 0) continue;  // negative if any link is no_pixel
         const bool ends = (g.up()[i] == no_pixel && y > 0) || (g.down()[i] == no_pixel && y + 1 < g.height()) ||
                           (g.left()[i] == no_pixel && x > 0) || (g.right()[i] == no_pixel && x + 1 < g.width());
         if (!ends) continue;
@@ -15285,8 +15706,8 @@ inline buffer<std::uint8_t> positions_near_other_surfaces(const graph_view& g, s
 
 inline constexpr std::int32_t max_filter_range = 8;
 
-/// Grows one chart after the other. Lattice positions remember the pixel that was put there last, so that nothing is cleared in
-/// between.
+/// Grows charts one after the other. Lattice positions store the last pixel placed there, so that nothing must be cleared
+/// between charts.
 class chart_grower {
 public:
     chart_grower(const graph_view& g, array_view<const float> disparity, surface_rule surface, const chart_options& options)
@@ -15318,21 +15739,21 @@ public:
     }
 
 private:
-    /// Pixels of one chart that are linked from left to right. Growth goes from strip to strip. Not a pixel_run, whose pixels lie
-    /// side by side in memory: charts are made of layers in any order, so growth may only follow links; and looking up the place
-    /// of a strip's first pixel again would cost a cache miss.
+    /// Pixels of one chart that are linked from left to right. Growth proceeds from strip to strip. A pixel_run would require
+    /// adjacent memory, but charts are made of layers in any order, so growth may only follow links. The strip stores the
+    /// position of its first pixel, because reading it again would cost a cache miss.
     struct strip {
         std::int32_t first, x, y, count;
     };
 
-    /// The disparities that the last chart here has in a square of the lattice, among pixels near other surfaces. In most cases
-    /// they show at once that there is no other surface.
+    /// Range of disparity of the last chart in a square of the lattice, over its pixels near other surfaces. Usually this range
+    /// is enough to exclude another surface.
     struct cell {
         std::int32_t chart = -1;
         float lowest = 0, highest = 0;
     };
 
-    /// Cells with sides of 2^shift, so large that the filter's reach to both sides touches no more than two.
+    /// Computes the side of cells, 2^shift: large enough that the filter's range to both sides meets at most two cells.
     static int cell_shift(std::int32_t range) {
         int shift = 1;
         while ((1 << shift) < 2 * range) ++shift;
@@ -15372,7 +15793,7 @@ private:
         }
     }
 
-    /// Adds a pixel that may join, and all that may and are linked to it from left to right.
+    /// Adds a pixel that may join, and all pixels linked to its right that may join as well.
     void add_strip(std::int32_t pixel, std::int32_t x, std::int32_t y) {
         accept(pixel, x, y);
         strip r{pixel, x, y, 1};
@@ -15420,7 +15841,7 @@ private:
         return pixel != no_pixel && chart_of(pixel) == current_ ? pixel : no_pixel;
     }
 
-    /// The positions within the filter's reach of one.
+    /// The lattice positions within the filter's range of one position.
     struct window {
         std::int32_t left, right, top, bottom;
     };
@@ -15447,8 +15868,9 @@ private:
         return true;
     }
 
-    /// Whether `other`, which lies that many steps away, is not on the surface of `pixel`: seen there along rows then columns, or
-    /// the other way, or where the surface ends before.
+    /// Whether `other`, at this distance in steps, lies on another surface than `pixel`. Follows the surface along rows then
+    /// columns, and along columns then rows; `other` is off the surface if both ways reach other pixels or the surface ends
+    /// first.
     bool is_off_surface(std::int32_t pixel, std::int32_t steps_x, std::int32_t steps_y, std::int32_t other) const {
         array_view<const std::int32_t> along_x = steps_x < 0 ? graph_.left() : graph_.right();
         array_view<const std::int32_t> along_y = steps_y < 0 ? graph_.up() : graph_.down();
@@ -15487,8 +15909,8 @@ private:
 
 }  // namespace detail
 
-/// Partitions all pixels of a layered image into charts. `surface` is the rule that its pixels are linked by. Raises
-/// error_code::invalid_option if an option is outside its range. Linear time; up to 18 bytes per pixel, and 120 per chart.
+/// Partitions all pixels of a layered image into charts. `surface` is the rule by which its pixels are linked. Raises
+/// error_code::invalid_option if an option is outside its range. Linear time; up to 18 bytes per pixel and 120 per chart.
 template <has_columns<disparity_column> Layers>
 chart_set make_charts(const Layers& layers, surface_rule surface, const chart_options& options = {}) {
     if (options.max_side < 16) raise(error_code::invalid_option, "max_side", "at least 16", std::to_string(options.max_side));
@@ -15500,8 +15922,8 @@ chart_set make_charts(const Layers& layers, surface_rule surface, const chart_op
 }}  // namespace ldi
 
 // ---- ldi/texture/packing.hpp
-// Packs rectangles into one sheet, or into several: a tree that splits free rectangles (paper, section "Texture Atlas
-// Generation", Packing; after blackpawn.com/texts/lightmaps). The unit is the caller's; the atlas packs in JPEG macroblocks.
+// Packs rectangles into one or several sheets by a tree that splits free rectangles (paper, section "Texture Atlas Generation",
+// Packing; after blackpawn.com/texts/lightmaps). The caller chooses the unit; the atlas packs in JPEG macroblocks.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -15511,24 +15933,24 @@ struct rectangle_size {
 };
 
 struct rectangle_corner {
-    std::int32_t x = 0, y = 0;  ///< of the top left corner
+    std::int32_t x = 0, y = 0;  ///< top left corner
 };
 
-/// The place of each rectangle, and the size of the sheet that holds them all.
+/// Position of each rectangle, and the size of the sheet that contains all of them.
 struct packing {
     rectangle_size sheet;
     buffer<rectangle_corner> corners;  ///< one per rectangle, in the caller's order
 };
 
-/// A sheet of fixed size that takes one rectangle after the other, each into the first free leaf of the tree that it fits.
-/// Only the free leaves are kept, from left to right: they are all that a search of the tree can end in.
+/// A sheet of fixed size. Inserts rectangles one by one, each into the first free leaf of the tree that fits. Only the free
+/// leaves are stored, from left to right, because every search of the tree ends in one of them.
 class packing_tree {
 public:
     explicit packing_tree(rectangle_size sheet) { leaves_ = {{{}, {}, 1}, {{}, sheet, none}}; }
 
-    /// Finds room for a rectangle; false if there is none.
+    /// Inserts a rectangle; returns false if there is no room.
     bool insert(rectangle_size size, rectangle_corner& corner) {
-        if (!(size == last_size_)) before_ = 0, last_size_ = size;  // for equal sizes, what was too small before still is
+        if (!(size == last_size_)) before_ = 0, last_size_ = size;  // leaves too small for an equal size are still too small
         while (leaves_[before_].next != none) {
             const std::size_t found = leaves_[before_].next;
             if (size.width <= leaves_[found].size.width && size.height <= leaves_[found].size.height) {
@@ -15550,7 +15972,7 @@ private:
         std::size_t next;
     };
 
-    /// Splits what the rectangle leaves over: first off the whole side where more is left, then the rest of the other.
+    /// Splits the rest of the leaf: first along its whole side where more is left, then the rest of the other side.
     void take(std::size_t found, rectangle_size size) {
         const leaf old = leaves_[found];
         const std::int32_t right = old.size.width - size.width, below = old.size.height - size.height;
@@ -15558,7 +15980,7 @@ private:
         const leaf beside{{old.corner.x + size.width, old.corner.y}, {right, vertically ? old.size.height : size.height}, none};
         const leaf under{{old.corner.x, old.corner.y + size.height}, {vertically ? size.width : old.size.width, below}, none};
         leaves_[before_].next = old.next;
-        // The leaf within the strip that the rectangle was cut from comes first in the tree.
+        // The leaf in the strip from which the rectangle was cut comes first in the tree.
         add(vertically ? beside : under);
         add(vertically ? under : beside);
     }
@@ -15570,14 +15992,14 @@ private:
         leaves_.push_back(l);
     }
 
-    buffer<leaf> leaves_;  // a linked list that starts at leaf 0, which is none itself
+    buffer<leaf> leaves_;  // a linked list that starts at leaf 0, a sentinel
     std::size_t before_ = 0;
     rectangle_size last_size_;
 };
 
 namespace detail {
 
-/// Large ones first: by the longer side, then by the shorter, then in the caller's order.
+/// Sorts by descending longer side, then shorter side, then in the caller's order.
 inline buffer<std::size_t> packing_order(std::span<const rectangle_size> sizes) {
     buffer<std::size_t> order(sizes.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
@@ -15604,8 +16026,8 @@ inline bool pack_into(std::span<const rectangle_size> sizes, std::span<const std
 
 }  // namespace detail
 
-/// Packs all rectangles, each at least 1 x 1, without turning them. Tries sheets from about 1:2 to 2:1 and keeps the smallest.
-/// Raises error_code::too_large if none up to max_side x max_side holds them.
+/// Packs all rectangles, each at least 1 x 1, without rotation. Tries sheets from about 1:2 to 2:1 and keeps the smallest.
+/// Raises error_code::too_large if no sheet up to max_side x max_side is large enough.
 inline packing pack(std::span<const rectangle_size> sizes, std::int32_t max_side) {
     if (sizes.empty()) return {};
     rectangle_size largest;
@@ -15627,13 +16049,13 @@ inline packing pack(std::span<const rectangle_size> sizes, std::int32_t max_side
         return true;
     };
     const double side = std::sqrt(detail::nearest_double(area));
-    // Widths over that of a square sheet without waste. On 17 photos with depth maps these 30 leave 2.8 % of the sheet empty and
-    // take 0.1 ms; steps twice as large leave 3.5 %, half as large 2.6 %, 0.85 to 1.2 leaves 4.4 %, a square alone 11 %, and 0.5
-    // to 2 gains nothing.
+    // Widths relative to a square sheet without waste. On 17 photos with depth maps, these 30 widths leave 2.8 % of the sheet
+    // empty and cost 0.1 ms. Steps twice as large leave 3.5 %, half as large 2.6 %; the range 0.85 to 1.2 leaves 4.4 %, a square
+    // alone 11 %; 0.5 to 2 gains nothing.
     for (double stretch = 0.7; stretch < 1.45; stretch += 0.025) {
         const std::int32_t width = (std::max)(static_cast<std::int32_t>(std::ceil(side * stretch)), largest.width);
         if (width > max_side) continue;
-        // The smallest height that works, by halving: whether one works is nearly, but not strictly, monotonic.
+        // Bisection for the smallest height that works. Success is nearly, but not strictly, monotonic in height.
         std::int32_t low = (std::max)(static_cast<std::int32_t>((area + width - 1) / width), largest.height);
         const std::int32_t below_best =
             best.corners.empty() ? max_side : static_cast<std::int32_t>((sheet_area(best.sheet) - 1) / width);
@@ -15653,15 +16075,15 @@ inline packing pack(std::span<const rectangle_size> sizes, std::int32_t max_side
     return best;
 }
 
-/// The place of each rectangle on one of several sheets, and how much of each sheet is used.
+/// Position of each rectangle on one of several sheets, and the used size of each sheet.
 struct sheet_packing {
     buffer<rectangle_size> sheets;
     buffer<std::int32_t> sheet_of;     ///< one per rectangle, in the caller's order
-    buffer<rectangle_corner> corners;  ///< the same
+    buffer<rectangle_corner> corners;  ///< one per rectangle, in the caller's order
 };
 
-/// Packs all rectangles, each at least 1 x 1, into as few sheets as it finds room on, the largest first. Raises
-/// error_code::too_large for a rectangle that is larger than a sheet.
+/// Packs all rectangles, each at least 1 x 1, on as few sheets as it can, the largest first. Raises error_code::too_large for a
+/// rectangle that is larger than a sheet.
 inline sheet_packing pack_on_sheets(std::span<const rectangle_size> sizes, std::int32_t max_side) {
     sheet_packing packed;
     packed.sheet_of.resize(sizes.size()), packed.corners.resize(sizes.size());
@@ -15690,24 +16112,24 @@ inline sheet_packing pack_on_sheets(std::span<const rectangle_size> sizes, std::
 }}  // namespace ldi
 
 // ---- ldi/texture/padding.hpp
-// Draws a chart into the atlas, and what surrounds it there (paper, section "Texture Atlas Generation", both paddings). Filter
-// padding, a few texels thick: copied from the neighboring chart where the surface goes on, diffused where it ends. Macroblock
-// padding: every 16 x 16 block that the padded chart touches is filled up by diffusion, because JPEG smears what a block mixes.
+// Draws a chart into the atlas with its padding (paper, section "Texture Atlas Generation", both paddings). Filter padding, a
+// few texels thick, is copied from the neighboring chart where the surface continues, and diffused where it ends. Macroblock
+// padding fills every 16 x 16 block that the padded chart touches by diffusion, because JPEG mixes the colors within a block.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// JPEG codes color in square blocks with sides of this many texels (at 4:2:0, the default of encoders).
+/// Side in texels of the square blocks in which JPEG codes color (at 4:2:0, the default of encoders).
 inline constexpr std::int32_t macroblock_side = 16;
 
-/// The origin of a texel's color: the classes of the paper's Figure "atlas".
+/// Origin of a texel's color: the classes of the paper's Figure "atlas".
 enum class texel_kind : std::uint8_t {
-    empty,       ///< in no block of a chart
-    photo,       ///< a pixel that the photo shows
-    refilled,    ///< a pixel in front, but so close to a silhouette that its color was mixed and had to be inpainted
-    occluded,    ///< an inpainted pixel behind another
+    empty,       ///< outside the blocks of all charts
+    photo,       ///< a pixel visible in the photo
+    refilled,    ///< a foreground pixel so close to a silhouette that its color was mixed and had to be inpainted
+    occluded,    ///< an inpainted pixel behind another pixel
     copied,      ///< filter padding from the neighboring chart
     diffused,    ///< filter padding where the surface ends
-    macroblock,  ///< the rest of a chart's blocks
+    macroblock,  ///< the remaining texels of a chart's blocks
 };
 
 /// A rectangle of the atlas, in texels.
@@ -15716,16 +16138,16 @@ struct atlas_rectangle {
 };
 
 struct padding_options {
-    std::int32_t filter_padding = 4;  ///< thickness in texels, counted along rows and columns
-    int diffusion_rounds = 4;         ///< on each level, see diffusion.hpp
+    std::int32_t filter_padding = 4;  ///< thickness in texels, along rows and columns
+    int diffusion_rounds = 4;         ///< rounds per level (core/diffusion.hpp)
 };
 
-/// Draws and pads one chart after the other and keeps its memory for the next. One object serves one thread; charts whose
-/// rectangles share no texel may be drawn at the same time.
+/// Draws and pads charts one by one, and reuses its memory. One object serves one thread; several objects may draw charts at the
+/// same time if their rectangles share no texel.
 class chart_padder {
 public:
     /// kind_of  K: photo, refilled or occluded for each pixel
-    /// color   the atlas, H x W x 3
+    /// color    the atlas, H x W x 3
     /// kind     the atlas, H x W x 1, all `empty` before the first chart
     chart_padder(const graph_view& g, std::span<const std::uint8_t> colors, std::span<const texel_kind> kind_of,
                  image<std::uint8_t>& color, image<texel_kind>& kind)
@@ -15736,8 +16158,10 @@ public:
           kind_(kind.data()),
           stride_(static_cast<std::ptrdiff_t>(kind.width())) {}
 
-    /// room  the chart's blocks: all four numbers are multiples of 16, and every side of the chart is at least `filter_padding`
-    ///       texels away from its rim. Colors of texels that stay empty are left alone.
+    /// Draws and pads a chart.
+    ///
+    /// room  the chart's blocks: all four numbers are multiples of 16, and the chart is at least `filter_padding` texels away
+    ///       from every side. Colors of texels that remain empty do not change
     void draw(const chart& c, chart_placement placement, atlas_rectangle room, const padding_options& options) {
         draw_own(c, placement);
         find_border(c, placement);
@@ -15748,7 +16172,7 @@ public:
 private:
     struct border_texel {
         std::ptrdiff_t texel;
-        std::int32_t pixel;  // whose surface it shows; no_pixel beyond the surface's end
+        std::int32_t pixel;  // pixel whose surface it shows; no_pixel beyond the surface's end
     };
 
     std::ptrdiff_t texel_of(std::int32_t pixel, const chart& c, chart_placement placement) const {
@@ -15780,8 +16204,8 @@ private:
         }
     }
 
-    /// One texel more of filter padding. Where two surfaces meet each gets half of the gap, and where one goes on that counts
-    /// more than that another ends.
+    /// Adds one texel of filter padding. Where two surfaces meet, each gets half of the gap. A surface that continues takes
+    /// precedence over one that ends.
     void grow_border() {
         next_border_.clear();
         for (const border_texel& b : border_) {
@@ -15827,7 +16251,7 @@ private:
         }
     }
 
-    /// Lists the blocks of one row of blocks that have unknown texels, and marks those.
+    /// Lists the blocks in one row of blocks that have unknown texels, and marks these texels.
     void find_open_blocks(atlas_rectangle room, std::int32_t y) {
         open_blocks_.clear();
         for (std::int32_t x = 0; x < room.width; x += macroblock_side) {
@@ -15867,34 +16291,33 @@ private:
     std::ptrdiff_t stride_;
     buffer<border_texel> border_, next_border_;
     diffusion<3> diffusion_;
-    buffer<std::ptrdiff_t> unknown_;  // the texel of each cell of the diffusion
+    buffer<std::ptrdiff_t> unknown_;  // texel of each diffusion cell
     buffer<std::int32_t> cell_above_, open_blocks_;
 };
 
 }}  // namespace ldi
 
 // ---- ldi/texture/atlas.hpp
-// The texture atlas of a layered image: its charts, padded and packed into one picture (paper, section "Texture Atlas
-// Generation").
+// Texture atlas of a layered image: its charts, padded and packed in one picture (paper, section "Texture Atlas Generation").
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct atlas_options {
     padding_options padding;
-    /// The atlas is at most this wide and high, in texels: what every GPU of the last ten years takes.
+    /// Maximum width and height of the atlas in texels: the limit of every GPU of the last ten years.
     std::int32_t max_side = 8192;
 };
 
 struct texture_atlas {
-    image<std::uint8_t> color;           ///< H x W x 3, sides multiples of 16; gray where no chart is
-    image<texel_kind> kind;              ///< H x W x 1: where each texel has its color from
+    image<std::uint8_t> color;           ///< H x W x 3, sides multiples of 16; gray outside charts
+    image<texel_kind> kind;              ///< H x W x 1: the origin of each texel's color
     buffer<chart_placement> placements;  ///< one per chart
-    float fill = 0;                      ///< the share of texels that belong to a pixel of the layered image
+    float fill = 0;                      ///< share of texels that belong to a pixel of the layered image
 };
 
 namespace detail {
 
-/// photo, refilled or occluded for each pixel.
+/// Classifies each pixel as photo, refilled or occluded.
 template <class Layers>
 buffer<texel_kind> pixel_kinds(const Layers& layers) {
     const auto& g = layers.topology();
@@ -15915,10 +16338,10 @@ buffer<texel_kind> pixel_kinds(const Layers& layers) {
 
 }  // namespace detail
 
-/// Packs, draws and pads all charts. Every pixel of `layers` has a color by now; known_column tells which are the photo's
-/// own, and only affects `kind`. Raises error_code::too_large if the charts do not fit, error_code::invalid_option for a
-/// filter padding below 1. Time is linear in pixels and texels but for packing, which grows with the number of charts times that
-/// of their different sizes; up to 32 bytes per pixel and per texel.
+/// Packs, draws and pads all charts. Every pixel of `layers` must have a color; known_column marks the photo's own colors, and
+/// only affects `kind`. Raises error_code::too_large if the charts do not fit, error_code::invalid_option for a filter padding
+/// below 1. Linear time in pixels and texels, except for packing, which costs the number of charts times the number of their
+/// different sizes. Up to 32 bytes per pixel and per texel.
 template <has_columns<color_column, disparity_column, known_column> Layers, executor Executor = const serial_executor>
 texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const atlas_options& options = {},
                          Executor&& threads = {}) {
@@ -15956,30 +16379,30 @@ texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const at
 }}  // namespace ldi
 
 // ---- ldi/texture/sheet_layout.hpp
-// Places of full-size charts on sheets (texture/sheets.hpp).
+// Layout of full-size charts on sheets (texture/sheets.hpp).
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct sheet_options {
-    /// A sheet is at most this wide and high, in texels; a multiple of 16. Telephones take 4096.
+    /// Maximum width and height of a sheet in texels; a multiple of 16. Phones support 4096.
     std::int32_t max_side = 4096;
-    /// Around charts, in pixels of the layered image; at least 1, and at most the atlas's filter padding.
+    /// Padding around charts, in pixels of the layered image; at least 1, and at most the atlas's filter padding.
     std::int32_t padding = 4;
 };
 
-/// Along one direction: the pixels of the photo, which count more or less than those of the layered image.
+/// Scale along one direction: `photo` pixels of the photo cover the same length as `layers` pixels of the layered image.
 struct sheet_scale {
     std::int64_t photo = 1, layers = 1;
 
-    /// A place of the layered image in the photo.
+    /// Position in the photo of a position in the layered image.
     double in_photo(double place) const { return place * detail::nearest_double(photo) / detail::nearest_double(layers); }
-    /// A place of the photo in the layered image.
+    /// Position in the layered image of a position in the photo.
     double in_layers(double place) const { return place * detail::nearest_double(layers) / detail::nearest_double(photo); }
-    /// The pixel of the layered image, below 0 or beyond the last maybe, in which the middle of a pixel of the photo lies.
+    /// Pixel of the layered image that contains the center of a photo pixel. May lie outside the layered image.
     std::int32_t pixel_of(std::int64_t photo_pixel) const { return floored((2 * photo_pixel + 1) * layers, 2 * photo); }
-    /// The pixel of the photo at whose place, or before, a pixel of the layered image begins.
+    /// Last photo pixel that starts at or before the start of a pixel of the layered image.
     std::int32_t first_at(std::int64_t pixel) const { return floored(pixel * photo, layers); }
-    /// The pixel of the photo that begins at the same place, or behind.
+    /// First photo pixel that starts at or after the start of a pixel of the layered image.
     std::int32_t last_at(std::int64_t pixel) const { return -floored(-pixel * photo, layers); }
 
 private:
@@ -15988,24 +16411,24 @@ private:
     }
 };
 
-/// The place of a chart.
+/// Position of a chart.
 struct sheet_placement {
-    std::int32_t sheet = 0;                 ///< 0: it stays in the atlas, and nothing else here counts
-    atlas_rectangle room = {};              ///< on the sheet
-    std::int32_t photo_x = 0, photo_y = 0;  ///< the pixel of the photo at the room's top left texel; it may lie outside
+    std::int32_t sheet = 0;                 ///< 0: the chart stays in the atlas, and the other members are unused
+    atlas_rectangle room = {};              ///< rectangle on the sheet
+    std::int32_t photo_x = 0, photo_y = 0;  ///< photo pixel at the room's top left texel; may lie outside the photo
 };
 
 struct sheet_layout {
     sheet_scale across, down;
     std::int32_t padding = 0;
-    buffer<rectangle_size> sizes;        ///< of all textures, in texels: the atlas, then the sheets
+    buffer<rectangle_size> sizes;        ///< sizes of all textures in texels: the atlas, then the sheets
     buffer<sheet_placement> placements;  ///< one per chart
 };
 
 }}  // namespace ldi
 
 // ---- ldi/texture/detail/sheet_sources.hpp
-// Which colors a chart takes from the photo when it is drawn as large as that (texture/sheets.hpp).
+// Selects the photo pixels that color a chart at full texture size (texture/sheets.hpp).
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -16013,10 +16436,10 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 enum class sheet_source : std::uint8_t {
     atlas,
     photo,
-    cleaned,  ///< the photo, with the neighboring surface's share removed
+    cleaned,  ///< photo color, with the neighboring surface's share removed
 };
 
-/// The sources of a chart's pixels, and of those up to `padding` around its bounding box. Places count from the first of these.
+/// Sources of a chart's pixels, and of the pixels up to `padding` around its bounding box. Coordinates start at the padding.
 class sheet_sources {
 public:
     sheet_sources(const chart& shape, const texture_atlas& atlas, chart_placement in_atlas, std::int32_t padding,
@@ -16039,7 +16462,8 @@ public:
         return x >= 0 && y >= 0 && x < width_ && y < height_ ? found_(y, x) : sheet_source::atlas;
     }
 
-    /// The color of the surface that the photo may mix in there: of all in reach that are not this chart's, the most different.
+    /// Color of the surface that the photo may mix in at this pixel: of all pixels within reach outside this chart, the most
+    /// different.
     std::array<float, 3> color_beside(std::int32_t x, std::int32_t y) const {
         const std::uint8_t* const own = atlas_.color.row(atlas_top_ + y) + 3 * std::ptrdiff_t{atlas_left_ + x};
         std::array<float, 3> color{nearest_float(own[0]), nearest_float(own[1]), nearest_float(own[2])};
@@ -16058,8 +16482,8 @@ public:
     }
 
 private:
-    /// Within this distance, in pixels, from the end of its surface or from a refilled pixel, a pixel that looks unmixed may
-    /// contain a rim of another surface, which the full-size photo shows. By trial.
+    /// Distance in pixels from the end of a surface or from a refilled pixel. Within this distance, a pixel that looks unmixed
+    /// may contain a rim of another surface, which only the full-size photo shows. Tuned by experiment.
     static constexpr std::int32_t guarded = 2;
     /// Search distance for that other surface, in pixels.
     static constexpr std::int32_t reach = 3;
@@ -16072,7 +16496,7 @@ private:
         return worked_on_.row(top_ + y) + 3 * std::ptrdiff_t{left_ + x};
     }
 
-    /// By the pixel alone.
+    /// Source by the pixel alone, without its neighbors.
     sheet_source own_source(std::int32_t x, std::int32_t y) const {
         if (!is_in_photo(x, y)) return sheet_source::atlas;
         const texel_kind kind = atlas_.kind(atlas_top_ + y, atlas_left_ + x);
@@ -16082,9 +16506,10 @@ private:
         return kind == texel_kind::photo || kind == texel_kind::refilled ? sheet_source::cleaned : sheet_source::atlas;
     }
 
-    /// Looks along rows, then along columns.
+    /// Searches along rows, then along columns.
     void guard_borders() {
-        image<std::uint8_t> beside(found_.height(), found_.width());  // 1: one of the row, within reach, is not the photo's
+        // 1: a pixel of the row within `guarded` does not show the photo
+        image<std::uint8_t> beside(found_.height(), found_.width());
         for (std::int32_t y = 0; y < height_; ++y)
             for (std::int32_t x = 0; x < width_; ++x)
                 if (found_(y, x) != sheet_source::photo && is_in_photo(x, y))
@@ -16107,7 +16532,7 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/texture/detail/sheet_painter.hpp
-// Draws a chart as large as the photo (texture/sheets.hpp), row by row.
+// Draws a chart at the photo's full size (texture/sheets.hpp), row by row.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -16126,13 +16551,13 @@ public:
 
     std::size_t rows() const { return rows_.size(); }
 
-    /// Draws a row of the chart's room.
+    /// Draws one row of the chart's room.
     void draw(std::int32_t y, image<std::uint8_t>& sheet) const {
         std::uint8_t* to = sheet.row(place_.room.y + y) + 3 * std::ptrdiff_t{place_.room.x};
         const std::int32_t pixel_y = rows_[y].pixel;
         for (std::int32_t x = 0, end = 0; x < columns_.count(); to += 3 * (end - x), x = end) {
             const sheet_source source = sources_.at(columns_[x].pixel, pixel_y);
-            const auto is_alike = [&](std::int32_t other) {  // cleaned ones differ in the color beside
+            const auto is_alike = [&](std::int32_t other) {  // cleaned pixels differ in the color of the neighboring surface
                 return columns_[other].pixel == columns_[x].pixel ||
                        (source != sheet_source::cleaned && sources_.at(columns_[other].pixel, pixel_y) == source);
             };
@@ -16154,11 +16579,11 @@ public:
 private:
     using color = std::array<float, 3>;
 
-    /// A texel along one direction.
+    /// Sample position of a texel along one direction.
     struct sample {
-        std::int32_t pixel;          ///< of sheet_sources, that its middle lies in
-        std::int32_t first, second;  ///< texels of the atlas that the atlas is interpolated between
-        float share;                 ///< of the second
+        std::int32_t pixel;          ///< pixel of sheet_sources that contains the texel's center
+        std::int32_t first, second;  ///< texels of the atlas to interpolate between
+        float share;                 ///< weight of `second`
     };
 
     static buffer<sample> samples_along(const sheet_scale& scale, std::int32_t photo_pixel, std::int32_t count,
@@ -16190,10 +16615,10 @@ private:
         return result;
     }
 
-    /// The photo's color without the neighboring surface's share: subtracts the component from the own surface's color towards
-    /// the neighbor's. The rest is the own surface's texture.
+    /// Removes the neighboring surface's share from a color of the photo: projects the difference from the surface's own color
+    /// on the direction to the neighbor's color and subtracts it. The rest is the texture of the surface.
     static color cleaned(const std::uint8_t* photo, const color& own, const color& beside) {
-        // A share that noise has, too, stays; so does what is beside where it looks alike. By trial.
+        // Keeps shares as small as noise, and shares of a neighbor with a similar color. Thresholds tuned by experiment.
         constexpr float min_share = 0.02F, certain_share = 0.08F, min_difference = 20;
         color result{};
         float along = 0, squared = 0;
@@ -16223,10 +16648,10 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/texture/sheets.hpp
-// Full-size textures. Depth is coarser than the photo, so layered images stay small: at the photo's size they would cost time and
-// memory without a gain. Colors can be finer. draw_sheet() draws the charts that show the photo again, on separate sheets with
-// one texel per pixel of the photo. The atlas remains the texture of entirely hidden charts and of soft edges. Sheets are drawn
-// one at a time, so that only one needs to be in memory.
+// Full-size textures. Depth is coarser than the photo, so layered images stay small: at the photo's size they would cost time
+// and memory without a gain. Colors can be finer. draw_sheet() draws the charts that show the photo again, on separate sheets
+// with one texel per pixel of the photo. The atlas remains the texture of completely hidden charts and of soft edges. Sheets are
+// drawn one at a time, so that only one must be in memory.
 //
 //     made = make_photo3d(photo, estimator, inpainter, for_sheets(options, photo.height(), photo.width()));   // photo3d.hpp
 //     const sheet_layout layout = lay_out_sheets(made.layers, made.charts, made.atlas, photo.height(), photo.width());
@@ -16238,7 +16663,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// Raises mismatch if the atlas has no such padding around a chart.
+/// Raises mismatch unless the atlas has this padding around the chart.
 inline void check_padding(const chart& shape, chart_placement in_atlas, const texture_atlas& atlas, std::int32_t padding) {
     const std::int64_t right = std::int64_t{in_atlas.x} + shape.width + padding,
                        bottom = std::int64_t{in_atlas.y} + shape.height + padding;
@@ -16249,12 +16674,11 @@ inline void check_padding(const chart& shape, chart_placement in_atlas, const te
 
 }  // namespace detail
 
-/// The largest chart_options::max_side with which every chart finds room on a sheet.
+/// Returns the largest chart_options::max_side with which every chart fits on a sheet. Raises too_large if there is none.
 ///
 /// scale  pixels of the photo per pixel of the layered image, the larger of both directions
-/// Raises too_large if there is none.
 inline std::int32_t largest_chart_side(double scale, const sheet_options& options = {}) {
-    // Ends within a texel are rounded outwards.
+    // Edges inside a texel are rounded outward.
     const double side = std::floor(detail::nearest_double(options.max_side - 2) / scale) - 2.0 * options.padding;
     if (!(side >= 16))
         raise(error_code::too_large, "largest_chart_side",
@@ -16263,11 +16687,12 @@ inline std::int32_t largest_chart_side(double scale, const sheet_options& option
     return static_cast<std::int32_t>((std::min)(side, 1e6));
 }
 
-/// Gives every chart with a pixel that the photo shows room on a sheet, as large as the photo.
+/// Allocates room on a sheet, at the photo's size, for every chart with a pixel that the photo shows.
 ///
-/// layers         known_column tells which pixels the photo shows
-/// charts, atlas  of these layers
-/// photo_height, photo_width  of the photo that sheets will show
+/// layers                     known_column marks the pixels that the photo shows
+/// charts, atlas              made from these layers
+/// photo_height, photo_width  size of the photo for draw_sheet()
+///
 /// Raises invalid_option, mismatch for another atlas, and too_large for a chart that fits on no sheet.
 template <has_columns<known_column> Layers>
 sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const texture_atlas& atlas, std::size_t photo_height,
@@ -16316,15 +16741,16 @@ sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const
     return layout;
 }
 
-/// Draws a sheet, H x W x 3, gray where no chart is. A texel in a pixel of the layered image that has the photo's color is the
-/// photo's own, unchanged. Beside silhouettes and where colors were changed it is the photo's without what that has of the other
-/// surface; where the photo shows something else, the atlas's color, smoothly enlarged.
+/// Draws a sheet, H x W x 3, gray outside charts. Where the layered image has the photo's color, the texels are the photo's own,
+/// unchanged. Beside silhouettes and where colors were changed, the neighboring surface's share is removed from the photo's
+/// color. Where the photo shows another surface, the texel is the atlas's color, enlarged by interpolation.
 ///
 /// sheet          1 to layout.sizes.size() - 1
-/// charts, atlas  that the sheets were laid out for
-/// worked_on      the photo as the layered image was made from, of its size
-/// photo          the same photo, of the size that the sheets were laid out for
-/// Raises mismatch where inputs don't fit together.
+/// charts, atlas  as for lay_out_sheets()
+/// worked_on      the photo from which the layered image was made, at the layered image's size
+/// photo          the same photo, at the size given to lay_out_sheets()
+///
+/// Raises mismatch if inputs don't fit together.
 template <executor Executor = const serial_executor>
 image<std::uint8_t> draw_sheet(const sheet_layout& layout, std::size_t sheet, const chart_set& charts, const texture_atlas& atlas,
                                image_view<const std::uint8_t> worked_on, image_view<const std::uint8_t> photo,
@@ -16354,9 +16780,9 @@ image<std::uint8_t> draw_sheet(const sheet_layout& layout, std::size_t sheet, co
 }}  // namespace ldi
 
 // ---- ldi/mesh/detail/boundary_walk.hpp
-// Walking along the boundaries of charts, and around the corners of pixels. Sides and corners of a pixel are numbered clockwise
-// from the top: side 0 is up, 1 right, 2 down, 3 left; side s runs from corner s to corner s + 1, so a chart lies to the right of
-// its boundary.
+// Walks along the boundaries of charts and around the corners of pixels. Sides and corners of a pixel are numbered clockwise
+// from the top: side 0 is up, 1 right, 2 down, 3 left; side s runs from corner s to corner s + 1, so a chart lies to the right
+// of its boundary.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -16367,11 +16793,11 @@ constexpr std::uint8_t side_bit(int s) { return static_cast<std::uint8_t>(1U << 
 constexpr std::int32_t heading_x(int s) { return s == 0 ? 1 : s == 2 ? -1 : 0; }
 constexpr std::int32_t heading_y(int s) { return s == 1 ? 1 : s == 3 ? -1 : 0; }
 
-/// The lattice point of corner c of a pixel.
+/// Lattice point of corner c of a pixel.
 inline std::int32_t corner_x(const graph_view& g, std::int32_t pixel, int c) { return g.x()[pixel] + (c == 1 || c == 2 ? 1 : 0); }
 inline std::int32_t corner_y(const graph_view& g, std::int32_t pixel, int c) { return g.y()[pixel] + (c >= 2 ? 1 : 0); }
 
-/// K bytes: bit s is set where side s of the pixel has no neighbor in the same chart. Pixels stand in canonical order.
+/// K bytes: bit s is set if side s of the pixel has no neighbor in the same chart. g  in canonical order
 inline buffer<std::uint8_t> mark_boundary_sides(const graph_view& g, std::span<const std::int32_t> chart_of) {
     constexpr std::uint8_t up = side_bit(0), right = side_bit(1), down = side_bit(2), left = side_bit(3);
     const std::int32_t count = g.count();
@@ -16380,8 +16806,7 @@ inline buffer<std::uint8_t> mark_boundary_sides(const graph_view& g, std::span<c
     const std::int32_t *const g_right = g.right().data(), *const g_down = g.down().data();
     std::uint8_t* const bits = sides.data();
     const auto clear = [](std::uint8_t& byte, std::uint8_t bit) { byte = static_cast<std::uint8_t>(byte & ~bit); };
-    // Almost everywhere a stretch of pixels is an image row of one chart above another; such stretches need no
-    // branch per pixel.
+    // Most stretches are whole image rows of one chart above another; these need no branch per pixel.
     constexpr std::int32_t stretch = 16;
     std::int32_t i = 0;
     while (i < count) {
@@ -16417,7 +16842,7 @@ inline buffer<std::uint8_t> mark_boundary_sides(const graph_view& g, std::span<c
     return sides;
 }
 
-/// The pixels with a boundary side, ascending. Most pixels have none, so they are looked at by eights.
+/// Lists the pixels with a boundary side, ascending. Reads eight pixels at a time, because most have no boundary side.
 inline buffer<std::int32_t> pixels_with_boundary(const buffer<std::uint8_t>& sides) {
     buffer<std::int32_t> pixels;
     pixels.reserve(sides.size() / 16);
@@ -16439,14 +16864,14 @@ struct pixel_side {
     friend bool operator==(const pixel_side&, const pixel_side&) = default;
 };
 
-/// One corner of one pixel, from which others can be reached around the same point of the lattice.
+/// One corner of one pixel. A walk around its lattice point reaches the pixels linked there.
 struct pixel_corner {
     std::int32_t pixel;
     int corner;
     friend bool operator==(const pixel_corner&, const pixel_corner&) = default;
 };
 
-/// Moves over a graph whose boundary sides are marked.
+/// Walks over a graph whose boundary sides are marked.
 class boundary_walker {
 public:
     boundary_walker(const graph_view& g, const buffer<std::uint8_t>& sides)
@@ -16456,7 +16881,8 @@ public:
     bool is_boundary(std::int32_t pixel, int s) const { return (sides_[pixel] & side_bit(s)) != 0; }
     pixel_side twin(pixel_side e) const { return {neighbor(e.pixel, e.side), across(e.side)}; }
 
-    /// The boundary side that follows `e` clockwise around the same chart; `visit` sees every pixel of the wedge between them.
+    /// Returns the boundary side that follows `e` clockwise around the same chart. Calls `visit` for every pixel between the two
+    /// sides.
     template <class Visitor>
     pixel_side next(pixel_side e, Visitor&& visit) const {
         visit(e.pixel);
@@ -16472,7 +16898,7 @@ public:
         return next(e, [](std::int32_t) {});
     }
 
-    /// The boundary side that comes before `e`.
+    /// Returns the boundary side that precedes `e`.
     template <class Visitor>
     pixel_side previous(pixel_side e, Visitor&& visit) const {
         visit(e.pixel);
@@ -16485,12 +16911,12 @@ public:
         return e;
     }
 
-    /// Corners of linked pixels at one point of the lattice are the same corner, across charts too. Visits the pixels of that
-    /// class in an order that does not depend on `c`, and returns the first of them, by which the class is known.
+    /// Visits the pixels linked around the lattice point of `c`, across charts: they share one corner. The order does not depend
+    /// on `c`. Returns the first pixel's corner, which identifies the shared corner.
     template <class Visitor>
     pixel_corner visit_corner_class(pixel_corner c, Visitor&& visit) const {
         pixel_corner first = c, smallest = c;
-        while (true) {  // links around a point make a path or a ring
+        while (true) {  // links around a point form a path or a ring
             const std::int32_t n = neighbor(first.pixel, first.corner);
             if (n == no_pixel) break;
             first = {n, counter_clockwise(first.corner)};
@@ -16518,59 +16944,60 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/mesh/outlines.hpp
-// The outlines of charts as closed polygons with vertices at the corners between pixels (paper, section "Meshing", Figure
-// "meshing" a), cut into pieces that neighboring charts share.
+// Outlines of charts as closed polygons with vertices at the corners between pixels (paper, section "Meshing", Figure "meshing"
+// a), divided into pieces that neighboring charts share.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Stands for the other side of a silhouette or of the photo's border.
+/// Represents the other side of a silhouette or of the photo's border.
 inline constexpr std::int32_t no_chart = -1;
 
-/// A point between pixels. Corners of linked pixels at one lattice point are one corner, whatever chart the pixels belong to.
+/// A point between pixels. Linked pixels at one lattice point share one corner, even if they belong to different charts.
 struct outline_corner {
-    std::int32_t x, y;  ///< lattice point; pixel (x, y) has it as its top left corner
-    float disparity;    ///< the average over the pixels that share the corner
+    std::int32_t x, y;  ///< lattice point: the top left corner of pixel (x, y)
+    float disparity;    ///< average over the pixels that share the corner
 };
 
-/// A stretch of boundary along which one chart lies on the right and one chart, or none, on the left. Pieces end where three or
-/// more charts meet, where silhouettes begin or end, at the corners of the photo and where an outline reaches its border.
+/// A stretch of boundary with one chart on its right and one chart, or none, on its left. Pieces end where three or more charts
+/// meet, where silhouettes begin or end, at the corners of the photo, and where an outline reaches the photo's border.
 struct boundary_piece {
-    std::int32_t right_chart;  ///< the chart on the right hand
-    std::int32_t left_chart;   ///< the chart on the left hand, or no_chart
+    std::int32_t right_chart;  ///< chart on the right
+    std::int32_t left_chart;   ///< chart on the left, or no_chart
     std::int32_t start, end;   ///< indices of corners; equal if the piece is a closed loop
-    std::int32_t first_inner;  ///< the corners in between are corners[first_inner .. first_inner + inner_count)
+    std::int32_t first_inner;  ///< the corners between them are corners[first_inner .. first_inner + inner_count)
     std::int32_t inner_count;
 };
 
-/// One piece as a chart's outline runs through it: forward for the chart on its right, backward for the chart on its left.
+/// A piece as part of a chart's outline: forward for the chart on its right, backward for the chart on its left.
 struct outline_step {
     std::int32_t piece;
     bool reversed;
 };
 
-/// The outlines of all charts. Each chart has one or more loops, outer ones clockwise as seen in the photo and holes
-/// counter-clockwise: the chart lies to the right. Where an outline touches itself it visits the corner once for each part.
+/// Outlines of all charts. Each chart has one or more loops, outer loops clockwise as seen in the photo and holes
+/// counter-clockwise: the chart lies to the right. Where an outline touches itself, it visits the corner once for each part.
 struct chart_outlines {
     buffer<outline_corner> corners;
     buffer<boundary_piece> pieces;
-    buffer<outline_step> steps;            ///< loop by loop
-    buffer<std::int32_t> first_step;       ///< loop l has steps [first_step[l], first_step[l + 1])
-    buffer<std::int64_t> loop_area;        ///< in pixels: positive for outer loops, else not
-    buffer<std::int32_t> first_loop;       ///< chart c has loops [first_loop[c], first_loop[c + 1])
-    buffer<std::uint8_t> boundary_sides;   ///< K: bits 0 to 3 say where up, right, down, left leaves the pixel's chart
-    buffer<std::int32_t> boundary_pixels;  ///< the pixels for which a bit is set, ascending
+    buffer<outline_step> steps;       ///< steps of all loops, loop by loop
+    buffer<std::int32_t> first_step;  ///< loop l has steps [first_step[l], first_step[l + 1])
+    buffer<std::int64_t> loop_area;   ///< in pixels: positive for outer loops, otherwise negative or 0
+    buffer<std::int32_t> first_loop;  ///< chart c has loops [first_loop[c], first_loop[c + 1])
+    /// K: bits 0 to 3 are set if the side up, right, down, left of the pixel is a boundary of its chart
+    buffer<std::uint8_t> boundary_sides;
+    buffer<std::int32_t> boundary_pixels;  ///< pixels with any bit set, ascending
 };
 
 /// Traces the outlines of all charts.
 ///
 /// g          in canonical order (raises mismatch if not)
 /// disparity  K values
-/// charts     a partition of the pixels; no two pixels of a chart lie at one position
+/// charts     a partition of the pixels; no two pixels of a chart share a position
 chart_outlines trace_outlines(const graph_view& g, std::span<const float> disparity, const chart_set& charts);
 
 namespace detail {
 
-/// Finds the pieces one by one, from either side, then strings them together to loops.
+/// Finds the pieces one by one, from either side, then connects them to loops.
 class outline_tracer {
 public:
     outline_tracer(const graph_view& g, std::span<const float> disparity, const chart_set& charts, chart_outlines& result)
@@ -16622,7 +17049,7 @@ public:
 
 private:
     struct piece_ends {
-        pixel_side first, last;  // seen from the chart on the right
+        pixel_side first, last;  // as seen from the chart on the right
     };
     struct junction {
         std::int64_t key;
@@ -16642,7 +17069,7 @@ private:
     bool is_traced(pixel_side e) const { return (result_.boundary_sides[e.pixel] & side_bit(e.side + 4)) != 0; }
     void set_traced(pixel_side e) { result_.boundary_sides[e.pixel] |= side_bit(e.side + 4); }
 
-    /// The chart across a boundary side. Without one, a negative number: one for silhouettes and one for each border of the
+    /// Returns the chart across a boundary side, or a negative number: one value for silhouettes and one for each border of the
     /// photo.
     std::int32_t partner(pixel_side e) const {
         const std::int32_t n = walk_.neighbor(e.pixel, e.side);
@@ -16654,12 +17081,12 @@ private:
         return on_border ? -2 - e.side : no_chart;
     }
 
-    /// The part of a loop's area that a piece adds if the loop runs through it forward: all that lies to the left of it.
+    /// Signed area to the left of a piece, which is the piece's share in the area of a loop that runs through it forward.
     std::int64_t area_swept(const boundary_piece& piece) const {
         const outline_corner* before = &result_.corners[piece.start];
         std::int64_t area = 0;
         const auto advance = [&](const outline_corner& to) {
-            area += std::int64_t{before->x} * (to.y - before->y);  // steps follow the lattice, so this is exact
+            area += std::int64_t{before->x} * (to.y - before->y);  // exact, because steps follow the lattice
             before = &to;
         };
         for (std::int32_t i = 0; i < piece.inner_count; ++i) advance(result_.corners[piece.first_inner + i]);
@@ -16667,9 +17094,9 @@ private:
         return area;
     }
 
-    /// The loops of all charts, in no particular order, each with its steps one after the other.
+    /// Finds the loops of all charts, in arbitrary order, each with its steps in sequence.
     void find_loops(buffer<loop>& loops, buffer<outline_step>& steps) const {
-        // A half is a piece in one direction: 2 * piece forward, 2 * piece + 1 backward. It is found by its first side.
+        // Half 2 * piece is a piece in forward direction, half 2 * piece + 1 backward. The first side of a half identifies it.
         buffer<std::pair<std::int64_t, std::int32_t>> first_sides;
         first_sides.reserve(2 * ends_.size());
         for (std::int32_t p = 0; p < ends_.count(); ++p) {
@@ -16715,7 +17142,7 @@ private:
             mean = {};
             const pixel_side following = walk_.next(last, visit);
             if (partner(following) != other) break;
-            // The other side sees the same two sides in a row, or a third chart or a silhouette begins here.
+            // Continues if the other side sees the same two sides in a row; otherwise a third chart or a silhouette begins here.
             if (other >= 0 && !(walk_.next(walk_.twin(following), visit) == walk_.twin(last))) break;
             forward_.push_back({x, y, mean.value()});
             last = following;
@@ -16793,8 +17220,8 @@ inline chart_outlines trace_outlines(const graph_view& g, std::span<const float>
 }}  // namespace ldi
 
 // ---- ldi/mesh/polygon.hpp
-// Polygons with holes and inner polylines, and their triangulations: what the sweep (triangulate.hpp) takes and makes.
-// Coordinates are integers, so every question about them has an exact answer in 64 bits.
+// Polygons with holes and inner polylines, and their triangulations: input and output of the sweep (triangulate.hpp).
+// Coordinates are integers, so every geometric predicate is exact in 64 bits.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -16804,29 +17231,29 @@ struct lattice_point {
     friend bool operator==(const lattice_point&, const lattice_point&) = default;
 };
 
-/// At most 2^24 vertices in chains. A vertex is followed by `next`, or nothing (-1). Closed chains are outlines: the interior
-/// lies to the right (y downwards: outer loops clockwise, holes counter-clockwise). Open chains and single vertices must lie in
-/// the interior.
+/// Chains with at most 2^24 vertices. `next` is the vertex after each vertex, or -1 at the end of a chain. Closed chains are
+/// outlines: the interior lies to the right (y downward: outer loops clockwise, holes counter-clockwise). Open chains and single
+/// vertices must lie in the interior.
 ///
-/// An outline may touch itself in vertices and along whole edges, from outside. Such a vertex is listed once for each part of the
-/// interior that meets there, as a walk along the inside of the outline finds it.
+/// An outline may touch itself in vertices and along whole edges, from outside. Such a vertex is listed once for each part of
+/// the interior that meets there, in the order of a walk along the inside of the outline.
 struct polygon {
     buffer<lattice_point> points;
     buffer<std::int32_t> next;
-    std::int32_t outline_count = 0;  ///< vertices [0, outline_count) are those of closed chains, the rest those of open ones
+    std::int32_t outline_count = 0;  ///< vertices [0, outline_count) belong to closed chains, the others to open chains
 
     void clear() { points.clear(), next.clear(), outline_count = 0; }
 };
 
-/// F triangles. Half-edge 3 f + i runs from vertex i of triangle f to the one after it.
+/// F triangles. Half-edge 3 f + i runs from vertex i of triangle f to its next vertex.
 struct triangulation {
     buffer<std::uint32_t> triangles;  ///< F x 3 vertex indices, counter-clockwise on screen
-    buffer<std::int32_t> mates;       ///< F x 3: the half-edge on the other side, or -1 where the edge belongs to a chain
+    buffer<std::int32_t> mates;       ///< F x 3: the opposite half-edge, or -1 if the edge belongs to a chain
 };
 
 namespace detail {
 
-/// The order of the sweep: from top to bottom, then from left to right.
+/// Whether the sweep reaches a before b: from top to bottom, then from left to right.
 inline bool above(lattice_point a, lattice_point b) { return a.y != b.y ? a.y < b.y : a.x < b.x; }
 
 /// Positive if a, b, c turn right on screen.
@@ -16834,7 +17261,7 @@ inline std::int64_t turn(lattice_point a, lattice_point b, lattice_point c) {
     return std::int64_t{b.x - a.x} * (c.y - b.y) - std::int64_t{b.y - a.y} * (c.x - b.x);
 }
 
-/// A vertex of a polygon as a number that sorts by y, then x: y, x and vertex in 20, 20 and 24 bits.
+/// Encodes a vertex as a number that sorts by y, then x: y, x and vertex in 20, 20 and 24 bits.
 inline std::uint64_t polygon_event(lattice_point p, std::int32_t vertex) {
     constexpr std::int32_t offset = 1 << 19;
     const std::int64_t event = std::int64_t{p.y + offset} << 44 | std::int64_t{p.x + offset} << 24 | vertex;
@@ -16848,22 +17275,22 @@ inline bool at_same_point(std::uint64_t event, std::uint64_t other) { return eve
 }}  // namespace ldi
 
 // ---- ldi/mesh/simplify.hpp
-// Simplifies the boundaries of charts after Douglas and Peucker (paper, section "Meshing", Figure "meshing" b). A piece that two
-// charts share is simplified once, so both have the same vertices along it and fit together without cracks.
+// Simplifies the boundaries of charts after Douglas and Peucker (paper, section "Meshing", Figure "meshing" b). A piece between
+// two charts is simplified once, so both charts have the same vertices along it and fit together without cracks.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct simplify_options {
-    /// Largest distance of a corner from the simplified boundary, in pixels. 0 only drops corners inside straight stretches.
+    /// Maximum distance of a corner from the simplified boundary, in pixels. 0 drops only corners inside straight stretches.
     float tolerance = 1.0F;
-    /// Largest difference between the disparity of a corner and that of the simplified boundary: a shared boundary bends where
-    /// its surface does.
+    /// Maximum difference between the disparity of a corner and of the simplified boundary, so that a boundary bends where its
+    /// surface bends.
     float disparity_tolerance = 0.01F;
-    /// Largest shift of the texture along an edge when it is drawn, in pixels (depth_range::texture_shift).
+    /// Maximum shift of the texture along an edge when it is drawn, in pixels (depth_range::texture_shift).
     float texture_tolerance = 0.5F;
 };
 
-/// One edge of the simplified boundary: from corner number `index` of what is left of a piece to the one after it.
+/// An edge of the simplified boundary: from the kept corner number `index` of a piece to the next kept corner.
 struct boundary_edge {
     std::int32_t piece, index;
     friend bool operator<(const boundary_edge& a, const boundary_edge& b) {
@@ -16872,7 +17299,7 @@ struct boundary_edge {
     friend bool operator==(const boundary_edge&, const boundary_edge&) = default;
 };
 
-/// A corner to split an edge of the simplified boundary at.
+/// A corner at which to split an edge of the simplified boundary.
 struct boundary_split {
     boundary_edge edge;
     std::int32_t corner;
@@ -16882,8 +17309,8 @@ struct boundary_split {
     friend bool operator==(const boundary_split&, const boundary_split&) = default;
 };
 
-/// The rest of every piece: indices of corners, from the start of the piece to its end, both included. Single edges can be
-/// split where a simplified outline would cross itself.
+/// Kept corners of every piece: indices of corners, from the start of the piece to its end, both included. split() refines
+/// single edges if a simplified outline would cross itself.
 class simplified_boundary {
 public:
     /// Raises invalid_option if a tolerance is negative. `outlines` must outlive the result.
@@ -16894,16 +17321,16 @@ public:
         return {first, first + stretches_[piece].count};
     }
 
-    /// The corners that an edge leaves out: all indices from `first` to before `second`.
+    /// Range of the corners that an edge skips: all indices from `first` to before `second`.
     std::pair<std::int32_t, std::int32_t> left_out(boundary_edge edge) const;
 
-    /// The farthest of the corners that an edge skips. The edge must skip at least one.
+    /// Returns the farthest of the corners that an edge skips. The edge must skip at least one.
     std::int32_t farthest_left_out(boundary_edge edge) const;
 
-    /// Splits edges, all at once, at corners that they skip. `splits` are sorted and different.
+    /// Splits edges, all at once, at corners that they skip. splits  sorted, without duplicates
     void split(std::span<const boundary_split> splits);
 
-    /// Whether an edge came from the last split.
+    /// Whether the last split created an edge.
     bool is_fresh(boundary_edge edge) const {
         const stretch& r = stretches_[edge.piece];
         return r.split == splits_ && fresh_[r.first + edge.index] != 0;
@@ -16912,27 +17339,27 @@ public:
 private:
     struct stretch {
         std::int32_t first, count;
-        std::int32_t split;  ///< number of the split that made it
+        std::int32_t split;  ///< number of the split that created it
     };
 
     const outline_corner& corner(std::int32_t id) const { return outlines_.corners[id]; }
     const chart_outlines& outlines_;
     buffer<std::int32_t> kept_;
-    buffer<std::uint8_t> fresh_;  ///< for each element of kept_, whether the edge that begins there is new in its split
+    buffer<std::uint8_t> fresh_;  ///< per element of kept_: whether the edge that starts there is new in its split
     buffer<stretch> stretches_;
     std::int32_t splits_ = 0;
 };
 
 namespace detail {
 
-/// Marks what Douglas-Peucker keeps of a polyline, its ends included. A corner's error is its distance to the segment in units of
-/// the tolerance, or that of its disparity in units of the other, whichever is larger. A segment without such errors that shifts
-/// the texture too far is cut in the middle.
+/// Marks the points of a polyline that Douglas-Peucker keeps, including both ends. The error of a corner is the larger of two
+/// ratios: its distance to the segment over the tolerance, and its difference in disparity over disparity_tolerance. A segment
+/// without errors above 1 that shifts the texture too far is split in the middle.
 inline void douglas_peucker(const buffer<outline_corner>& points, const simplify_options& options, const depth_range& range,
                             buffer<std::uint8_t>& keep, buffer<std::pair<std::int32_t, std::int32_t>>& stack) {
     keep.assign(points.size(), 0);
     keep.front() = keep.back() = 1;
-    // A tolerance of zero still lets go of points on the segment itself, to within the rounding of the arithmetic below.
+    // A tolerance of zero still drops points on the segment itself, up to the rounding errors below.
     const float inverse_tolerance = 1.0F / (std::max)(options.tolerance, 1e-3F);
     const float inverse_disparity_tolerance = 1.0F / (std::max)(options.disparity_tolerance, 1e-6F);
     stack.assign(1, {0, points.count() - 1});
@@ -17007,7 +17434,7 @@ inline std::int32_t simplified_boundary::farthest_left_out(boundary_edge edge) c
     const std::int32_t at = stretches_[edge.piece].first + edge.index;
     const outline_corner &a = corner(kept_[at]), &b = corner(kept_[at + 1]);
     const std::int64_t dx = b.x - a.x, dy = b.y - a.y;
-    // Corners on the edge itself are all equally far; then the middle one is as good as any.
+    // Corners on the edge itself are equally far; the middle one is then a good choice.
     std::int32_t farthest = first + (last - first) / 2;
     std::int64_t distance = 0;
     for (std::int32_t c = first; c < last; ++c) {
@@ -17039,11 +17466,11 @@ inline void simplified_boundary::split(std::span<const boundary_split> splits) {
 }}  // namespace ldi
 
 // ---- ldi/mesh/detail/outline_clearance.hpp
-// Tells how much room there is around a place inside a chart, so that vertices keep clear of its outline.
+// Measures the distance from a place inside a chart to its outline, so that vertices keep clear of the outline.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Answers for the left side of pixels that have at least `clearance` pixels of their chart's row to either side.
+/// Answers for the left side of pixels with at least `clearance` pixels of their chart on either side in the row.
 class outline_clearance {
 public:
     /// sides      K: the boundary sides of each pixel (mark_boundary_sides)
@@ -17051,11 +17478,10 @@ public:
     outline_clearance(const graph_view& g, const buffer<std::uint8_t>& sides, std::int32_t clearance)
         : g_(g), sides_(sides), clearance_(clearance) {}
 
-    /// Whether the chart ends above one of the pixels of the row within the clearance.
+    /// Whether the chart ends above any pixel of the row within the clearance.
     bool ends_above(std::int32_t pixel) const { return (sides_around(pixel) & side_bit(0)) != 0; }
 
-    /// Whether the rows from that of `pixel` on towards side `s` (0 up, 2 down) belong to the chart all around, over the
-    /// clearance.
+    /// Whether all rows within the clearance belong to the chart, from the row of `pixel` toward side `s` (0 up, 2 down).
     bool is_clear(std::int32_t pixel, int s) const {
         for (std::int32_t row = 1;; ++row) {
             const std::int32_t first = pixel - clearance_, last = pixel + clearance_ - 1;
@@ -17068,7 +17494,7 @@ public:
     }
 
 private:
-    /// The boundary sides of all pixels of the row within the clearance, in one byte.
+    /// Combines the boundary sides of all pixels of the row within the clearance in one byte.
     std::uint8_t sides_around(std::int32_t pixel) const {
         const std::uint8_t* at = sides_.data() + (pixel - clearance_);
         const std::uint8_t* const end = sides_.data() + (pixel + clearance_);
@@ -17088,12 +17514,12 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/mesh/detail/stud_lines.hpp
-// The lines along which studs and single vertices stand, and the places on a line that get a vertex: evenly spaced lines across a
-// chart, and the bends of disparity along one of them.
+// Evenly spaced lines across a chart, on which studs and single vertices are placed, and the bends of disparity along a line,
+// where vertices are placed.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Lines between the ends of an extent, as evenly as whole numbers allow. Tabulated, because every row of a chart asks for them.
+/// Divides an extent by evenly spaced lines at integer positions. Tabulated, because every row of a chart looks them up.
 class even_lines {
 public:
     even_lines(std::int32_t begin, std::int32_t length, std::int32_t spacing) : first_(begin) {
@@ -17108,7 +17534,7 @@ public:
 
     std::int32_t count() const { return positions_.count(); }
     std::int32_t position(std::int32_t line) const { return positions_[line]; }
-    /// The first line that does not lie before `at`, at most the end of the extent; count() if there is none.
+    /// Returns the first line at or after `at`, or count() if there is none. at  at most the end of the extent
     std::int32_t line_from(std::int32_t at) const { return line_from_[(std::max)(at - first_, 0)]; }
     bool has_line_at(std::int32_t at) const {
         const std::int32_t line = line_from(at);
@@ -17120,10 +17546,10 @@ private:
     buffer<std::int32_t> positions_, line_from_;
 };
 
-/// Finds where a profile bends: what Douglas-Peucker keeps of it, its ends included.
+/// Finds the bends of a profile: the points that Douglas-Peucker keeps, including both ends.
 class bend_finder {
 public:
-    /// Calls found(i) for ascending indices i in [margin, size - margin). A stretch [first, last] without bends is cut in the
+    /// Calls found(i) for ascending indices i in [margin, size - margin). Splits a stretch [first, last] without bends in the
     /// middle if is_too_long(first, last).
     template <class TooLong, class Function>
     void operator()(const buffer<float>& profile, float tolerance, std::int32_t margin, TooLong&& is_too_long, Function&& found) {
@@ -17160,27 +17586,27 @@ private:
 // ---- ldi/mesh/studs.hpp
 // Studs: vertical polylines inside charts that carry the interior vertices (paper, section "Meshing", Figure "meshing" c).
 //
-// As in the paper, studs stand as evenly as possible between the left and right end of a chart, and the triangulation keeps their
-// edges. Three things differ. Vertices are not evenly spaced but lie where disparity bends along the stud: with even spacing the
-// error is several times as large at the same number of triangles. Single vertices stand between the studs where disparity bends
-// along evenly spaced rows. Without them everything upright and narrower than the distance between studs would be lost; they
-// reduce the error by a quarter at the same number of vertices. Finally, no vertex lies near the outline: the sweep that
-// triangulates (triangulate.hpp) ties the first and last vertex of a stud to vertices of the outline, so outlines need no extra
-// ones.
+// As in the paper, studs are distributed evenly between the left and right end of a chart, and the triangulation keeps their
+// edges. Three things differ. First, the vertices of a stud are not evenly spaced but lie where disparity bends: with even
+// spacing the error is several times as large for the same number of triangles. Second, single vertices lie between the studs
+// where disparity bends along evenly spaced rows. Without them, everything upright and narrower than the distance between studs
+// would be lost; they reduce the error by a quarter for the same number of vertices. Third, no vertex lies near the outline: the
+// sweep that triangulates (triangulate.hpp) connects the first and last vertex of a stud to vertices of the outline, so outlines
+// need no extra vertices.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct stud_options {
-    /// The distance aimed at between studs, and between the rows with single vertices, in pixels; at least 1. Trades triangles
-    /// for accuracy, as the tolerance does; both were chosen by trial.
+    /// Target distance between studs, and between the rows with single vertices, in pixels; at least 1. Trades triangles for
+    /// accuracy, as the tolerance does; both were tuned by experiment.
     std::int32_t spacing = 24;
-    /// Largest error of disparity interpolated between two vertices along a stud or row.
+    /// Maximum error of disparity interpolated between two vertices along a stud or row.
     float disparity_tolerance = 0.006F;
-    /// No vertex has a pixel of another chart or surface within this many pixels, so studs keep clear of simplified outlines; and
-    /// no single vertex lies this near to a stud. More than the tolerance of outlines; at most 64.
+    /// Minimum distance in pixels from a vertex to other charts and surfaces, so that studs keep clear of simplified outlines,
+    /// and from a single vertex to a stud. Must be larger than the tolerance of outlines; at most 64.
     std::int32_t clearance = 4;
-    /// Largest shift of the texture over a triangle when it is drawn, in pixels (depth_range::texture_shift). On slanted surfaces
-    /// studs and their vertices stand closer for it, though not closer than twice the clearance.
+    /// Maximum shift of the texture over a triangle when it is drawn, in pixels (depth_range::texture_shift). On slanted
+    /// surfaces this moves studs and their vertices closer together, but not closer than twice the clearance.
     float texture_tolerance = 0.5F;
 };
 
@@ -17191,29 +17617,28 @@ struct stud_set {
     buffer<std::int32_t> first_stud;    ///< chart c has studs [first_stud[c], first_stud[c + 1])
 };
 
-/// Places the studs of all charts.
+/// Places the studs of all charts. Raises invalid_option.
 ///
 /// layers    in canonical order
 /// charts    a partition of the pixels (make_charts)
-/// outlines  of these charts (trace_outlines)
-/// Raises invalid_option.
+/// outlines  outlines of these charts (trace_outlines)
 template <has_columns<disparity_column> Layers>
 stud_set make_studs(const Layers& layers, const depth_range& range, const chart_set& charts, const chart_outlines& outlines,
                     const stud_options& options = {});
 
 namespace detail {
 
-/// Reads disparity along studs and rows in one pass over the rows of charts, in the order in which pixels lie in memory.
+/// Reads disparity along studs and rows in one pass over the rows of charts, in memory order.
 class stud_sampler {
 public:
     enum presence : std::uint8_t { absent, continued, begun };  // begun: not connected to the row above
 
-    /// Column k of a chart has one sample for each row of the chart's bounding box.
+    /// Lines of a chart. Each line has one sample for each row of the chart's bounding box.
     struct columns {
         even_lines lines;
         std::size_t first_sample;
     };
-    /// A vertex between the studs.
+    /// A vertex between studs.
     struct single {
         std::int32_t chart;
         outline_corner vertex;
@@ -17244,7 +17669,7 @@ public:
         present.assign(total, absent);
         std::int32_t begin = 0;
         for (std::int32_t pixel : outlines_.boundary_pixels) {
-            // A row of one chart: pixels begin to end - 1. In canonical order they lie side by side.
+            // A row of one chart: pixels begin to end - 1, adjacent in memory because of the canonical order.
             const std::uint8_t at_pixel = sides_[pixel];
             if ((at_pixel & side_bit(3)) != 0) begin = pixel;
             if ((at_pixel & side_bit(1)) == 0) continue;
@@ -17256,17 +17681,18 @@ public:
         }
     }
 
-    /// The index of a sample: row `row` of column k, counted from the chart's first sample.
+    /// Index of a sample: row `row` of column k, relative to the chart's first sample.
     static std::size_t sample_offset(const chart& box, std::int32_t k, std::int32_t row) {
         return static_cast<std::size_t>(std::int64_t{k} * box.height + row);
     }
 
 private:
-    /// The distance between studs at which drawing keeps nine tenths of the chart's texture within its tolerance. All of it would
-    /// let a single crease decide for the whole chart; the share was chosen by trial.
+    /// Spacing between studs at which drawing keeps nine tenths of the chart's texture within its tolerance. With all of it, a
+    /// single crease would determine the spacing of the whole chart; the share was tuned by experiment.
     std::int32_t spacing_for(const chart& c, const depth_range& range) {
-        // About a thousand slopes tell as much as all: on 121 charts of 17 photos the spacing is off by 0.4 of 24 pixels on
-        // average, in an eighth of the time that 16,000 take. Each is taken over 8 pixels, at least 61 apart, by trial.
+        // About a thousand slopes suffice: on 121 charts of 17 photos, the spacing differs by 0.4 of 24 pixels on average from
+        // that of 16,000 slopes, in an eighth of the time. Each slope spans 8 pixels, at least 61 apart; both were tuned by
+        // experiment.
         constexpr std::int32_t reach = 8;
         const std::int32_t stride = (std::max)(61, c.pixels.count() / 1024);
         shifts_.clear();
@@ -17314,7 +17740,7 @@ private:
         });
     }
 
-    /// Disparity on the left side of a pixel that continues the row of the pixel before it.
+    /// Returns the disparity at the left side of a pixel that continues the row of the previous pixel.
     float between(std::int32_t pixel) const { return 0.5F * (disparity_[pixel - 1] + disparity_[pixel]); }
 
     graph_view g_;
@@ -17327,7 +17753,7 @@ private:
     bend_finder find_bends_;
 };
 
-/// Turns what was sampled into studs, chart by chart.
+/// Converts samples to studs, chart by chart.
 class stud_placer {
 public:
     stud_placer(const stud_sampler& sampled, const stud_options& options, const depth_range& range)
@@ -17348,7 +17774,7 @@ public:
     stud_set finish() { return std::move(result_); }
 
 private:
-    /// Connected rows of a column, for one stud. The rows of the columns to the left and right lie `height` samples away.
+    /// Connected rows of a column, for one stud. The samples of the adjacent columns are `height` elements away.
     struct stretch {
         const float* samples;
         const std::uint8_t* present;
@@ -17364,7 +17790,8 @@ private:
             if (s.present[s.begin] == stud_sampler::absent) continue;
             while (s.end < s.height && s.present[s.end] == stud_sampler::continued) ++s.end;
             if (s.end - s.begin < 2 * options_.clearance) continue;
-            // Vertices lie between rows. The ends, near the outline, only serve to measure the others.
+            // Vertices lie between rows. The ends are too close to the outline to become vertices, but their samples limit the
+            // error.
             profile_.assign(1, s.samples[s.begin]);
             for (std::int32_t row = s.begin + 1; row < s.end; ++row)
                 profile_.push_back(0.5F * (s.samples[row - 1] + s.samples[row]));
@@ -17379,8 +17806,8 @@ private:
         }
     }
 
-    /// The shift of the texture along the stud from one place of its profile to another, or, if larger, towards the columns to
-    /// the left and right from there.
+    /// Returns the larger shift of the texture: along the stud between two indices of its profile, or toward the adjacent
+    /// columns at these indices.
     float texture_shift(const stretch& s, std::int32_t a, std::int32_t b) const {
         const float length = nearest_float(b - a);
         float shift = range_.texture_shift(length, profile_[a], profile_[b]);
@@ -17437,16 +17864,16 @@ stud_set make_studs(const Layers& layers, const depth_range& range, const chart_
 }}  // namespace ldi
 
 // ---- ldi/mesh/detail/chart_polygon.hpp
-// The polygon of a chart, for triangulation: its simplified outline, then its studs.
+// Polygon of a chart for triangulation: its simplified outline, then its studs.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// A chart's polygon for the triangulator, and the source of the edge after each outline vertex.
+/// Polygon for the triangulator, and for each outline vertex the boundary edge that starts there.
 struct chart_polygon {
     polygon shape;
     buffer<std::int32_t> corners;
     buffer<boundary_edge> edges;
-    buffer<std::uint8_t> fresh;  ///< whether an edge came from the last split
+    buffer<std::uint8_t> fresh;  ///< per edge: whether the last split created it
 
     void assign(const chart_outlines& outlines, const simplified_boundary& boundary, const chart& box, std::int32_t chart_index) {
         shape.clear(), corners.clear(), edges.clear(), fresh.clear();
@@ -17487,16 +17914,17 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/mesh/detail/crossings.hpp
-// Finds where a polygon's outline crosses or touches itself, all places at once.
+// Finds all points where a polygon's outline crosses or touches itself.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Compares the outline edges of a polygon whose bounding boxes meet. Keep one to reuse its memory.
+/// Compares outline edges of a polygon whose bounding boxes meet. Keep an object to reuse its memory.
 class crossing_finder {
 public:
-    /// Calls collision(v, w) for edges v -> next[v] and w -> next[w] that meet anywhere but in end points of both; overlap(v, w)
-    /// for vertices at one point through which the outline passes twice with overlapping interiors; and spike(v) for vertices at
-    /// which the outline doubles back or has an edge of length 0. Edges may overlap. May report a fault more than once.
+    /// Reports three kinds of faults: collision(v, w) for edges v -> next[v] and w -> next[w] that meet elsewhere than in end
+    /// points of both; overlap(v, w) for vertices at one point through which the outline passes twice with overlapping
+    /// interiors; and spike(v) for vertices where the outline doubles back or has an edge of length 0. Edges may overlap. May
+    /// report a fault more than once.
     template <class Report>
     void find_all(const polygon& shape, Report& report) {
         assign(shape);
@@ -17513,7 +17941,7 @@ public:
         }
     }
 
-    /// The same for edges with fresh[v] != 0 against all others, where those are known not to meet.
+    /// As find_all(), but compares only edges with fresh[v] != 0 to all edges; the other edges must not meet each other.
     template <class Report>
     void find_fresh(const polygon& shape, const buffer<std::uint8_t>& fresh, Report& report) {
         if (std::count(fresh.begin(), fresh.end(), 0) + max_fresh < fresh.count()) return find_all(shape, report);
@@ -17535,7 +17963,7 @@ public:
         }
     }
 
-    /// The vertex before v on the outline of the last polygon.
+    /// Returns the vertex before v on the outline of the last polygon.
     std::int32_t before(std::int32_t v) const { return before_[v]; }
 
 private:
@@ -17543,7 +17971,8 @@ private:
         lattice_point a, b;
         std::int32_t left, right, top, bottom, vertex;
     };
-    /// The outline comes to `at` from `from` and leaves for `to`; the interior is what lies clockwise from `to` to `from`.
+    /// A vertex of the outline: it arrives from `from` at `at` and leaves to `to`. The interior extends clockwise from `to` to
+    /// `from`.
     struct visit {
         lattice_point at, from, to;
     };
@@ -17552,10 +17981,10 @@ private:
     struct entry {
         std::int32_t edge, next;
     };
-    /// Up to this number of new edges, comparing them with all others is faster than a sweep.
+    /// For at most this many new edges, comparing each with all others is faster than a sweep.
     static constexpr std::int32_t max_fresh = 16;
-    /// Columns are 2^4 pixels wide: an outline is nowhere far from the lattice that it follows, so that few of its edges cross a
-    /// row within one.
+    /// Columns are 2^4 pixels wide. Since an outline stays close to the lattice lines that it follows, few of its edges cross a
+    /// row within one column.
     static constexpr int column_shift = 4;
 
     lattice_point point(std::int32_t v) const { return shape_->points[v]; }
@@ -17586,7 +18015,7 @@ private:
 
     std::int32_t column_of(std::int32_t x) const { return (x - left_) >> column_shift; }
 
-    /// Compares an edge with those that the sweep line crosses in the same columns, and adds it to them.
+    /// Compares an edge with all edges in the same columns that cross the sweep line, and adds it to them.
     template <class Report>
     void enter(const edge& e, Report& report) {
         const std::int32_t index = edges_.count();
@@ -17598,7 +18027,7 @@ private:
                     *link = entries_[*link].next;
                     continue;
                 }
-                // Two edges may share several columns: the first of them counts.
+                // Two edges may share several columns; only the first one counts.
                 const bool is_first = column == column_of((std::max)(e.left, f.left));
                 if (is_first && f.left <= e.right && e.left <= f.right && collide(e, f)) report.collision(e.vertex, f.vertex);
                 link = &entries_[*link].next;
@@ -17627,7 +18056,7 @@ private:
     static std::int64_t dot(lattice_point center, lattice_point a, lattice_point b) {
         return std::int64_t{a.x - center.x} * (b.x - center.x) + std::int64_t{a.y - center.y} * (b.y - center.y);
     }
-    /// Whether the direction from v.at to p lies inside the interior at v, not on its edges.
+    /// Whether the direction from v.at to p points into the interior at v, not along its edges.
     static bool inside(const visit& v, lattice_point p) {
         const std::int64_t whole = cross(v.at, v.to, v.from), a = cross(v.at, v.to, p), b = cross(v.at, p, v.from);
         if (whole > 0) return a > 0 && b > 0;
@@ -17663,21 +18092,21 @@ private:
     buffer<std::uint64_t> events_;
     buffer<std::int32_t> before_;
     buffer<edge> edges_;
-    std::int32_t left_ = 0;         ///< of all edges
-    buffer<std::int32_t> columns_;  ///< the last entry of each column, or -1
+    std::int32_t left_ = 0;         ///< minimum over all edges
+    buffer<std::int32_t> columns_;  ///< last entry of each column, or -1
     buffer<entry> entries_;
 };
 
 }}}  // namespace ldi::detail
 
 // ---- ldi/mesh/flip.hpp
-// Flips edges of a triangulation until it is constrained Delaunay (C. L. Lawson 1977): the sweep leaves fans of slivers, along
-// which disparity would be interpolated between vertices that have nothing to do with each other.
+// Flips edges of a triangulation until it is constrained Delaunay (C. L. Lawson 1977). The sweep leaves fans of slivers, which
+// would interpolate disparity between unrelated vertices.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Flips every edge whose two opposite angles sum to more than 180 degrees, except edges of the polygon's chains. Angles are
-/// compared in integers.
+/// Flips every edge whose two opposite angles sum to more than 180 degrees, except edges of the polygon's chains. Compares
+/// angles with integers.
 inline void flip_to_delaunay(std::span<const lattice_point> points, triangulation& t, buffer<std::int32_t>& stack);
 
 namespace detail {
@@ -17688,7 +18117,7 @@ constexpr std::int32_t next_half_edge(std::int32_t h) { return h % 3 == 2 ? h - 
 inline void flip(triangulation& t, std::int32_t h) {
     const std::int32_t m = t.mates[h];
     const std::int32_t h1 = next_half_edge(h), h2 = next_half_edge(h1), m1 = next_half_edge(m), m2 = next_half_edge(m1);
-    // a -> d -> c takes the place of the first triangle, b -> c -> d that of the second.
+    // a -> d -> c replaces the first triangle, b -> c -> d the second.
     t.triangles[h1] = t.triangles[m2];
     t.triangles[m1] = t.triangles[h2];
     const auto connect = [&](std::int32_t from, std::int32_t to) {
@@ -17713,7 +18142,7 @@ inline void flip_to_delaunay(std::span<const lattice_point> points, triangulatio
     int shift = 0;  // keeps products of four coordinate differences within 64 bits
     for (; extent > 1 << 14; extent >>= 1) ++shift;
     shift *= 2;
-    // Flips with shifted angles are not sure to end by themselves. The limit only has to be far above what is ever needed.
+    // With shifted angles, flips are not proven to terminate. This limit is far above any practical number.
     std::size_t flips_left = 64 * t.triangles.size();
     while (!stack.empty() && flips_left > 0) {
         const std::int32_t h = stack.back();
@@ -17725,12 +18154,12 @@ inline void flip_to_delaunay(std::span<const lattice_point> points, triangulatio
                             d = points[t.triangles[m2]];
         const std::int64_t ca_x = a.x - c.x, ca_y = a.y - c.y, cb_x = b.x - c.x, cb_y = b.y - c.y;
         const std::int64_t da_x = a.x - d.x, da_y = a.y - d.y, db_x = b.x - d.x, db_y = b.y - d.y;
-        // sin(angle at c + angle at d), the angles between 0 and 180 degrees; negative beyond 180.
+        // sin(angle at c + angle at d), the angles between 0 and 180 degrees; negative if their sum exceeds 180.
         const std::int64_t cos_c = (ca_x * cb_x + ca_y * cb_y) >> shift, cos_d = (da_x * db_x + da_y * db_y) >> shift;
         const std::int64_t sin_c = (cb_x * ca_y - cb_y * ca_x) >> shift, sin_d = (da_x * db_y - da_y * db_x) >> shift;
         const std::int64_t orientation = sin_c * cos_d + cos_c * sin_d;
         if (!(cos_c < 0 && cos_d < 0) && (cos_c >= 0 && cos_d >= 0 ? true : orientation >= 0)) continue;
-        // Only a strictly convex quadrilateral has another diagonal.
+        // Only a strictly convex quadrilateral has a second diagonal.
         if (detail::turn(c, a, d) >= 0 || detail::turn(d, b, c) >= 0) continue;
         detail::flip(t, h);
         --flips_left;
@@ -17741,35 +18170,35 @@ inline void flip_to_delaunay(std::span<const lattice_point> points, triangulatio
 }}  // namespace ldi
 
 // ---- ldi/mesh/detail/waiting_chains.hpp
-// The vertices of a monotone part of a polygon that still wait for triangles, while the sweep (triangulate.hpp) goes down (de
-// Berg et al., Computational Geometry, chapter 3). Each part keeps them as a chain; a new vertex at either end cuts off all
-// triangles that it can.
+// Chains of the vertices of a monotone part of a polygon that wait for their triangles while the sweep (triangulate.hpp) moves
+// down (de Berg et al., Computational Geometry, chapter 3). Each part has one chain; a new vertex at either end cuts off all
+// possible triangles.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// From left to right the interior lies below the chain, and every vertex but the ends is straight or reflex, or else it would
-/// have been cut off. Nodes of `waiting_chains`, or -1 if there is no chain.
+/// A chain of waiting vertices. From left to right the interior lies below the chain, and every inner vertex is straight or
+/// reflex; convex ones have been cut off. head and tail are nodes of `waiting_chains`, or -1 without a chain.
 struct waiting_chain {
     std::int32_t head = -1, tail = -1;
-    std::int32_t lowest = -1;  ///< the node added last: what comes next below the chain sees it
+    std::int32_t lowest = -1;  ///< the last node added: the next vertex below the chain is visible from it
 };
 
-/// The nodes of all chains, and the triangles cut off from them. Keep one to reuse its memory.
+/// Nodes of all chains, and the triangles cut off from them. Keep an object to reuse its memory.
 class waiting_chains {
 public:
     void clear() { nodes_.clear(), open_sides_.clear(); }
 
-    /// A chain of one vertex.
+    /// Starts a chain with one vertex.
     waiting_chain begin(std::int32_t vertex, lattice_point at) {
         const std::int32_t only = add_node(vertex, at);
         return {only, only, only};
     }
 
-    /// Adds a link: the placeholder of an inner edge until both of its triangles are known. Edges of the polygon itself have the
-    /// link -1.
+    /// Adds a link: a placeholder for an inner edge until both of its triangles are known. Edges of the polygon itself have link
+    /// -1.
     std::int32_t add_link() { return add_link(-1); }
 
-    /// Adds a vertex to the right end, over an edge known by `link`, and cuts off what became convex.
+    /// Adds a vertex at the right end, connected by the edge `link`, and cuts off all vertices that become convex.
     void append(waiting_chain& chain, std::int32_t vertex, lattice_point at, std::int32_t link, triangulation& result) {
         const std::int32_t p = add_node(vertex, at);
         std::int32_t a = chain.tail;
@@ -17786,7 +18215,7 @@ public:
         chain.tail = chain.lowest = p;
     }
 
-    /// The same at the left end.
+    /// Adds a vertex at the left end, as append().
     void prepend(waiting_chain& chain, std::int32_t vertex, lattice_point at, std::int32_t link, triangulation& result) {
         const std::int32_t p = add_node(vertex, at);
         std::int32_t a = chain.head;
@@ -17803,8 +18232,8 @@ public:
         chain.head = chain.lowest = p;
     }
 
-    /// Divides a chain at its lowest vertex, which becomes the end of `chain` and, as a copy, the beginning of the chain
-    /// returned.
+    /// Divides a chain at its lowest vertex. This vertex becomes the end of `chain`, and a copy becomes the start of the
+    /// returned chain.
     waiting_chain divide(waiting_chain& chain) {
         const std::int32_t last = chain.lowest, end = chain.tail;
         const std::int32_t copy = add_node(nodes_[last].vertex, nodes_[last].at);
@@ -17813,20 +18242,20 @@ public:
         return {copy, last == end ? copy : end, copy};
     }
 
-    /// Makes one chain of two, the last vertex of the first and the first vertex of the second being one.
+    /// Joins two chains; the last vertex of `left` equals the first vertex of `right`.
     void unite(waiting_chain& left, const waiting_chain& right) {
         join(left.tail, nodes_[right.head].next, nodes_[right.head].link);
         left.tail = right.tail;
     }
 
-    /// Whether all of a chain has been cut off but its first and last vertex.
+    /// Whether only the first and the last vertex of a chain remain.
     bool is_edge(const waiting_chain& chain) const { return nodes_[chain.tail].previous == chain.head; }
 
 private:
     struct node {
         lattice_point at;
         std::int32_t vertex, previous, next;
-        std::int32_t link;  ///< of the edge to the next vertex
+        std::int32_t link;  ///< link of the edge to the next vertex
     };
 
     std::int32_t add_node(std::int32_t vertex, lattice_point at) {
@@ -17849,7 +18278,7 @@ private:
         return half_edge;
     }
 
-    /// Notes that `half_edge` lies along an edge, for the second triangle there to find.
+    /// Records that `half_edge` lies along an edge, or connects it to the half-edge recorded before.
     void attach(std::int32_t link, std::int32_t half_edge, triangulation& result) {
         if (link < 0) return;
         std::int32_t& other = open_sides_[link];
@@ -17862,30 +18291,30 @@ private:
     }
 
     buffer<node> nodes_;
-    buffer<std::int32_t> open_sides_;  ///< for each link the half-edge on its first side, or -1
+    buffer<std::int32_t> open_sides_;  ///< per link: the half-edge on its first side, or -1
 };
 
 }}}  // namespace ldi::detail
 
 // ---- ldi/mesh/triangulate.hpp
 // Plane-sweep triangulation of polygons with holes and inner polylines (paper, section "Meshing", Figure "meshing" d; de Berg et
-// al., Computational Geometry, chapter 3). One sweep from top to bottom both cuts the polygon into monotone parts and
-// triangulates them: each part between two active edges keeps the chain of vertices that still wait for triangles. All decisions
-// are exact integer arithmetic, and the same sweep finds out whether the polygon crosses or touches itself.
+// al., Computational Geometry, chapter 3). One sweep from top to bottom divides the polygon into monotone parts and triangulates
+// them: each part between two active edges keeps a chain of vertices that wait for their triangles. All decisions use exact
+// integer arithmetic, and the same sweep detects whether the polygon crosses or touches itself.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The reason that a polygon can't be triangulated: some of these edges, known by the vertices at which they begin, cross or
-/// touch at a place where they must not.
+/// A reason why a polygon can't be triangulated: some of these edges, identified by their first vertices, cross or touch where
+/// they must not.
 struct polygon_conflict {
     buffer<std::int32_t> edges;
 };
 
-/// Triangulates polygons. Keep one to reuse its memory.
+/// Triangulates polygons. Keep an object to reuse its memory.
 class triangulator {
 public:
-    /// Every vertex is used, every edge of a chain is an edge of a triangle, no triangle is degenerate. If the polygon is not
-    /// one, says where; `result` is of no use then.
+    /// Triangulates a polygon. Every vertex is used, every edge of a chain is an edge of a triangle, and no triangle is
+    /// degenerate. Returns the conflict if the polygon crosses or touches itself; `result` is then invalid.
     std::optional<polygon_conflict> operator()(const polygon& shape, triangulation& result);
 
 private:
@@ -17893,11 +18322,11 @@ private:
     struct active_edge {
         lattice_point upper, lower;
         std::int32_t upper_vertex, lower_vertex;
-        std::int32_t edge;  ///< the vertex at which it begins
+        std::int32_t edge;  ///< the vertex at which it begins in the polygon
         bool interior_left, interior_right;
-        detail::waiting_chain part{};  ///< of the part to the right; only if interior_right
+        detail::waiting_chain part{};  ///< chain of the part to the right; only if interior_right
     };
-    /// A point that the sweep has reached. The edges that end there stand side by side in the status.
+    /// A point that the sweep has reached. The edges that end there are adjacent in the status.
     struct swept_point {
         lattice_point at;
         std::size_t first_event, last_event;       ///< its vertices: events_[first_event .. last_event)
@@ -17912,7 +18341,7 @@ private:
     void collect_events(const polygon& shape);
     std::optional<polygon_conflict> sweep_point(const polygon& shape, swept_point& p, triangulation& result);
 
-    // The steps of sweep_point. Each that returns a bool returns false if the polygon is in conflict with itself here.
+    // Steps of sweep_point. A bool result is false if the polygon is in conflict with itself at this point.
     std::optional<polygon_conflict> collect_edges(const polygon& shape, swept_point& p);
     void start_edge(const polygon& shape, std::int32_t from, std::int32_t to);
     bool find_ending_edges(swept_point& p) const;
@@ -17922,11 +18351,11 @@ private:
     void replace_edges(const swept_point& p);
     polygon_conflict conflict_at(const polygon& shape, const swept_point& p) const;
 
-    buffer<std::uint64_t> events_;  ///< vertices by y, then x
-    buffer<std::int32_t> before_;   ///< the vertex whose next is this one
+    buffer<std::uint64_t> events_;  ///< vertices sorted by y, then x
+    buffer<std::int32_t> before_;   ///< per vertex its predecessor
     detail::waiting_chains chains_;
     buffer<active_edge> status_;    ///< edges that cross the sweep line, from left to right
-    buffer<active_edge> starting_;  ///< edges that begin at the point being swept, from left to right
+    buffer<active_edge> starting_;  ///< edges that begin at the current point, from left to right
 };
 
 inline std::optional<polygon_conflict> triangulator::operator()(const polygon& shape, triangulation& result) {
@@ -17962,7 +18391,7 @@ inline std::optional<polygon_conflict> triangulator::sweep_point(const polygon& 
     return std::nullopt;
 }
 
-/// Counts the edges that end here and files those that begin.
+/// Counts the edges that end here and records those that begin.
 inline std::optional<polygon_conflict> triangulator::collect_edges(const polygon& shape, swept_point& p) {
     starting_.clear();
     for (std::size_t event = p.first_event; event < p.last_event; ++event) {
@@ -17983,14 +18412,14 @@ inline std::optional<polygon_conflict> triangulator::collect_edges(const polygon
     return std::nullopt;
 }
 
-/// Files the edge from -> to under the edges that begin at its upper end.
+/// Adds the edge from -> to to the edges that begin at its upper end.
 inline void triangulator::start_edge(const polygon& shape, std::int32_t from, std::int32_t to) {
     const lattice_point a = shape.points[from], b = shape.points[to];
     const bool downwards = detail::above(a, b), inner = from >= shape.outline_count;
     const active_edge e{downwards ? a : b,  downwards ? b : a,  downwards ? from : to, downwards ? to : from, from,
                         inner || downwards, inner || !downwards};
-    // Of two collinear, overlapping edges, the one with the interior on its left counts as left: the gap between them is empty
-    // and outside.
+    // If two collinear edges overlap, the one with the interior on its left sorts first: the gap between them is empty and
+    // outside.
     const auto left_of = [](const active_edge& f, const active_edge& g) {
         const std::int64_t t = detail::turn(f.lower, f.upper, g.lower);
         return t != 0 ? t > 0 : f.interior_left && !g.interior_left;
@@ -18000,7 +18429,7 @@ inline void triangulator::start_edge(const polygon& shape, std::int32_t from, st
     starting_.insert(starting_.begin() + place, e);
 }
 
-/// The edges that end here must be all those in the status between the one that passes on the left and the one on the right.
+/// Finds the edges that end here. They must fill the status between the nearest passing edges on the left and right.
 inline bool triangulator::find_ending_edges(swept_point& p) const {
     const active_edge* const first =
         std::partition_point(status_.begin(), status_.end(), [&](const active_edge& e) { return is_right_of(p.at, e); });
@@ -18014,8 +18443,8 @@ inline bool triangulator::find_ending_edges(swept_point& p) const {
     return true;
 }
 
-/// Interior and exterior must alternate across the new edges as they did across the old ones, and what is one part of the
-/// interior at this point must be one vertex.
+/// Checks that interior and exterior alternate across the new edges as across the old ones, and that each part of the interior
+/// at this point has one vertex.
 inline bool triangulator::interior_alternates(const swept_point& p) const {
     bool interior = p.interior_left;
     for (const active_edge& e : starting_) {
@@ -18032,7 +18461,7 @@ inline bool triangulator::interior_alternates(const swept_point& p) const {
     return true;
 }
 
-/// Triangulates the rest of the parts between two edges that end here.
+/// Completes the triangles of the parts between two edges that end here.
 inline bool triangulator::end_parts(const swept_point& p, triangulation& result) {
     for (std::size_t i = p.first_ending; i + 1 < p.last_ending(); ++i) {
         if (!status_[i].interior_right) continue;
@@ -18044,8 +18473,8 @@ inline bool triangulator::end_parts(const swept_point& p, triangulation& result)
     return true;
 }
 
-/// The parts to the left and to the right go on below this point. Where no edge begins they become one; where none ends and there
-/// is only one, it is divided.
+/// Continues the parts to the left and right below this point. If no edge begins, they become one; if no edge ends and there is
+/// only one part, it is divided.
 inline bool triangulator::continue_parts(const swept_point& p, triangulation& result) {
     const bool ends = p.ending > 0, begins = !starting_.empty();
     if (!ends && !begins && !p.interior_left) return false;
@@ -18055,7 +18484,7 @@ inline bool triangulator::continue_parts(const swept_point& p, triangulation& re
     const std::int32_t right_vertex = ends     ? status_[p.last_ending() - 1].lower_vertex
                                       : begins ? starting_.back().upper_vertex
                                                : left_vertex;
-    // If the interior is one part above this point, or one below it, then it has one vertex here.
+    // If the interior is one part above or below this point, it has one vertex here.
     if (p.interior_left && (!ends || !begins) && left_vertex != right_vertex) return false;
     if (p.interior_left && begins && starting_.front().upper_vertex != left_vertex) return false;
     if (p.interior_right && begins && starting_.back().upper_vertex != right_vertex) return false;
@@ -18065,7 +18494,7 @@ inline bool triangulator::continue_parts(const swept_point& p, triangulation& re
     if (p.interior_right && ends) right = status_[p.last_ending() - 1].part;
     std::int32_t diagonal = -1;
     if (p.interior_left && !ends) {
-        // Inside a part: the last vertex that was added to its chain sees this one.
+        // Inside a part: the last vertex added to its chain is visible from this one.
         right = chains_.divide(left);
         diagonal = chains_.add_link();
     }
@@ -18082,7 +18511,7 @@ inline bool triangulator::continue_parts(const swept_point& p, triangulation& re
     return true;
 }
 
-/// Puts the edges that begin in the place of those that end.
+/// Replaces the edges that end by those that begin.
 inline void triangulator::replace_edges(const swept_point& p) {
     const std::size_t replaced = (std::min)(p.ending, starting_.size());
     active_edge* const place = status_.begin() + p.first_ending;
@@ -18093,8 +18522,8 @@ inline void triangulator::replace_edges(const swept_point& p) {
         status_.insert(place + replaced, starting_.begin() + replaced, starting_.end());
 }
 
-/// All edges that meet at a point, those that pass it next to its place in the status, and those next to where its edges really
-/// are.
+/// Collects all edges that meet at a point, those that pass it next to its place in the status, and those next to the actual
+/// position of its edges.
 inline polygon_conflict triangulator::conflict_at(const polygon& shape, const swept_point& p) const {
     polygon_conflict conflict;
     const auto add = [&](std::int32_t vertex) {
@@ -18114,17 +18543,17 @@ inline polygon_conflict triangulator::conflict_at(const polygon& shape, const sw
 }}  // namespace ldi
 
 // ---- ldi/mesh/flat_mesh.hpp
-// Meshes charts in the plane: outlines, simplified so that none crosses itself, studs, triangles (paper, section "Meshing",
+// Meshes charts in the plane: outlines, simplified without self-intersections, studs, triangles (paper, section "Meshing",
 // Figure "meshing" a to d).
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Silhouettes of what is in front fade out over a strip of this width, in pixels (soft_edges.hpp).
+/// Options of soft edges: silhouettes of foreground surfaces fade out over a strip this wide, in pixels (soft_edges.hpp).
 struct soft_edge_options {
     float min_width = 1.0F;  ///< 0: edges are hard
-    float max_width = 3.0F;  ///< where the matte carries farther; less than the atlas has padding
-    /// The strip takes at most about this share of the bytes that mesh and texture take in a file. Where that is not enough, it
-    /// runs along the largest steps in disparity.
+    float max_width = 3.0F;  ///< width where the matte extends farther; less than the padding of the atlas
+    /// Maximum share of the strip in the bytes of mesh and texture in a file, approximately. If this is not enough for all
+    /// silhouettes, the largest steps in disparity get a strip.
     float largest_share = 0.08F;
 };
 
@@ -18134,12 +18563,12 @@ struct mesh_options {
     soft_edge_options soft_edges;
 };
 
-/// The triangles of one chart, in the plane of the photo.
+/// Triangles of one chart, in the plane of the photo.
 struct chart_mesh {
     buffer<std::int32_t> outline;        ///< its first vertices: indices of corners in chart_outlines, loop by loop
-    std::int32_t first_stud_vertex = 0;  ///< its other vertices: stud_set::vertices from here on
+    std::int32_t first_stud_vertex = 0;  ///< its other vertices: stud_set::vertices from this index on
     std::int32_t stud_vertex_count = 0;
-    buffer<std::uint32_t> triangles;  ///< F x 3 indices into the two, counter-clockwise on screen
+    buffer<std::uint32_t> triangles;  ///< F x 3 indices into outline vertices, then stud vertices; counter-clockwise on screen
 };
 
 /// Results of all steps before lifting, for inspection and tests.
@@ -18147,8 +18576,8 @@ struct flat_mesh {
     chart_outlines outlines;
     stud_set studs;
     buffer<chart_mesh> charts;
-    /// Simplified outline pieces with a chart on one side only: piece p has the corners
-    /// open_corners[first_open_corner[p] .. first_open_corner[p + 1]). Other pieces have none.
+    /// Simplified outline pieces with a chart on one side only. Piece p has the corners open_corners[first_open_corner[p] ..
+    /// first_open_corner[p + 1]); pieces between two charts have none.
     buffer<std::int32_t> open_corners, first_open_corner;
 };
 
@@ -18159,14 +18588,14 @@ flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const 
 
 namespace detail {
 
-/// Checks and triangulates charts, one after the other.
+/// Checks and triangulates charts one after the other.
 class chart_mesher {
 public:
     chart_mesher(flat_mesh& flat, const simplified_boundary& boundary, const chart_set& charts)
         : flat_(flat), boundary_(boundary), charts_(charts) {}
 
-    /// Puts the edges that must be split for the outline of chart c not to cross itself into `to_split`. With `only_fresh` it is
-    /// known that edges that are not from the last split don't cross each other.
+    /// Stores in `to_split` the edges of chart c that must be split so that its outline does not cross itself. With
+    /// `only_fresh`, edges older than the last split are known not to cross each other.
     void find_crossings(std::int32_t c, bool only_fresh, buffer<boundary_split>& to_split) {
         to_split.clear();
         outline_.assign(flat_.outlines, boundary_, charts_.charts[c], c);
@@ -18178,7 +18607,7 @@ public:
         const polygon& shape = outline_.shape;
         std::int32_t v = 0;
         for (std::int32_t l = flat_.outlines.first_loop[c]; l < flat_.outlines.first_loop[c + 1]; ++l) {
-            // A loop that is hardly more than a slit can turn inside out without crossing anything.
+            // A narrow loop, almost a slit, can turn inside out without a crossing.
             std::int64_t twice_area = 0;
             const std::int32_t loop_start = v;
             std::int32_t next = v;
@@ -18194,14 +18623,14 @@ public:
         }
     }
 
-    /// Sets flat.charts[c]; or else puts what must be split first into `to_split`.
+    /// Sets flat.charts[c], or stores in `to_split` the edges to split first.
     void triangulate(std::int32_t c, buffer<boundary_split>& to_split) {
         to_split.clear();
         outline_.assign(flat_.outlines, boundary_, charts_.charts[c], c);
         outline_.add_studs(flat_.studs, charts_.charts[c], c);
         if (const std::optional<polygon_conflict> conflict = triangulator_(outline_.shape, triangles_)) {
             for (std::int32_t v : conflict->edges) blame(v, to_split);
-            // If that is not enough, the cause lies elsewhere in the chart.
+            // If no edge can be blamed, the cause lies elsewhere in the chart.
             for (std::int32_t v = 0, all = to_split.empty() ? outline_.shape.outline_count : 0; v < all; ++v) blame(v, to_split);
             if (to_split.empty())
                 raise(error_code::mismatch, "build_mesh", "charts with at most one pixel at a position",
@@ -18218,7 +18647,7 @@ public:
     }
 
 private:
-    /// Answers what the crossing finder finds with splits.
+    /// Converts faults from the crossing finder to splits.
     struct crossing_report {
         const chart_mesher& mesher;
         buffer<boundary_split>& to_split;
@@ -18237,7 +18666,7 @@ private:
         void spike(std::int32_t v) { mesher.blame(v, to_split), mesher.blame(mesher.finder_.before(v), to_split); }
     };
 
-    /// Splits the edge after v where it is farthest from its corners.
+    /// Splits the edge after v at its farthest skipped corner.
     void blame(std::int32_t v, buffer<boundary_split>& to_split) const {
         if (v >= outline_.shape.outline_count) return;
         const boundary_edge e = outline_.edges[v];
@@ -18245,8 +18674,8 @@ private:
         if (first < last) to_split.push_back({e, boundary_.farthest_left_out(e)});
     }
 
-    /// Splits each of two edges at the ends of the other: if the outline runs back along itself, because the chart has a slit,
-    /// both sides must keep the same corners. Returns false if neither passes the other's ends.
+    /// Splits each of two edges at the ends of the other. If the outline runs back along itself, because the chart has a slit,
+    /// both sides must keep the same corners. Returns false if neither edge passes an end of the other.
     bool align(std::int32_t v, std::int32_t w, buffer<boundary_split>& to_split) const {
         bool aligned = false;
         for (const auto& [edge, other] : {std::pair{v, w}, std::pair{w, v}}) {
@@ -18282,9 +18711,9 @@ public:
     outline_repair(flat_mesh& flat, simplified_boundary& boundary, const chart_set& charts, Executor& threads)
         : flat_(flat), boundary_(boundary), charts_(charts), threads_(threads), to_split_(charts.charts.size()) {}
 
-    /// Sets flat.charts. An outline, once simplified, can cross itself. Then the edges in question are split, and the charts on
-    /// both sides are checked again. Detailed outlines never cross, so this ends. The triangulation has the last word, but it
-    /// stops at the first conflict, so most crossings are found and repaired before.
+    /// Sets flat.charts. A simplified outline can cross itself. The code then splits the affected edges and checks the charts on
+    /// both sides again. This ends, because fully detailed outlines never cross. The triangulation makes the final decision, but
+    /// it stops at the first conflict, so crossing_finder first finds and repairs most crossings.
     void triangulate_all() {
         buffer<std::int32_t> open;
         for (std::int32_t c = 0; c < charts_.charts.count(); ++c) open.push_back(c);
@@ -18313,7 +18742,7 @@ private:
         });
     }
 
-    /// Makes the splits that the charts in `indices` asked for, and returns the charts on both sides of them.
+    /// Makes the splits that the charts in `indices` requested, and returns the charts on both sides of them.
     buffer<std::int32_t> split(const buffer<std::int32_t>& indices) {
         buffer<boundary_split> splits;
         for (std::int32_t c : indices) splits.insert(splits.end(), to_split_[c].begin(), to_split_[c].end());
@@ -18369,46 +18798,45 @@ flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const 
 }}  // namespace ldi
 
 // ---- ldi/mesh/textured_mesh.hpp
-// The result of the whole way from photo to 3D photo: one mesh with one texture, or with several.
+// The mesh of a 3D photo, with one or several textures.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Translucent triangles along silhouettes, to be drawn after all others and in their order: from far to near. They hide nothing
-/// behind them from each other (no depth is written). Space as of the mesh that they belong to, and its first texture.
+/// Translucent triangles along silhouettes. Draw them after all other triangles and in their order, from far to near, without
+/// writing depth. They use the space and the first texture of their mesh.
 struct soft_edge_strip {
     buffer<float> positions;            ///< W x 3
     buffer<float> texture_coordinates;  ///< W x 2
-    buffer<std::uint8_t> opacity;       ///< W, 0 to 255; 0 where nothing is left of the mesh
-    buffer<std::uint32_t> triangles;    ///< G x 3 indices of these vertices, counter-clockwise seen from the photo's camera
+    buffer<std::uint8_t> opacity;       ///< W, 0 to 255; 0 at the strip's outer end
+    buffer<std::uint32_t> triangles;    ///< G x 3 indices of these vertices, counter-clockwise as seen from the photo's camera
 
     std::size_t vertex_count() const { return opacity.size(); }
 };
 
-/// The beginning of the vertices and triangles that have one of several textures. They end where the next part begins.
+/// Start of the vertices and triangles that use one of several textures. They end at the start of the next part.
 struct mesh_part {
     std::size_t first_vertex = 0, first_triangle = 0;
 };
 
-/// V vertices, F triangles. Space and texture coordinates are glTF's.
+/// V vertices, F triangles. Space and texture coordinates follow glTF.
 struct textured_mesh {
     buffer<float> positions;            ///< V x 3; x right, y up, the photo's camera at the origin looking along -z
     buffer<float> texture_coordinates;  ///< V x 2, in [0, 1]; (0, 0) is the top left corner of the texture
-    buffer<std::int32_t> pixels;        ///< V; a pixel of the layered image that each vertex is a corner of or lies in
-    buffer<std::uint32_t> triangles;    ///< F x 3 vertex indices, counter-clockwise seen from the photo's camera
-    soft_edge_strip soft_edges = {};    ///< empty where edges are hard
-    /// Part t uses texture t. Parts share no vertices, and a part may have no triangles. Empty: one texture for the whole mesh.
+    buffer<std::int32_t> pixels;        ///< V; the pixel of the layered image that each vertex is a corner of or lies in
+    buffer<std::uint32_t> triangles;    ///< F x 3 vertex indices, counter-clockwise as seen from the photo's camera
+    soft_edge_strip soft_edges = {};    ///< empty if edges are hard
+    /// Part t uses texture t. Parts share no vertices; a part may have no triangles. Empty: one texture for the whole mesh.
     buffer<mesh_part> parts = {};
 
     std::size_t vertex_count() const { return positions.size() / 3; }
     std::size_t triangle_count() const { return triangles.size() / 3; }
-    /// The number of textures.
     std::size_t part_count() const { return (std::max)(parts.size(), std::size_t{1}); }
-    /// Part t for t < part_count(), and the end of the last one for t = part_count().
+    /// Returns part t for t < part_count(), and the end of the last part for t = part_count().
     mesh_part part(std::size_t t) const {
         if (t == part_count()) return {vertex_count(), triangle_count()};
         return parts.empty() ? mesh_part{} : parts[t];
     }
-    /// Whether anything has texture t.
+    /// Whether any triangle uses texture t.
     bool uses_texture(std::size_t t) const {
         return part(t).first_triangle < part(t + 1).first_triangle || (t == 0 && !soft_edges.triangles.empty());
     }
@@ -18416,8 +18844,7 @@ struct textured_mesh {
 
 namespace detail {
 
-/// Raises mismatch where a mesh has another number of textures, invalid_data where its parts or their triangles don't fit
-/// together.
+/// Raises mismatch unless the mesh has `textures` textures, invalid_data for inconsistent parts or triangles.
 inline void check_parts(const textured_mesh& mesh, std::size_t textures) {
     if (mesh.part_count() != textures)
         raise(error_code::mismatch, "mesh", std::to_string(mesh.part_count()) + " textures", std::to_string(textures));
@@ -18439,28 +18866,28 @@ inline void check_parts(const textured_mesh& mesh, std::size_t textures) {
 }}  // namespace ldi
 
 // ---- ldi/mesh/soft_edges.hpp
-// Soft edges: a thin translucent strip along the silhouettes of what is in front. It begins at the edge of the mesh, half
+// Soft edges: a narrow translucent strip along the silhouettes of foreground surfaces. It starts at the edge of the mesh, half
 // opaque, and fades out over a pixel or two at the same distance, with colors from the padding of the atlas, which continues the
-// surface's. Where the photo's colors reach farther, as those of hair do, the strip does too (inpaint/mixed_colors.hpp has the
-// matte). Zitnick et al., High-Quality Video View Interpolation Using a Layered Representation (SIGGRAPH 2004), blend such
-// strips.
+// surface. Where the photo's foreground colors extend farther, as with hair, the strip is wider (inpaint/mixed_colors.hpp
+// computes the matte). Zitnick et al., High-Quality Video View Interpolation Using a Layered Representation (SIGGRAPH 2004),
+// blend such strips.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Columns of the pixels in sight from the photo's camera, by their positions.
+/// Columns of the pixels visible from the photo's camera, by lattice position.
 struct visible_surfaces {
     image<float> disparity;     ///< H x W x 1
     image<std::uint8_t> matte;  ///< H x W x 1
 };
 
-/// Makes the strip of one mesh, piece by piece.
+/// Builds the strip of one mesh, piece by piece.
 class soft_edge_builder {
 public:
     soft_edge_builder(const flat_mesh& flat, const visible_surfaces& seen, surface_rule surface, const pinhole_camera& camera,
                       const depth_range& range, const soft_edge_options& options)
         : flat_(flat), seen_(seen), surface_(surface), camera_(camera), range_(range), options_(options) {}
 
-    /// Chooses the edges of the mesh that get a strip: of those on silhouettes, `count` with the largest steps.
+    /// Selects the silhouette edges that get a strip: the `count` edges with the largest steps in disparity.
     void choose(std::size_t count) {
         buffer<float> steps;
         min_step_ = 0;
@@ -18474,8 +18901,10 @@ public:
         min_step_ = count > 0 ? steps[steps.size() - count] : std::numeric_limits<float>::infinity();
     }
 
-    /// to_atlas  from the lattice to texels
-    /// scale     from texels to texture coordinates
+    /// Adds the strip along a piece.
+    ///
+    /// to_atlas  offset from the lattice to texels
+    /// scale     factor from texels to texture coordinates
     void add_piece(std::int32_t piece, std::array<std::int32_t, 2> to_atlas, std::array<float, 2> scale) {
         to_atlas_ = to_atlas, scale_ = scale;
         load(piece);
@@ -18483,7 +18912,7 @@ public:
         add_quads();
     }
 
-    /// From far to near.
+    /// Returns the strip, sorted from far to near.
     soft_edge_strip finish() {
         std::sort(quads_.begin(), quads_.end(), [](const quad& a, const quad& b) {
             return a.disparity != b.disparity ? a.disparity < b.disparity : a.a < b.a;
@@ -18503,22 +18932,22 @@ private:
     struct vector {
         float x = 0, y = 0;
     };
-    /// The mesh ends where a pixel belongs to it by half. With more than that, outlines swell: on the views of bench/quality, 255
-    /// instead costs 0.8 dB within two pixels of them.
+    /// Opacity where the mesh ends: a pixel there belongs to it by half. Higher values swell outlines: on the views of
+    /// bench/quality, 255 costs 0.8 dB within two pixels of them.
     static constexpr std::uint8_t opacity_at_edge = 128;
     static constexpr std::uint32_t no_vertex = ~std::uint32_t{0};
 
     const outline_corner& corner(std::int32_t i) const { return flat_.outlines.corners[corners_[i]]; }
     std::int32_t edge_count() const { return (std::max)(corners_.count() - 1, 0); }
 
-    /// The disparity seen at a position, or that of nothing.
+    /// Returns the disparity visible at a position, or `nothing` outside the photo.
     float seen_at(std::int32_t x, std::int32_t y, float nothing) const {
         const bool inside = x >= 0 && y >= 0 && x < camera_.width && y < camera_.height;
         return inside ? seen_.disparity(y, x) : nothing;
     }
 
-    /// The step in disparity from a corner to the farthest that is seen beside it; 0 where something nearer is seen, or nothing
-    /// that is another surface.
+    /// Returns the step in disparity from a corner to the farthest surface visible beside it; 0 if a nearer surface is visible,
+    /// or no other surface.
     float step_at(const outline_corner& c) const {
         float nearest = c.disparity, farthest = c.disparity;
         for (const std::int32_t y : {c.y - 1, c.y})
@@ -18530,7 +18959,7 @@ private:
         return is_in_front ? c.disparity - farthest : 0.0F;
     }
 
-    /// Finds the steps and normals of a piece's edges.
+    /// Computes the steps and normals of a piece's edges.
     void load(std::int32_t piece) {
         corners_.assign(flat_.open_corners.begin() + flat_.first_open_corner[piece],
                         flat_.open_corners.begin() + flat_.first_open_corner[piece + 1]);
@@ -18552,7 +18981,7 @@ private:
 
     bool is_soft(std::int32_t edge) const { return steps_[edge] > 0 && steps_[edge] >= min_step_; }
 
-    /// The share of the foreground in what is seen behind it, summed up from the edge outwards.
+    /// Integrates the matte from the edge outward: the share of the foreground in the colors behind it.
     float matte_beyond(const outline_corner& c, vector normal) const {
         float sum = 0;
         for (float t = 0.5F; t < options_.max_width; t += 1.0F) {
@@ -18565,7 +18994,7 @@ private:
         return sum;
     }
 
-    /// Finds the strip's outer end for each corner of its inner side.
+    /// Computes the strip's outer end for each corner of its inner side.
     void find_rims() {
         rims_.assign(corners_.size(), vector{});
         const std::int32_t last = edge_count();
@@ -18576,7 +19005,7 @@ private:
             const float squared = sum.x * sum.x + sum.y * sum.y;
             if (squared < 0.5F) continue;  // a spike
             const vector normal{sum.x / std::sqrt(squared), sum.y / std::sqrt(squared)};
-            // A share that falls evenly from 1 to 0 adds up to half of the width that it falls over.
+            // A share that falls linearly from 1 to 0 integrates to half of its width.
             const float width = std::clamp(2.0F * matte_beyond(corner(i), normal), options_.min_width, options_.max_width);
             const float miter = (std::min)(2.0F / std::sqrt(squared), 1.5F);
             rims_[i] = {width * miter * normal.x, width * miter * normal.y};
@@ -18594,7 +19023,7 @@ private:
         }
     }
 
-    /// The vertices on the edge and on the rim; where the strip tapers off, both are one.
+    /// Returns the vertices on the edge and on the rim; equal where the strip tapers off.
     std::pair<std::uint32_t, std::uint32_t> vertices_at(std::int32_t i) {
         auto& [inner, outer] = vertices_[i];
         if (inner != no_vertex) return vertices_[i];
@@ -18623,10 +19052,10 @@ private:
     std::array<float, 2> scale_{};
     bool is_closed_ = false;
     float min_step_ = 0;
-    buffer<std::int32_t> corners_;  // of the piece
-    buffer<float> steps_;           // of its edges; 0 where none is in front of another surface
-    buffer<vector> normals_;        // of its edges, outwards
-    buffer<vector> rims_;           // of its corners: from there to the end of the strip
+    buffer<std::int32_t> corners_;  // corners of the piece
+    buffer<float> steps_;           // steps of its edges; 0 without another surface behind the edge
+    buffer<vector> normals_;        // outward normals of its edges
+    buffer<vector> rims_;           // per corner: offset to the outer end of the strip
     buffer<std::pair<std::uint32_t, std::uint32_t>> vertices_;
     buffer<quad> quads_;
     soft_edge_strip strip_;
@@ -18637,26 +19066,26 @@ private:
 }}  // namespace ldi
 
 // ---- ldi/mesh/build_mesh.hpp
-// From charts to a textured triangle mesh (paper, section "Meshing"): chart polygons are simplified and triangulated in 2D, then
-// every vertex is lifted along its ray according to its disparity.
+// Builds a textured triangle mesh from charts (paper, section "Meshing"): chart polygons are simplified and triangulated in 2D,
+// then every vertex is lifted along its ray to its depth.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// Finds the pixel of a chart at a corner of the lattice.
+/// Finds the pixel of a chart that touches a corner of the lattice.
 class pixel_finder {
 public:
     pixel_finder(const graph_view& g, array_view<const float> disparity)
         : graph_(g), disparity_(disparity), shown_(g.position_count(), {-1, no_pixel}) {}
 
-    /// The chart to search from now on.
+    /// Selects the chart to search.
     void show(const chart& c) {
         ++chart_;
         for (const std::int32_t pixel : c.pixels) shown_[graph_.position_of(pixel)] = {chart_, pixel};
     }
 
-    /// The one nearest in disparity of the chart's pixels around the corner (x, y).
+    /// Of the chart's pixels around the corner (x, y), returns the one nearest in disparity.
     std::int32_t find(std::int32_t x, std::int32_t y, float disparity) const {
         std::int32_t best = no_pixel;
         float best_difference = 0;
@@ -18681,7 +19110,7 @@ private:
     buffer<occupant> shown_;
 };
 
-/// Lifts the vertices of charts and strings the charts together to one mesh.
+/// Lifts the vertices of all charts and appends the charts to one mesh.
 class mesh_assembler {
 public:
     template <class Layers>
@@ -18724,7 +19153,7 @@ public:
 
     void add_soft_edges(const chart_set& charts, const texture_atlas& atlas, const visible_surfaces& seen,
                         const soft_edge_options& options) {
-        // In GLB files; a texel's are what JPEG at quality 85 takes where there is little to see, and an edge's what it adds.
+        // Bytes in GLB files. A texel costs what JPEG at quality 85 needs in smooth areas; an edge costs what the strip adds.
         constexpr float vertex_bytes = 16, triangle_bytes = 6, texel_bytes = 0.06F, edge_bytes = 56;
         const float bytes = vertex_bytes * nearest_float(mesh_.vertex_count()) +
                             triangle_bytes * nearest_float(mesh_.triangle_count()) +
@@ -18744,7 +19173,7 @@ public:
 
 private:
     void add_position(const outline_corner& corner) {
-        // Hidden surfaces that go on beneath the farthest ones (expand) lie behind them, but not by much.
+        // expand() continues hidden surfaces beneath the farthest surface. They lie behind it, but by a limited distance.
         const float least = 0.9F * facts_.range.inverse_depth(0);
         const float inverse_depth = (std::max)(facts_.range.inverse_depth((std::min)(corner.disparity, 1.0F)), least);
         const std::array<float, 3> point =
@@ -18752,7 +19181,8 @@ private:
         mesh_.positions.append(point.begin(), point.end());
     }
 
-    /// A corner is lifted once and copied from then on, so that charts meet exactly whatever the compiler does with floats.
+    /// Lifts each corner once and copies it afterwards, so that charts meet exactly, even if the compiler changes float
+    /// arithmetic.
     void add_outline_position(std::int32_t corner) {
         std::int32_t& first_coordinate = first_coordinate_[corner];
         if (first_coordinate < 0) {
@@ -18766,12 +19196,12 @@ private:
     const photo_facts& facts_;
     const flat_mesh& flat_;
     float u_scale_, v_scale_;
-    buffer<std::int32_t> first_coordinate_;  ///< of each corner, in mesh_.positions, or -1
+    buffer<std::int32_t> first_coordinate_;  ///< per corner: index in mesh_.positions, or -1
     pixel_finder finder_;
     textured_mesh mesh_;
 };
 
-/// The nearest surfaces, as the photo's camera sees them.
+/// Projects the nearest surfaces to the photo's camera.
 template <has_columns<disparity_column, matte_column> Layers>
 visible_surfaces find_visible(const Layers& layers) {
     const auto& g = layers.topology();
@@ -18790,18 +19220,19 @@ visible_surfaces find_visible(const Layers& layers) {
 
 }  // namespace detail
 
-/// Makes the mesh of a layered image, as the photo's camera sees it over its range of distances.
+/// Builds the mesh of a layered image in the space of the photo's camera.
 ///
-/// layers  in canonical order; disparities are limited to [0, 1], but for surfaces a little behind the farthest. Edges along
+/// layers  in canonical order; disparities are limited to [0, 1], except for surfaces slightly behind the farthest. Edges along
 ///         silhouettes are soft if there is a matte column
-/// facts   camera, range and surface rule are read
+/// facts   camera, range and surface rule are used
 /// charts  a partition of the pixels (make_charts)
-/// atlas   of these charts
-/// Raises invalid_option, and mismatch where inputs don't fit together.
+/// atlas   texture atlas of these charts
 ///
-/// Charts share no vertices, because each has its own place in the atlas. Where two charts meet, both have vertices with bitwise
-/// equal positions, and the same edges between them. Linear time except for sorting, simplification, and the number of edges that
-/// cross one scanline. 30 bytes per pixel, up to 100 where most surfaces are single pixels.
+/// Raises invalid_option, and mismatch if inputs don't fit together.
+///
+/// Charts share no vertices, because each chart has its own position in the atlas. Where two charts meet, both have vertices
+/// with bitwise equal positions, and the same edges between them. Linear time except for sorting, simplification, and the number
+/// of edges that cross one scanline. 30 bytes per pixel, up to 100 if most surfaces are single pixels.
 template <has_columns<disparity_column> Layers, executor Executor = const serial_executor>
 textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const chart_set& charts, const texture_atlas& atlas,
                          const mesh_options& options = {}, Executor&& threads = {}) {
@@ -18831,20 +19262,20 @@ textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const c
 }}  // namespace ldi
 
 // ---- ldi/mesh/gather.hpp
-// A column of a layered image at the vertices of its mesh: how payload of the caller's leaves the library.
+// Transfers a column of a layered image to the vertices of its mesh: the output of the caller's own columns.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// The pixels of one surface around a corner of the lattice, up to four.
+/// Up to four pixels of one surface around a corner of the lattice.
 struct corner_pixels {
     std::array<std::int32_t, 4> pixels{};
     std::size_t count = 0;
 };
 
-/// Those that links around the corner (x, y) reach from `pixel`, which comes first; `pixel` alone if it does not touch the
-/// corner.
+/// Collects the pixels that links around the corner (x, y) reach from `pixel`, including `pixel` itself, which comes first. If
+/// `pixel` does not touch the corner, the result is `pixel` alone.
 inline corner_pixels pixels_around_corner(const graph_view& g, std::int32_t pixel, std::int32_t x, std::int32_t y) {
     corner_pixels around;
     const auto add = [&](std::int32_t p) { around.pixels[around.count++] = p; };
@@ -18863,12 +19294,13 @@ inline corner_pixels pixels_around_corner(const graph_view& g, std::int32_t pixe
 
 }  // namespace detail
 
-/// Returns V x channels scalars: the column's `at_vertex` rule over the pixels of the vertex's surface around it.
+/// Returns V x channels scalars: at each vertex, the column's `at_vertex` rule combines the surrounding pixels of the vertex's
+/// surface.
 ///
-/// mesh    of build_mesh(), from these layers
-/// camera  that took the photo (photo_facts::camera)
+/// mesh    result of build_mesh() for these layers
+/// camera  camera of the photo (photo_facts::camera)
 ///
-/// Raises mismatch if the mesh refers to pixels that the layers don't have. Linear time.
+/// Raises mismatch if the mesh refers to pixels outside the layers. Linear time.
 template <payload_column Column, has_column<Column> Layers>
 buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& layers, const pinhole_camera& camera) {
     using scalar = typename Column::scalar;
@@ -18895,21 +19327,21 @@ buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& 
 }}  // namespace ldi
 
 // ---- ldi/mesh/move_to_sheets.hpp
-// The mesh of a layered image with the textures that texture/sheets.hpp draws: the same vertices and triangles, with other
-// texture coordinates.
+// Moves the mesh of a layered image to the textures that texture/sheets.hpp draws: vertices and triangles stay, texture
+// coordinates change.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// Texture coordinates on the sheets.
+/// Converts texture coordinates from the atlas to sheets.
 class sheet_coordinates {
 public:
     sheet_coordinates(const chart_set& charts, const texture_atlas& atlas, const sheet_layout& layout)
         : charts_(charts), atlas_(atlas), layout_(layout) {}
 
-    /// chart          that the vertex belongs to
-    /// u, v           in the atlas
+    /// chart  chart of the vertex
+    /// u, v   coordinates in the atlas
     std::array<float, 2> moved(std::int32_t chart, float u, float v) const {
         const sheet_placement& place = layout_.placements[chart];
         if (place.sheet == 0) return {u, v};
@@ -18934,9 +19366,13 @@ private:
 
 }  // namespace detail
 
-/// mesh    of these charts and this atlas (build_mesh)
-/// layout  for the same (lay_out_sheets); the result has a part for each of its sizes
-/// Raises mismatch where they don't fit together. Vertices of a part, and its triangles, stay in their order.
+/// Returns the mesh with texture coordinates on the sheets, one part per texture. Vertices and triangles of a part keep their
+/// order.
+///
+/// mesh    result of build_mesh() for these charts and this atlas
+/// layout  result of lay_out_sheets() for these charts and this atlas
+///
+/// Raises mismatch if they don't fit together.
 inline textured_mesh move_to_sheets(const textured_mesh& mesh, const chart_set& charts, const texture_atlas& atlas,
                                     const sheet_layout& layout) {
     if (!mesh.parts.empty() || mesh.pixels.size() != mesh.vertex_count() || atlas.placements.size() != charts.charts.size() ||
@@ -18946,7 +19382,7 @@ inline textured_mesh move_to_sheets(const textured_mesh& mesh, const chart_set& 
     const auto chart_of = [&](std::size_t vertex) { return charts.chart_of[mesh.pixels[vertex]]; };
     const auto sheet_of = [&](std::size_t vertex) { return static_cast<std::size_t>(layout.placements[chart_of(vertex)].sheet); };
 
-    // Counting sort by sheet: the index of each sheet's next vertex and triangle.
+    // Counting sort by sheet: `next` holds the index of each sheet's next vertex and triangle.
     buffer<mesh_part> next(layout.sizes.size() + 1);
     for (std::size_t v = 0; v < mesh.vertex_count(); ++v) ++next[sheet_of(v) + 1].first_vertex;
     for (std::size_t i = 0; i < mesh.triangles.size(); i += 3) ++next[sheet_of(mesh.triangles[i]) + 1].first_triangle;

@@ -126,6 +126,25 @@ TEST_CASE("single glints beside a silhouette do not draw it to them") {
     }
 }
 
+TEST_CASE("surfaces that differ by as little as a camera's noise are told apart, where there is none") {
+    scene s = make_scene(80, 100, 2.0F, 0.0F, {106, 106, 106}, {100, 100, 100}, 0.0F, half);
+    const double before = share_wrong(s.given, s.truth);
+    ldi::align_silhouettes(s.given, s.photo);
+    CHECK(share_wrong(s.given, s.truth) < 0.4 * before);
+}
+
+TEST_CASE("stripes that run on across an edge, stronger than it, do not hide it") {
+    scene s = make_scene(80, 100, 2.0F, 0.0F, {130, 130, 130}, {70, 70, 70}, 0.0F, half);
+    for (std::size_t y = 0; y < 80; ++y)
+        for (std::size_t x = 0; x < 300; ++x) {
+            const int striped = s.photo.row(y)[x] + (y % 8 < 4 ? 60 : -60);
+            s.photo.row(y)[x] = static_cast<std::uint8_t>(striped);
+        }
+    const double before = share_wrong(s.given, s.truth);
+    ldi::align_silhouettes(s.given, s.photo);
+    CHECK(share_wrong(s.given, s.truth) < 0.33 * before);
+}
+
 TEST_CASE("images of different sizes and options that make no sense are refused") {
     ldi::image<float> map(10, 12);
     const ldi::image<std::uint8_t> photo(10, 12, 3);

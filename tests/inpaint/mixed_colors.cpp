@@ -109,6 +109,75 @@ TEST_CASE("what is not mixed keeps its colors, but for some pixels and for the b
     }
 }
 
+TEST_CASE("a color near another sample of a surface counts as that surface's rather than as a mixture") {
+    // Halfway between the first two samples. Near means up to a third of their contrast.
+    const ldi::detail::float_color middle{120, 100, 100}, backgrounds[] = {{20, 100, 100}, {20, 100, 100}};
+    for (const auto& [distance, is_near] : {std::pair{30.0F, true}, {60.0F, true}, {80.0F, false}, {150.0F, false}}) {
+        CAPTURE(distance);
+        const ldi::detail::float_color foregrounds[] = {{220, 100, 100}, {120, 100 + distance, 100}};
+        const ldi::detail::mixture found = ldi::detail::unmix(middle, foregrounds, backgrounds, 2);
+        CHECK((found.alpha > 0.7F) == is_near);
+        CHECK(found.foreground == foregrounds[is_near ? 1 : 0]);
+    }
+}
+
+TEST_CASE("a mixture counts fully up to an error of a tenth of the contrast, and not at all from half of it") {
+    const ldi::detail::float_color foreground{220, 100, 100}, background{20, 100, 100};
+    for (const auto& [error, confidence] : {std::pair{0.05F, 8}, {0.09F, 8}, {0.16F, 6}, {0.31F, 3}, {0.51F, 0}, {1.0F, 0}}) {
+        CAPTURE(error);
+        CHECK(ldi::detail::unmix({220, 100 + 200 * error, 100}, &foreground, &background, 1).confidence == confidence);
+    }
+}
+
+TEST_CASE(
+    "background pixels are refilled from two fifths of the foreground's color on, foreground pixels cleaned from a fifth less") {
+    const auto unmixed = [](float behind, float in_front) {
+        const color front{220, 60, 60}, back{60, 140, 200};
+        ldi::image<float> disparity(30, 40);
+        ldi::image<std::uint8_t> photo(30, 40, 3);
+        for (std::size_t y = 0; y < 30; ++y)
+            for (std::size_t x = 0; x < 40; ++x) {
+                disparity(y, x) = x < 20 ? 0.2F : 0.8F;
+                const float alpha = x < 18 ? 0.0F : x == 18 ? behind : x == 19 ? 0.7F : x == 20 ? in_front : 1.0F;
+                for (std::size_t c = 0; c < 3; ++c)
+                    photo(y, x, c) = static_cast<std::uint8_t>(alpha * front[c] + (1 - alpha) * back[c] + 0.5F);
+            }
+        ldi::photo_layer layer = ldi::lift(photo, disparity);
+        ldi::unmix_colors(layer, {.background_margin = 1});
+        return layer;
+    };
+    const auto at = [](const ldi::photo_layer& layer, std::size_t x) { return 15 * 40 + x; };
+    for (const auto& [alpha, is_refilled] : {std::pair{0.2F, false}, {0.32F, false}, {0.5F, true}, {0.6F, true}}) {
+        CAPTURE(alpha);
+        const ldi::photo_layer layer = unmixed(alpha, 1.0F);
+        CHECK(layer.column<ldi::known_column>()[at(layer, 18)] == (is_refilled ? 0 : 1));
+        CHECK(layer.column<ldi::known_column>()[at(layer, 17)] == 1);
+    }
+    for (const auto& [alpha, is_cleaned] : {std::pair{0.6F, true}, {0.72F, true}, {0.9F, false}}) {
+        CAPTURE(alpha);
+        const ldi::photo_layer layer = unmixed(0.5F, alpha);
+        const float before = alpha * 60 + (1 - alpha) * 140, green = layer.column<ldi::color_column>()[3 * at(layer, 20) + 1];
+        CHECK((green < before - 15) == is_cleaned);
+    }
+}
+
+TEST_CASE("a cleaned pixel keeps half of what its own color differs by, where it is mixed half and half") {
+    // Beside the silhouette the foreground is brighter by 40 in blue, which no mixture explains.
+    ldi::image<float> disparity(30, 40);
+    ldi::image<std::uint8_t> photo(30, 40, 3, std::uint8_t{100});
+    for (std::size_t y = 0; y < 30; ++y)
+        for (std::size_t x = 0; x < 40; ++x) {
+            disparity(y, x) = x < 20 ? 0.2F : 0.8F;
+            photo(y, x, 0) = x < 20 ? 20 : x == 20 ? 120 : 220;
+            if (x == 20) photo(y, x, 2) = 120;
+        }
+    ldi::photo_layer layer = ldi::lift(photo, disparity);
+    ldi::unmix_colors(layer);
+    const auto cleaned = layer.at<ldi::color_column>(15 * 40 + 20);
+    CHECK(cleaned[0] == Approx(220).margin(12));
+    CHECK(cleaned[2] == Approx(120).margin(4));
+}
+
 TEST_CASE("margins grow with photos of more than 1536 pixels") {
     ldi::image<float> map(24, 3072);
     for (std::size_t y = 0; y < 24; ++y)

@@ -96,6 +96,24 @@ TEST_CASE("fuzz keeps the background's color where the foreground's differs by m
     }
 }
 
+TEST_CASE("a rim with less than an eighth of the foreground's color comes back, one with more does not") {
+    for (const auto& [percent, is_back] : {std::pair{0, true}, {5, true}, {11, true}, {14, false}, {20, false}, {60, false}}) {
+        CAPTURE(percent);
+        layer_with_rims layer = fuzzy_scene(0);
+        for (std::int32_t i = 0; i < layer.topology().count(); ++i)
+            if (const std::int32_t x = layer.topology().x()[i]; x == 18 || x == 19) {
+                layer.at<ldi::color_column>(i)[0] = static_cast<std::uint8_t>(20 + 180 * percent / 100);
+                layer.at<ldi::color_column>(i)[1] = static_cast<std::uint8_t>(200 - 180 * percent / 100);
+            }
+        const ldi::buffer<ldi::uncertain_rim> rims = ldi::mark_uncertain_rims(layer, 4);
+        paint_unknown(layer, 20, 200);
+        ldi::restore_rims(layer, rims);
+        for (std::int32_t i = 0; i < layer.topology().count(); ++i)
+            if (const std::int32_t x = layer.topology().x()[i]; x == 18 || x == 19)
+                REQUIRE(layer.column<ldi::known_column>()[i] == (is_back ? 1 : 0));
+    }
+}
+
 TEST_CASE("a surface too narrow to tell from what is in front of it comes back, whatever was painted there") {
     // A wall, a post of four columns before it, and a thing before both: the post is the near one at its nearest silhouette.
     ldi::image<float> disparity(20, 40);

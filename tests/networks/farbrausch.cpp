@@ -539,4 +539,5 @@ TEST_CASE("weights that do not fit are named") {
     CHECK_THAT(complaint(good, {{4, 5, 6}, {7, 4, 3}, 4, 0.2F}), Catch::Contains("kernels") && Catch::Contains("found 4"));
     CHECK_THAT(complaint(good, {{4, 0, 6}, {7, 5, 3}, 4, 0.2F}), Catch::Contains("channels"));
     CHECK_THAT(complaint(good, {{4, 5, 6}, {7, 5, 3}, -1, 0.2F}), Catch::Contains("growth"));
+    CHECK_THAT(complaint(good, {{4, 5, 6}, {7, 5, 3}, 4, -1e-30F}), Catch::Contains("leak") && Catch::Contains("found -1e-30"));
 }

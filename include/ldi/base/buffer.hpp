@@ -104,7 +104,9 @@ public:
     buffer(const buffer& other) : buffer(other.begin(), other.end()) {}
     buffer(buffer&& other) noexcept : block_(other.block_) { other.block_ = {}; }
     buffer& operator=(const buffer& other) {
-        if (this != &other) assign(other.begin(), other.end());
+        if (this == &other) return *this;
+        reserve(other.size());  // first, so that the values stay if memory runs out
+        assign(other.begin(), other.end());
         return *this;
     }
     buffer& operator=(buffer&& other) noexcept {

@@ -41,7 +41,8 @@ class graph_builder;
 
 namespace detail {
 
-/// The lattice and six index columns of K entries each, and how they are read. `Column` owns or shows one index column.
+/// The lattice and six index columns of K entries each, and how they are read. `Column` owns or shows one index column. Only
+/// derived classes copy and assign it, so that no finished graph receives columns that nobody checked.
 template <class Column>
 class index_columns {
 public:
@@ -79,6 +80,12 @@ public:
 
 protected:
     index_columns() = default;
+    index_columns(const index_columns&) = default;
+    index_columns(index_columns&&) noexcept = default;
+    /// If memory runs out, nothing changes.
+    index_columns& operator=(const index_columns& other) { return *this = index_columns(other); }
+    index_columns& operator=(index_columns&&) noexcept = default;
+    ~index_columns() = default;
     index_columns(std::int32_t width, std::int32_t height) : width_(width), height_(height) {
         LDI_ASSERT(width >= 0 && height >= 0);
     }

@@ -81,10 +81,13 @@ private:
     graph_view view() const { return graph_view(width_, height_, x_, y_, up(), down(), left(), right()); }
 };
 
-/// A fully linked single layer: what an ordinary image is. Pixel (x, y) has index y * width + x. Raises too_large if there are
-/// 2^31 pixels or more.
+/// A fully linked single layer: what an ordinary image is. Pixel (x, y) has index y * width + x. Raises invalid_option for a
+/// negative size, too_large for 2^31 pixels or more.
 inline graph make_grid(std::int32_t width, std::int32_t height) {
     const std::int64_t pixels = std::int64_t{width} * height;
+    if (width < 0 || height < 0)
+        raise(error_code::invalid_option, "make_grid", "a width and a height of 0 or more",
+              std::to_string(width) + " x " + std::to_string(height));
     if (pixels > 0x7FFFFFFF)
         raise(error_code::too_large, "make_grid", "fewer than 2^31 pixels",
               std::to_string(width) + " x " + std::to_string(height));

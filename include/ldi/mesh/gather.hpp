@@ -1,4 +1,4 @@
-// A column of a layered image at the vertices of its mesh: how payload of the caller's leaves the library.
+// Transfers a column of a layered image to the vertices of its mesh: the output of the caller's own columns.
 #pragma once
 
 #include <ldi/base/array_view.hpp>
@@ -18,14 +18,14 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// The pixels of one surface around a corner of the lattice, up to four.
+/// Up to four pixels of one surface around a corner of the lattice.
 struct corner_pixels {
     std::array<std::int32_t, 4> pixels{};
     std::size_t count = 0;
 };
 
-/// Those that links around the corner (x, y) reach from `pixel`, which comes first; `pixel` alone if it does not touch the
-/// corner.
+/// Collects the pixels that links around the corner (x, y) reach from `pixel`, including `pixel` itself, which comes first. If
+/// `pixel` does not touch the corner, the result is `pixel` alone.
 inline corner_pixels pixels_around_corner(const graph_view& g, std::int32_t pixel, std::int32_t x, std::int32_t y) {
     corner_pixels around;
     const auto add = [&](std::int32_t p) { around.pixels[around.count++] = p; };
@@ -44,12 +44,13 @@ inline corner_pixels pixels_around_corner(const graph_view& g, std::int32_t pixe
 
 }  // namespace detail
 
-/// Returns V x channels scalars: the column's `at_vertex` rule over the pixels of the vertex's surface around it.
+/// Returns V x channels scalars: at each vertex, the column's `at_vertex` rule combines the surrounding pixels of the vertex's
+/// surface.
 ///
-/// mesh    of build_mesh(), from these layers
-/// camera  that took the photo (photo_facts::camera)
+/// mesh    result of build_mesh() for these layers
+/// camera  camera of the photo (photo_facts::camera)
 ///
-/// Raises mismatch if the mesh refers to pixels that the layers don't have. Linear time.
+/// Raises mismatch if the mesh refers to pixels outside the layers. Linear time.
 template <payload_column Column, has_column<Column> Layers>
 buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& layers, const pinhole_camera& camera) {
     using scalar = typename Column::scalar;

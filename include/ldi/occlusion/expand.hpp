@@ -277,8 +277,8 @@ expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule 
     expanded_layers<Columns...> result{detail::expansion_access::layers_of(std::move(layer)), options.motion};
     layered_image<Columns...>& layers = result.layers;
     std::optional<detail::expansion> expansion;
+    const array_view<const float> disparity = layers.template column<disparity_column>();
     const buffer<grown_piece> pieces = layers.grow([&](graph_builder base) {
-        const array_view<const float> disparity = layers.template column<disparity_column>();
         expansion.emplace(std::move(base), disparity, surface, curves, options.motion);
         const int last = (std::min)(options.iterations, expansion->max_iterations());
         for (int i = 0; i < last; ++i) {

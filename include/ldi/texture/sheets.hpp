@@ -1,7 +1,7 @@
-// Full-size textures. Depth is coarser than the photo, so layered images stay small: at the photo's size they would cost time and
-// memory without a gain. Colors can be finer. draw_sheet() draws the charts that show the photo again, on separate sheets with
-// one texel per pixel of the photo. The atlas remains the texture of entirely hidden charts and of soft edges. Sheets are drawn
-// one at a time, so that only one needs to be in memory.
+// Full-size textures. Depth is coarser than the photo, so layered images stay small: at the photo's size they would cost time
+// and memory without a gain. Colors can be finer. draw_sheet() draws the charts that show the photo again, on separate sheets
+// with one texel per pixel of the photo. The atlas remains the texture of completely hidden charts and of soft edges. Sheets are
+// drawn one at a time, so that only one must be in memory.
 //
 //     made = make_photo3d(photo, estimator, inpainter, for_sheets(options, photo.height(), photo.width()));   // photo3d.hpp
 //     const sheet_layout layout = lay_out_sheets(made.layers, made.charts, made.atlas, photo.height(), photo.width());
@@ -33,7 +33,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// Raises mismatch if the atlas has no such padding around a chart.
+/// Raises mismatch unless the atlas has this padding around the chart.
 inline void check_padding(const chart& shape, chart_placement in_atlas, const texture_atlas& atlas, std::int32_t padding) {
     const std::int64_t right = std::int64_t{in_atlas.x} + shape.width + padding,
                        bottom = std::int64_t{in_atlas.y} + shape.height + padding;
@@ -44,12 +44,11 @@ inline void check_padding(const chart& shape, chart_placement in_atlas, const te
 
 }  // namespace detail
 
-/// The largest chart_options::max_side with which every chart finds room on a sheet.
+/// Returns the largest chart_options::max_side with which every chart fits on a sheet. Raises too_large if there is none.
 ///
 /// scale  pixels of the photo per pixel of the layered image, the larger of both directions
-/// Raises too_large if there is none.
 inline std::int32_t largest_chart_side(double scale, const sheet_options& options = {}) {
-    // Ends within a texel are rounded outwards.
+    // Edges inside a texel are rounded outward.
     const double side = std::floor(detail::nearest_double(options.max_side - 2) / scale) - 2.0 * options.padding;
     if (!(side >= 16))
         raise(error_code::too_large, "largest_chart_side",
@@ -58,11 +57,12 @@ inline std::int32_t largest_chart_side(double scale, const sheet_options& option
     return static_cast<std::int32_t>((std::min)(side, 1e6));
 }
 
-/// Gives every chart with a pixel that the photo shows room on a sheet, as large as the photo.
+/// Allocates room on a sheet, at the photo's size, for every chart with a pixel that the photo shows.
 ///
-/// layers         known_column tells which pixels the photo shows
-/// charts, atlas  of these layers
-/// photo_height, photo_width  of the photo that sheets will show
+/// layers                     known_column marks the pixels that the photo shows
+/// charts, atlas              made from these layers
+/// photo_height, photo_width  size of the photo for draw_sheet()
+///
 /// Raises invalid_option, mismatch for another atlas, and too_large for a chart that fits on no sheet.
 template <has_columns<known_column> Layers>
 sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const texture_atlas& atlas, std::size_t photo_height,
@@ -111,15 +111,16 @@ sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const
     return layout;
 }
 
-/// Draws a sheet, H x W x 3, gray where no chart is. A texel in a pixel of the layered image that has the photo's color is the
-/// photo's own, unchanged. Beside silhouettes and where colors were changed it is the photo's without what that has of the other
-/// surface; where the photo shows something else, the atlas's color, smoothly enlarged.
+/// Draws a sheet, H x W x 3, gray outside charts. Where the layered image has the photo's color, the texels are the photo's own,
+/// unchanged. Beside silhouettes and where colors were changed, the neighboring surface's share is removed from the photo's
+/// color. Where the photo shows another surface, the texel is the atlas's color, enlarged by interpolation.
 ///
 /// sheet          1 to layout.sizes.size() - 1
-/// charts, atlas  that the sheets were laid out for
-/// worked_on      the photo as the layered image was made from, of its size
-/// photo          the same photo, of the size that the sheets were laid out for
-/// Raises mismatch where inputs don't fit together.
+/// charts, atlas  as for lay_out_sheets()
+/// worked_on      the photo from which the layered image was made, at the layered image's size
+/// photo          the same photo, at the size given to lay_out_sheets()
+///
+/// Raises mismatch if inputs don't fit together.
 template <executor Executor = const serial_executor>
 image<std::uint8_t> draw_sheet(const sheet_layout& layout, std::size_t sheet, const chart_set& charts, const texture_atlas& atlas,
                                image_view<const std::uint8_t> worked_on, image_view<const std::uint8_t> photo,

@@ -19,7 +19,7 @@ inline constexpr activation no_activation{1.0F};
 inline constexpr activation relu{0.0F};
 constexpr activation leaky_relu(float negative_slope) { return {negative_slope}; }
 
-/// The weights of one layer in the order that its kernel reads them. Only pack_conv_f32() makes valid ones.
+/// The weights of one layer in the order in which its kernel reads them. Valid only if pack_conv_f32() made them.
 struct conv_f32_weights {
     using value_type = float;
 
@@ -30,7 +30,7 @@ struct conv_f32_weights {
     buffer<float> bias;  ///< padded with zeros to whole panels
 };
 
-/// The inputs of one panel of outputs.
+/// Inputs of one panel of outputs.
 template <class Value>
 struct conv_panel_input {
     const Value* const* rows;
@@ -38,12 +38,12 @@ struct conv_panel_input {
     const Value* weights;
 };
 
-/// Destination of one panel's results, and the constants that finish them.
+/// Destination of one panel's results, and the constants that turn sums into results.
 template <class Result>
 struct conv_panel_output {
     const float *bias, *ratios;
     float negative_slope;
-    std::size_t stride;  ///< values from pixel to pixel
+    std::size_t stride;  ///< distance between adjacent pixels, in values
     std::size_t count;   ///< remaining outputs of the layer
     Result* values;
 
@@ -56,10 +56,10 @@ namespace detail {
 /// Number of groups, rounded up.
 constexpr std::size_t groups_of(std::size_t count, std::size_t group) { return (count + group - 1) / group; }
 
-/// Appends weights by panel, row and group: the outputs of a panel side by side, each with the weights of one group of inputs.
-/// Pads the last group and the last panel with zeros.
+/// Appends weights by panel, row and group. Within a panel, the outputs are adjacent, each with the weights of one group of
+/// inputs. Pads the last group and the last panel with zeros.
 ///
-/// layer    its numbers of outputs, rows and inputs
+/// layer    has the numbers of outputs, rows and inputs
 /// weights  outputs x rows x inputs, row-major
 template <std::size_t group, class Layer, class Value>
 void append_panels(buffer<Value>& values, const Layer& layer, std::span<const Value> weights, std::size_t lanes,

@@ -23,14 +23,15 @@ enum class cpu_feature {
 namespace detail {
 
 #if LDI_HAS_X86_KERNELS
-/// clang 14 has no name for it. The operating system saves its registers if it saves AVX2's.
+/// Detects AVX-VNNI, for which clang 14 has no name. An operating system that saves AVX2's registers also saves those of
+/// AVX-VNNI.
 inline bool has_avx_vnni() {
     static const bool found = cpuid_leaf(0).a >= 7 && cpuid_leaf(7).a >= 1 && (cpuid_leaf(7, 1).a >> 4U & 1U) != 0;
     return found;
 }
 #endif
 
-/// False where this build of ldi has no kernels for the processor.
+/// Whether the processor has the feature; false if this build of ldi has no kernels for the processor.
 inline bool has_feature(cpu_feature feature) {
     switch (feature) {
         case cpu_feature::none: return true;

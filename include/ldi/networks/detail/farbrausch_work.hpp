@@ -1,5 +1,5 @@
-// The work of the inpainting network: the levels of detail of a layered depth image, and at each the pixels that the
-// wanted ones need, found backwards through the network.
+// Plans the inpainting network's work: the levels of detail of a layered image, and the pixels per level that the wanted pixels
+// depend on, traced backward through the network.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -15,23 +15,25 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// A level of detail, and the network's work there.
+/// A level of detail and the network's work on it.
 struct farbrausch_level {
-    std::size_t pixel_count = 0;      ///< of the level's graph
-    buffer<std::int32_t> above;       ///< for each pixel the one of the next level above it, or no_pixel; of the last level empty
+    std::size_t pixel_count = 0;      ///< pixels of the level's graph
+    buffer<std::int32_t> above;       ///< per pixel its parent on the next coarser level, or no_pixel; empty on the last level
     convolution_plan average;         ///< 3 x 3 windows of all pixels
-    convolution_plan average_coarse;  ///< 3 x 3 windows of the pixels that the next level keeps
+    convolution_plan average_coarse;  ///< 3 x 3 windows of the pixels that remain on the next level
 
     pixel_subset read;                   ///< level 0 only: pixels at which the network reads its input
     buffer<std::int32_t> decoded;        ///< level 0 only: pixels at which the decoder gives a result
     convolution_plan encode;             ///< from `read` here to `read` of the next level
     convolution_plan decode;             ///< from `read` to `decoded`
-    buffer<std::int32_t> decoded_above;  ///< for each pixel of `read` its row in `decoded` of the next level, or no_pixel
+    buffer<std::int32_t> decoded_above;  ///< per pixel of `read` its row in `decoded` of the next level, or no_pixel
 };
 
+/// Plans all levels, from the finest to the coarsest.
+///
 /// finest   level 0, in canonical order
 /// kernels  sizes of the encoder's convolutions, one per level
-/// wanted   where the network's result is asked for, one for each pixel of `finest`
+/// wanted   one per pixel of `finest`, nonzero where the network's result is requested
 inline buffer<farbrausch_level> plan_farbrausch(const graph_view& finest, std::span<const std::int32_t> kernels,
                                                 std::span<const std::uint8_t> wanted) {
     const std::size_t depth = kernels.size();
@@ -53,7 +55,7 @@ inline buffer<farbrausch_level> plan_farbrausch(const graph_view& finest, std::s
         coarse = std::move(next.topology);
     }
 
-    // The decoder, from its result down to the coarsest level.
+    // The decoder, in reverse order: from its final result to the coarsest level.
     buffer<buffer<std::uint8_t>> read_marks(depth);
     buffer<pixel_subset> decoded(depth + 1);
     decoded[0] = pixel_subset::marked(wanted);

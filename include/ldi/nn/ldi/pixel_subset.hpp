@@ -1,4 +1,4 @@
-// Some pixels of a graph, numbered from 0. A network that needs values at some pixels only stores rows for these alone.
+// A subset of a graph's pixels, numbered from 0. A network that needs values only at some pixels stores rows for these alone.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -14,14 +14,14 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The pixels, and the row of each pixel of the graph among them.
+/// Pixels of a subset, and the reverse lookup.
 struct pixel_subset {
     buffer<std::int32_t> pixels;  ///< ascending
     buffer<std::int32_t> row_of;  ///< per pixel of the graph: its index in `pixels`, or no_pixel
 
     std::size_t size() const { return pixels.size(); }
 
-    /// The pixels whose mark is not 0.
+    /// Collects the pixels with nonzero marks.
     static pixel_subset marked(std::span<const std::uint8_t> marks) {
         pixel_subset subset;
         subset.row_of.resize(marks.size());
@@ -46,7 +46,9 @@ inline void renumber(std::int32_t& pixel, const pixel_subset& subset) {
 
 }  // namespace detail
 
-/// Renumbers a plan's inputs for tensors that hold rows of a subset only, which holds all pixels of the plan's windows.
+/// Renumbers a plan's inputs for a tensor that stores only the rows of a subset.
+///
+/// inputs  contains all pixels that the plan's outputs read
 inline void renumber_inputs(convolution_plan& plan, const pixel_subset& inputs) {
     LDI_ASSERT(inputs.row_of.size() == plan.input_count);
     // Pixels of a segment's rows are consecutive in the subset, too, because the subset holds all of them.
@@ -55,7 +57,10 @@ inline void renumber_inputs(convolution_plan& plan, const pixel_subset& inputs) 
     plan.input_count = inputs.size();
 }
 
-/// The same for inputs and outputs. `outputs` holds all outputs of the plan.
+/// Renumbers a plan for tensors that store only the rows of subsets.
+///
+/// outputs  contains all outputs of the plan
+/// inputs   contains all pixels of their windows
 inline convolution_plan on_subsets(convolution_plan plan, const pixel_subset& outputs, const pixel_subset& inputs) {
     LDI_ASSERT(outputs.row_of.size() == plan.output_count);
     renumber_inputs(plan, inputs);

@@ -17,12 +17,12 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 inline constexpr std::size_t max_channels = 65536, max_kernel = 7, max_stride = 2, max_resize_factor = 4;
 
-/// Factor from an accumulator's unit to the output's. The order of operations decides the last bit.
+/// Factor from the accumulator's unit to the output's unit. The order of the operations determines the last bit.
 inline float requantization_scale(quantization input, quantization weights, quantization output) {
     return input.scale * weights.scale / output.scale;
 }
 
-/// Facts about a tensor that has passed the checks.
+/// Properties of a tensor that has passed the checks.
 struct checked_tensor {
     quantization values;
     std::size_t channels;
@@ -39,7 +39,7 @@ inline const checked_tensor& checked_input(const std::string& name, const buffer
     return tensors[input];
 }
 
-/// Raises an error unless every output's sums fit 32 bits, in any order of summation, with the input's zero point folded into
+/// Raises an error unless every output's sum fits in 32 bits in any order of summation, with the input's zero point folded into
 /// the bias.
 inline void check_accumulators(const std::string& name, const convolution_description& c) {
     const std::size_t inputs = c.weights.size() / c.bias.size();
@@ -89,7 +89,7 @@ inline std::size_t check_operator(const std::string& place, quantization output,
     const float a_ratio = a.values.scale / output.scale, b_ratio = b.values.scale / output.scale;
     if (!are_addition_ratios(a_ratio, b_ratio))
         raise(error_code::unsupported, place, "ratios of input scale to output scale of which the larger is in [2^-10, 2^8)",
-              std::to_string(a_ratio) + " and " + std::to_string(b_ratio));
+              to_text(a_ratio) + " and " + to_text(b_ratio));
     return a.channels;
 }
 
