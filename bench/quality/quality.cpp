@@ -41,7 +41,8 @@ std::string training_of(const std::filesystem::path& file) {
 }
 
 void run(const arguments& a) {
-    const ldi::farbrausch network = ldi::load_farbrausch(a.inpainting_model, a.int8 ? ldi::arithmetic::int8 : ldi::arithmetic::float32);
+    const ldi::farbrausch network =
+        ldi::load_farbrausch(a.inpainting_model, a.int8 ? ldi::arithmetic::int8 : ldi::arithmetic::float32);
     std::printf("Farbrausch: %s, %s\n", a.inpainting_model.filename().string().c_str(), training_of(a.inpainting_model).c_str());
     if (a.sizes) print_sizes(network);
     lpips_network perceived;
