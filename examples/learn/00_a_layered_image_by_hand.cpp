@@ -1,6 +1,6 @@
-// A layered depth image made by hand: a wall of 6 x 4 pixels, and a block of 2 x 2 pixels in front of it. Both have pixels at the
-// block's positions, and no links between them. A 3 x 3 average therefore never mixes the two surfaces. Needs no library and no
-// file.
+// A layered depth image made by hand: a wall of 6 x 4 pixels, and a block of 2 x 2 pixels in front of it. Both have pixels at
+// the positions of the block, without links between them. A 3 x 3 average therefore never mixes the two surfaces. Requires no
+// library and no file.
 #include <ldi/core/graph_builder.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/nn/ldi/convolution_layer.hpp>

@@ -1,5 +1,5 @@
-// Behind each silhouette the farther surface grows, a pixel an iteration, as far as a viewer who moves a little could see. The
-// frames show what is hidden after 1, 8, 20 and 40 iterations, the younger the brighter; on what holds it, the photo, darkened.
+// Behind each silhouette the farther surface grows by one pixel per iteration, as far as a slightly moved viewer could see. The
+// frames show the hidden pixels after 1, 8, 20 and 40 iterations, brighter if younger, over the darkened photo.
 #include "drawing.hpp"
 #include "sample.hpp"
 
@@ -13,7 +13,7 @@ int main() {
     ldi::close_spurious_discontinuities(layer, curves);
 
     std::vector<learn::picture> frames;
-    ldi::buffer<int> born;  // in which iteration, for each pixel so far
+    ldi::buffer<int> born;  // per pixel: iteration in which it was made
     int iteration = 0;
     const auto watch = [&](const ldi::graph_view& g, std::span<const float>, std::size_t first_hidden) {
         born.resize(g.size(), ++iteration);

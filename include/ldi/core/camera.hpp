@@ -11,8 +11,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The camera of the photo. Pixel (x, y) covers [x, x + 1) x [y, y + 1); its center is (x + 0.5, y + 0.5). Space follows glTF: x
-/// to the right, y up, the camera at the origin looking along -z.
+/// The camera of the photo. Pixel (x, y) covers [x, x + 1) x [y, y + 1); its center is (x + 0.5, y + 0.5). Space follows glTF:
+/// x to the right, y up, the camera at the origin looking along -z.
 struct pinhole_camera {
     std::int32_t width = 0, height = 0;  ///< size of the photo in pixels
     float focal_length = 0;              ///< in pixels; the optical axis passes through the middle of the photo

@@ -1,4 +1,4 @@
-// Blocks of 16 channels, for kernels that interleave the columns of three rows in memory first.
+// Blocks of 16 channels, for kernels that first interleave the columns of three rows in memory.
 #pragma once
 
 #include <ldi/kernels/depthwise_u8/contract.hpp>

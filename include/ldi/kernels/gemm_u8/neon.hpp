@@ -36,14 +36,14 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 
-/// The arguments of gemm_u8() for one panel.
+/// Arguments of gemm_u8() for one panel.
 struct gemm_panel {
     const std::uint8_t* const* segments;
     std::size_t segment_count, groups, pixel_stride, pixels;
     const std::int8_t* weights;
     const std::int32_t* bias;
     std::uint8_t* result;
-    std::size_t outputs, held = 0;  ///< of the layer; of the panel
+    std::size_t outputs, held = 0;  ///< outputs of the layer; outputs of the panel
 
     void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
 };

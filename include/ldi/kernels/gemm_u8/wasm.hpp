@@ -80,14 +80,14 @@ struct widened_pixels {
     }
 };
 
-/// The arguments of gemm_u8() for some pixels and one panel.
+/// Arguments of gemm_u8() for some pixels and one panel.
 struct gemm_panel {
     const widened_pixels& input;
     std::size_t pixels;
     const std::int16_t* weights;
     const std::int32_t* bias;
     std::uint8_t* result;
-    std::size_t outputs, held = 0;  ///< of the layer; of the panel
+    std::size_t outputs, held = 0;  ///< outputs of the layer; outputs of the panel
 
     void skip(std::size_t lanes) { weights += input.segment_count * input.pairs * lanes * gemm_group; }
 };

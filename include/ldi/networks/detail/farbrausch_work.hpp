@@ -23,8 +23,8 @@ struct farbrausch_level {
     convolution_plan average_coarse;  ///< 3 x 3 windows of the pixels that remain on the next level
 
     pixel_subset read;                   ///< level 0 only: pixels at which the network reads its input
-    buffer<std::int32_t> decoded;        ///< level 0 only: pixels at which the decoder gives a result
-    convolution_plan encode;             ///< from `read` here to `read` of the next level
+    buffer<std::int32_t> decoded;        ///< level 0 only: pixels at which the decoder computes a result
+    convolution_plan encode;             ///< from `read` of this level to `read` of the next level
     convolution_plan decode;             ///< from `read` to `decoded`
     buffer<std::int32_t> decoded_above;  ///< per pixel of `read` its row in `decoded` of the next level, or no_pixel
 };
@@ -69,7 +69,7 @@ inline buffer<farbrausch_level> plan_farbrausch(const graph_view& finest, std::s
             if (read_marks[i][pixel] != 0 && level.above[pixel] != no_pixel) above_marks[level.above[pixel]] = 1;
         decoded[i + 1] = pixel_subset::marked(above_marks);
     }
-    // The encoder, from the coarsest level back up: its results for the decoder, and for its own next stage.
+    // The encoder, from the coarsest level to the finest: its results for the decoder and for the next encoder stage.
     pixel_subset read = decoded[depth];
     for (std::size_t i = depth; i-- > 0;) {
         farbrausch_level& level = levels[i];

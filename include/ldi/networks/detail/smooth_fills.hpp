@@ -158,7 +158,7 @@ private:
         spread_at(colors, restrict_and_renumber(windows, unknown), unknown, passes);
     }
 
-    /// windows  of the colors `places`, in their order
+    /// windows  windows of the colors `places`, in this order
     void spread_at(masked_colors& colors, const convolution_plan& windows, std::span<const std::int32_t> places, int passes) {
         masked_colors next(places.size());
         for (int pass = 0; pass < passes; ++pass) {

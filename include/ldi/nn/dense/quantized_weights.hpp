@@ -17,7 +17,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// file  holds n operators; tensor 0 of the network is its input, tensor i + 1 the result of operator i:
+/// Reads the description of a network with n operators from the tensors of a file. Tensor 0 of the network is its input, tensor
+/// i + 1 the result of operator i. The file has these tensors:
 ///
 ///     operators                            int32  n x 5   kind, first input, second input, kernel, stride or factor
 ///     scales, zero_points                  float, uint8   n + 1, of the tensors

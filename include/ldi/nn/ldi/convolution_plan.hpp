@@ -115,7 +115,7 @@ inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kerne
 
 namespace detail {
 
-/// restrict_to(), with outputs that have the numbers `number(i)` for outputs[i].
+/// Restricts a plan to some outputs, and renumbers them: outputs[i] becomes output number(i).
 template <class Number>
 convolution_plan restrict_and_number(const convolution_plan& plan, std::span<const std::int32_t> outputs, Number&& number) {
     convolution_plan result;

@@ -51,7 +51,7 @@ inline void renumber(std::int32_t& pixel, const pixel_subset& subset) {
 /// inputs  contains all pixels that the plan's outputs read
 inline void renumber_inputs(convolution_plan& plan, const pixel_subset& inputs) {
     LDI_ASSERT(inputs.row_of.size() == plan.input_count);
-    // Pixels of a segment's rows are consecutive in the subset, too, because the subset holds all of them.
+    // Pixels of a segment's rows are consecutive in the subset, too, because the subset contains all of them.
     for (std::int32_t& pixel : plan.rows) detail::renumber(pixel, inputs);
     for (std::int32_t& pixel : plan.windows) detail::renumber(pixel, inputs);
     plan.input_count = inputs.size();

@@ -33,7 +33,7 @@ inline void gemm_u8_panel(const gemm_panel& panel, const Output& output) {
     gemm_u8_tiles<gemm_kernel, vectors, Requantizer>(panel, output);
 }
 
-/// Panel by panel, each through a table: so the compiler keeps the loops of one size in a function of their own.
+/// Computes all panels. Calls go through a table, so that the compiler keeps the loops of each size in a separate function.
 template <class Rectifier, class Requantizer, class Output, std::size_t... v>
 inline void gemm_u8_panels(std::index_sequence<v...>, std::size_t outputs, const Output& output, gemm_panel panel) {
     static constexpr void (*panel_functions[2][sizeof...(v)])(const gemm_panel&, const Output&) = {
@@ -51,7 +51,7 @@ inline void gemm_u8_panels(std::index_sequence<v...>, std::size_t outputs, const
     }
 }
 
-/// Rectifier: for a zero point of 0
+/// Rectifier  requantizer for a zero point of 0
 template <class Rectifier, class Requantizer, class Output>
 inline void gemm_u8_panels(std::size_t outputs, const Output& output, const gemm_panel& panel) {
     gemm_u8_panels<Rectifier, Requantizer>(std::make_index_sequence<gemm_max_vectors>{}, outputs, output, panel);
