@@ -89,7 +89,7 @@ inline void check_curves(std::span<const discontinuity_curve> curves, const grap
 /// curve's end is as large as the threshold, and a camera that moves along the curve sees past the end. Curves come in a fixed
 /// order. Time is linear, but for sorting the ends of curves; 5 bytes per pixel, 16 per pixel side and 500 per curve.
 template <payload_column... Columns>
-buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns...>& layer, surface_rule surface,
+buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns...>& layer, surface_rule surface = {},
                                                       const curve_options& options = {}) {
     static_assert(has_columns<single_layer<Columns...>, disparity_column>);
     const auto disparity = layer.template column<disparity_column>();
