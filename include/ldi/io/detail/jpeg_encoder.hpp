@@ -39,7 +39,7 @@ public:
     }
 
     /// Raises out_of_memory and, for what else the library refuses, too_large.
-    std::vector<std::byte> encode(const image<std::uint8_t>& picture, int quality) {
+    std::vector<std::byte> encode(image_view<const std::uint8_t> picture, int quality) {
         if (!write(picture, quality)) {
             if (errors_.base.msg_code == JERR_OUT_OF_MEMORY) out_of_memory();
             char reason[JMSG_LENGTH_MAX] = {};
@@ -73,7 +73,7 @@ private:
     static void fail(j_compress_ptr state) { state->err->error_exit(reinterpret_cast<j_common_ptr>(state)); }
 
     /// False after an error of the library, which jumps here. No object with a destructor may live in here.
-    bool write(const image<std::uint8_t>& picture, int quality) {
+    bool write(image_view<const std::uint8_t> picture, int quality) {
         if (setjmp(errors_.back) != 0) return false;
         jpeg_create_compress(&state_);
         state_.dest = &file_.base;
