@@ -72,7 +72,8 @@ void check_triangles(const Mesh& mesh) {
                   "vertex " + std::to_string(vertex));
     for (const buffer<float>* values : {&mesh.positions, &mesh.texture_coordinates})
         for (const float value : *values)
-            if (!std::isfinite(value)) raise(error_code::invalid_data, "mesh", "finite coordinates", "one that is not");
+            if (!std::isfinite(value))
+                raise(error_code::invalid_data, "mesh", "finite coordinates", "an infinite coordinate or NaN");
 }
 
 inline void check_drawable(const textured_mesh& mesh, std::span<const image<std::uint8_t>> textures) {
