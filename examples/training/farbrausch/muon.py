@@ -6,7 +6,7 @@ import math
 
 import torch
 
-COEFFICIENTS = (3.4445, -4.7750, 2.0315)  # of the fifth-degree polynomial that drives singular values towards 1
+COEFFICIENTS = (3.4445, -4.7750, 2.0315)  # of the fifth-degree polynomial that drives singular values toward 1
 ITERATIONS = 5
 STEP_LENGTH = 0.2  # root mean square of a step's elements at a learning rate of 1, as Adam's are
 
@@ -25,7 +25,7 @@ def orthogonalised(matrix, dtype):
 class Muon(torch.optim.Optimizer):
     def __init__(self, parameters, lr, momentum=0.95, decay=0.2, betas=(0.9, 0.99), eps=1e-8, dtype=torch.bfloat16):
         """
-        decay  of the matrices. Steps of a fixed length make weights grow, and those before a normalisation may: their size changes
+        decay  of the matrices. Steps of a fixed length make weights grow, and those before a normalization may: their size changes
                nothing, but the larger they are, the less a step turns them. Decay keeps the size at which both are in balance.
         dtype  that the products of matrices are taken in
         """
