@@ -11,7 +11,7 @@ ITERATIONS = 5
 STEP_LENGTH = 0.2  # root mean square of a step's elements at a learning rate of 1, as Adam's are
 
 
-def orthogonalised(matrix, dtype):
+def orthogonalized(matrix, dtype):
     """U V^T, roughly, for the matrix U S V^T."""
     a, b, c = COEFFICIENTS
     x = (matrix / (matrix.norm() + 1e-7)).to(dtype)
@@ -47,7 +47,7 @@ class Muon(torch.optim.Optimizer):
         direction = p.grad.add(state["momentum"], alpha=group["momentum"]).flatten(1)
         length = group["lr"] * STEP_LENGTH * math.sqrt(max(direction.shape))
         p.mul_(1 - group["lr"] * group["decay"])
-        p.add_(orthogonalised(direction, self.dtype).view_as(p), alpha=-length)
+        p.add_(orthogonalized(direction, self.dtype).view_as(p), alpha=-length)
 
     def adam_step(self, p, group):
         state, (first, second) = self.state[p], group["betas"]

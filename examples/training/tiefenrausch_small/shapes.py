@@ -64,7 +64,7 @@ def paste(rng, color, truth, cutting, disparity, opacity):
     most = np.nanmax(truth)
     if most > 1:
         truth /= most
-    # harmonised: light and contrast of a cutting lean toward those of where it lands
+    # harmonized: light and contrast of a cutting lean toward those of where it lands
     place, piece = color[inside].astype(np.float32), cutting[of_cutting].astype(np.float32)
     lean = rng.uniform(0, 0.7)
     piece = piece + lean * (place.mean((0, 1)) - piece[solid].mean(0))
