@@ -26,8 +26,7 @@ namespace {
 
 void check_and_end(const ldi::error_details& details) {
     if (details.code != ldi::error_code::canceled || details.where != "coarsen") fail("the details are not the error's");
-    if (ldi::to_string(details) != "coarsen: expected to run to the end, found a request to stop (canceled)")
-        fail("wrong message");
+    if (ldi::to_string(details) != "coarsen: expected completion, found a request to stop (canceled)") fail("wrong message");
     std::exit(0);
 }
 }  // namespace

@@ -21,7 +21,7 @@ bool is_message_right = true;
 
 void jump_out(const ldi::error_details& details) {
     is_message_right = is_message_right && details.code == ldi::error_code::out_of_memory &&
-                       ldi::to_string(details) == "memory: expected enough of it, found too little (out of memory)";
+                       ldi::to_string(details) == "memory: expected enough memory, found too little (out of memory)";
     std::longjmp(place, 1);
 }
 
