@@ -329,12 +329,14 @@ concept element_iterator = requires(T i) {
 #if LDI_HAS_EXCEPTIONS
     throw std::bad_alloc();
 #else
-    raise(error_code::out_of_memory, "memory", "enough of it", "too little");  // texts so short that they need no allocation
+    raise(error_code::out_of_memory, "memory", "enough memory", "too little");  // texts so short that they need no allocation
 #endif
 }
 
 /// Raises too_large, because the size of the values in bytes overflows.
-[[noreturn]] inline void refuse_count() { raise(error_code::too_large, "buffer", "a size that memory can have", "a larger one"); }
+[[noreturn]] inline void refuse_count() {
+    raise(error_code::too_large, "buffer", "a size within the address space", "a larger size");
+}
 
 /// Type-independent part of a buffer, compiled once for all types.
 struct memory_block {
@@ -823,8 +825,7 @@ struct progress_listener {
     /// Reports progress. Raises error_code::canceled if the caller requests to stop.
     void report(std::string_view stage, float fraction) const {
         if (on_progress != nullptr) on_progress(user, stage, fraction);
-        if (is_canceled != nullptr && is_canceled(user))
-            raise(error_code::canceled, stage, "to run to the end", "a request to stop");
+        if (is_canceled != nullptr && is_canceled(user)) raise(error_code::canceled, stage, "completion", "a request to stop");
     }
 };
 
@@ -2720,6 +2721,24 @@ inline void gather_window(const graph_view& g, std::int32_t pixel, std::int32_t 
 
 }}  // namespace ldi
 
+// ---- ldi/kernels/cpu_feature.hpp
+// Processor features that kernels require.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+enum class cpu_feature {
+    none,
+    avx2,
+    fma,
+    avx_vnni,
+    avx512,  ///< F, BW and VL
+    avx512_vnni,
+    arm_dot_product,
+    wasm_simd128,
+};
+
+}}  // namespace ldi
+
 // ---- ldi/kernels/detail/target.hpp
 // Compiles code for several instruction sets in one header, independently of the user's flags. Functions between
 // LDI_BEGIN_TARGET("...") and LDI_END_TARGET are compiled for these features, so every translation unit has the same code for
@@ -2834,22 +2853,9 @@ inline bool has_dot_product_extension() {
 #endif
 
 // ---- ldi/kernels/detail/cpu_features.hpp
-// Processor features that kernels need, and their detection.
+// Detects processor features.
 
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-enum class cpu_feature {
-    none,
-    avx2,
-    fma,
-    avx_vnni,
-    avx512,  ///< F, BW and VL
-    avx512_vnni,
-    arm_dot_product,
-    wasm_simd128,
-};
-
-namespace detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 #if LDI_HAS_X86_KERNELS
 /// Detects AVX-VNNI, for which clang 14 has no name. An operating system that saves AVX2's registers also saves those of
@@ -2882,8 +2888,7 @@ inline bool has_feature(cpu_feature feature) {
     }
 }
 
-}  // namespace detail
-}}  // namespace ldi
+}}}  // namespace ldi::detail
 
 // ---- ldi/kernels/isa.hpp
 // The instruction sets that kernels/ has code for, one row of `instruction_sets` each. Packing weights selects one at run time.
@@ -3088,28 +3093,8 @@ struct add_u8_kernel {
 
 }}  // namespace ldi
 
-// ---- ldi/kernels/detail/panel_cut.hpp
-// Splits the outputs of a matrix product or a convolution into panels.
-
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
-
-/// Splits outputs into panels of at most `max_vectors` vectors, as evenly as possible.
-struct panel_cut {
-    std::size_t panels, larger, vectors;  ///< the first `larger` panels have `vectors` vectors, the others one less
-
-    panel_cut(std::size_t outputs, std::size_t lanes, std::size_t most) {
-        const std::size_t all = (outputs + lanes - 1) / lanes;
-        panels = (all + most - 1) / most;
-        vectors = (all + panels - 1) / panels;
-        larger = panels - (vectors * panels - all);
-    }
-    std::size_t vectors_in(std::size_t panel) const { return panel < larger ? vectors : vectors - 1; }
-};
-
-}}}  // namespace ldi::detail
-
-// ---- ldi/kernels/detail/conv_weights.hpp
-// Packed weights of kernels/conv_f32.hpp, and the packing that kernels/conv_u8.hpp shares with it on all instruction sets.
+// ---- ldi/kernels/conv_f32/weights.hpp
+// Packed weights of kernels/conv_f32.hpp and the activation after a convolution.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -3131,6 +3116,33 @@ struct conv_f32_weights {
     buffer<float> values;
     buffer<float> bias;  ///< padded with zeros to whole panels
 };
+
+}}  // namespace ldi
+
+// ---- ldi/kernels/detail/panel_cut.hpp
+// Splits the outputs of a matrix product or a convolution into panels.
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+/// Splits outputs into panels of at most `max_vectors` vectors, as evenly as possible.
+struct panel_cut {
+    std::size_t panels, larger, vectors;  ///< the first `larger` panels have `vectors` vectors, the others one less
+
+    panel_cut(std::size_t outputs, std::size_t lanes, std::size_t most) {
+        const std::size_t all = (outputs + lanes - 1) / lanes;
+        panels = (all + most - 1) / most;
+        vectors = (all + panels - 1) / panels;
+        larger = panels - (vectors * panels - all);
+    }
+    std::size_t vectors_in(std::size_t panel) const { return panel < larger ? vectors : vectors - 1; }
+};
+
+}}}  // namespace ldi::detail
+
+// ---- ldi/kernels/detail/conv_weights.hpp
+// Packing of weights, which kernels/conv_f32.hpp and kernels/conv_u8.hpp share on all instruction sets.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Inputs of one panel of outputs.
 template <class Value>
@@ -8937,9 +8949,11 @@ struct basic_feature_map {
     Value zero = {};  ///< value that represents zero: the zero point of bytes
 
     basic_feature_map() = default;
-    /// Leaves the values uninitialized.
+    /// Leaves the values uninitialized. Raises too_large for a size that no memory has.
     basic_feature_map(std::size_t pixel_count, std::size_t channel_count, Value stands_for_zero = {})
-        : channels(channel_count), values(pixel_count * channel_count, unset), zero(stands_for_zero) {}
+        : channels(channel_count),
+          values(detail::checked_size(1, pixel_count, channel_count, sizeof(Value)), unset),
+          zero(stands_for_zero) {}
 
     std::size_t pixels() const { return channels > 0 ? values.size() / channels : 0; }
 
@@ -9384,7 +9398,7 @@ private:
 }}  // namespace ldi
 
 // ---- ldi/nn/ldi/elementwise.hpp
-// Elementwise operators on feature maps: addition, concatenation, activations.
+// Elementwise operators on feature maps: addition, concatenation, activations, conversion between floats and bytes.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -9481,18 +9495,38 @@ basic_feature_map<std::uint8_t> concatenate(std::initializer_list<basic_feature_
     return detail::concatenate(std::span<const basic_feature_view<std::uint8_t>>(maps.begin(), maps.size()), threads);
 }
 
-/// Applies relu to a map of bytes: raises values to at least the zero point.
-template <executor Executor = const serial_executor>
-basic_feature_map<std::uint8_t> relu_u8(basic_feature_map<std::uint8_t> x, Executor&& threads = {}) {
-    return detail::for_each_value(std::move(x), threads, [zero = x.zero](std::uint8_t v) { return (std::max)(v, zero); });
-}
-
 /// Applies relu or leaky_relu(slope), for example after an addition; a convolution_layer has its own activation.
 template <executor Executor = const serial_executor>
 feature_map activate(feature_map x, activation by, Executor&& threads = {}) {
     return detail::for_each_value(std::move(x), threads, [by](float v) {
         return v > 0.0F ? v : by.negative_slope == 0.0F ? 0.0F : by.negative_slope * v;  // also for -infinity
     });
+}
+
+/// Applies relu to a map of bytes: raises values to at least the zero point. Bytes support no other activation.
+template <executor Executor = const serial_executor>
+basic_feature_map<std::uint8_t> activate(basic_feature_map<std::uint8_t> x, activation by, Executor&& threads = {}) {
+    LDI_ASSERT(by.negative_slope == 0.0F);
+    const std::uint8_t zero = x.zero;
+    return detail::for_each_value(std::move(x), threads, [zero](std::uint8_t v) { return (std::max)(v, zero); });
+}
+
+/// Converts a map to bytes: the nearest multiples of `to.scale`, clamped to the range of bytes. NaN becomes the zero point.
+inline basic_feature_map<std::uint8_t> quantize(const feature_map& x, const quantization& to) {
+    basic_feature_map<std::uint8_t> result(x.pixels(), x.channels, to.zero_point);
+    std::transform(x.values.begin(), x.values.end(), result.values.begin(), [&](float v) {
+        const double steps = std::isnan(v) ? 0.0 : std::clamp(double{v} / double{to.scale}, -255.0, 255.0);
+        return static_cast<std::uint8_t>(std::clamp<std::int64_t>(detail::nearest_whole(steps) + to.zero_point, 0, 255));
+    });
+    return result;
+}
+
+/// Converts a map of bytes to floats.
+inline feature_map dequantize(const basic_feature_map<std::uint8_t>& x, const quantization& from) {
+    feature_map result(x.pixels(), x.channels);
+    std::transform(x.values.begin(), x.values.end(), result.values.begin(),
+                   [&](std::uint8_t v) { return static_cast<float>(v - from.zero_point) * from.scale; });
+    return result;
 }
 
 /// Computes 1 / (1 + exp(-x)) with the rounding of the standard library.
@@ -9808,7 +9842,7 @@ void check_no_others(const named_tensors& from, const Names& names) {
         bool is_named = false;
         for (const auto& known : names) is_named = is_named || known == name;
         if (!is_named)
-            raise(error_code::mismatch, detail::tensor_place(from, name), "only tensors that the network has", "one more");
+            raise(error_code::mismatch, detail::tensor_place(from, name), "only tensors of the network", "an unexpected tensor");
     }
 }
 
@@ -9819,6 +9853,13 @@ void check_no_others(const named_tensors& from, const Names& names) {
 // (nn/dense/quantized_network.hpp), which checks it.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// Height and width of a tensor.
+struct tensor_size {
+    std::size_t height = 0, width = 0;
+
+    friend bool operator==(const tensor_size&, const tensor_size&) = default;
+};
 
 /// A convolution with `kernel / 2` pixels of padding on each side, filled with the input's zero point.
 struct convolution_description {
@@ -9886,7 +9927,7 @@ inline void check_scale(const std::string& name, float scale) {
 
 inline const checked_tensor& checked_input(const std::string& name, const buffer<checked_tensor>& tensors, std::size_t input) {
     if (input >= tensors.size())
-        raise(error_code::invalid_data, name, "inputs that an earlier operator makes", "tensor " + std::to_string(input));
+        raise(error_code::invalid_data, name, "the result of an earlier operator as input", "tensor " + std::to_string(input));
     return tensors[input];
 }
 
@@ -9917,7 +9958,7 @@ inline std::size_t check_operator(const std::string& place, quantization output,
     if (c.stride == 0 || c.stride > max_stride)
         raise(error_code::unsupported, place, "a stride of 1 or 2", std::to_string(c.stride));
     if (c.depthwise && outputs != input.channels)
-        raise(error_code::mismatch, place, std::to_string(input.channels) + " channels, as the input has",
+        raise(error_code::mismatch, place, std::to_string(input.channels) + " channels, as in the input",
               std::to_string(outputs));
     const std::uint64_t weights = std::uint64_t{outputs} * c.kernel * c.kernel * (c.depthwise ? 1 : input.channels);
     if (c.weights.size() != weights)
@@ -9949,7 +9990,7 @@ inline std::size_t check_operator(const std::string& place, quantization output,
     const checked_tensor& input = checked_input(place, tensors, r.input);
     if (r.factor == 0 || r.factor > max_resize_factor)
         raise(error_code::unsupported, place, "a factor of 1 to " + std::to_string(max_resize_factor), std::to_string(r.factor));
-    if (output != input.values) raise(error_code::mismatch, place, "the input's scale and zero point", "others");
+    if (output != input.values) raise(error_code::mismatch, place, "the input's scale and zero point", "different values");
     return input.channels;
 }
 
@@ -9968,7 +10009,7 @@ inline void check_network(const network_description& network) {
         tensors.push_back({op.output, channels});
     }
     if (network.output >= tensors.size())
-        raise(error_code::invalid_data, input, "a result that an operator makes", "tensor " + std::to_string(network.output));
+        raise(error_code::invalid_data, input, "the result of an operator as output", "tensor " + std::to_string(network.output));
 }
 
 }}}  // namespace ldi::detail
@@ -9976,16 +10017,7 @@ inline void check_network(const network_description& network) {
 // ---- ldi/nn/dense/detail/packed_layer.hpp
 // The layers of a quantized_network, packed for the kernels.
 
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-/// Height and width of a tensor.
-struct tensor_size {
-    std::size_t height = 0, width = 0;
-
-    friend bool operator==(const tensor_size&, const tensor_size&) = default;
-};
-
-namespace detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 struct dense_layer {
     std::size_t kernel, stride;
@@ -11211,7 +11243,7 @@ private:
     const values& finite(const std::string& name, const buffer<std::size_t>& shape) const {
         const values& found = tensor_values<float>(file_, name, shape);
         if (!std::all_of(found.begin(), found.end(), [](float v) { return std::isfinite(v); }))
-            raise(error_code::invalid_data, tensor_place(file_, name), "finite values", "others");
+            raise(error_code::invalid_data, tensor_place(file_, name), "finite values", "infinite values or NaN");
         return found;
     }
 
@@ -13839,7 +13871,7 @@ inline void check_curves(std::span<const discontinuity_curve> curves, const grap
 /// curve's end is as large as the threshold, and a camera that moves along the curve sees past the end. Curves come in a fixed
 /// order. Time is linear, but for sorting the ends of curves; 5 bytes per pixel, 16 per pixel side and 500 per curve.
 template <payload_column... Columns>
-buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns...>& layer, surface_rule surface,
+buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns...>& layer, surface_rule surface = {},
                                                       const curve_options& options = {}) {
     static_assert(has_columns<single_layer<Columns...>, disparity_column>);
     const auto disparity = layer.template column<disparity_column>();
@@ -16807,7 +16839,8 @@ inline void check_padding(const chart& shape, chart_placement in_atlas, const te
                        bottom = std::int64_t{in_atlas.y} + shape.height + padding;
     if (in_atlas.x < padding || in_atlas.y < padding || right > static_cast<std::int64_t>(atlas.kind.width()) ||
         bottom > static_cast<std::int64_t>(atlas.kind.height()))
-        raise(error_code::mismatch, "sheets", "an atlas of these charts with a padding of " + std::to_string(padding), "another");
+        raise(error_code::mismatch, "sheets", "an atlas of these charts with a padding of " + std::to_string(padding),
+              "another atlas");
 }
 
 }  // namespace detail
@@ -16840,7 +16873,7 @@ sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const
               std::to_string(options.max_side) + " and " + std::to_string(options.padding));
     const auto& g = layers.topology();
     if (atlas.placements.size() != charts.charts.size())
-        raise(error_code::mismatch, "lay_out_sheets", "an atlas of these charts", "another");
+        raise(error_code::mismatch, "lay_out_sheets", "an atlas of these charts", "another atlas");
     if (photo_height == 0 || photo_width == 0 || layers.size() == 0)
         raise(error_code::mismatch, "lay_out_sheets", "a photo and layers with at least one pixel",
               std::to_string(photo_height) + " x " + std::to_string(photo_width) + " and " + std::to_string(layers.size()));
@@ -16900,7 +16933,7 @@ image<std::uint8_t> draw_sheet(const sheet_layout& layout, std::size_t sheet, co
     if (sheet < 1 || sheet >= layout.sizes.size() || layout.placements.size() != charts.charts.size() ||
         atlas.placements.size() != charts.charts.size() || !is_of(photo, layout.down.photo, layout.across.photo) ||
         !is_of(worked_on, layout.down.layers, layout.across.layers))
-        raise(error_code::mismatch, "draw_sheet", "a sheet, charts and pictures that it was laid out for", "others");
+        raise(error_code::mismatch, "draw_sheet", "a sheet, charts and pictures of this layout", "other inputs");
     const rectangle_size size = layout.sizes[sheet];
     image<std::uint8_t> drawn(static_cast<std::size_t>(size.height), static_cast<std::size_t>(size.width), 3, std::uint8_t{128});
     for (std::size_t c = 0; c < charts.charts.size(); ++c) {
@@ -18992,11 +19025,12 @@ void check_triangles(const Mesh& mesh) {
                   std::to_string(mesh.triangles.size()) + " numbers");
     for (const std::uint32_t vertex : mesh.triangles)
         if (vertex >= count)
-            raise(error_code::invalid_data, "mesh", "indices of vertices",
-                  std::to_string(vertex) + " of " + std::to_string(count) + " vertices");
+            raise(error_code::invalid_data, "mesh", "vertices below " + std::to_string(count),
+                  "vertex " + std::to_string(vertex));
     for (const buffer<float>* values : {&mesh.positions, &mesh.texture_coordinates})
         for (const float value : *values)
-            if (!std::isfinite(value)) raise(error_code::invalid_data, "mesh", "finite coordinates", "one that is not");
+            if (!std::isfinite(value))
+                raise(error_code::invalid_data, "mesh", "finite coordinates", "an infinite coordinate or NaN");
 }
 
 /// Raises mismatch unless the mesh has `textures` textures and as many coordinates as vertices; invalid_data for coordinates that
@@ -19538,7 +19572,8 @@ inline textured_mesh move_to_sheets(const textured_mesh& mesh, const chart_set& 
                                     const sheet_layout& layout) {
     if (!mesh.parts.empty() || mesh.pixels.size() != mesh.vertex_count() || atlas.placements.size() != charts.charts.size() ||
         layout.placements.size() != charts.charts.size() || layout.sizes.empty())
-        raise(error_code::mismatch, "move_to_sheets", "a mesh of one texture, and a layout for its charts", "others");
+        raise(error_code::mismatch, "move_to_sheets", "a mesh with one texture, and a layout for its charts",
+              "inputs that don't fit together");
     const detail::sheet_coordinates coordinates(charts, atlas, layout);
     const auto chart_of = [&](std::size_t vertex) { return charts.chart_of[mesh.pixels[vertex]]; };
     const auto sheet_of = [&](std::size_t vertex) { return static_cast<std::size_t>(layout.placements[chart_of(vertex)].sheet); };
@@ -19806,7 +19841,7 @@ inline view view_between(std::span<const key_frame> keys, const pinhole_camera& 
     for (std::size_t i = 0; i < keys.size(); ++i) {
         if (!(keys[i].zoom > 0)) raise(error_code::invalid_option, "key frame", "a zoom above 0", detail::to_text(keys[i].zoom));
         if (i > 0 && !(keys[i].time > keys[i - 1].time))
-            raise(error_code::invalid_option, "key frames", "times that rise",
+            raise(error_code::invalid_option, "key frames", "increasing times",
                   detail::to_text(keys[i - 1].time) + ", then " + detail::to_text(keys[i].time));
     }
     std::size_t i = 0;
@@ -21174,7 +21209,7 @@ private:
             }
             std::sort(sorted.begin(), sorted.end());
             const std::string_view* const twice = std::adjacent_find(sorted.begin(), sorted.end());
-            if (twice != sorted.end()) raise(error_code::invalid_data, where, "every name once", printable(*twice) + " twice");
+            if (twice != sorted.end()) raise(error_code::invalid_data, where, "unique names", printable(*twice) + " twice");
         }
 
     private:
@@ -21278,7 +21313,7 @@ private:
     void read_escape() {
         ++at_;
         if (peek() != 'u') {
-            if (std::string_view("\"\\/bfnrt").find(peek()) == std::string_view::npos) fail("an escape that JSON has");
+            if (std::string_view("\"\\/bfnrt").find(peek()) == std::string_view::npos) fail("a valid escape");
             ++at_;
             return;
         }
@@ -21487,8 +21522,7 @@ struct entry {
 inline entry checked_entry(const std::string& name, const json_value& line, std::size_t data_bytes, const std::string& where) {
     const auto here = [&] { return where + ", tensor " + printable(name); };
     const auto part = [&](const char* key, bool is_right_kind) {
-        if (!is_right_kind)
-            raise(error_code::invalid_data, here(), std::string(key) + " as the format has it", "another or none");
+        if (!is_right_kind) raise(error_code::invalid_data, here(), "a valid " + std::string(key), "an invalid or missing one");
     };
     const auto sizes = [&](const char* key, const json_value& values, std::size_t max_count) {
         part(key, values.kind == json_kind::array);
@@ -21526,7 +21560,7 @@ inline entry checked_entry(const std::string& name, const json_value& line, std:
     std::size_t needed = scalar_bytes;
     for (std::size_t length : result.shape) {
         if (length != 0 && needed > (std::numeric_limits<std::size_t>::max)() / length)
-            raise(error_code::too_large, here(), "a shape that fits into memory", shape_text(result.shape));
+            raise(error_code::too_large, here(), "a shape that fits in memory", shape_text(result.shape));
         needed *= length;
     }
     if (needed != result.end - result.begin)
@@ -21538,11 +21572,11 @@ inline entry checked_entry(const std::string& name, const json_value& line, std:
 
 inline decltype(named_tensors::metadata) checked_metadata(const json_value& line, const std::string& where) {
     if (line.kind != json_kind::object)
-        raise(error_code::invalid_data, where, "metadata that is a JSON object", "something else");
+        raise(error_code::invalid_data, where, "metadata that are a JSON object", "another value");
     decltype(named_tensors::metadata) result;
     for_each_member(line, [&](const std::string& key, const json_value& value) {
         if (value.kind != json_kind::string)
-            raise(error_code::invalid_data, where, "metadata that is text", "something else for " + printable(key));
+            raise(error_code::invalid_data, where, "metadata that are text", "another value for " + printable(key));
         result.emplace(key, unescaped(value.text));
     });
     return result;
@@ -21557,7 +21591,7 @@ inline named_tensors decode_safetensors(std::span<const std::byte> bytes, const 
     const std::uint64_t header_bytes = little_endian(bytes.data(), 4) | (std::uint64_t{little_endian(bytes.data() + 4, 4)} << 32);
     if (header_bytes > bytes.size() - 8)
         raise(error_code::invalid_data, where, "a header of " + std::to_string(header_bytes) + " bytes",
-              std::to_string(bytes.size() - 8) + " bytes in all");
+              std::to_string(bytes.size() - 8) + " bytes in total");
     if (header_bytes > max_header_bytes)
         raise(error_code::too_large, where, "a header of at most " + std::to_string(max_header_bytes) + " bytes",
               std::to_string(header_bytes));
@@ -21583,7 +21617,7 @@ inline named_tensors decode_safetensors(std::span<const std::byte> bytes, const 
     for (const entry& e : entries) {
         if (e.begin != filled)
             raise(error_code::invalid_data, where + ", tensor " + detail::printable(e.name),
-                  "values from byte " + std::to_string(filled) + " on, where those before end",
+                  "values from byte " + std::to_string(filled) + ", the end of the previous tensor",
                   "byte " + std::to_string(e.begin));
         filled = e.end;
     }
@@ -22337,7 +22371,7 @@ public:
         }
         if (components_ == 0 || !unscanned_.empty()) broken("a file without a picture, or with only some of its channels");
         // Without Adobe's marker, the file does not say whether 0 or 255 is full ink, nor whether the channels are ink at all.
-        if (components_ == 4 && !adobe_) unsupported("four channels that no Adobe marker explains");
+        if (components_ == 4 && !adobe_) unsupported("four channels without an Adobe marker");
         // A block of at most 256 pixels of one channel occupies at least one bit.
         if (header_.width * header_.height / 2048 > bytes_.size())
             broken(std::to_string(header_.width) + " x " + std::to_string(header_.height) + " pixels in " +
@@ -22418,42 +22452,54 @@ inline picture_header read_jpeg_header(std::span<const std::byte> bytes, const s
     return jpeg_header_reader(bytes, where).read();
 }
 
+/// Facts of a PNG file that bound the memory for decoding it.
+struct png_layout {
+    std::size_t bits_per_pixel = 0;
+    std::size_t decoded_bytes = 0;  ///< per pixel
+    bool is_interlaced = false;
+};
+
+/// Reads the body of the chunk IHDR. Calls broken(found) for what PNG does not allow.
+template <class Broken>
+png_layout read_png_size(std::span<const std::byte> body, picture_header& header, const Broken& broken) {
+    header.width = big_endian_32(body, 0), header.height = big_endian_32(body, 4);
+    const std::size_t depth = byte_at(body, 8), color = byte_at(body, 9);
+    static constexpr std::array<std::size_t, 7> channels_of_color_type = {1, 0, 3, 1, 2, 0, 4};
+    const std::size_t channels = color < channels_of_color_type.size() ? channels_of_color_type[color] : 0;
+    const bool depth_fits =
+        depth == 8 || (depth == 16 && color != 3) || ((depth == 1 || depth == 2 || depth == 4) && (color == 0 || color == 3));
+    if (channels == 0 || !depth_fits || byte_at(body, 10) != 0 || byte_at(body, 11) != 0 || byte_at(body, 12) > 1)
+        broken("a bad header");
+    if (header.width == 0 || header.height == 0 || header.width > 0x7FFFFFFF || header.height > 0x7FFFFFFF)
+        broken("a width or height outside PNG's range");
+    header.bits = depth == 16 ? 16 : 8;
+    const std::size_t decoded = color == 3 ? 4 : channels * (std::max)(depth, std::size_t{8}) / 8;  // a palette may have alpha
+    return {depth * channels, decoded, byte_at(body, 12) == 1};
+}
+
 /// Walks over all chunks of a PNG file and checks the checksums of critical chunks. Raises invalid_data, unsupported.
 inline picture_header read_png_header(std::span<const std::byte> bytes, const std::string& where) {
     const auto broken = [&](const std::string& found) { damaged(picture_format::png, where, found); };
     picture_header header;
     header.format = picture_format::png;
-    std::size_t compressed = 0, bits_per_pixel = 0, decoded = 0;
-    bool begun = false, ended = false, interlaced = false, has_transparent_color = false;
-    for (std::size_t at = 8; !ended;) {
+    png_layout layout;
+    std::size_t compressed = 0;
+    bool has_begun = false, has_ended = false, has_transparent_color = false;
+    for (std::size_t at = 8; !has_ended;) {
         if (bytes.size() - at < 12) broken("a file that is cut off after " + std::to_string(bytes.size()) + " bytes");
         const std::size_t length = big_endian_32(bytes, at);
         if (length > bytes.size() - at - 12) broken("a chunk that is cut off");
         const std::span<const std::byte> type = bytes.subspan(at + 4, 4), body = bytes.subspan(at + 8, length);
         const bool critical = (byte_at(type, 0) & 0x20) == 0;
-        if (has_text(type, 0, "CgBI"))
-            raise(error_code::unsupported, where, "a PNG file as the standard has it", "Apple's CgBI variant of one");
-        if (!begun && !has_text(type, 0, "IHDR")) broken("a file that does not begin with its header");
+        if (has_text(type, 0, "CgBI")) raise(error_code::unsupported, where, "a standard PNG file", "Apple's CgBI variant");
+        if (!has_begun && !has_text(type, 0, "IHDR")) broken("a file that does not begin with its header");
         if (critical) {
             if (crc32(bytes.subspan(at + 4, 4 + length)) != big_endian_32(bytes, at + 8 + length)) broken("a wrong checksum");
         }
         if (has_text(type, 0, "IHDR")) {
-            if (begun || length != 13) broken("a bad header");
-            begun = true;
-            header.width = big_endian_32(body, 0), header.height = big_endian_32(body, 4);
-            const std::size_t depth = byte_at(body, 8), color = byte_at(body, 9);
-            static constexpr std::array<std::size_t, 7> channels_of_color_type = {1, 0, 3, 1, 2, 0, 4};
-            const std::size_t channels = color < channels_of_color_type.size() ? channels_of_color_type[color] : 0;
-            const bool depth_fits = depth == 8 || (depth == 16 && color != 3) ||
-                                    ((depth == 1 || depth == 2 || depth == 4) && (color == 0 || color == 3));
-            if (channels == 0 || !depth_fits || byte_at(body, 10) != 0 || byte_at(body, 11) != 0 || byte_at(body, 12) > 1)
-                broken("a bad header");
-            if (header.width == 0 || header.height == 0 || header.width > 0x7FFFFFFF || header.height > 0x7FFFFFFF)
-                broken("a width or height outside PNG's range");
-            header.bits = depth == 16 ? 16 : 8;
-            bits_per_pixel = depth * channels;
-            interlaced = byte_at(body, 12) == 1;
-            decoded = color == 3 ? 4 : channels * (std::max)(depth, std::size_t{8}) / 8;  // a palette's colors may have alpha
+            if (has_begun || length != 13) broken("a bad header");
+            has_begun = true;
+            layout = read_png_size(body, header, broken);
         } else if (has_text(type, 0, "IDAT")) {
             compressed += length;
         } else if (has_text(type, 0, "tRNS")) {
@@ -22463,18 +22509,19 @@ inline picture_header read_png_header(std::span<const std::byte> bytes, const st
         } else if (has_text(type, 0, "iCCP")) {
             header.profile_chunk = body;
         } else if (has_text(type, 0, "IEND")) {
-            ended = true;
+            has_ended = true;
         }
         at += 12 + length;
     }
     // Deflate cannot compress to less than 1 / 1032.
-    const double raw = nearest_double(header.width) * nearest_double(header.height) * nearest_double(bits_per_pixel) / 8;
+    const double raw = nearest_double(header.width) * nearest_double(header.height) * nearest_double(layout.bits_per_pixel) / 8;
     if (raw > 1032.0 * nearest_double(compressed) + 1024.0)
         broken(std::to_string(header.width) + " x " + std::to_string(header.height) + " pixels in " + std::to_string(compressed) +
                " bytes of data");
+    const auto [bits_per_pixel, decoded_bytes, interlaced] = layout;
     // Inflated rows and the picture made of them, finally 8-bit RGB. Rows of an interlaced picture are a few bytes longer, so
     // their buffer is doubled once.
-    if (has_transparent_color && bits_per_pixel >= 8) decoded += header.bits / 8;
+    const std::size_t decoded = decoded_bytes + (has_transparent_color && bits_per_pixel >= 8 ? header.bits / 8 : 0);
     const std::size_t row = (bits_per_pixel + 7) / 8, rows = interlaced ? 2 * row : row;
     header.memory_per_pixel = (std::max)({rows + decoded, decoded + 3, interlaced ? 3 * row : 0});
     header.more_memory = 3 * nearest_double(compressed) + nearest_double(header.height);
@@ -22522,15 +22569,20 @@ inline int paeth(int left, int upper, int upper_left) {
 
 /// Applies PNG's filter 0 to 4 to row y: stores the differences to the prediction from the neighbors. Returns the sum of their
 /// absolute values.
-inline std::size_t filter_row(image_view<const std::uint8_t> picture, std::size_t y, int filter, std::byte* to) {
+template <int filter>
+std::size_t filter_row(image_view<const std::uint8_t> picture, std::size_t y, std::byte* to) {
     const std::size_t channels = picture.channels(), values = picture.width() * channels;
     const std::uint8_t *const row = picture.row(y), *const above = y == 0 ? nullptr : picture.row(y - 1);
     std::size_t sum = 0;
     for (std::size_t i = 0; i < values; ++i) {
         const int left = i < channels ? 0 : row[i - channels], upper = above == nullptr ? 0 : above[i];
         const int upper_left = above == nullptr || i < channels ? 0 : above[i - channels];
-        const int predicted[] = {0, left, upper, (left + upper) / 2, paeth(left, upper, upper_left)};
-        const std::uint8_t difference = static_cast<std::uint8_t>(row[i] - predicted[filter]);
+        const int predicted = filter == 0   ? 0
+                              : filter == 1 ? left
+                              : filter == 2 ? upper
+                              : filter == 3 ? (left + upper) / 2
+                                            : paeth(left, upper, upper_left);
+        const std::uint8_t difference = static_cast<std::uint8_t>(row[i] - predicted);
         to[i] = std::byte{difference};
         sum += difference < 128 ? difference : 256U - difference;
     }
@@ -22544,13 +22596,17 @@ inline buffer<std::byte> filtered(image_view<const std::uint8_t> picture) {
     for (std::size_t y = 0; y < picture.height(); ++y) {
         std::byte* const row = result.data() + y * (values + 1);
         std::size_t smallest = SIZE_MAX;
-        for (std::uint8_t filter = 0; filter <= 4; ++filter) {
-            const std::size_t sum = filter_row(picture, y, filter, tried.data());
-            if (sum >= smallest) continue;
+        const auto try_filter = [&]<int filter>(std::integral_constant<int, filter>) {
+            const std::size_t sum = filter_row<filter>(picture, y, tried.data());
+            if (sum >= smallest) return;
             smallest = sum;
             row[0] = std::byte{filter};
             std::memcpy(row + 1, tried.data(), values);
-        }
+        };
+        const auto try_all = [&]<int... filters>(std::integer_sequence<int, filters...>) {
+            (try_filter(std::integral_constant<int, filters>{}), ...);
+        };
+        try_all(std::make_integer_sequence<int, 5>{});
     }
     return result;
 }
@@ -22787,9 +22843,9 @@ inline void check_attributes(const textured_mesh& mesh, const buffer<vertex_attr
         const vertex_attribute& a = attributes[i];
         const auto is_allowed = [](char c) { return (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_'; };
         if (a.name.size() < 2 || a.name.size() > 64 || a.name[0] != '_' || !std::all_of(a.name.begin(), a.name.end(), is_allowed))
-            refuse(a, "a name of an underscore, then up to 63 capital letters, digits and underscores", "others");
+            refuse(a, "an underscore, then up to 63 capital letters, digits and underscores as name", "another name");
         for (std::size_t k = 0; k < i; ++k)
-            if (attributes[k].name == a.name) refuse(a, "a name for each attribute", "the same name twice");
+            if (attributes[k].name == a.name) refuse(a, "unique names of attributes", "a duplicate name");
         if (a.channels < 1 || a.channels > 4) refuse(a, "1 to 4 channels", std::to_string(a.channels));
         if (a.values.size() != mesh.vertex_count() * a.channels)
             refuse(a, "one row per vertex",
