@@ -66,7 +66,7 @@ inline ldi::photo_layer visible_layer(const ldi::photo3d& made) {
         nearest[position] = disparity;
         std::copy_n(made.layers.at<ldi::color_column>(i).data(), 3, colors.data() + 3 * position);
     }
-    ldi::photo_layer layer = ldi::lift(colors, made.disparity, made.facts.surface);
+    ldi::photo_layer layer = ldi::lift(colors, made.disparity, made.facts);
     ldi::close_spurious_discontinuities(layer, made.curves);
     return layer;
 }

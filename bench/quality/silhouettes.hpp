@@ -61,7 +61,7 @@ inline silhouette_distance distance_of_silhouettes(const std::vector<side_middle
 /// disparity  H x W x 1, in [0, 1]
 inline double share_closed(const picture& photo, const ldi::image<float>& disparity,
                            std::span<const ldi::discontinuity_curve> curves, ldi::surface_rule surface) {
-    const ldi::photo_layer lifted = ldi::lift(photo, disparity, surface);
+    const ldi::photo_layer lifted = ldi::lift(photo, disparity, {.surface = surface});
     const ldi::graph& g = lifted.topology();
     double steps = 0, kept = 0;
     for (std::int32_t y = 0, pixel = 0; y < g.height(); ++y)

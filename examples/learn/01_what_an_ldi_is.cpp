@@ -15,7 +15,7 @@ int main() {
 
     // A single layer: every pixel is linked to the neighbors at nearly the same distance.
     ldi::photo_layer front = ldi::lift(photo.color, photo.disparity);
-    const auto curves = ldi::find_discontinuity_curves(front, {});
+    const auto curves = ldi::find_discontinuity_curves(front);
     ldi::close_spurious_discontinuities(front, curves);
     const std::size_t pixels_of_photo = front.size();
     std::vector<std::pair<learn::spot, learn::spot>> cuts;  // neighbors in the photo that are not linked
@@ -23,7 +23,8 @@ int main() {
         if (d.towards_front == ldi::side::left) cuts.emplace_back(learn::spot_of(front, d.front), learn::spot_of(front, d.back));
 
     // The surface behind each silhouette grows under the surface in front, and is then colored.
-    ldi::photo_layers layers = ldi::expand(std::move(front), {}, curves, {.motion = 1.0F, .iterations = 4}).layers;
+    ldi::photo_layers layers =
+        ldi::expand(std::move(front), ldi::surface_rule{}, curves, {.motion = 1.0F, .iterations = 4}).layers;
     ldi::diffusion_inpainter{}.inpaint(layers);
 
     std::size_t links = 0;

@@ -40,7 +40,8 @@ int main() {
     const learn::sample photo = learn::load_crop("archway");
     const ldi::photo_facts facts = learn::facts_of(photo);
     ldi::photo_layer lifted = ldi::lift(photo.color, photo.disparity);
-    auto layer = std::move(lifted).with<normal>(normals_of(lifted, facts));
+    ldi::buffer<float> normals = normals_of(lifted, facts);
+    auto layer = std::move(lifted).with<normal>(std::move(normals));
     const auto curves = ldi::find_discontinuity_curves(layer, facts.surface);
     ldi::close_spurious_discontinuities(layer, curves);
     auto layers = ldi::expand(std::move(layer), facts.surface, curves).layers;

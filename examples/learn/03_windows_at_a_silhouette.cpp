@@ -15,9 +15,10 @@ constexpr std::int32_t size = 5;
 int main() {
     const learn::sample photo = learn::load_crop("globe");
     ldi::photo_layer front = ldi::lift(photo.color, photo.disparity);
-    const auto curves = ldi::find_discontinuity_curves(front, {});
+    const auto curves = ldi::find_discontinuity_curves(front);
     ldi::close_spurious_discontinuities(front, curves);
-    ldi::photo_layers layers = ldi::expand(std::move(front), {}, curves, {.motion = 1.0F, .iterations = 4}).layers;
+    ldi::photo_layers layers =
+        ldi::expand(std::move(front), ldi::surface_rule{}, curves, {.motion = 1.0F, .iterations = 4}).layers;
     ldi::diffusion_inpainter{}.inpaint(layers);
     const ldi::graph& g = layers.topology();
     std::vector<learn::picture> panels;

@@ -9,7 +9,7 @@
 int main() {
     const learn::sample photo = learn::load_crop("archway");
     ldi::photo_layer layer = ldi::lift(photo.color, photo.disparity);
-    const auto curves = ldi::find_discontinuity_curves(layer, {});
+    const auto curves = ldi::find_discontinuity_curves(layer);
     ldi::close_spurious_discontinuities(layer, curves);
 
     std::vector<learn::picture> frames;
@@ -29,6 +29,6 @@ int main() {
         std::printf("iteration %2d: %zu hidden pixels behind %zu curves\n", iteration, g.size() - first_hidden, curves.size());
         frames.push_back(std::move(frame));
     };
-    ldi::expand(std::move(layer), {}, curves, {.motion = 1.0F, .iterations = 40}, {}, watch);
+    ldi::expand(std::move(layer), ldi::surface_rule{}, curves, {.motion = 1.0F, .iterations = 40}, {}, watch);
     learn::save("06_occluded_surfaces_grow.png", learn::side_by_side(frames));
 }

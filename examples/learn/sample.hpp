@@ -64,10 +64,10 @@ inline ldi::photo_facts facts_of(const sample& from) {
 /// silhouettes, where the lens mixed two surfaces, count as unknown.
 inline ldi::photo_layers layers_of(const sample& from, int iterations) {
     ldi::photo_layer layer = ldi::lift(from.color, from.disparity);
-    const ldi::buffer<ldi::discontinuity_curve> curves = ldi::find_discontinuity_curves(layer, {});
+    const ldi::buffer<ldi::discontinuity_curve> curves = ldi::find_discontinuity_curves(layer);
     ldi::close_spurious_discontinuities(layer, curves);
     ldi::unmix_colors(layer);
-    return ldi::expand(std::move(layer), {}, curves, {.motion = 1.0F, .iterations = iterations}).layers;
+    return ldi::expand(std::move(layer), ldi::surface_rule{}, curves, {.motion = 1.0F, .iterations = iterations}).layers;
 }
 
 }  // namespace learn

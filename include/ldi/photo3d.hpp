@@ -331,12 +331,12 @@ lifted_photo<Own...> lift_photo(const cleaned_photo& photo, const photo_columns<
                                 Executor&& threads = {}) {
     detail::check(options);
     const float sample_size = detail::sample_size(photo.estimated, photo.photo);
-    photo_layer layer = lift(photo.photo, photo.disparity, options.surface, threads);
-    const graph& g = layer.topology();
+    const auto width = static_cast<std::int32_t>(photo.photo.width()), height = static_cast<std::int32_t>(photo.photo.height());
     lifted_photo<Own...> result;
-    result.facts.camera = {g.width(), g.height(), focal_length_from_35mm(options.focal_length_35mm, g.width(), g.height())};
-    result.facts.range = photo.range, result.facts.surface = options.surface;
-    buffer<std::int32_t> no_rims(g.size(), 0);
+    result.facts = {
+        {width, height, focal_length_from_35mm(options.focal_length_35mm, width, height)}, photo.range, options.surface};
+    photo_layer layer = lift(photo.photo, photo.disparity, result.facts, threads);
+    buffer<std::int32_t> no_rims(layer.size(), 0);
     result.layer = std::apply(
         [&](const auto&... images) {
             return detail::with_columns<Own...>(std::move(layer).template with<rim_column>(std::move(no_rims)), images...);

@@ -12,19 +12,19 @@
 #define LDI_VERSION_PATCH 0
 
 // ---- ldi/base/config.hpp
-// Settings that a user can make before including any header of ldi, and facts that ldi finds out about the compiler.
+// Settings that a user can define before including any header of ldi, and properties of the compiler that ldi detects.
 //
-//   LDI_ASSERT(condition)   checks that the API is used as documented. Defaults to assert(); define it to your engine's own.
-//   LDI_HAS_EXCEPTIONS      0 or 1; found out from the compiler unless set. With 0, errors go to the handler of base/error.hpp.
-//   LDI_STANDARD_ONLY       leaves out what GCC and clang have beyond the C++ standard: vector types and the kernels of
-//   instruction
-//                           sets, so that scalar code computes everything. Set by itself for other compilers.
-//   LDI_CONFIGURATION       names the inline namespace that all of ldi lies in, such as v0_1_0 or v0_1_0_ndebug_avx2_fma. Do not
-//   set it.
+// LDI_ASSERT(condition)   checks that the API is used as documented. Defaults to assert(); define it as your engine's own.
+// LDI_HAS_EXCEPTIONS      0 or 1; detected unless defined. With 0, errors go to the handler of base/error.hpp.
+// LDI_STANDARD_ONLY       disables the extensions of GCC and clang: vector types and the kernels of instruction sets, so that
+//                         scalar code computes everything. Other compilers define it automatically.
+// LDI_CONFIGURATION       name of the inline namespace that contains all of ldi, such as v0_1_0 or v0_1_0_ndebug_avx2_fma. Do
+//                         not define it.
 //
-// Translation units of one program may be compiled differently: the namespace keeps apart what the linker would take for the
-// same. So an object of one configuration is no object of another, and an ldi::error that crosses over is caught as
-// std::runtime_error. Each configuration has an error handler and a memory of each thread of its own.
+// Translation units of one program may be compiled with different settings: the namespace separates their code, which the linker
+// would otherwise merge. An object of one configuration is therefore not an object of another, and an ldi::error that crosses
+// the boundary is caught as std::runtime_error. Each configuration has its own error handler and its own current memory per
+// thread.
 
 #include <cassert>
 
@@ -36,7 +36,7 @@
 #define LDI_STANDARD_PART _standard
 #endif
 
-// ---- the parts of the namespace's name
+// ---- parts of the namespace's name
 
 #if defined(LDI_ASSERT)
 #define LDI_ASSERTION_PART _own_assert
@@ -126,8 +126,9 @@
                     LDI_VECTOR_PART, LDI_DOT_PRODUCT_PART, LDI_FMA_PART, LDI_BIT_PART, LDI_MATH_PART, LDI_STANDARD_PART)
 
 // ---- ldi/base/error.hpp
-// Errors. Bad input (files, weights, options) raises ldi::error with a code, where it happened, what was expected and what was
-// found. Without exceptions the same four go to a handler that the user installs. Misuse of the API is LDI_ASSERT, not an error.
+// Errors. Bad input (files, weights, options) raises ldi::error with a code, the place, what was expected and what was found.
+// Without exceptions, the same four values go to a handler that the user installs. Misuse of the API is LDI_ASSERT, not an
+// error.
 
 #include <cstdio>
 #include <cstdlib>
@@ -138,17 +139,18 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The kinds of errors.
+/// Kinds of errors.
 enum class error_code {
     invalid_option,  ///< an option is outside its documented range
     invalid_data,    ///< a file or buffer breaks its format
     unsupported,     ///< well formed, but of a kind that ldi does not read
-    mismatch,        ///< two inputs do not fit together (sizes, shapes, names)
+    mismatch,        ///< inputs do not fit together (sizes, shapes, names)
     too_large,       ///< beyond a documented limit; checked before anything is allocated
     file_access,     ///< the operating system refused to open, read, write or rename
     canceled,        ///< the caller's progress_listener asked to stop
-    out_of_memory,   ///< the caller's memory had no more; only without exceptions, else std::bad_alloc says so
-    unavailable,     ///< the operating system could not now (a full disk, too many open files): the same may succeed later
+    out_of_memory,   ///< the caller's memory is exhausted; only without exceptions, otherwise std::bad_alloc
+    /// a temporary failure of the operating system (a full disk, too many open files): the same call may succeed later
+    unavailable,
 };
 
 /// Name of a code in messages, such as "invalid data".
@@ -167,12 +169,12 @@ constexpr std::string_view to_string(error_code code) {
     return "unknown error";
 }
 
-/// The facts about an error: enough to show a person, or to decide what to do.
+/// Details of an error, for a message or for a decision.
 struct error_details {
     error_code code;
     std::string where;     ///< the file, tensor, option or stage
-    std::string expected;  ///< what would have been right
-    std::string found;     ///< what was there instead
+    std::string expected;  ///< the valid input
+    std::string found;     ///< the actual input
 };
 
 /// "photo.jpg: expected a JPEG or PNG file, found 0 bytes (invalid data)"
@@ -188,7 +190,7 @@ inline std::string to_string(const error_details& details) {
     return text;
 }
 
-/// The one exception type that ldi throws on bad input.
+/// The only exception type that ldi throws on bad input.
 class error : public std::runtime_error {
 public:
     explicit error(error_details details) : std::runtime_error(to_string(details)), details_(std::move(details)) {}
@@ -200,9 +202,8 @@ private:
     error_details details_;
 };
 
-/// Called for every error in builds without exceptions. It must not return: it ends the thread or the process, or jumps out,
-/// which skips the destructors of what it jumps over. If it returns, or none is installed, the message is printed and the
-/// program ends.
+/// Handler of every error in builds without exceptions. It must not return: it ends the thread or the process, or jumps out,
+/// which skips destructors. If it returns, or no handler is installed, the program prints the message and terminates.
 using error_handler = void (*)(const error_details&);
 
 namespace detail {
@@ -212,13 +213,13 @@ inline error_handler& installed_error_handler() {
 }
 }  // namespace detail
 
-/// Installs the handler for builds without exceptions and returns the one before. Not thread-safe: call it at start-up.
+/// Installs the handler for builds without exceptions and returns the previous one. Not thread-safe: call it at start-up.
 inline error_handler set_error_handler(error_handler handler) {
     return std::exchange(detail::installed_error_handler(), handler);
 }
 
-/// Reports bad input: throws ldi::error, or calls the installed handler where exceptions are off. Never returns. Its parameters
-/// are views, so that none of its many callers makes strings of literals, which takes longest to compile of all they do.
+/// Reports bad input: throws ldi::error, or calls the installed handler if exceptions are off. Never returns. The parameters are
+/// views, so that its many callers construct no strings from literals, which would dominate their compile time.
 [[noreturn]] inline void raise(error_code code, std::string_view where, std::string_view expected, std::string_view found) {
     error_details details{code, std::string(where), std::string(expected), std::string(found)};
 #if LDI_HAS_EXCEPTIONS
@@ -233,7 +234,7 @@ inline error_handler set_error_handler(error_handler handler) {
 }}  // namespace ldi
 
 // ---- ldi/base/memory.hpp
-// Source of ldi's memory: the caller's allocator, set by `memory_scope`, so that an engine's budget covers every stage.
+// The memory that ldi allocates: the caller's allocator, set by `memory_scope`, so that an engine's budget covers every stage.
 // base/buffer.hpp owns values in it.
 
 #include <cstddef>
@@ -244,19 +245,18 @@ inline error_handler set_error_handler(error_handler handler) {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A source of memory. It must live as long as anything that was allocated from it. Its functions are called on any thread that
-/// works for a stage.
+/// An allocator. It must outlive everything allocated from it. Its functions are called on any thread that works for a stage.
 struct memory {
     void* context = nullptr;
-    /// At least `bytes` bytes, aligned to `alignment`, a power of two; null if there is not enough.
+    /// Returns at least `bytes` bytes, aligned to `alignment`, a power of two; null if memory is exhausted.
     void* (*allocate)(void* context, std::size_t bytes, std::size_t alignment) = nullptr;
-    /// Takes back what `allocate` returned for the same number of bytes.
+    /// Releases a block that `allocate` returned for the same number of bytes.
     void (*release)(void* context, void* block, std::size_t bytes) = nullptr;
 };
 
 namespace detail {
 
-#if defined(_WIN32)  // whose C libraries have no aligned_alloc
+#if defined(_WIN32)  // C libraries of Windows have no aligned_alloc
 inline void* allocate_from_system(void*, std::size_t bytes, std::size_t alignment) { return _aligned_malloc(bytes, alignment); }
 inline void release_to_system(void*, void* block, std::size_t) { _aligned_free(block); }
 #else
@@ -268,7 +268,7 @@ inline void release_to_system(void*, void* block, std::size_t) { std::free(block
 
 inline constexpr memory system_memory{nullptr, &allocate_from_system, &release_to_system};
 
-/// The memory that this thread allocates from.
+/// The memory from which this thread allocates.
 inline const memory*& memory_of_thread() {
     static thread_local const memory* current = &system_memory;
     return current;
@@ -276,10 +276,10 @@ inline const memory*& memory_of_thread() {
 
 }  // namespace detail
 
-/// The memory that buffers on this thread are allocated from at present: the C library's, unless a `memory_scope` says otherwise.
+/// Returns the memory from which buffers on this thread are allocated: that of the C library, or of the current `memory_scope`.
 inline const memory& current_memory() { return *detail::memory_of_thread(); }
 
-/// Makes the calling thread allocate from `from` until the end of the block. Stages hand it on to the threads of their executor.
+/// Makes the calling thread allocate from `from` until the end of the scope. Stages apply it to the threads of their executor.
 ///
 ///     ldi::memory_scope scope(my_engine_memory);
 ///     ldi::photo3d result = ldi::make_photo3d(photo, estimator, inpainter);
@@ -297,7 +297,7 @@ private:
 }}  // namespace ldi
 
 // ---- ldi/base/buffer.hpp
-// `buffer<T>` is the one owner of values in ldi: images, graphs, columns, plans and feature maps stand on it.
+// `buffer<T>` owns all values in ldi: images, graphs, columns, plans and feature maps consist of buffers.
 
 #include <concepts>
 #include <cstdint>
@@ -307,16 +307,16 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The start of a cache line, so that no vector load of packed values straddles two.
+/// Size of a cache line: aligned vector loads of packed values never straddle two lines.
 inline constexpr std::size_t buffer_alignment = 64;
 
-/// Asks for values that are left as they are. Without it a buffer sets them to zero.
+/// Tag for uninitialized values. Without it, a buffer initializes values to zero.
 struct unset_t {};
 inline constexpr unset_t unset{};
 
 namespace detail {
 
-/// An iterator with a difference: std::random_access_iterator without the header that defines it.
+/// An iterator that supports differences. Equivalent to std::random_access_iterator, without the header that defines it.
 template <class T>
 concept element_iterator = requires(T i) {
     *i;
@@ -324,17 +324,19 @@ concept element_iterator = requires(T i) {
     i - i;
 };
 
-/// Apart from `buffer`, so that it is compiled once for all element types.
+/// Outside `buffer`, so that it is compiled once for all element types.
 [[noreturn]] inline void out_of_memory() {
 #if LDI_HAS_EXCEPTIONS
     throw std::bad_alloc();
 #else
-    raise(error_code::out_of_memory, "memory", "enough of it", "too little");  // texts so short that they need none
+    raise(error_code::out_of_memory, "memory", "enough memory", "too little");  // texts so short that they need no allocation
 #endif
 }
 
-/// Raises too_large: the size of the values in bytes overflows.
-[[noreturn]] inline void refuse_count() { raise(error_code::too_large, "buffer", "a size that memory can have", "a larger one"); }
+/// Raises too_large, because the size of the values in bytes overflows.
+[[noreturn]] inline void refuse_count() {
+    raise(error_code::too_large, "buffer", "a size within the address space", "a larger size");
+}
 
 /// Type-independent part of a buffer, compiled once for all types.
 struct memory_block {
@@ -342,7 +344,7 @@ struct memory_block {
     std::size_t size = 0, capacity = 0;  ///< in values
     const memory* from = nullptr;
 
-    /// A larger place, in which nothing is yet.
+    /// Allocates a larger, empty block.
     void* allocate(std::size_t new_capacity, std::size_t value_size, std::size_t alignment) {
         if (from == nullptr) from = &current_memory();
         if (new_capacity > static_cast<std::size_t>(PTRDIFF_MAX) / value_size) refuse_count();
@@ -350,12 +352,12 @@ struct memory_block {
         if (place == nullptr) out_of_memory();
         return place;
     }
-    /// Goes on with `place`, where the values are now.
+    /// Switches to `place`, where the values are now.
     void replace(void* place, std::size_t new_capacity, std::size_t value_size) {
         release(value_size);
         values = place, capacity = new_capacity;
     }
-    /// For values that move as bytes.
+    /// Moves values that can be copied as bytes.
     [[gnu::noinline]] void reallocate(std::size_t new_capacity, std::size_t value_size, std::size_t alignment) {
         void* place = allocate(new_capacity, value_size, alignment);
         if (size > 0) std::memcpy(place, values, size * value_size);
@@ -372,10 +374,10 @@ struct memory_block {
 
 }  // namespace detail
 
-/// A growing array, aligned to 64 bytes, on the memory that was current when it first allocated. It knows where that was, and
-/// gives it back there. It is like std::vector, but any integer subscripts it without a cast, `unset` leaves values of trivial
-/// types as they are, and a moved-from buffer is empty. If memory runs out it throws std::bad_alloc and keeps its values; without
-/// exceptions it raises error_code::out_of_memory. It raises too_large for a size that no memory has.
+/// A growing array, aligned to 64 bytes, in the memory that was current at its first allocation. A buffer returns memory to the
+/// allocator it came from. Differences to std::vector: any integer type is an index without a cast, `unset` leaves values of
+/// trivial types uninitialized, and a moved-from buffer is empty. If memory runs out, it throws std::bad_alloc and keeps its
+/// values; without exceptions it raises error_code::out_of_memory. It raises too_large for impossible sizes.
 template <class T>
 class buffer {
 public:
@@ -384,7 +386,7 @@ public:
     using const_iterator = const T*;
 
     buffer() = default;
-    // Through the default constructor: where memory runs out half way, the destructor gives back what there is.
+    // Delegates to the default constructor, so that the destructor releases the values if memory runs out during construction.
     explicit buffer(std::size_t count) : buffer() { resize(count); }
     buffer(std::size_t count, unset_t) : buffer() { resize(count, unset); }
     buffer(std::size_t count, const T& value) : buffer() { resize(count, value); }
@@ -397,7 +399,7 @@ public:
     buffer(buffer&& other) noexcept : block_(other.block_) { other.block_ = {}; }
     buffer& operator=(const buffer& other) {
         if (this == &other) return *this;
-        reserve(other.size());  // first, so that the values stay if memory runs out
+        reserve(other.size());  // first, so that the values remain if memory runs out
         assign(other.begin(), other.end());
         return *this;
     }
@@ -411,7 +413,7 @@ public:
     }
 
     std::size_t size() const { return block_.size; }
-    /// size() in the type that ldi's indices have; also the index of the value that is appended next.
+    /// Returns size() in the type of ldi's indices; also the index of the next appended value.
     std::int32_t count() const {
         LDI_ASSERT(size() <= 0x7FFFFFFF);
         return static_cast<std::int32_t>(size());
@@ -438,12 +440,12 @@ public:
     T& back() { return end()[-1]; }
     const T& back() const { return end()[-1]; }
 
-    /// New values are zero.
+    /// Initializes new values to zero.
     void resize(std::size_t count) {
         make_size(count);
         for (; size() < count; ++block_.size) ::new (place_at_end()) T();
     }
-    /// New values of trivial types are not set.
+    /// Leaves new values of trivial types uninitialized.
     void resize(std::size_t count, unset_t) {
         if constexpr (__is_trivially_constructible(T)) {
             make_size(count);
@@ -453,7 +455,7 @@ public:
         }
     }
     void resize(std::size_t count, const T& value) {
-        const T copy = value;  // it may lie in what moves
+        const T copy = value;  // `value` may be an element that moves
         make_size(count);
         for (; size() < count; ++block_.size) ::new (place_at_end()) T(copy);
     }
@@ -476,13 +478,13 @@ public:
     template <class... Arguments>
     T& emplace_back(Arguments&&... arguments) {
         if (size() == capacity()) {
-            T made(std::forward<Arguments>(arguments)...);  // the arguments may lie in what moves
+            T made(std::forward<Arguments>(arguments)...);  // the arguments may refer to elements that move
             reallocate(block_.grown(size() + 1));
             ::new (place_at_end()) T(std::move(made));
         } else {
             ::new (place_at_end()) T(std::forward<Arguments>(arguments)...);
         }
-        return data()[block_.size++];  // only now: what could not be made is not destroyed
+        return data()[block_.size++];  // only now, so that a value whose constructor throws is not destroyed
     }
     void pop_back() { destroy_from(size() - 1); }
     /// The range must not lie in this buffer.
@@ -490,14 +492,14 @@ public:
     void append(Iterator first, Iterator last) {
         make_room(size() + static_cast<std::size_t>(last - first));
         if constexpr (moves_as_bytes && (std::same_as<Iterator, T*> || std::same_as<Iterator, const T*>)) {
-            // In one call: bytes may alias the size, which a loop would count one by one.
+            // One call, because bytes may alias the size, which a loop would then update for each value.
             if (first != last) std::memcpy(place_at_end(), first, static_cast<std::size_t>(last - first) * sizeof(T));
             block_.size += static_cast<std::size_t>(last - first);
             return;
         }
         for (; first != last; ++first, ++block_.size) ::new (place_at_end()) T(static_cast<T>(*first));
     }
-    /// Trivial types only, as erase. `value` must not lie in this buffer.
+    /// Inserts values of trivial types. `value` must not lie in this buffer.
     T* insert(T* place, const T& value) { return insert(place, &value, &value + 1); }
     template <detail::element_iterator Iterator>
     T* insert(T* place, Iterator first, Iterator last) {
@@ -534,7 +536,7 @@ public:
     }
 
 private:
-    // Built into compilers: the standard library's traits instantiate several templates more for every type of value.
+    // Compiler built-in: the standard library's traits instantiate several more templates for every type of value.
     static constexpr bool moves_as_bytes = __is_trivially_copyable(T);
     static constexpr std::size_t alignment = alignof(T) > buffer_alignment ? alignof(T) : buffer_alignment;
 
@@ -543,7 +545,7 @@ private:
     void make_room(std::size_t count) {
         if (count > capacity()) reallocate(empty() ? count : block_.grown(count));
     }
-    // Has room for `count` values, and no more values than that.
+    // Destroys values beyond `count`, or makes room for `count` values.
     void make_size(std::size_t count) {
         if (count < size()) destroy_from(count);
         make_room(count);
@@ -555,7 +557,7 @@ private:
         block_.size = count;
     }
 
-    void reallocate(std::size_t new_capacity) {  // seldom called, from very many places
+    void reallocate(std::size_t new_capacity) {  // called rarely, from many places
         if constexpr (moves_as_bytes)
             block_.reallocate(new_capacity, sizeof(T), alignment);
         else
@@ -575,14 +577,14 @@ private:
 }}  // namespace ldi
 
 // ---- ldi/base/array_view.hpp
-// `array_view<T>`: a non-owning view of an array. Like std::span, but any integer type indexes it without a cast.
+// `array_view<T>`: a non-owning view of an array. Like std::span, but indexed by any integer type without a cast.
 
 #include <span>
 #include <type_traits>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// `array_view<const T>` reads, `array_view<T>` also writes. Converts from buffers and spans, and to spans.
+/// `array_view<const T>` is read-only, `array_view<T>` also writes. Converts from buffers and spans, and to spans.
 template <class T>
 class array_view {
 public:
@@ -601,7 +603,7 @@ public:
 
     constexpr T* data() const { return data_; }
     constexpr std::size_t size() const { return size_; }
-    /// size() as an index.
+    /// Returns size() as an index.
     std::int32_t count() const {
         LDI_ASSERT(size_ <= 0x7FFFFFFF);
         return static_cast<std::int32_t>(size_);
@@ -616,7 +618,7 @@ public:
     T& back() const { return data_[size_ - 1]; }
     buffer<value_type> copy() const { return buffer<value_type>(begin(), end()); }
 
-    /// Compares the values.
+    /// Compares all values.
     friend bool operator==(array_view a, array_view b) {
         if (a.size_ != b.size_) return false;
         for (std::size_t i = 0; i < a.size_; ++i)
@@ -635,7 +637,7 @@ private:
 }}  // namespace ldi
 
 // ---- ldi/base/executor.hpp
-// The caller's threads. Every stage that can run in parallel takes an executor; ldi starts no thread unless given a thread_pool.
+// Executors: the caller's threads. Every parallel stage accepts an executor; ldi starts no threads except in a thread_pool.
 // Results never depend on the executor or on its number of threads.
 
 #include <algorithm>
@@ -647,10 +649,10 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// An executor offers `concurrency()`, the number of ranges that may run at once (at least 1), and
-/// `run(count, function, data)`, which calls `function(data, index)` once for every index in [0, count), on any threads in any
-/// order, and returns when all calls have returned. An engine wraps its own job system in these two members. No exception leaves
-/// the functions that parallel_for hands over, so that they may be called from C.
+/// An executor has two members: `concurrency()`, the number of ranges that may run at once (at least 1), and `run(count,
+/// function, data)`, which calls `function(data, index)` once for every index in [0, count), on any threads in any order, and
+/// returns after all calls. An engine wraps its own job system in these members. Functions from parallel_for let no exception
+/// escape, so that C code may call them.
 template <class T>
 concept executor = requires(T& e, std::size_t count, void (*function)(void*, std::size_t), void* data) {
     { e.concurrency() } -> std::convertible_to<std::size_t>;
@@ -666,13 +668,13 @@ struct serial_executor {
 };
 
 /// Calls `body(first, last)` on consecutive pieces that together cover [0, count), each of at least `grain` indices unless
-/// `count` is smaller. A grain should be worth more than the few microseconds that handing a piece to a thread costs. The places
-/// of the cuts depend on the executor, so results must not depend on them. The first exception
-/// that a call throws is rethrown here, after all calls have ended; pieces that have not begun by then are left out.
+/// `count` is smaller. A grain should cost more than the few microseconds of passing a piece to a thread. The boundaries of
+/// pieces depend on the executor, so results must not depend on them. Rethrows the first exception of a call after all calls
+/// have ended, and skips pieces that have not started.
 template <executor Executor, class Body>
 void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&& body) {
     if (count == 0) return;
-    const std::size_t wanted = threads.concurrency() * 4;  // a few pieces per thread even out uneven work
+    const std::size_t wanted = threads.concurrency() * 4;  // several pieces per thread balance uneven work
     const std::size_t possible = count / std::max<std::size_t>(grain, 1);
     const std::size_t pieces = threads.concurrency() <= 1 ? 1 : std::min<std::size_t>(wanted, possible);
     if (pieces <= 1) {
@@ -681,8 +683,8 @@ void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&
     }
     struct task {
         std::remove_reference_t<Body>* body;
-        std::size_t piece, longer_pieces;       // the first pieces are one index longer, so that all of them cover the range
-        const memory& from = current_memory();  // for all threads that work on this
+        std::size_t piece, longer_pieces;       // the first pieces are one index longer, so that all pieces cover the range
+        const memory& from = current_memory();  // for all threads that work on this range
         std::mutex mutex{};
         std::exception_ptr failure{};
 
@@ -710,12 +712,12 @@ void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&
     if (shared.failure != nullptr) std::rethrow_exception(shared.failure);
 }
 
-/// A fixed set of threads that the caller owns. The calling thread works too. Not reentrant: a body must not use the same pool.
+/// A fixed number of threads that the caller owns. The calling thread works as well. Not reentrant: a body must not use the same
+/// pool.
 class thread_pool {
 public:
     /// threads  number of working threads, including the caller's; 0 means one per processor. If the system refuses to start all
-    /// of
-    ///          them, the pool is smaller.
+    ///          of them, the pool is smaller
     explicit thread_pool(std::size_t threads = 0) {
         if (threads == 0) threads = std::max<std::size_t>(std::thread::hardware_concurrency(), 1);
         workers_.reserve(threads - 1);
@@ -735,7 +737,7 @@ public:
 
     std::size_t concurrency() const { return workers_.size() + 1; }
 
-    /// The first exception that a call throws is rethrown here, after all calls have ended.
+    /// Runs all calls, then rethrows the first exception of a call.
     void run(std::size_t count, void (*function)(void*, std::size_t), void* data) {
         const std::lock_guard one_at_a_time(run_mutex_);
         std::unique_lock lock(mutex_);
@@ -778,7 +780,7 @@ private:
             lock.lock();
             if (failure != nullptr) {
                 if (failure_ == nullptr) failure_ = failure;
-                next_ = count_;  // the rest would be thrown away
+                next_ = count_;  // the other results would be discarded
             }
             if (--running_ == 0 && next_ == count_) done_.notify_all();
         }
@@ -810,11 +812,11 @@ private:
 }}  // namespace ldi
 
 // ---- ldi/base/progress.hpp
-// Progress reports of long work, and the way to cancel it.
+// Progress reports and cancellation of long work.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Both functions may be null; both are called on the thread that called the stage.
+/// Callbacks of the caller. Both may be null; both are called on the thread that called the stage.
 struct progress_listener {
     void* user = nullptr;
     void (*on_progress)(void* user, std::string_view stage, float fraction) = nullptr;  ///< fraction of the stage, 0 to 1
@@ -823,57 +825,56 @@ struct progress_listener {
     /// Reports progress. Raises error_code::canceled if the caller requests to stop.
     void report(std::string_view stage, float fraction) const {
         if (on_progress != nullptr) on_progress(user, stage, fraction);
-        if (is_canceled != nullptr && is_canceled(user))
-            raise(error_code::canceled, stage, "to run to the end", "a request to stop");
+        if (is_canceled != nullptr && is_canceled(user)) raise(error_code::canceled, stage, "completion", "a request to stop");
     }
 };
 
 }}  // namespace ldi
 
 // ---- ldi/base/numbers.hpp
-// Conversions between kinds of numbers with telling names, and functions that C libraries round differently, built from
+// Conversions between kinds of numbers with descriptive names, and functions that C libraries round differently, built from
 // operations that IEEE 754 rounds the same way everywhere.
 
 #include <cmath>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// An integer as the float nearest to it: itself up to 2^24, which holds every coordinate and length of an image.
+/// Converts an integer to the nearest float: exact up to 2^24, which includes every coordinate and length of an image.
 template <std::integral Integer>
 constexpr float nearest_float(Integer n) {
     return static_cast<float>(n);
 }
 
-/// The same in double precision: itself up to 2^53.
+/// Converts an integer to the nearest double: exact up to 2^53.
 template <std::integral Integer>
 constexpr double nearest_double(Integer n) {
     return static_cast<double>(n);
 }
 
-/// The nearest whole number, halves away from zero, for values below 2^53. Some C libraries' lround() rounds the largest number
-/// below 0.5 to 1.
+/// Rounds to the nearest integer, halves away from zero, for values below 2^53. Some C libraries' lround() rounds the largest
+/// number below 0.5 to 1.
 constexpr std::int64_t nearest_whole(double value) {
     const auto whole = static_cast<std::int64_t>(value);
     const double rest = value - static_cast<double>(whole);  // exact
     return rest >= 0.5 ? whole + 1 : rest <= -0.5 ? whole - 1 : whole;
 }
 
-/// The nearest byte, halves up.
+/// Rounds to the nearest byte, halves up, and clamps.
 inline std::uint8_t rounded_to_byte(float value) {
     return static_cast<std::uint8_t>(nearest_whole(double{std::clamp(value, 0.0F, 255.0F)}));
 }
 
-/// The same for values that lie between 0 and 255, such as means of bytes, up to the rounding of the one addition that it takes.
+/// Rounds to the nearest byte for values between 0 and 255, such as means of bytes; the addition may round.
 constexpr std::uint8_t rounded_mean(float mean) { return static_cast<std::uint8_t>(mean + 0.5F); }
 
-/// a * b + c with one rounding, as std::fma is defined. Some C libraries round it wrongly (MinGW's), and results must not depend
-/// on that.
+/// Returns a * b + c with one rounding, as std::fma does. Some C libraries (MinGW's) round std::fma wrongly, and results must
+/// not depend on that.
 inline float fused_multiply_add(float a, float b, float c) {
 #if defined(__FMA__) || defined(__aarch64__)
-    return std::fma(a, b, c);  // an instruction
+    return std::fma(a, b, c);  // one instruction
 #else
-    // The product is exact in double precision. The sum is rounded to odd there, so that the second rounding, to float, is right:
-    // S. Boldo and G. Melquiond, "Emulation of a FMA and correctly rounded sums: proved algorithms using rounding to odd" (2008).
+    // The product is exact in double precision. The sum is rounded to odd, so that the second rounding, to float, is correct: S.
+    // Boldo and G. Melquiond, "Emulation of a FMA and correctly rounded sums: proved algorithms using rounding to odd" (2008).
     const double product = double{a} * double{b}, sum = product + double{c};
     const double share_of_c = sum - product;
     const double error = (product - (sum - share_of_c)) + (double{c} - share_of_c);  // exact (Knuth's TwoSum)
@@ -898,7 +899,7 @@ inline float natural_logarithm(float x) {
     int exponent = 0;
     double mantissa = std::frexp(double{x}, &exponent);
     if (mantissa < 0.70710678118654752) mantissa *= 2, --exponent;
-    // 2 artanh(s) as a series of odd powers, cut where terms fall below 1e-15: s^2 is at most 0.0295.
+    // 2 artanh(s) as a series of odd powers, truncated where terms are below 1e-15: s^2 is at most 0.0295.
     const double s = (mantissa - 1) / (mantissa + 1), square = s * s;
     double sum = 0;
     for (int power = 19; power >= 1; power -= 2) sum = sum * square + 2.0 / power;
@@ -908,59 +909,59 @@ inline float natural_logarithm(float x) {
 }}}  // namespace ldi::detail
 
 // ---- ldi/core/camera.hpp
-// The pinhole camera that took the photo, and how disparity becomes distance. The paper lifts every vertex "along its
-// corresponding ray according to its depth" (section "Meshing"); these are the ray and the depth.
+// The pinhole camera that took the photo, and the conversion of disparity to distance. The paper lifts every vertex "along its
+// corresponding ray according to its depth" (section "Meshing"); this header defines the ray and the depth.
 
 #include <array>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Pixel (x, y) of the photo covers [x, x + 1) x [y, y + 1); its center is (x + 0.5, y + 0.5). Space is glTF's: x to the right,
-/// y up, the camera at the origin looking along -z.
+/// The camera of the photo. Pixel (x, y) covers [x, x + 1) x [y, y + 1); its center is (x + 0.5, y + 0.5). Space follows glTF:
+/// x to the right, y up, the camera at the origin looking along -z.
 struct pinhole_camera {
-    std::int32_t width = 0, height = 0;  ///< of the photo, in pixels
-    float focal_length = 0;              ///< in pixels; the optical axis meets the middle of the photo
+    std::int32_t width = 0, height = 0;  ///< size of the photo in pixels
+    float focal_length = 0;              ///< in pixels; the optical axis passes through the middle of the photo
 
-    /// The middle of the photo, in pixels.
+    /// Middle of the photo in pixels.
     float center_x() const { return 0.5F * detail::nearest_float(width); }
     float center_y() const { return 0.5F * detail::nearest_float(height); }
 
-    /// The point at distance `depth` along the optical axis that is seen at (x, y), in pixels.
+    /// Returns the point visible at (x, y), in pixels, at distance `depth` along the optical axis.
     std::array<float, 3> unproject(float x, float y, float depth) const {
         const float scale = depth / focal_length;
         return {(x - center_x()) * scale, (center_y() - y) * scale, -depth};
     }
 
-    /// The place in the photo at which a point in front of the camera is seen, in pixels.
+    /// Projects a point in front of the camera to the photo, in pixels.
     std::array<float, 2> project(const std::array<float, 3>& point) const {
         const float scale = focal_length / -point[2];
         return {center_x() + point[0] * scale, center_y() - point[1] * scale};
     }
 };
 
-/// The focal length in pixels of a lens given as 35 mm equivalent, which compares diagonals (EXIF FocalLengthIn35mmFilm).
+/// Converts a 35 mm equivalent focal length, which compares diagonals (EXIF FocalLengthIn35mmFilm), to pixels.
 inline float focal_length_from_35mm(float millimeters, std::int32_t width, std::int32_t height) {
     return millimeters * detail::vector_length(detail::nearest_float(width), detail::nearest_float(height)) /
            detail::vector_length(36.0F, 24.0F);
 }
 
-/// The focal length in pixels that gives `degrees` of view over the longer side of the photo.
+/// Returns the focal length in pixels with `degrees` of view over the longer side of the photo.
 inline float focal_length_from_field_of_view(float degrees, std::int32_t width, std::int32_t height) {
     const float radians = degrees * 3.14159265358979F / 180.0F;
     return 0.5F * detail::nearest_float(width > height ? width : height) / std::tan(0.5F * radians);
 }
 
-/// The distances that disparity 1 and disparity 0 stand for. In between, disparity is linear in 1 / depth, so that equal steps of
-/// disparity move equally far on screen.
+/// Distances at disparity 1 and disparity 0. Between them, disparity is linear in 1 / depth, so that equal steps of disparity
+/// cause equal motion on screen.
 struct depth_range {
-    float z_near = 1.0F;  ///< depth of disparity 1, in meters where known
-    float z_far = 10.0F;  ///< depth of disparity 0
+    float z_near = 1.0F;  ///< depth at disparity 1, in meters if known
+    float z_far = 10.0F;  ///< depth at disparity 0
 
     float inverse_depth(float disparity) const { return 1.0F / z_far + disparity * (1.0F / z_near - 1.0F / z_far); }
     float depth(float disparity) const { return 1.0F / inverse_depth(disparity); }
 
-    /// The largest error, in pixels, of a texture along an edge of `length` pixels between these disparities, when it is drawn
-    /// with perspective-correct interpolation: renderers move the middle of an edge towards its nearer end.
+    /// Returns the maximum error, in pixels, of a texture along an edge of `length` pixels between these disparities, drawn with
+    /// perspective-correct interpolation: renderers move the middle of an edge toward its nearer end.
     float texture_shift(float length, float disparity_a, float disparity_b) const {
         const float a = inverse_depth(disparity_a), b = inverse_depth(disparity_b);
         return 0.25F * length * std::abs(a - b) / (a < b ? a : b);  // length (r - 1) / (r + 1) with r^2 = a / b is less than this
@@ -976,10 +977,10 @@ struct depth_range {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The index of a neighbor that does not exist.
+/// Index of a neighbor that does not exist.
 inline constexpr std::int32_t no_pixel = -1;
 
-/// The four sides of a pixel. Up is towards smaller y.
+/// The four sides of a pixel. Up is toward smaller y.
 enum class side : std::uint8_t { up, down, left, right };
 
 /// All sides in the paper's order of exploration.
@@ -1002,8 +1003,8 @@ class graph_builder;
 
 namespace detail {
 
-/// The lattice and six index columns of K entries each, and how they are read. `Column` owns or shows one index column. Only
-/// derived classes copy and assign it, so that no finished graph receives columns that nobody checked.
+/// The lattice and six index columns of K entries each, read-only. `Column` is the type of an index column, an owner or a view.
+/// Only derived classes can copy and assign it, so that a finished graph never receives unchecked columns.
 template <class Column>
 class index_columns {
 public:
@@ -1013,16 +1014,16 @@ public:
     std::int32_t width() const { return width_; }
     std::int32_t height() const { return height_; }
 
-    /// The number of pixels K.
+    /// Number of pixels K.
     std::size_t size() const { return x_.size(); }
-    /// K as an index.
+    /// Returns K as an index.
     std::int32_t count() const { return x_.count(); }
 
     /// Positions of the pixels, K each.
     index_view x() const { return x_; }
     index_view y() const { return y_; }
 
-    /// Index of each pixel's neighbor on side `s`, or no_pixel; K of them.
+    /// Index of each pixel's neighbor on side `s`, or no_pixel; K entries.
     index_view neighbors(side s) const { return neighbors_[static_cast<std::size_t>(s)]; }
     index_view up() const { return neighbors(side::up); }
     index_view down() const { return neighbors(side::down); }
@@ -1031,7 +1032,7 @@ public:
 
     std::int32_t neighbor(std::int32_t pixel, side s) const { return neighbors(s)[pixel]; }
 
-    /// The number of lattice positions, W x H.
+    /// Number of lattice positions, W x H.
     std::size_t position_count() const { return static_cast<std::size_t>(std::int64_t{width_} * height_); }
     /// Row-major index of a lattice position.
     std::size_t position(std::int32_t at_x, std::int32_t at_y) const {
@@ -1061,7 +1062,7 @@ protected:
 
 /// Non-owning view of index columns. Every function that reads a topology accepts one, and a `graph` converts to it.
 ///
-/// The owner keeps the invariants of `graph`; core/validate.hpp checks them.
+/// The owner guarantees the invariants of `graph`; core/validate.hpp checks them.
 class graph_view : public detail::index_columns<array_view<const std::int32_t>> {
 public:
     graph_view() = default;
@@ -1081,14 +1082,14 @@ public:
     }
 };
 
-/// Owns its index columns and never changes. Invariants: all columns have the same length; 0 <= x < width, 0 <= y < height;
-/// links are mutual, `right()[left()[i]] == i`; the left neighbor of a pixel at (x, y) lies at (x - 1, y), and likewise on the
-/// other sides.
+/// An immutable graph that owns its index columns. Invariants: all columns have the same length; 0 <= x < width, 0 <= y <
+/// height; links are mutual, `right()[left()[i]] == i`; the left neighbor of a pixel at (x, y) is at (x - 1, y), and similarly
+/// on the other sides.
 ///
 /// A stage documents whether it returns pixels in canonical order (core/canonical_order.hpp): by scanline, then by run.
 class graph : public detail::index_columns<buffer<std::int32_t>> {
 public:
-    /// A graph without pixels.
+    /// Makes a graph without pixels.
     graph() = default;
 
     operator graph_view() const { return graph_view(width_, height_, x_, y_, up(), down(), left(), right()); }
@@ -1109,19 +1110,19 @@ inline bool operator==(const graph_view& a, const graph_view& b) {
 }}  // namespace ldi
 
 // ---- ldi/core/validate.hpp
-// Checks the invariants of a topology, and names the first broken one and its pixel. graph_builder::build() asserts the result;
-// check a graph_view over your own memory with it.
+// Checks the invariants of a topology, and returns the first violation and its pixel. graph_builder::build() asserts the result;
+// use it to check a graph_view of your own memory.
 
 #include <optional>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The invariants, in the order in which they are checked.
+/// Invariants in the order in which they are checked.
 enum class invariant {
     inside_lattice,      ///< 0 <= x < width and 0 <= y < height
     neighbor_in_range,   ///< a neighbor is no_pixel or the index of a pixel
     mutual_links,        ///< the neighbor's neighbor on the opposite side is the pixel itself
-    one_step_away,       ///< a neighbor lies one step to its side
+    one_step_away,       ///< a neighbor is one step to its side
     canonical_order,     ///< pixels are in canonical order; only validate_canonical() checks this
     disparity_in_range,  ///< disparities lie in [0, 1]; only validate() of layers checks this
 };
@@ -1138,13 +1139,13 @@ constexpr std::string_view to_string(invariant i) {
     return "unknown invariant";
 }
 
-/// The first broken invariant, and the pixel that breaks it.
+/// A violated invariant, and the pixel that violates it.
 struct violation {
     invariant broken;
     std::int32_t pixel;
 };
 
-/// Nothing if all invariants of the topology hold. Linear time.
+/// Checks all invariants of a topology. Returns the first violation, if any. Linear time.
 inline std::optional<violation> validate(const graph_view& g) {
     const std::int32_t count = g.count();
     for (std::int32_t i = 0; i < count; ++i)
@@ -1173,11 +1174,11 @@ inline std::optional<violation> validate(const graph_view& g) {
 }}  // namespace ldi
 
 // ---- ldi/core/graph_builder.hpp
-// Makes graphs: adds pixels and links to an empty one or to one that exists, then hands over the result.
+// Builds graphs: adds pixels and links to an empty or existing graph, then returns the result.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A graph in the making. Reads like a graph.
+/// A graph under construction. Readable like a graph.
 ///
 ///     graph_builder b(6, 4);                             // a lattice of 6 x 4
 ///     const auto a = b.add_pixel(0, 0), c = b.add_pixel(1, 0);
@@ -1185,18 +1186,18 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 ///     const graph g = std::move(b).build();
 class graph_builder : public detail::index_columns<buffer<std::int32_t>> {
 public:
-    /// width, height  of the lattice, 0 or more
-    /// count          pixels, not linked, all at (0, 0)
+    /// width, height  size of the lattice, 0 or more
+    /// count          number of pixels, not linked, all at (0, 0)
     graph_builder(std::int32_t width, std::int32_t height, std::size_t count = 0) : index_columns(width, height) {
         x_.resize(count), y_.resize(count);
         for (const side s : all_sides) column(s).resize(count, no_pixel);
     }
-    /// The same with positions and neighbors not set, for those who set all of them through the views below.
+    /// Leaves positions and neighbors uninitialized, for callers that set all of them through the views below.
     graph_builder(std::int32_t width, std::int32_t height, std::size_t count, unset_t) : index_columns(width, height) {
         x_.resize(count, unset), y_.resize(count, unset);
         for (const side s : all_sides) column(s).resize(count, unset);
     }
-    /// Starts from an existing graph, or from a copy of a viewed one.
+    /// Starts from an existing graph, or from a copy of a view.
     explicit graph_builder(graph g) : index_columns(std::move(g)) {}
     explicit graph_builder(const graph_view& g) : index_columns(g.width(), g.height()) {
         x_ = g.x().copy(), y_ = g.y().copy();
@@ -1211,8 +1212,8 @@ public:
         return count() - 1;
     }
 
-    /// Makes `b` the neighbor of `a` on side `s`, and `a` that of `b` on the opposite side. Both sides must be free, and `b` must
-    /// lie one step to that side.
+    /// Makes `b` the neighbor of `a` on side `s`, and `a` the neighbor of `b` on the opposite side. Both sides must be free, and
+    /// `b` must be one step to that side.
     void link(std::int32_t a, side s, std::int32_t b) {
         std::int32_t& there = column(s)[a];
         std::int32_t& back = column(opposite(s))[b];
@@ -1221,7 +1222,7 @@ public:
         there = b, back = a;
     }
 
-    /// Removes the link of `a` on side `s`, if there is one.
+    /// Removes the link of `a` on side `s`, if any.
     void unlink(std::int32_t a, side s) {
         std::int32_t& there = column(s)[a];
         if (there == no_pixel) return;
@@ -1229,12 +1230,12 @@ public:
         there = no_pixel;
     }
 
-    /// Index columns to write in bulk, K each. build() checks in debug builds that the result keeps the invariants.
+    /// Writable index columns, K entries each. In debug builds, build() checks that the result satisfies the invariants.
     array_view<std::int32_t> write_x() { return x_; }
     array_view<std::int32_t> write_y() { return y_; }
     array_view<std::int32_t> write_neighbors(side s) { return column(s); }
 
-    /// The finished graph. Asserts its invariants (linear time, debug builds only).
+    /// Returns the finished graph. Asserts its invariants (linear time, debug builds only).
     graph build() && {
         LDI_ASSERT(!validate(view()));
         return graph(std::move(*this));
@@ -1244,8 +1245,8 @@ private:
     graph_view view() const { return graph_view(width_, height_, x_, y_, up(), down(), left(), right()); }
 };
 
-/// A fully linked single layer: what an ordinary image is. Pixel (x, y) has index y * width + x. Raises invalid_option for a
-/// negative size, too_large for 2^31 pixels or more.
+/// Makes a fully linked single layer, equivalent to an ordinary image. Pixel (x, y) has index y * width + x. Raises
+/// invalid_option for a negative size, too_large for 2^31 pixels or more.
 inline graph make_grid(std::int32_t width, std::int32_t height) {
     const std::int64_t pixels = std::int64_t{width} * height;
     if (width < 0 || height < 0)
@@ -1272,18 +1273,19 @@ inline graph make_grid(std::int32_t width, std::int32_t height) {
 }}  // namespace ldi
 
 // ---- ldi/core/canonical_order.hpp
-// The canonical order of pixels: scanline by scanline; in a scanline the maximal left-right linked runs, by first x, then nearest
-// first; the pixels of a run side by side. Most of an LDI in this order is ordinary image rows, and kernels treat it so.
+// The canonical order of pixels: scanline by scanline; within a scanline, maximal left-right linked runs sorted by first x, then
+// nearest first; the pixels of a run contiguous. In this order, most of an LDI consists of ordinary image rows, and kernels
+// treat it so.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The order that makes a graph canonical: `order[new index] = old index`.
+/// Returns the order that makes a graph canonical: `order[new index] = old index`.
 ///
-/// disparity  K values without NaN, larger is nearer; breaks ties between runs that start at the same position. Empty: the old
-///            order does.
+/// disparity  K values without NaN, larger is nearer; breaks ties between runs that start at the same position. If empty, the
+///            old order breaks ties
 inline buffer<std::int32_t> canonical_order(const graph_view& g, std::span<const float> disparity = {}) {
     LDI_ASSERT(disparity.empty() || disparity.size() == g.size());
-    // Count the runs of every scanline, then file their first pixels by scanline.
+    // Counts the runs of every scanline, then sorts their first pixels by scanline.
     buffer<std::size_t> first_run(static_cast<std::size_t>(g.height()) + 1, 0);
     for (std::int32_t i = 0; i < g.count(); ++i)
         if (g.left()[i] == no_pixel) ++first_run[g.y()[i] + 1];
@@ -1310,7 +1312,7 @@ inline buffer<std::int32_t> canonical_order(const graph_view& g, std::span<const
     return order;
 }
 
-/// A K x channels column in a new order.
+/// Returns a K x channels column in a new order.
 template <class Scalar>
 buffer<Scalar> reordered(const buffer<Scalar>& column, std::span<const std::int32_t> order, std::size_t channels = 1) {
     buffer<Scalar> result(order.size() * channels);
@@ -1320,7 +1322,7 @@ buffer<Scalar> reordered(const buffer<Scalar>& column, std::span<const std::int3
     return result;
 }
 
-/// The same graph with pixel `order[i]` moved to index i. `order` is a permutation of all pixels.
+/// Returns the graph with pixel `order[i]` moved to index i. `order` is a permutation of all pixels.
 inline graph reordered(const graph_view& g, std::span<const std::int32_t> order) {
     LDI_ASSERT(order.size() == g.size());
     buffer<std::int32_t> new_index(g.size());
@@ -1339,7 +1341,7 @@ inline graph reordered(const graph_view& g, std::span<const std::int32_t> order)
     return std::move(result).build();
 }
 
-/// validate(), and that pixels are in canonical order. `disparity` as in canonical_order().
+/// Checks the invariants of validate() and the canonical order. `disparity` as in canonical_order().
 inline std::optional<violation> validate_canonical(const graph_view& g, std::span<const float> disparity = {}) {
     if (const std::optional<violation> broken = validate(g)) return broken;
     const buffer<std::int32_t> order = canonical_order(g, disparity);
@@ -1356,18 +1358,18 @@ inline std::optional<violation> validate_canonical(const graph_view& g, std::spa
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A column tag: the scalar, and the number of scalars per pixel. Up to three static functions say how values travel. They are
-/// called once per channel; the defaults hold where a tag has none.
+/// A column tag: the scalar, and the number of scalars per pixel. Up to three static functions say how values travel; the
+/// defaults apply where a tag has none.
 ///
 ///     struct material {
 ///         using scalar = std::uint8_t;
 ///         static constexpr std::size_t channels = 1;
-///         // Value of a hidden pixel that continues the surface of a photo pixel. Default: ldi::copied.
+///         // Value of a hidden pixel that continues the surface of a photo pixel, per channel. Default: ldi::copied.
 ///         static scalar new_pixel(scalar origin) { return ldi::copied(origin); }
-///         // Value of a pixel at half resolution, from the values of its pixels at full resolution. Default: ldi::averaged.
-///         static scalar coarser(ldi::array_view<const scalar> values) { return ldi::first_of(values); }
-///         // Value of a vertex, from the one to four pixels of its surface around it. Default: ldi::averaged.
-///         static scalar at_vertex(ldi::array_view<const scalar> values) { return ldi::first_of(values); }
+///         // Values of a pixel at half resolution, from those of its pixels at full resolution. Default: ldi::averaged.
+///         static std::array<scalar, 1> coarser(ldi::pixel_values<scalar, 1> pixels) { return ldi::first_of(pixels); }
+///         // Values of a vertex, from the one to four pixels of its surface around it. Default: ldi::averaged.
+///         static std::array<scalar, 1> at_vertex(ldi::pixel_values<scalar, 1> pixels) { return ldi::first_of(pixels); }
 ///     };
 template <class T>
 concept payload_column = requires {
@@ -1385,21 +1387,34 @@ constexpr Scalar zeroed(Scalar) {
     return Scalar{};
 }
 
-/// Rules for coarser levels and vertices. `values` has at least one element; the first is the kept pixel's, or the nearest one's.
-template <class Scalar>
-Scalar first_of(array_view<const Scalar> values) {
-    return values[0];
+/// All channels of one or more pixels, so that a rule can renormalize a vector or let pixels vote. The first pixel is the one
+/// that a coarser level keeps, or the one nearest to a vertex. All pixels lie at the same distance and count the same.
+template <class Scalar, std::size_t channels>
+struct pixel_values {
+    array_view<const Scalar> values;  ///< pixels x channels, row-major
+
+    std::size_t size() const { return values.size() / channels; }
+    const Scalar& operator()(std::size_t pixel, std::size_t channel = 0) const { return values[pixel * channels + channel]; }
+};
+
+/// Rules for coarser levels and vertices.
+template <class Scalar, std::size_t channels>
+std::array<Scalar, channels> first_of(pixel_values<Scalar, channels> pixels) {
+    std::array<Scalar, channels> result{};
+    for (std::size_t c = 0; c < channels; ++c) result[c] = pixels(0, c);
+    return result;
 }
-/// The mean, rounded half away from zero for integers.
-template <class Scalar>
-Scalar averaged(array_view<const Scalar> values) {
-    double sum = 0;
-    for (const Scalar value : values) sum += static_cast<double>(value);
-    const double mean = sum / static_cast<double>(values.size());
-    if constexpr (std::is_integral_v<Scalar>)
-        return static_cast<Scalar>(std::round(mean));
-    else
-        return static_cast<Scalar>(mean);
+/// The mean per channel, rounded half away from zero for integers.
+template <class Scalar, std::size_t channels>
+std::array<Scalar, channels> averaged(pixel_values<Scalar, channels> pixels) {
+    std::array<Scalar, channels> result{};
+    for (std::size_t c = 0; c < channels; ++c) {
+        double sum = 0;
+        for (std::size_t i = 0; i < pixels.size(); ++i) sum += static_cast<double>(pixels(i, c));
+        const double mean = sum / static_cast<double>(pixels.size());
+        result[c] = static_cast<Scalar>(std::is_integral_v<Scalar> ? std::round(mean) : mean);
+    }
+    return result;
 }
 
 namespace detail {
@@ -1413,19 +1428,22 @@ typename Column::scalar new_pixel_value(typename Column::scalar origin) {
 }
 
 template <payload_column Column>
-typename Column::scalar coarser_value(array_view<const typename Column::scalar> values) {
-    if constexpr (requires { Column::coarser(values); })
-        return Column::coarser(values);
+using pixels_of = pixel_values<typename Column::scalar, Column::channels>;
+
+template <payload_column Column>
+std::array<typename Column::scalar, Column::channels> coarser_values(pixels_of<Column> pixels) {
+    if constexpr (requires { Column::coarser(pixels); })
+        return Column::coarser(pixels);
     else
-        return averaged(values);
+        return averaged(pixels);
 }
 
 template <payload_column Column>
-typename Column::scalar vertex_value(array_view<const typename Column::scalar> values) {
-    if constexpr (requires { Column::at_vertex(values); })
-        return Column::at_vertex(values);
+std::array<typename Column::scalar, Column::channels> vertex_values(pixels_of<Column> pixels) {
+    if constexpr (requires { Column::at_vertex(pixels); })
+        return Column::at_vertex(pixels);
     else
-        return averaged(values);
+        return averaged(pixels);
 }
 
 }  // namespace detail
@@ -1435,6 +1453,13 @@ struct color_column {
     using scalar = std::uint8_t;
     static constexpr std::size_t channels = 3;
     static constexpr scalar new_pixel(scalar origin) { return zeroed(origin); }  // until it is inpainted
+};
+
+/// The same in 16 bits, 0 to 65535: for lift(), the geometry, operators, gather() and the GLB. Inpainting, atlas and renderers
+/// work on color_column; as a column of the caller's beside it, this one passes through make_photo3d().
+struct color16_column {
+    using scalar = std::uint16_t;
+    static constexpr std::size_t channels = 3;
 };
 
 /// Disparity in [0, 1], larger is nearer; 0 is the farthest and 1 the nearest surface of the photo.
@@ -1448,7 +1473,9 @@ struct known_column {
     using scalar = std::uint8_t;
     static constexpr std::size_t channels = 1;
     static constexpr scalar new_pixel(scalar origin) { return zeroed(origin); }
-    static scalar coarser(array_view<const scalar> values) { return *std::min_element(values.begin(), values.end()); }
+    static std::array<scalar, 1> coarser(pixel_values<scalar, 1> pixels) {
+        return {*std::min_element(pixels.values.begin(), pixels.values.end())};
+    }
 };
 
 /// Near a silhouette: the share of the nearer surface in the photo's color, 0 to 255. 0 elsewhere.
@@ -1660,13 +1687,15 @@ public:
 
     /// Adds pixels: make(graph_builder) edits the topology that it receives and returns grown_pixels. New pixels get their values
     /// from the pixels that they continue, by the rules of the columns. Returns grown_pixels::pieces. During the call the image
-    /// is empty, but views of its columns stay valid; it remains empty if `make` throws or memory runs out.
+    /// is empty, but views of its columns stay valid; it remains empty if `make` throws, memory runs out, or grown_pixels don't
+    /// describe every pixel, which raises mismatch.
     template <class Make>
     buffer<grown_piece> grow(Make&& make) {
         layered_image old = std::move(*this);
-        [[maybe_unused]] const std::size_t old_count = old.size();
+        const std::size_t old_count = old.size();
         grown_pixels grown = make(graph_builder(std::move(old.graph_)));
-        LDI_ASSERT(detail::is_complete(grown, old_count));
+        if (!detail::is_complete(grown, old_count))
+            raise(error_code::mismatch, "grow", "each old pixel once, and new ones that continue old ones", "others");
         layered_image result;
         const auto move_column = [&]<class Column>(const Column&) {
             result.template values<Column>() = old.template grown_column<Column>(grown);
@@ -1865,19 +1894,19 @@ std::optional<violation> validate(const Layers& layers) {
 }}  // namespace ldi
 
 // ---- ldi/core/runs.hpp
-// Runs: pixels that lie side by side in memory and are linked from left to right. Most of an LDI in canonical order is long runs,
-// so walking it run by run is walking image rows.
+// Runs: pixels that are contiguous in memory and linked from left to right. An LDI in canonical order consists mostly of long
+// runs, so that a walk over runs is a walk over image rows.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Pixels first, first + 1, ... last - 1, each the right neighbor of the one before it.
+/// Pixels first, first + 1, ... last - 1, each the right neighbor of the previous one.
 struct pixel_run {
     std::int32_t first, last;
 
     std::int32_t size() const { return last - first; }
 };
 
-/// Calls `visit(pixel_run)` for the longest runs, which together hold every pixel once, in order.
+/// Calls `visit(pixel_run)` for the maximal runs, which together contain every pixel once, in order.
 template <class Visit>
 void for_each_run(const graph_view& g, Visit&& visit) {
     const std::int32_t count = g.count();
@@ -1888,7 +1917,7 @@ void for_each_run(const graph_view& g, Visit&& visit) {
     }
 }
 
-/// The runs of for_each_run().
+/// Returns the runs of for_each_run().
 inline buffer<pixel_run> runs_of(const graph_view& g) {
     buffer<pixel_run> runs;
     for_each_run(g, [&](pixel_run r) { runs.push_back(r); });
@@ -1898,7 +1927,7 @@ inline buffer<pixel_run> runs_of(const graph_view& g) {
 }}  // namespace ldi
 
 // ---- ldi/core/coarsening.hpp
-// Halving the resolution of a graph, as stride 2 does to an image, and the map back that nearest upsampling follows (paper,
+// Halves the resolution of a graph, as stride 2 does for an image, and returns the map that nearest upsampling uses (paper,
 // section "Mapping the PConv Network to LDI", Downscaling and Upscaling).
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
@@ -1906,21 +1935,22 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// A graph at half resolution, and how it connects to its parent level.
 struct coarsened {
     graph topology;               ///< the coarse graph, on a lattice of (width + 1) / 2 x (height + 1) / 2
-    buffer<std::int32_t> kept;    ///< per coarse pixel: the index of the fine pixel that it is; ascending
-    buffer<std::int32_t> parent;  ///< per fine pixel: the coarse pixel that it collapses to, or no_pixel
+    buffer<std::int32_t> kept;    ///< per coarse pixel: index of its fine pixel; ascending
+    buffer<std::int32_t> parent;  ///< per fine pixel: its coarse pixel, or no_pixel
 };
 
-/// The parent of an orphan: of a pixel from which no links inside its 2 x 2 group lead to a kept pixel, because it lies on a thin
-/// strip or a silhouette cuts it off.
+/// Treatment of orphans: pixels from which no link inside their 2 x 2 group leads to a kept pixel, because they lie on a thin
+/// strip or behind a silhouette.
 enum class orphan_rule {
-    adopt_nearest,  ///< it shares the parent of the pixel nearest to it by links that has one, the first that breadth-first
-                    ///< exploration in the order up, down, left, right finds
-    stay,           ///< it has no parent
+    /// an orphan shares the parent of the nearest pixel by links that has one; breadth-first exploration in the order up, down,
+    /// left, right breaks ties
+    adopt_nearest,
+    stay,  ///< an orphan has no parent
 };
 
 namespace detail {
-/// The pixel at the even/even corner of a pixel's 2 x 2 group that breadth-first exploration inside the group, in the order up,
-/// down, left, right, finds first; no_pixel if none.
+/// Returns the pixel at the even/even corner of a pixel's 2 x 2 group that breadth-first exploration inside the group, in the
+/// order up, down, left, right, finds first; no_pixel if there is none.
 inline std::int32_t corner_of_group(const graph_view& g, std::int32_t pixel) {
     const auto follow = [&](std::initializer_list<side> path) {
         std::int32_t at = pixel;
@@ -1936,7 +1966,7 @@ inline std::int32_t corner_of_group(const graph_view& g, std::int32_t pixel) {
     return pixel;
 }
 
-/// The first pixel of a run that is kept, in a row of even y; `last` if there is none.
+/// Returns the first kept pixel of a run in an even row; `last` if there is none.
 inline std::int32_t first_kept(const graph_view& g, const pixel_run& run) { return run.first + (g.x()[run.first] & 1); }
 
 /// Sets the kept pixels and their positions, and makes each its own parent.
@@ -1962,7 +1992,7 @@ inline graph_builder keep_even_pixels(const graph_view& g, std::span<const pixel
     return coarse;
 }
 
-/// Links kept pixels that a straight path of two links joins.
+/// Links kept pixels that are connected by a straight path of two links.
 inline void link_kept_pixels(const graph_view& g, const coarsened& result, graph_builder& made) {
     for (side s : all_sides) {
         const array_view<const std::int32_t> fine = g.neighbors(s);
@@ -1975,13 +2005,13 @@ inline void link_kept_pixels(const graph_view& g, const coarsened& result, graph
     }
 }
 
-/// The parents of those pixels of a run that are not kept, as corner_of_group() has them; its first way is nearly always open.
+/// Finds the parents of a run's other pixels, as corner_of_group() does; the first path is nearly always open.
 inline void find_parents(const graph_view& g, const pixel_run& run, buffer<std::int32_t>& parent) {
     const auto by_corner = [&](std::int32_t pixel) {
         const std::int32_t corner = corner_of_group(g, pixel);
         return corner == no_pixel ? no_pixel : parent[corner];
     };
-    const std::int32_t odd = first_kept(g, run) ^ 1;  // has the parity of the indices of pixels at odd x
+    const std::int32_t odd = first_kept(g, run) ^ 1;  // parity of the indices of pixels at odd x
     if ((g.y()[run.first] & 1) == 0) {
         if ((run.first ^ odd) % 2 == 0) parent[run.first] = by_corner(run.first);
         for (std::int32_t i = first_kept(g, run) + 1; i < run.last; i += 2) parent[i] = parent[i - 1];
@@ -1994,13 +2024,13 @@ inline void find_parents(const graph_view& g, const pixel_run& run, buffer<std::
     }
 }
 
-/// Gives every pixel without a parent that of the nearest pixel with one, as breadth-first exploration from it in the order up,
-/// down, left, right finds it; leaves no_pixel where there is none in reach.
+/// Gives every pixel without a parent that of the nearest pixel with one, found by breadth-first exploration in the order up,
+/// down, left, right; leaves no_pixel if none is reachable.
 ///
-/// Linear time, because the shortest path that exploration finds first starts with the first side that leads nearer, and goes on
-/// as the neighbor's own path does: pixels can be settled in the order of their distance.
+/// Linear time: the first shortest path that exploration finds starts with the first side that leads closer, and continues as
+/// the neighbor's own path. Pixels can therefore be settled in the order of their distance.
 inline void adopt_nearest_parent(const graph_view& g, buffer<std::int32_t>& parent) {
-    constexpr std::int32_t pending = no_pixel - 1;  // in the next ring already: it must not be put there twice
+    constexpr std::int32_t pending = no_pixel - 1;  // already in the next ring; must not be added twice
     const auto parent_beside = [&](std::int32_t pixel) {
         for (side s : all_sides) {
             const std::int32_t n = g.neighbor(pixel, s);
@@ -2018,7 +2048,7 @@ inline void adopt_nearest_parent(const graph_view& g, buffer<std::int32_t>& pare
         if (found != no_pixel) ring.push_back({i, found});
     }
     while (!ring.empty()) {
-        // Settle a whole ring before the next: pixels at the same distance must not adopt from each other.
+        // Settles a whole ring before the next, because pixels at the same distance must not adopt from each other.
         for (const adoption& a : ring) parent[a.pixel] = a.parent;
         next.clear();
         for (const adoption& a : ring)
@@ -2033,14 +2063,15 @@ inline void adopt_nearest_parent(const graph_view& g, buffer<std::int32_t>& pare
 }
 }  // namespace detail
 
-/// Keeps the pixels at even x and even y, all of them where several share a position, in their order, at half their position.
+/// Halves the resolution of a graph. Keeps the pixels at even x and even y, all of them if several share a position, in their
+/// order, at half their position.
 ///
-/// Two kept pixels are linked if a path of two links joined them. They are two steps apart in one direction, so that the path can
-/// only be the straight one.
+/// Two kept pixels are linked if a path of two links connected them. They are two steps apart in one direction, so only the
+/// straight path is possible.
 ///
-/// A kept pixel is its own parent. Any other pixel collapses to the kept pixel of its 2 x 2 group that links inside the group
-/// lead to; from the odd/odd pixel, up then left is tried before left then up. For a pixel that has none, `orphans` decides;
-/// where they adopt, the parent is no_pixel only where a whole component has no kept pixel.
+/// A kept pixel is its own parent. The parent of any other pixel is the kept pixel of its 2 x 2 group that links inside the
+/// group reach; from the odd/odd pixel, the path up then left precedes left then up. `orphans` decides for pixels without such a
+/// path. If they adopt, the parent is no_pixel only if a whole component has no kept pixel.
 inline coarsened coarsen(const graph_view& g, orphan_rule orphans = orphan_rule::stay) {
     coarsened result;
     const buffer<pixel_run> runs = runs_of(g);
@@ -2059,13 +2090,13 @@ struct coarsened_layers {
     buffer<std::int32_t> kept, parent;  ///< as in coarsened
 };
 
-/// Halves the resolution of a layered image. The values of a coarse pixel come from the fine pixels whose parent it is, by the
-/// rule `coarser` of each column (core/columns.hpp): from the kept pixel first, then from the others by ascending index.
+/// Halves the resolution of a layered image. The column rule `coarser` (core/columns.hpp) combines the values of the fine pixels
+/// that share a parent: first the kept pixel, then the others by ascending index.
 template <payload_column... Columns>
 coarsened_layers<Columns...> coarsen(const layered_image<Columns...>& fine, orphan_rule orphans = orphan_rule::stay) {
     coarsened level = coarsen(graph_view(fine.topology()), orphans);
     const std::size_t count = level.kept.size();
-    // children[first[c]] to children[first[c + 1] - 1] are the fine pixels of coarse pixel c, the kept one first.
+    // children[first[c]] to children[first[c + 1] - 1] are the fine pixels of coarse pixel c; the kept pixel comes first.
     buffer<std::size_t> first(count + 1);
     for (const std::int32_t p : level.parent)
         if (p != no_pixel) ++first[static_cast<std::size_t>(p) + 1];
@@ -2082,13 +2113,13 @@ coarsened_layers<Columns...> coarsen(const layered_image<Columns...>& fine, orph
                                         std::move(level.parent)};
     const auto fill = [&]<class Column>(const Column&) {
         buffer<typename Column::scalar> values;
-        for (std::int32_t c = 0; c < static_cast<std::int32_t>(count); ++c)
-            for (std::size_t channel = 0; channel < Column::channels; ++channel) {
-                values.clear();
-                for (std::size_t k = first[c]; k < first[static_cast<std::size_t>(c) + 1]; ++k)
-                    values.push_back(fine.template at<Column>(children[k])[channel]);
-                result.layers.template at<Column>(c)[channel] = detail::coarser_value<Column>(values);
-            }
+        for (std::int32_t c = 0; c < static_cast<std::int32_t>(count); ++c) {
+            values.clear();
+            for (std::size_t k = first[c]; k < first[static_cast<std::size_t>(c) + 1]; ++k)
+                for (const auto& value : fine.template at<Column>(children[k])) values.push_back(value);
+            const auto coarse = detail::coarser_values<Column>({values});
+            std::copy(coarse.begin(), coarse.end(), result.layers.template at<Column>(c).begin());
+        }
     };
     (fill(Columns{}), ...);
     return result;
@@ -2121,7 +2152,7 @@ public:
         return member;
     }
 
-    /// The smallest member of the set that holds `member`.
+    /// Returns the smallest member of the set that contains `member`.
     std::int32_t find(std::int32_t member) {
         LDI_ASSERT(member >= 0 && member < parent_.count());
         while (parent(member) != member) {
@@ -2131,7 +2162,7 @@ public:
         return member;
     }
 
-    /// Merges the sets that hold a and b, and returns the smallest member of the result.
+    /// Merges the sets that contain a and b, and returns the smallest member of the result.
     std::int32_t merge(std::int32_t a, std::int32_t b) {
         a = find(a), b = find(b);
         if (b < a) {
@@ -2142,13 +2173,13 @@ public:
         return a;
     }
 
-    /// Numbers the sets from 0 in the order of their smallest members and returns their number. labels[member] is the number of
-    /// the set that holds it.
+    /// Numbers the sets from 0 in the order of their smallest members, and returns the number of sets. labels[member] becomes
+    /// the number of its set.
     std::int32_t number(buffer<std::int32_t>& labels) const {
         labels.resize(size());
         std::int32_t count = 0;
         for (std::int32_t i = 0; i < parent_.count(); ++i) {
-            const std::int32_t up = parent_[i];  // never above i, so it has its number already
+            const std::int32_t up = parent_[i];  // never above i, so it already has its number
             labels[i] = up == i ? count++ : labels[up];
         }
         return count;
@@ -2163,27 +2194,27 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/core/components.hpp
-// Connected components: which pixels can be reached from one another over links. Depth cleaning (paper, section "Geometry",
-// isolated features at middle values) and everything that must treat a surface as one thing starts from them.
+// Connected components: sets of pixels that links connect. Depth cleaning (paper, section "Geometry", isolated features at
+// middle values) and other code that treats a surface as a unit start from them.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A partition of the pixels of a graph.
 struct components {
-    buffer<std::int32_t> label;  ///< K: the component of each pixel; components are numbered by their first pixels
-    buffer<std::int32_t> size;   ///< the number of pixels in each component
+    buffer<std::int32_t> label;  ///< K: component of each pixel; components are numbered by their first pixels
+    buffer<std::int32_t> size;   ///< number of pixels in each component
 
     std::size_t count() const { return size.size(); }
 };
 
-/// The connected components of a graph in any order, in almost linear time. Fastest in canonical order, where linked pixels of
-/// a scanline stand side by side: the sets that are merged are then runs, not pixels.
+/// Finds the connected components of a graph in any order, in almost linear time. Fastest in canonical order, where linked
+/// pixels of a scanline are contiguous: then whole runs are merged, not pixels.
 inline components connected_components(const graph_view& g) {
     components result;
     const std::size_t count = g.size();
 
     const buffer<pixel_run> runs = runs_of(g);
-    buffer<std::int32_t>& run_of = result.label;  // of each pixel, for now
+    buffer<std::int32_t>& run_of = result.label;  // per pixel, temporarily
     run_of.resize(count);
     detail::disjoint_sets sets;
     for (std::int32_t run = 0; run < runs.count(); ++run) {
@@ -2194,7 +2225,7 @@ inline components connected_components(const graph_view& g) {
     for (std::int32_t run = 0; run < runs.count(); ++run) {
         const std::int32_t left = g.left()[runs[run].first];
         if (left != no_pixel) sets.merge(run, run_of[left]);
-        // Most pixels of a run look up at the same run as the pixel before them: [merged_first, merged_last) is merged already.
+        // Most pixels of a run have the same run above as the previous pixel: [merged_first, merged_last) is already merged.
         std::int32_t merged_first = 0, merged_last = 0;
         for (std::int32_t i = runs[run].first; i < runs[run].last; ++i) {
             const std::int32_t above = g.up()[i];
@@ -2218,18 +2249,18 @@ inline components connected_components(const graph_view& g) {
 }}  // namespace ldi
 
 // ---- ldi/core/diffusion.hpp
-// Isotropic diffusion into unknown cells, of colors or of any other values (paper, section "Texture Atlas Generation", both
-// paddings; also the inpainting that needs no network): each unknown cell becomes the mean of its neighbors, which is the
-// smoothest way through the known ones. Cells are texels of an atlas or pixels of a layered image; what counts is which cell
-// borders on which.
+// Isotropic diffusion of colors or other values into unknown cells (paper, section "Texture Atlas Generation", both paddings;
+// also inpainting without a network). Each unknown cell becomes the mean of its neighbors, which is the smoothest interpolation
+// of the known cells. Cells are texels of an atlas or pixels of a layered image; only their adjacency matters.
 //
-// Plain relaxation takes as many rounds as the gap is wide. Here linked cells are joined two by two into coarser and coarser ones
-// until each borders on a known one; the coarsest cells are solved first, and each level starts from the one above, so that a few
-// rounds on each do (a cascadic multigrid). All steps take weighted means, so no result leaves the range of the known values.
+// Plain relaxation needs as many rounds as the gap is wide. This code joins linked cells two by two into coarser and coarser
+// cells until each borders on a known one. It solves the coarsest cells first, and each level starts from the coarser level, so
+// that a few rounds per level suffice (a cascadic multigrid). All steps are weighted means, so results stay in the range of the
+// known values.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Collects unknown cells, solves, and keeps its memory for the next time. One object serves one thread.
+/// Collects unknown cells, solves, and reuses its memory. One object serves one thread.
 ///
 ///     diffusion<3> d;
 ///     d.start();
@@ -2240,16 +2271,16 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 template <std::size_t Channels>
 class diffusion {
 public:
-    /// The channels, and one value more that is of use only in here: with three channels they fill a vector register.
+    /// The channels, and one internal value; with three channels they fill a vector register.
     using value_type = std::array<float, Channels + 1>;
 
-    /// Forgets all cells.
+    /// Removes all cells.
     void start() {
         if (levels_.empty()) levels_.resize(1);
         levels_[0].clear();
     }
 
-    /// Adds an unknown cell and returns its number; the first has 1. Add cells in scanline order. Several may share a position.
+    /// Adds an unknown cell and returns its number, starting at 1. Add cells in scanline order. Several may share a position.
     std::int32_t add_cell(std::int32_t x, std::int32_t y) { return levels_[0].add(x, y); }
 
     /// Adds a neighbor with known values to a cell, one value per channel.
@@ -2260,23 +2291,23 @@ public:
         sum[Channels] += 1.0F;
     }
 
-    /// Says which unknown cell lies to the left of the cell.
+    /// Sets the unknown cell on the left of a cell.
     void link_left(std::int32_t cell, std::int32_t left) { levels_[0].link(left, cell, to_right, to_left); }
-    /// Says which unknown cell lies above the cell.
+    /// Sets the unknown cell above a cell.
     void link_up(std::int32_t cell, std::int32_t above) { levels_[0].link(above, cell, downwards, upwards); }
 
-    /// The number of cells.
+    /// Number of cells.
     std::size_t size() const { return levels_.empty() ? 0 : levels_[0].size(); }
 
-    /// Finds all values with `rounds` Gauss-Seidel rounds per level. A cell from which no links lead to a known value gets the
-    /// mean of all known ones.
+    /// Computes all values with `rounds` Gauss-Seidel rounds per level. A cell that no link connects to a known value gets the
+    /// mean of all known values.
     void solve(int rounds) {
         if (size() == 0) return;
         std::size_t depth = 1;
         while (!levels_[depth - 1].all_border_on_known()) {
             if (levels_.size() == depth) levels_.emplace_back();
             coarsen(levels_[depth - 1], levels_[depth]);
-            if (levels_[depth].size() == levels_[depth - 1].size()) break;  // nothing left to join
+            if (levels_[depth].size() == levels_[depth - 1].size()) break;  // no cells left to join
             ++depth;
         }
         for (std::size_t l = depth; l-- > 0;) {
@@ -2291,13 +2322,13 @@ public:
         }
     }
 
-    /// The values of a cell, once solved.
+    /// Returns the values of a cell after solve().
     const value_type& value(std::int32_t cell) const { return levels_[0].value[cell]; }
 
 private:
     static constexpr std::size_t upwards = 0, downwards = 1, to_left = 2, to_right = 3;
 
-    /// Cell 0 is zero and replaces all missing neighbors.
+    /// One level of the multigrid. Cell 0 is zero and replaces all missing neighbors.
     struct level {
         buffer<value_type> value;
         /// Sum over known neighbors, and their number; after prepare(), 1 / number of all neighbors.
@@ -2326,7 +2357,8 @@ private:
             links[b][from_b] = a;
         }
 
-        /// Keeps the first of two neighbors on a side, which a joined cell may have where surfaces branch.
+        /// Links two cells unless one is linked on that side: where surfaces branch, a joined cell may have two neighbors on a
+        /// side.
         void link_if_free(std::int32_t a, std::int32_t b, std::size_t from_a, std::size_t from_b) {
             if (links[a][from_a] == 0 && links[b][from_b] == 0) link(a, b, from_a, from_b);
         }
@@ -2351,7 +2383,7 @@ private:
             for (std::size_t i = 1; i < value.size(); ++i) {
                 float neighbors = known[i][Channels];
                 for (std::int32_t other : links[i]) neighbors += other != 0 ? 1.0F : 0.0F;
-                if (neighbors == 0.0F) known[i] = value[i], neighbors = 1.0F;  // stays as it is
+                if (neighbors == 0.0F) known[i] = value[i], neighbors = 1.0F;  // keeps its value
                 known[i][Channels] = 1.0F / neighbors;
             }
         }
@@ -2373,7 +2405,7 @@ private:
         }
     };
 
-    /// Joins linked cells of each two by two positions.
+    /// Joins the linked cells of each 2 x 2 block of positions.
     static void coarsen(level& fine, level& coarse) {
         coarse.clear();
         fine.parent.assign(fine.value.size(), 0);
@@ -2395,8 +2427,8 @@ private:
         }
     }
 
-    /// Two cells side by side border on two known texels, at a distance of one and a half from their middle; the next two are at
-    /// a distance of two. So the known ones together weigh 2 / 1.5 against the others' 2 / 2.
+    /// Weight of known neighbors. Two joined cells border on two known texels, 1.5 cells away from their middle; the next joined
+    /// cells are 2 cells away. The known texels together therefore have weight 2 / 1.5, the other neighbors 2 / 2.
     static constexpr float known_weight = 2.0F / 3.0F;
 
     buffer<level> levels_;
@@ -2428,6 +2460,15 @@ inline std::size_t checked_row_stride(std::size_t height, std::size_t width, std
     return stride;
 }
 
+/// `bytes` in values. Raises mismatch if a value would straddle two rows or rows would overlap.
+inline std::size_t stride_in_values(std::size_t bytes, std::size_t row_values, std::size_t value_size) {
+    if (bytes % value_size != 0 || bytes / value_size < row_values)
+        raise(error_code::mismatch, "image_view",
+              "a stride of at least " + std::to_string(row_values) + " values of " + std::to_string(value_size) + " bytes",
+              std::to_string(bytes) + " bytes");
+    return bytes / value_size;
+}
+
 /// H W C.
 inline std::size_t checked_size(std::size_t height, std::size_t width, std::size_t channels, std::size_t value_size) {
     return height * checked_row_stride(height, width, channels, 0, value_size);
@@ -2435,10 +2476,15 @@ inline std::size_t checked_size(std::size_t height, std::size_t width, std::size
 
 }  // namespace detail
 
+/// Distance between the starts of two rows, in bytes.
+struct byte_stride {
+    std::size_t bytes;
+};
+
 /// Non-owning view of H x W x C values, with `row_stride` values from the start of a row to the start of the next.
 /// Stages take an `image_view<const T>`, which cannot change them.
 ///
-///     ldi::image_view<const std::uint8_t> photo(mat.data, mat.rows, mat.cols, 3, mat.step);   // a cv::Mat of type CV_8UC3
+///     ldi::image_view<const std::uint8_t> photo(mat.data, mat.rows, mat.cols, 3, ldi::byte_stride{mat.step});  // CV_8UC3
 template <class Scalar>
 class image_view {
 public:
@@ -2456,6 +2502,10 @@ public:
           row_stride_(detail::checked_row_stride(height, width, channels, row_stride, sizeof(Scalar))) {
         LDI_ASSERT(row_stride_ >= width * channels);
     }
+    /// Rows `stride` bytes apart, as OpenCV, NumPy and graphics interfaces count. Raises mismatch unless that is a whole number
+    /// of values, and at least W C of them.
+    image_view(Scalar* data, std::size_t height, std::size_t width, std::size_t channels, byte_stride stride)
+        : image_view(data, height, width, channels, detail::stride_in_values(stride.bytes, width * channels, sizeof(Scalar))) {}
     /// From a view that may change the values to one that may not.
     template <class Other>
     requires(std::is_const_v<Scalar>&& std::is_same_v<Other, value_type>) image_view(const image_view<Other>& other)
@@ -2587,16 +2637,16 @@ bool same_shape(const auto& a, const auto& b) {
 }}  // namespace ldi
 
 // ---- ldi/core/surface.hpp
-// The rule that decides which pixels belong to one surface: a threshold on disparity (the paper's tau_disp).
+// The rule for whether neighboring pixels belong to one surface: a threshold on disparity (the paper's tau_disp).
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Part of photo_facts; lift() and the stages after it must use the same rule.
 struct surface_rule {
-    /// Neighbors that differ by more than this in disparity are on different surfaces (the paper's tau_disp).
+    /// Neighbors whose disparities differ by more than this are on different surfaces (the paper's tau_disp).
     float largest_step = 0.05F;
 
-    /// Whether two neighbors with these disparities are on one surface. False if one of them is not a number.
+    /// Whether two neighbors with these disparities are on one surface. False if either is NaN.
     bool same_surface(float a, float b) const {
         const float step = a - b;
         return (step < 0 ? -step : step) <= largest_step;
@@ -2611,9 +2661,9 @@ struct surface_rule {
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct photo_facts {
-    pinhole_camera camera;  ///< that took the photo
-    depth_range range;      ///< distances of disparity 1 and 0
-    surface_rule surface;   ///< which neighbors belong to one surface
+    pinhole_camera camera{};  ///< that took the photo
+    depth_range range{};      ///< distances of disparity 1 and 0
+    surface_rule surface{};   ///< which neighbors belong to one surface
     /// Camera motion (render/motion.hpp) up to which hidden surfaces reach, as a share of the photo's longer side; 0: there are
     /// no hidden surfaces.
     float motion = 0.0F;
@@ -2622,31 +2672,31 @@ struct photo_facts {
 }}  // namespace ldi
 
 // ---- ldi/core/window.hpp
-// Breadth-first k x k neighborhoods over the graph: which pixel lies under each element of a convolution kernel (paper, section
-// "Mapping the PConv Network to LDI", Convolution). Links are followed around silhouettes, never across them.
+// Breadth-first k x k neighborhoods over the graph: selects the pixel under each element of a convolution kernel (paper, section
+// "Mapping the PConv Network to LDI", Convolution). Exploration follows links around silhouettes, never across them.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The largest kernel that gather_window takes.
+/// Maximum kernel size of gather_window().
 inline constexpr std::int32_t largest_kernel_size = 15;
 
 /// Fills `window` with the pixels under a kernel centered on `pixel`.
 ///
 /// kernel_size  odd, 1 to largest_kernel_size
-/// window       kernel_size x kernel_size, row-major; element (row, column) becomes the index of a pixel that lies
-///              (column - kernel_size / 2, row - kernel_size / 2) from `pixel`, or no_pixel where no link leads inside the window
+/// window       kernel_size x kernel_size, row-major; element (row, column) becomes the index of a pixel at (column -
+///              kernel_size / 2, row - kernel_size / 2) from `pixel`, or no_pixel if no link leads there inside the window
 ///
-/// Exploration is breadth-first from the center: elements are taken up in the order in which they were reached, and from each
-/// the links up, down, left, right are followed in this order. The first pixel to reach an element keeps it; no other pixel at
-/// that position is explored. So where equally long paths lead to different layers, the one that turns up first wins, then down.
-/// The relation is not symmetric: j may lie under the kernel of i when i does not lie under that of j.
+/// Exploration is breadth-first from the center. It processes elements in the order in which they were reached, and follows the
+/// links up, down, left, right in this order. The first pixel to reach an element keeps it; no other pixel at that position is
+/// explored. If equally long paths lead to different layers, the path that starts up therefore wins, then down. The relation is
+/// not symmetric: the window of i may contain j although the window of j does not contain i.
 inline void gather_window(const graph_view& g, std::int32_t pixel, std::int32_t kernel_size, std::span<std::int32_t> window) {
     LDI_ASSERT(kernel_size >= 1 && kernel_size <= largest_kernel_size && kernel_size % 2 == 1);
     const std::size_t count = static_cast<std::size_t>(kernel_size * kernel_size);
     LDI_ASSERT(window.size() == count);
     LDI_ASSERT(pixel >= 0 && pixel < g.count());
 
-    // The window with a border of elements that count as reached, so that exploration ends there.
+    // The window with a border of elements that count as reached, so that exploration ends at the border.
     constexpr std::int32_t border = 0;
     const std::int32_t width = kernel_size + 2, center = (kernel_size / 2 + 1) * (width + 1);
     std::array<std::int32_t, std::size_t{largest_kernel_size + 2} * (largest_kernel_size + 2)> found;
@@ -2668,6 +2718,24 @@ inline void gather_window(const graph_view& g, std::int32_t pixel, std::int32_t 
     for (std::int32_t row = 0; row < kernel_size; ++row)
         std::copy_n(found.begin() + (row + 1) * width + 1, kernel_size, window.begin() + row * kernel_size);
 }
+
+}}  // namespace ldi
+
+// ---- ldi/kernels/cpu_feature.hpp
+// Processor features that kernels require.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+enum class cpu_feature {
+    none,
+    avx2,
+    fma,
+    avx_vnni,
+    avx512,  ///< F, BW and VL
+    avx512_vnni,
+    arm_dot_product,
+    wasm_simd128,
+};
 
 }}  // namespace ldi
 
@@ -2785,22 +2853,9 @@ inline bool has_dot_product_extension() {
 #endif
 
 // ---- ldi/kernels/detail/cpu_features.hpp
-// Processor features that kernels need, and their detection.
+// Detects processor features.
 
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-enum class cpu_feature {
-    none,
-    avx2,
-    fma,
-    avx_vnni,
-    avx512,  ///< F, BW and VL
-    avx512_vnni,
-    arm_dot_product,
-    wasm_simd128,
-};
-
-namespace detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 #if LDI_HAS_X86_KERNELS
 /// Detects AVX-VNNI, for which clang 14 has no name. An operating system that saves AVX2's registers also saves those of
@@ -2833,8 +2888,7 @@ inline bool has_feature(cpu_feature feature) {
     }
 }
 
-}  // namespace detail
-}}  // namespace ldi
+}}}  // namespace ldi::detail
 
 // ---- ldi/kernels/isa.hpp
 // The instruction sets that kernels/ has code for, one row of `instruction_sets` each. Packing weights selects one at run time.
@@ -3039,28 +3093,8 @@ struct add_u8_kernel {
 
 }}  // namespace ldi
 
-// ---- ldi/kernels/detail/panel_cut.hpp
-// Splits the outputs of a matrix product or a convolution into panels.
-
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
-
-/// Splits outputs into panels of at most `max_vectors` vectors, as evenly as possible.
-struct panel_cut {
-    std::size_t panels, larger, vectors;  ///< the first `larger` panels have `vectors` vectors, the others one less
-
-    panel_cut(std::size_t outputs, std::size_t lanes, std::size_t most) {
-        const std::size_t all = (outputs + lanes - 1) / lanes;
-        panels = (all + most - 1) / most;
-        vectors = (all + panels - 1) / panels;
-        larger = panels - (vectors * panels - all);
-    }
-    std::size_t vectors_in(std::size_t panel) const { return panel < larger ? vectors : vectors - 1; }
-};
-
-}}}  // namespace ldi::detail
-
-// ---- ldi/kernels/detail/conv_weights.hpp
-// Packed weights of kernels/conv_f32.hpp, and the packing that kernels/conv_u8.hpp shares with it on all instruction sets.
+// ---- ldi/kernels/conv_f32/weights.hpp
+// Packed weights of kernels/conv_f32.hpp and the activation after a convolution.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -3082,6 +3116,33 @@ struct conv_f32_weights {
     buffer<float> values;
     buffer<float> bias;  ///< padded with zeros to whole panels
 };
+
+}}  // namespace ldi
+
+// ---- ldi/kernels/detail/panel_cut.hpp
+// Splits the outputs of a matrix product or a convolution into panels.
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+/// Splits outputs into panels of at most `max_vectors` vectors, as evenly as possible.
+struct panel_cut {
+    std::size_t panels, larger, vectors;  ///< the first `larger` panels have `vectors` vectors, the others one less
+
+    panel_cut(std::size_t outputs, std::size_t lanes, std::size_t most) {
+        const std::size_t all = (outputs + lanes - 1) / lanes;
+        panels = (all + most - 1) / most;
+        vectors = (all + panels - 1) / panels;
+        larger = panels - (vectors * panels - all);
+    }
+    std::size_t vectors_in(std::size_t panel) const { return panel < larger ? vectors : vectors - 1; }
+};
+
+}}}  // namespace ldi::detail
+
+// ---- ldi/kernels/detail/conv_weights.hpp
+// Packing of weights, which kernels/conv_f32.hpp and kernels/conv_u8.hpp share on all instruction sets.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Inputs of one panel of outputs.
 template <class Value>
@@ -6537,7 +6598,7 @@ LDI_END_TARGET
 #endif
 
 // ---- ldi/kernels/depthwise_u8/blocks.hpp
-// Blocks of 16 channels, for kernels that interleave the columns of three rows in memory first.
+// Blocks of 16 channels, for kernels that first interleave the columns of three rows in memory.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -7021,14 +7082,14 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
 }}  // namespace ldi
 
 // ---- ldi/base/stable_sort.hpp
-// A stable sort whose scratch memory is a buffer: std::stable_sort takes its own from elsewhere.
+// A stable sort whose scratch memory is a buffer; std::stable_sort allocates from the heap.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Sorts by `before(a, b)`; equal values stay in their order. K log K comparisons, merging from the bottom up.
+/// Sorts by `before(a, b)`; equal values keep their order. K log K comparisons, merging bottom-up.
 template <class T, class Before>
 void stable_sort(buffer<T>& values, Before before) {
-    constexpr std::size_t shortest = 16;  // below it insertion beats merging; chosen by trial
+    constexpr std::size_t shortest = 16;  // for shorter ranges, insertion is faster than merging; tuned by experiment
     const std::size_t count = values.size();
     for (std::size_t first = 0; first < count; first += shortest)  // by insertion
         for (std::size_t i = first + 1; i < (std::min)(first + shortest, count); ++i)
@@ -7289,7 +7350,7 @@ struct gemm_panel {
     const std::int8_t* weights;
     const std::int32_t* bias;
     std::uint8_t* result;
-    std::size_t outputs, held = 0;  ///< of the layer; of the panel
+    std::size_t outputs, held = 0;  ///< outputs of the layer; outputs of the panel
 
     void skip(std::size_t lanes) {
         for (std::size_t s = 0; s < segment_count; ++s) {
@@ -7438,7 +7499,7 @@ inline void gemm_u8_panel(const gemm_panel& panel, const Output& output) {
     gemm_u8_tiles<gemm_kernel, vectors, Requantizer>(panel, output);
 }
 
-/// Panel by panel, each through a table: so the compiler keeps the loops of one size in a function of their own.
+/// Computes all panels. Calls go through a table, so that the compiler keeps the loops of each size in a separate function.
 template <class Rectifier, class Requantizer, class Output, std::size_t... v>
 inline void gemm_u8_panels(std::index_sequence<v...>, std::size_t outputs, const Output& output, gemm_panel panel) {
     static constexpr void (*panel_functions[2][sizeof...(v)])(const gemm_panel&, const Output&) = {
@@ -7456,7 +7517,7 @@ inline void gemm_u8_panels(std::index_sequence<v...>, std::size_t outputs, const
     }
 }
 
-/// Rectifier: for a zero point of 0
+/// Rectifier  requantizer for a zero point of 0
 template <class Rectifier, class Requantizer, class Output>
 inline void gemm_u8_panels(std::size_t outputs, const Output& output, const gemm_panel& panel) {
     gemm_u8_panels<Rectifier, Requantizer>(std::make_index_sequence<gemm_max_vectors>{}, outputs, output, panel);
@@ -7553,7 +7614,7 @@ struct gemm_panel {
     const std::int8_t* weights;
     const std::int32_t* bias;
     std::uint8_t* result;
-    std::size_t outputs, held = 0;  ///< of the layer; of the panel
+    std::size_t outputs, held = 0;  ///< outputs of the layer; outputs of the panel
 
     void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
 };
@@ -7683,7 +7744,7 @@ inline void gemm_u8_panel(const gemm_panel& panel, const Output& output) {
     gemm_u8_tiles<gemm_kernel, vectors, Requantizer>(panel, output);
 }
 
-/// Panel by panel, each through a table: so the compiler keeps the loops of one size in a function of their own.
+/// Computes all panels. Calls go through a table, so that the compiler keeps the loops of each size in a separate function.
 template <class Rectifier, class Requantizer, class Output, std::size_t... v>
 inline void gemm_u8_panels(std::index_sequence<v...>, std::size_t outputs, const Output& output, gemm_panel panel) {
     static constexpr void (*panel_functions[2][sizeof...(v)])(const gemm_panel&, const Output&) = {
@@ -7701,7 +7762,7 @@ inline void gemm_u8_panels(std::index_sequence<v...>, std::size_t outputs, const
     }
 }
 
-/// Rectifier: for a zero point of 0
+/// Rectifier  requantizer for a zero point of 0
 template <class Rectifier, class Requantizer, class Output>
 inline void gemm_u8_panels(std::size_t outputs, const Output& output, const gemm_panel& panel) {
     gemm_u8_panels<Rectifier, Requantizer>(std::make_index_sequence<gemm_max_vectors>{}, outputs, output, panel);
@@ -7789,7 +7850,7 @@ struct gemm_panel {
     const std::int8_t* weights;
     const std::int32_t* bias;
     std::uint8_t* result;
-    std::size_t outputs, held = 0;  ///< of the layer; of the panel
+    std::size_t outputs, held = 0;  ///< outputs of the layer; outputs of the panel
 
     void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
 };
@@ -7869,7 +7930,7 @@ inline void gemm_u8_panel(const gemm_panel& panel, const Output& output) {
     gemm_u8_tiles<gemm_kernel, vectors, Requantizer>(panel, output);
 }
 
-/// Panel by panel, each through a table: so the compiler keeps the loops of one size in a function of their own.
+/// Computes all panels. Calls go through a table, so that the compiler keeps the loops of each size in a separate function.
 template <class Rectifier, class Requantizer, class Output, std::size_t... v>
 inline void gemm_u8_panels(std::index_sequence<v...>, std::size_t outputs, const Output& output, gemm_panel panel) {
     static constexpr void (*panel_functions[2][sizeof...(v)])(const gemm_panel&, const Output&) = {
@@ -7887,7 +7948,7 @@ inline void gemm_u8_panels(std::index_sequence<v...>, std::size_t outputs, const
     }
 }
 
-/// Rectifier: for a zero point of 0
+/// Rectifier  requantizer for a zero point of 0
 template <class Rectifier, class Requantizer, class Output>
 inline void gemm_u8_panels(std::size_t outputs, const Output& output, const gemm_panel& panel) {
     gemm_u8_panels<Rectifier, Requantizer>(std::make_index_sequence<gemm_max_vectors>{}, outputs, output, panel);
@@ -7935,14 +7996,14 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 
-/// The arguments of gemm_u8() for one panel.
+/// Arguments of gemm_u8() for one panel.
 struct gemm_panel {
     const std::uint8_t* const* segments;
     std::size_t segment_count, groups, pixel_stride, pixels;
     const std::int8_t* weights;
     const std::int32_t* bias;
     std::uint8_t* result;
-    std::size_t outputs, held = 0;  ///< of the layer; of the panel
+    std::size_t outputs, held = 0;  ///< outputs of the layer; outputs of the panel
 
     void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
 };
@@ -8052,7 +8113,7 @@ inline void gemm_u8_panel(const gemm_panel& panel, const Output& output) {
     gemm_u8_tiles<gemm_kernel, vectors, Requantizer>(panel, output);
 }
 
-/// Panel by panel, each through a table: so the compiler keeps the loops of one size in a function of their own.
+/// Computes all panels. Calls go through a table, so that the compiler keeps the loops of each size in a separate function.
 template <class Rectifier, class Requantizer, class Output, std::size_t... v>
 inline void gemm_u8_panels(std::index_sequence<v...>, std::size_t outputs, const Output& output, gemm_panel panel) {
     static constexpr void (*panel_functions[2][sizeof...(v)])(const gemm_panel&, const Output&) = {
@@ -8070,7 +8131,7 @@ inline void gemm_u8_panels(std::index_sequence<v...>, std::size_t outputs, const
     }
 }
 
-/// Rectifier: for a zero point of 0
+/// Rectifier  requantizer for a zero point of 0
 template <class Rectifier, class Requantizer, class Output>
 inline void gemm_u8_panels(std::size_t outputs, const Output& output, const gemm_panel& panel) {
     gemm_u8_panels<Rectifier, Requantizer>(std::make_index_sequence<gemm_max_vectors>{}, outputs, output, panel);
@@ -8213,14 +8274,14 @@ struct widened_pixels {
     }
 };
 
-/// The arguments of gemm_u8() for some pixels and one panel.
+/// Arguments of gemm_u8() for some pixels and one panel.
 struct gemm_panel {
     const widened_pixels& input;
     std::size_t pixels;
     const std::int16_t* weights;
     const std::int32_t* bias;
     std::uint8_t* result;
-    std::size_t outputs, held = 0;  ///< of the layer; of the panel
+    std::size_t outputs, held = 0;  ///< outputs of the layer; outputs of the panel
 
     void skip(std::size_t lanes) { weights += input.segment_count * input.pairs * lanes * gemm_group; }
 };
@@ -8304,7 +8365,7 @@ inline void gemm_u8_panel(const gemm_panel& panel, const Output& output) {
     gemm_u8_tiles<gemm_kernel, vectors, Requantizer>(panel, output);
 }
 
-/// Panel by panel, each through a table: so the compiler keeps the loops of one size in a function of their own.
+/// Computes all panels. Calls go through a table, so that the compiler keeps the loops of each size in a separate function.
 template <class Rectifier, class Requantizer, class Output, std::size_t... v>
 inline void gemm_u8_panels(std::index_sequence<v...>, std::size_t outputs, const Output& output, gemm_panel panel) {
     static constexpr void (*panel_functions[2][sizeof...(v)])(const gemm_panel&, const Output&) = {
@@ -8322,7 +8383,7 @@ inline void gemm_u8_panels(std::index_sequence<v...>, std::size_t outputs, const
     }
 }
 
-/// Rectifier: for a zero point of 0
+/// Rectifier  requantizer for a zero point of 0
 template <class Rectifier, class Requantizer, class Output>
 inline void gemm_u8_panels(std::size_t outputs, const Output& output, const gemm_panel& panel) {
     gemm_u8_panels<Rectifier, Requantizer>(std::make_index_sequence<gemm_max_vectors>{}, outputs, output, panel);
@@ -8761,7 +8822,7 @@ inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kerne
 
 namespace detail {
 
-/// restrict_to(), with outputs that have the numbers `number(i)` for outputs[i].
+/// Restricts a plan to some outputs, and renumbers them: outputs[i] becomes output number(i).
 template <class Number>
 convolution_plan restrict_and_number(const convolution_plan& plan, std::span<const std::int32_t> outputs, Number&& number) {
     convolution_plan result;
@@ -8888,9 +8949,11 @@ struct basic_feature_map {
     Value zero = {};  ///< value that represents zero: the zero point of bytes
 
     basic_feature_map() = default;
-    /// Leaves the values uninitialized.
+    /// Leaves the values uninitialized. Raises too_large for a size that no memory has.
     basic_feature_map(std::size_t pixel_count, std::size_t channel_count, Value stands_for_zero = {})
-        : channels(channel_count), values(pixel_count * channel_count, unset), zero(stands_for_zero) {}
+        : channels(channel_count),
+          values(detail::checked_size(1, pixel_count, channel_count, sizeof(Value)), unset),
+          zero(stands_for_zero) {}
 
     std::size_t pixels() const { return channels > 0 ? values.size() / channels : 0; }
 
@@ -9335,7 +9398,7 @@ private:
 }}  // namespace ldi
 
 // ---- ldi/nn/ldi/elementwise.hpp
-// Elementwise operators on feature maps: addition, concatenation, activations.
+// Elementwise operators on feature maps: addition, concatenation, activations, conversion between floats and bytes.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -9432,18 +9495,38 @@ basic_feature_map<std::uint8_t> concatenate(std::initializer_list<basic_feature_
     return detail::concatenate(std::span<const basic_feature_view<std::uint8_t>>(maps.begin(), maps.size()), threads);
 }
 
-/// Applies relu to a map of bytes: raises values to at least the zero point.
-template <executor Executor = const serial_executor>
-basic_feature_map<std::uint8_t> relu_u8(basic_feature_map<std::uint8_t> x, Executor&& threads = {}) {
-    return detail::for_each_value(std::move(x), threads, [zero = x.zero](std::uint8_t v) { return (std::max)(v, zero); });
-}
-
 /// Applies relu or leaky_relu(slope), for example after an addition; a convolution_layer has its own activation.
 template <executor Executor = const serial_executor>
 feature_map activate(feature_map x, activation by, Executor&& threads = {}) {
     return detail::for_each_value(std::move(x), threads, [by](float v) {
         return v > 0.0F ? v : by.negative_slope == 0.0F ? 0.0F : by.negative_slope * v;  // also for -infinity
     });
+}
+
+/// Applies relu to a map of bytes: raises values to at least the zero point. Bytes support no other activation.
+template <executor Executor = const serial_executor>
+basic_feature_map<std::uint8_t> activate(basic_feature_map<std::uint8_t> x, activation by, Executor&& threads = {}) {
+    LDI_ASSERT(by.negative_slope == 0.0F);
+    const std::uint8_t zero = x.zero;
+    return detail::for_each_value(std::move(x), threads, [zero](std::uint8_t v) { return (std::max)(v, zero); });
+}
+
+/// Converts a map to bytes: the nearest multiples of `to.scale`, clamped to the range of bytes. NaN becomes the zero point.
+inline basic_feature_map<std::uint8_t> quantize(const feature_map& x, const quantization& to) {
+    basic_feature_map<std::uint8_t> result(x.pixels(), x.channels, to.zero_point);
+    std::transform(x.values.begin(), x.values.end(), result.values.begin(), [&](float v) {
+        const double steps = std::isnan(v) ? 0.0 : std::clamp(double{v} / double{to.scale}, -255.0, 255.0);
+        return static_cast<std::uint8_t>(std::clamp<std::int64_t>(detail::nearest_whole(steps) + to.zero_point, 0, 255));
+    });
+    return result;
+}
+
+/// Converts a map of bytes to floats.
+inline feature_map dequantize(const basic_feature_map<std::uint8_t>& x, const quantization& from) {
+    feature_map result(x.pixels(), x.channels);
+    std::transform(x.values.begin(), x.values.end(), result.values.begin(),
+                   [&](std::uint8_t v) { return static_cast<float>(v - from.zero_point) * from.scale; });
+    return result;
 }
 
 /// Computes 1 / (1 + exp(-x)) with the rounding of the standard library.
@@ -9552,7 +9635,7 @@ inline void renumber(std::int32_t& pixel, const pixel_subset& subset) {
 /// inputs  contains all pixels that the plan's outputs read
 inline void renumber_inputs(convolution_plan& plan, const pixel_subset& inputs) {
     LDI_ASSERT(inputs.row_of.size() == plan.input_count);
-    // Pixels of a segment's rows are consecutive in the subset, too, because the subset holds all of them.
+    // Pixels of a segment's rows are consecutive in the subset, too, because the subset contains all of them.
     for (std::int32_t& pixel : plan.rows) detail::renumber(pixel, inputs);
     for (std::int32_t& pixel : plan.windows) detail::renumber(pixel, inputs);
     plan.input_count = inputs.size();
@@ -9655,11 +9738,11 @@ basic_feature_map<Value> max_pool(const basic_feature_map<Value>& fine, const co
 }}  // namespace ldi
 
 // ---- ldi/base/printable.hpp
-// Names that come out of files, numbers and sizes, in messages.
+// Formats names from files, numbers and sizes for messages.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// A name from a file, fit for a message: short, and in printable characters.
+/// Shortens a name from a file and replaces unprintable characters.
 inline std::string printable(std::string_view name) {
     if (name.empty()) return "an empty name";
     constexpr std::size_t most = 80;
@@ -9669,7 +9752,7 @@ inline std::string printable(std::string_view name) {
     return result + (name.size() > most ? "..." : "");
 }
 
-/// A number with as many digits as matter: 0.05, 1e-45, inf, nan.
+/// Formats a number with seven significant digits: 0.05, 1e-45, inf, nan.
 inline std::string to_text(double value) {
     if (std::isnan(value)) return "nan";
     char digits[32];
@@ -9677,13 +9760,13 @@ inline std::string to_text(double value) {
     return digits;
 }
 
-/// "480 x 640 x 3", of an image or view.
+/// Formats the size of an image or view: "480 x 640 x 3".
 inline std::string shape_text(const auto& picture) {
     return std::to_string(picture.height()) + " x " + std::to_string(picture.width()) + " x " +
            std::to_string(picture.channels());
 }
 
-/// Something of a file, or of none, as messages name it.
+/// Names a part of a file, or only the part if the file has no name.
 inline std::string place_in(const std::string& file, const std::string& what) { return file.empty() ? what : file + ", " + what; }
 
 }}}  // namespace ldi::detail
@@ -9759,7 +9842,7 @@ void check_no_others(const named_tensors& from, const Names& names) {
         bool is_named = false;
         for (const auto& known : names) is_named = is_named || known == name;
         if (!is_named)
-            raise(error_code::mismatch, detail::tensor_place(from, name), "only tensors that the network has", "one more");
+            raise(error_code::mismatch, detail::tensor_place(from, name), "only tensors of the network", "an unexpected tensor");
     }
 }
 
@@ -9770,6 +9853,13 @@ void check_no_others(const named_tensors& from, const Names& names) {
 // (nn/dense/quantized_network.hpp), which checks it.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// Height and width of a tensor.
+struct tensor_size {
+    std::size_t height = 0, width = 0;
+
+    friend bool operator==(const tensor_size&, const tensor_size&) = default;
+};
 
 /// A convolution with `kernel / 2` pixels of padding on each side, filled with the input's zero point.
 struct convolution_description {
@@ -9837,7 +9927,7 @@ inline void check_scale(const std::string& name, float scale) {
 
 inline const checked_tensor& checked_input(const std::string& name, const buffer<checked_tensor>& tensors, std::size_t input) {
     if (input >= tensors.size())
-        raise(error_code::invalid_data, name, "inputs that an earlier operator makes", "tensor " + std::to_string(input));
+        raise(error_code::invalid_data, name, "the result of an earlier operator as input", "tensor " + std::to_string(input));
     return tensors[input];
 }
 
@@ -9868,7 +9958,7 @@ inline std::size_t check_operator(const std::string& place, quantization output,
     if (c.stride == 0 || c.stride > max_stride)
         raise(error_code::unsupported, place, "a stride of 1 or 2", std::to_string(c.stride));
     if (c.depthwise && outputs != input.channels)
-        raise(error_code::mismatch, place, std::to_string(input.channels) + " channels, as the input has",
+        raise(error_code::mismatch, place, std::to_string(input.channels) + " channels, as in the input",
               std::to_string(outputs));
     const std::uint64_t weights = std::uint64_t{outputs} * c.kernel * c.kernel * (c.depthwise ? 1 : input.channels);
     if (c.weights.size() != weights)
@@ -9900,7 +9990,7 @@ inline std::size_t check_operator(const std::string& place, quantization output,
     const checked_tensor& input = checked_input(place, tensors, r.input);
     if (r.factor == 0 || r.factor > max_resize_factor)
         raise(error_code::unsupported, place, "a factor of 1 to " + std::to_string(max_resize_factor), std::to_string(r.factor));
-    if (output != input.values) raise(error_code::mismatch, place, "the input's scale and zero point", "others");
+    if (output != input.values) raise(error_code::mismatch, place, "the input's scale and zero point", "different values");
     return input.channels;
 }
 
@@ -9919,7 +10009,7 @@ inline void check_network(const network_description& network) {
         tensors.push_back({op.output, channels});
     }
     if (network.output >= tensors.size())
-        raise(error_code::invalid_data, input, "a result that an operator makes", "tensor " + std::to_string(network.output));
+        raise(error_code::invalid_data, input, "the result of an operator as output", "tensor " + std::to_string(network.output));
 }
 
 }}}  // namespace ldi::detail
@@ -9927,16 +10017,7 @@ inline void check_network(const network_description& network) {
 // ---- ldi/nn/dense/detail/packed_layer.hpp
 // The layers of a quantized_network, packed for the kernels.
 
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-/// Height and width of a tensor.
-struct tensor_size {
-    std::size_t height = 0, width = 0;
-
-    friend bool operator==(const tensor_size&, const tensor_size&) = default;
-};
-
-namespace detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 struct dense_layer {
     std::size_t kernel, stride;
@@ -10761,7 +10842,8 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// file  holds n operators; tensor 0 of the network is its input, tensor i + 1 the result of operator i:
+/// Reads the description of a network with n operators from the tensors of a file. Tensor 0 of the network is its input, tensor
+/// i + 1 the result of operator i. The file has these tensors:
 ///
 ///     operators                            int32  n x 5   kind, first input, second input, kernel, stride or factor
 ///     scales, zero_points                  float, uint8   n + 1, of the tensors
@@ -11161,7 +11243,7 @@ private:
     const values& finite(const std::string& name, const buffer<std::size_t>& shape) const {
         const values& found = tensor_values<float>(file_, name, shape);
         if (!std::all_of(found.begin(), found.end(), [](float v) { return std::isfinite(v); }))
-            raise(error_code::invalid_data, tensor_place(file_, name), "finite values", "others");
+            raise(error_code::invalid_data, tensor_place(file_, name), "finite values", "infinite values or NaN");
         return found;
     }
 
@@ -11200,8 +11282,8 @@ struct farbrausch_level {
     convolution_plan average_coarse;  ///< 3 x 3 windows of the pixels that remain on the next level
 
     pixel_subset read;                   ///< level 0 only: pixels at which the network reads its input
-    buffer<std::int32_t> decoded;        ///< level 0 only: pixels at which the decoder gives a result
-    convolution_plan encode;             ///< from `read` here to `read` of the next level
+    buffer<std::int32_t> decoded;        ///< level 0 only: pixels at which the decoder computes a result
+    convolution_plan encode;             ///< from `read` of this level to `read` of the next level
     convolution_plan decode;             ///< from `read` to `decoded`
     buffer<std::int32_t> decoded_above;  ///< per pixel of `read` its row in `decoded` of the next level, or no_pixel
 };
@@ -11246,7 +11328,7 @@ inline buffer<farbrausch_level> plan_farbrausch(const graph_view& finest, std::s
             if (read_marks[i][pixel] != 0 && level.above[pixel] != no_pixel) above_marks[level.above[pixel]] = 1;
         decoded[i + 1] = pixel_subset::marked(above_marks);
     }
-    // The encoder, from the coarsest level back up: its results for the decoder, and for its own next stage.
+    // The encoder, from the coarsest level to the finest: its results for the decoder and for the next encoder stage.
     pixel_subset read = decoded[depth];
     for (std::size_t i = depth; i-- > 0;) {
         farbrausch_level& level = levels[i];
@@ -11272,9 +11354,9 @@ inline buffer<farbrausch_level> plan_farbrausch(const graph_view& finest, std::s
 }}}  // namespace ldi::detail
 
 // ---- ldi/base/four_floats.hpp
-// Four floats side by side: one register on every processor that ldi has kernels for. GCC and clang have this type on x86 and
-// Arm; it is spelled out because their code for ordinary loops with comparisons depends on version and flags. Other compilers,
-// and LDI_STANDARD_ONLY, get a struct with the same operations and the same results.
+// Four adjacent floats: one register on every processor that ldi has kernels for. GCC and clang have this vector type on x86 and
+// Arm. It is used explicitly, because auto-vectorization of loops with comparisons depends on version and flags. Other
+// compilers, and LDI_STANDARD_ONLY, use a struct with the same operations and the same results.
 
 #if LDI_HAS_EXTENSIONS && defined(__SSE__)
 #include <xmmintrin.h>
@@ -11286,20 +11368,20 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespac
 
 using four_floats = float __attribute__((vector_size(16)));
 
-/// a where the comparison holds, else b.
+/// Selects a where the comparison holds, otherwise b.
 template <class Comparison>
 four_floats select(Comparison holds, four_floats a, four_floats b) {
     return holds ? a : b;
 }
 
-/// Whether a comparison holds for all four.
+/// Whether a comparison holds for all four floats.
 template <class Comparison>
 bool all_of(Comparison holds) {
     return (holds[0] & holds[1] & holds[2] & holds[3]) != 0;
 }
 
 #if defined(__SSE__)
-// GCC does not see that the comparisons below are one instruction each.
+// GCC does not recognize that the comparisons below are one instruction each.
 inline four_floats smaller(four_floats a, four_floats b) { return _mm_min_ps(a, b); }
 inline four_floats larger(four_floats a, four_floats b) { return _mm_max_ps(a, b); }
 #else
@@ -11517,7 +11599,7 @@ private:
         spread_at(colors, restrict_and_renumber(windows, unknown), unknown, passes);
     }
 
-    /// windows  of the colors `places`, in their order
+    /// windows  windows of the colors `places`, in this order
     void spread_at(masked_colors& colors, const convolution_plan& windows, std::span<const std::int32_t> places, int passes) {
         masked_colors next(places.size());
         for (int pass = 0; pass < passes; ++pass) {
@@ -12141,17 +12223,17 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// One side of a pixel with a discontinuity.
+/// A side of a pixel where depth is discontinuous.
 struct discontinuity {
-    std::int32_t back;   ///< the pixel on the far side
-    std::int32_t front;  ///< the pixel on the near side
-    side towards_front;  ///< the side of `back` that `front` lies on
+    std::int32_t back;   ///< pixel on the far side
+    std::int32_t front;  ///< pixel on the near side
+    side towards_front;  ///< direction from `back` to `front`
 };
 
 }}  // namespace ldi
 
 // ---- ldi/depth/trace_curves.hpp
-// Discontinuities of a depth map followed along the sides of pixels, from corner to corner of the lattice.
+// Traces the discontinuities of a depth map along the sides of pixels, from corner to corner of the lattice.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespace curves {
 
@@ -12199,7 +12281,7 @@ private:
     buffer<std::int32_t> used_;
 };
 
-// A curve as it is traced: its corners, one more than its sides.
+// A traced curve: its sides, and its corners, one more than its sides.
 struct trace {
     buffer<std::int32_t> corners;
     buffer<discontinuity> sides;
@@ -12208,8 +12290,8 @@ struct trace {
 
 class tracer {
 public:
-    // disparity          width x height values, outlives the tracer
-    // is_cut(pixel, s)   whether there is a discontinuity on the right or lower side of a pixel, inside the photo
+    // disparity         width x height values; must outlive the tracer
+    // is_cut(pixel, s)  whether there is a discontinuity on the right or lower side of a pixel, inside the photo
     template <class IsCut>
     tracer(std::int32_t width, std::int32_t height, const float* disparity, surface_rule surface, IsCut&& is_cut)
         : width_(width), disparity_(disparity), surface_(surface), all_(width, height) {
@@ -12223,7 +12305,7 @@ public:
         }
     }
 
-    // Removes what branches off a curve and ends after fewer than `shortest_length` sides, so that the curve runs on past it.
+    // Removes branches that end after fewer than `shortest_length` sides, so that the curve continues past them.
     void prune_spurs(std::size_t shortest_length) {
         buffer<std::pair<std::int32_t, side>> spur;
         for (std::int32_t end : all_.used()) {
@@ -12245,7 +12327,7 @@ public:
         }
     }
 
-    // Calls visit(trace) for every curve: first those that start at an end or a junction, then the closed ones.
+    // Calls visit(trace) for every curve: first those that start at an end or a junction, then the closed curves.
     template <class Visit>
     void for_each_curve(Visit&& visit) const {
         corner_map left = all_;
@@ -12260,15 +12342,15 @@ public:
 
     const corner_map& corners() const { return all_; }
 
-    // The pixels around a corner that is not on the border: two above, two below, each from the left.
+    // Returns the pixels around a corner inside the photo: two above, then two below, each from left to right.
     std::array<std::int32_t, 4> pixels_around(std::int32_t corner) const {
         const std::int32_t below_right = all_.y(corner) * width_ + all_.x(corner);
         return {below_right - width_ - 1, below_right - width_, below_right - 1, below_right};
     }
 
 private:
-    // Whether a corner is the end of a curve or a junction. Where two pixels of a front surface touch at a corner, across from
-    // two of a back surface, two curves pass each other.
+    // Whether a corner is the end of a curve or a junction. If two front pixels and two back pixels meet diagonally at a corner,
+    // two curves pass each other there, without a junction.
     bool ends_curves(std::int32_t corner) const {
         const int degree = all_.degree(corner);
         return degree != 2 && !(degree == 4 && is_checkered(corner));
@@ -12278,8 +12360,8 @@ private:
         return surface_.same_surface(disparity_[around[0]], disparity_[around[3]]) &&
                surface_.same_surface(disparity_[around[1]], disparity_[around[2]]);
     }
-    // The way on for a curve that came to the corner from the side `from`. Curves that pass each other turn around the pixel of
-    // the back surface that both their sides have: pixels of the front surface hold together.
+    // Returns the next side of a curve that arrives at the corner from the side `from`. Curves that pass each other turn around
+    // a pixel of the back surface, because the pixels of the front surface stay connected.
     side onward(std::int32_t corner, side from) const {
         if (all_.degree(corner) == 2) {
             for (side s : all_sides)
@@ -12287,7 +12369,7 @@ private:
         }
         const std::array<std::int32_t, 4> around = pixels_around(corner);
         const bool falling =
-            disparity_[around[0]] > disparity_[around[1]];  // the front's pixels lie at the upper left and lower right
+            disparity_[around[0]] > disparity_[around[1]];  // the front's pixels are at the upper left and lower right
         switch (from) {
             case side::left: return falling ? side::down : side::up;
             case side::down: return falling ? side::left : side::right;
@@ -12314,7 +12396,7 @@ private:
         }
     }
 
-    // The two pixels on either side of the lattice edge that leaves `corner`.
+    // Returns the two pixels on either side of the lattice edge that leaves `corner`.
     discontinuity discontinuity_between(std::int32_t corner, side towards) const {
         const bool vertical = towards == side::up || towards == side::down;
         const std::int32_t x = all_.x(corner) - (towards == side::left ? 1 : 0),
@@ -12335,7 +12417,7 @@ private:
 
 // ---- ldi/depth/detail/straightened_curve.hpp
 // The band of pixels around a discontinuity curve, straightened: one row per corner of the curve, from the back across the curve
-// to the front. Pixels outside the band's uncertain middle show the colors of both surfaces.
+// to the front. Pixels outside the band's uncertain middle have the colors of the two surfaces.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespace curves {
 
@@ -12343,16 +12425,16 @@ struct point {
     float x = 0, y = 0;
 };
 
-// A curve as points of the plane, where pixel (x, y) covers [x, x + 1) x [y, y + 1), and where "across" is from back to front.
+// A curve as points in the plane, where pixel (x, y) covers [x, x + 1) x [y, y + 1). "Across" means from back to front.
 struct plane_curve {
     buffer<point> corners;  // as traced
-    buffer<point> smooth;   // without the lattice's stairs; ends stay
+    buffer<point> smooth;   // without the lattice's stair steps; ends stay in place
     buffer<point> across;   // unit vectors
 };
 
-// reach  corners to either side that are averaged
+// reach  number of corners on either side to average
 inline plane_curve make_plane_curve(const trace& t, const corner_map& lattice, std::int32_t reach) {
-    const std::int32_t count = t.corners.count(), period = count - 1;  // a closed curve ends in the corner that it starts from
+    const std::int32_t count = t.corners.count(), period = count - 1;  // the last corner of a closed curve equals its first
     plane_curve result;
     for (std::int32_t corner : t.corners)
         result.corners.push_back({nearest_float(lattice.x(corner)), nearest_float(lattice.y(corner))});
@@ -12375,7 +12457,7 @@ inline plane_curve make_plane_curve(const trace& t, const corner_map& lattice, s
         result.smooth[k] = {sum.x / size, sum.y / size};
         result.across[k] = {front.x / length, front.y / length};
     }
-    // At the photo's border a curve slides along it, so that no corner of the band is left behind.
+    // At the photo's border a curve slides along the border, so that the band has no gap there.
     for (const std::int32_t k : {std::int32_t{0}, period}) {
         const std::int32_t corner = t.corners[k];
         if (t.is_closed || !lattice.on_border(corner)) continue;
@@ -12409,7 +12491,7 @@ struct color_model {
     std::array<float, 3> mean{}, precision{};
     float log_scale = 0;
 
-    // noise  standard deviation in gray levels that any surface has at least
+    // noise  minimum standard deviation of any surface, in gray levels
     color_model(const color_sums& of, float noise) {
         for (std::size_t c = 0; c < 3; ++c) {
             mean[c] = of.sum[c] / of.count;
@@ -12431,7 +12513,7 @@ struct color_model {
 // The rows of the band.
 class band {
 public:
-    // radius  pixels to either side that are uncertain; as many beyond them tell about front and back
+    // radius  number of uncertain pixels on either side; as many pixels beyond them are models of front and back
     band(const plane_curve& curve, const trace& t, image_view<const std::uint8_t> photo, image_view<const float> disparity,
          std::int32_t radius)
         : photo_(photo), disparity_(disparity), radius_(radius), width_(nearest_int(photo.width())) {
@@ -12448,13 +12530,13 @@ public:
 
     std::int32_t radius() const { return radius_; }
     std::int32_t size() const { return rows_.count(); }
-    // Cuts of row k that leave something of both surfaces: -back to front.
+    // Smallest cut of row k (-back to front) at which both surfaces remain.
     std::int32_t min_cut(std::int32_t k) const { return -rows_[k].back; }
     std::int32_t largest_cut(std::int32_t k) const { return rows_[k].front; }
     const color_sums& sums(std::int32_t k, bool of_front) const {
         return of_front ? rows_[k].front_colors : rows_[k].back_colors;
     }
-    // offset  from -2 radius to 2 radius - 1: between the cuts offset and offset + 1
+    // offset  from -2 radius to 2 radius - 1: the pixel between cuts `offset` and `offset` + 1
     const std::uint8_t* color(std::int32_t k, std::int32_t offset) const {
         const std::int32_t i = pixels_[static_cast<std::size_t>(k * 4 * radius_ + offset + 2 * radius_)];
         return i == no_pixel ? nullptr : photo_.row(i / width_) + 3 * (i % width_);
@@ -12478,8 +12560,8 @@ private:
         return static_cast<std::int32_t>(y) * width_ + static_cast<std::int32_t>(x);
     }
 
-    // Measures how far the front and back surfaces extend across the band, and averages their colors outside its middle. Thin
-    // objects have fewer pixels to average.
+    // Measures how far the front and back surfaces extend across the band, and averages their colors outside the uncertain
+    // middle. Thin objects have fewer pixels to average.
     void measure(std::int32_t k) {
         row& r = rows_[k];
         std::int32_t front = 0, back = 0;
@@ -12489,7 +12571,7 @@ private:
         const auto is_back = [&](std::int32_t offset) {
             return pixel(k, offset) != no_pixel && at(pixel(k, offset)) <= r.middle;
         };
-        // The smooth curve may leave a pixel of the other side beside itself.
+        // The pixels next to the smooth curve may belong to the other side.
         while (front < 2 * radius_ && (is_front(front) || front < 2)) ++front;
         while (back < 2 * radius_ && (is_back(-back - 1) || back < 2)) ++back;
         r.front = (std::min)(radius_, front / 2), r.back = (std::min)(radius_, back / 2);
@@ -12509,38 +12591,39 @@ private:
 }}}}  // namespace ldi::detail::curves
 
 // ---- ldi/depth/align_silhouettes.hpp
-// Moves silhouettes onto the photo's edges. Depth is coarser than the photo and off by a sample or two, so that a rim of the
-// background sticks to what is in front of it, or a rim of the front is left behind; both are seen as soon as the camera moves.
+// Moves silhouettes to the photo's edges. Depth is coarser than the photo and off by a sample or two, so that a strip of the
+// background sticks to the foreground, or a strip of the foreground to the background; both become visible when the camera
+// moves.
 //
-// Along every discontinuity curve runs a band as wide as depth is uncertain. Colors beyond it, on either side, tell what front
-// and back look like there. The cut of the band that leaves the front's colors on the front's side, follows the contrast, and
-// does not jump is a shortest path, found by dynamic programming, after the contours of Rother et al., "GrabCut" (SIGGRAPH 2004),
-// section "Border matting". Ends and junctions stay. Pixels between the old curve and the new one change sides.
+// A band surrounds each discontinuity curve, as wide as depth is uncertain. Colors outside the band, on both sides, are models
+// of the front and back surface. The best cut through the band separates front colors from back colors, follows contrast, and
+// has no jumps. It is a shortest path, found by dynamic programming, after the contours of Rother et al., "GrabCut" (SIGGRAPH
+// 2004), section "Border matting". Ends and junctions of curves stay. Pixels between the old curve and the new one change sides.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The defaults were chosen by trial, on true depth degraded as networks do.
+/// Defaults tuned by experiment on true depth, degraded as networks degrade it.
 struct alignment_options {
-    /// Maximum distance between a silhouette and its edge in the photo, in pixels, 0 to 256. 0 moves nothing. For depth maps with
-    /// samples larger than a pixel, make_photo3d() multiplies it and shortest_length by the sample's side.
+    /// Maximum distance between a silhouette and its edge in the photo, in pixels, 0 to 256. 0 moves nothing. For depth maps
+    /// with samples larger than a pixel, make_photo3d() multiplies this option and shortest_length by the side of a sample.
     float uncertainty = 3.0F;
-    /// Cost of moving sideways by one pixel between neighboring places of a curve, at least 0. Larger values keep silhouettes
+    /// Cost of a sideways move by one pixel between neighboring points of a curve, at least 0. Larger values keep silhouettes
     /// straighter.
     float stiffness = 1.5F;
-    /// Curves with fewer pixel sides than this stay where they are.
+    /// Curves with fewer pixel sides than this do not move.
     std::size_t shortest_length = 20;
 };
 
 namespace detail::curves {
 
-// Cost of cutting each row of a band at each place, and the cheapest path along the band.
+// Computes the cost of cutting each row of a band at each position, and the cheapest path along the band.
 class band_cut {
 public:
-    // is_closed  the band's last row repeats its first
+    // is_closed  whether the band's last row repeats its first row
     band_cut(const band& b, float stiffness, bool is_closed)
         : radius_(b.radius()), rows_(b.size() - (is_closed ? 1 : 0)), stiffness_(stiffness) {
         costs_.assign(static_cast<std::size_t>(rows_) * places(), impossible);
-        const std::int32_t reach = 2 * radius_;  // rows to either side that tell about colors
+        const std::int32_t reach = 2 * radius_;  // rows on either side whose colors are averaged
         color_sums front, back;
         for (std::int32_t k = 0; k < (std::min)(reach, rows_); ++k) front.add(b.sums(k, true), 1), back.add(b.sums(k, false), 1);
         for (std::int32_t k = 0; k < rows_; ++k) {
@@ -12555,7 +12638,7 @@ public:
             if (c != cut) cost(row, c) = impossible;
     }
 
-    // The cuts of `steps` rows, from `first` on and going round.
+    // Returns the cheapest cuts of `steps` rows, starting at row `first` and wrapping around.
     buffer<std::int32_t> cheapest(std::int32_t first, std::int32_t steps) const {
         const std::size_t count = places();
         buffer<std::int8_t> came_by(static_cast<std::size_t>(steps) * count, 0);
@@ -12583,8 +12666,8 @@ public:
 
 private:
     static constexpr float impossible = 1e6F;
-    static constexpr float noise = 6.0F;             // of a camera and of JPEG, in gray levels
-    static constexpr float largest_evidence = 3.0F;  // of one pixel, so that an outlier does not decide
+    static constexpr float noise = 6.0F;             // standard deviation of camera and JPEG noise, in gray levels
+    static constexpr float largest_evidence = 3.0F;  // maximum per pixel, so that an outlier does not decide
     static constexpr float contrast_weight = 3.0F;
     static constexpr float distance_weight = 1.0F;
 
@@ -12617,7 +12700,7 @@ private:
         const float share = nearest_float(cut) / nearest_float(radius_);
         return distance_weight * share * share;
     }
-    // The share of the way from the back's color to the front's that is gone within four pixels around a cut.
+    // Share of the difference between back and front color that lies within four pixels around a cut.
     float contrast(const band& b, std::int32_t k, std::int32_t cut, const std::array<float, 3>& direction, float squared) const {
         const std::uint8_t *before = b.color(k, cut - 2), *behind = b.color(k, cut + 1);
         if (before == nullptr || behind == nullptr) return 0.0F;
@@ -12638,7 +12721,7 @@ inline buffer<std::int32_t> cheapest_cut(const band& b, const trace& t, const co
         if (!lattice.on_border(t.corners.back())) cut.fix(b.size() - 1, 0);
         return cut.cheapest(0, b.size());
     }
-    // The way must end where it begins. It begins half way round, at the place that a way without this condition has there.
+    // The path must end where it starts. It starts half way along the curve, at the cut that an unconstrained path has there.
     const std::int32_t period = b.size() - 1, middle = period / 2;
     cut.fix(middle, cut.cheapest(0, period)[middle]);
     const buffer<std::int32_t> round = cut.cheapest(middle, period + 1);
@@ -12647,7 +12730,7 @@ inline buffer<std::int32_t> cheapest_cut(const band& b, const trace& t, const co
     return result;
 }
 
-// A pixel that a curve passed over, and the curve's side that it belongs to.
+// A pixel between the old and the new curve, and the curve side that it belongs to.
 struct swept_pixel {
     std::int32_t pixel, of_side;
     friend bool operator<(const swept_pixel& a, const swept_pixel& b) {
@@ -12659,7 +12742,7 @@ struct swept_pixel {
 inline void sweep(const std::array<point, 4>& corners, std::int32_t width, std::int32_t height, std::int32_t of_side,
                   buffer<swept_pixel>& swept) {
     const auto [top, bottom] = std::minmax_element(corners.begin(), corners.end(), [](point a, point b) { return a.y < b.y; });
-    // The first row, or column, whose middle does not lie before a place.
+    // First row, or column, whose center is at or after a position.
     const auto first_from = [](float place, std::int32_t count) {
         return static_cast<std::int32_t>(std::clamp(std::ceil(place - 0.5F), 0.0F, nearest_float(count)));
     };
@@ -12671,7 +12754,7 @@ inline void sweep(const std::array<point, 4>& corners, std::int32_t width, std::
             const point a = corners[i], b = corners[(i + 1) % 4];
             if ((a.y <= at_y) == (b.y <= at_y)) continue;
             const float crossing = a.x + (at_y - a.y) / (b.y - a.y) * (b.x - a.x);
-            std::size_t place = count++;  // sorted
+            std::size_t place = count++;  // insertion sort
             for (; place > 0 && crossings[place - 1] > crossing; --place) crossings[place] = crossings[place - 1];
             crossings[place] = crossing;
         }
@@ -12681,11 +12764,11 @@ inline void sweep(const std::array<point, 4>& corners, std::int32_t width, std::
     }
 }
 
-// The pixels that a curve passes over on its way, once, or there and back and there again.
+// Lists the pixels that a curve passes over when it moves. A pixel that it passes over twice remains on its side.
 inline buffer<swept_pixel> swept_pixels(const plane_curve& curve, const buffer<std::int32_t>& cut, std::int32_t reach,
                                         const corner_map& lattice) {
     const auto moved = [&](std::int32_t k) {
-        // Cuts are whole pixels: their mean over a few corners takes the stairs off. Ends stay where they are.
+        // Cuts are whole pixels; averaging over some corners removes the stair steps. Ends stay in place.
         const std::int32_t even = (std::min)({reach, k, cut.count() - 1 - k});
         float distance = 0.0F;
         for (std::int32_t i = k - even; i <= k + even; ++i) distance += nearest_float(cut[i]) / nearest_float(2 * even + 1);
@@ -12702,7 +12785,8 @@ inline buffer<swept_pixel> swept_pixels(const plane_curve& curve, const buffer<s
     return result;
 }
 
-// Pixels of the front get the back's disparity beside the curve and the other way round; those of third surfaces keep theirs.
+// Sets front pixels to the disparity of the back beside the curve, and back pixels to that of the front. Pixels of third
+// surfaces do not change.
 inline void change_sides(const trace& t, const buffer<swept_pixel>& swept, const image<float>& before,
                          image_view<float> disparity) {
     const auto at = [&](std::int32_t pixel) { return before.data()[pixel]; };
@@ -12716,7 +12800,7 @@ inline void change_sides(const trace& t, const buffer<swept_pixel>& swept, const
     }
 }
 
-// The curves that may move.
+// Traces the curves that may move.
 inline buffer<trace> long_curves(const image<float>& disparity, surface_rule surface, std::size_t shortest_length) {
     const std::int32_t width = static_cast<std::int32_t>(disparity.width()),
                        height = static_cast<std::int32_t>(disparity.height());
@@ -12745,11 +12829,13 @@ inline void check_alignment(image_view<const float> disparity, image_view<const 
 
 }  // namespace detail::curves
 
-/// disparity  H x W x 1, finite, with steps where one thing hides another; changed in place
+/// Moves the silhouettes of a disparity map to the edges of the photo, in place.
+///
+/// disparity  H x W x 1, finite, with steps where one surface hides another
 /// photo      H x W x 3
 ///
-/// Raises error_code::mismatch if the images differ in size, error_code::invalid_option if the uncertainty is not from 0 to 256
-/// or the stiffness is below 0. Time is linear in the pixels and in the length of all curves times the uncertainty. Memory is 10
+/// Raises error_code::mismatch if the images differ in size, error_code::invalid_option if the uncertainty is not in [0, 256] or
+/// the stiffness is below 0. Time is linear in the pixels and in the length of all curves times the uncertainty. Memory is 10
 /// bytes per pixel, 8 per pixel that a curve passes over, and 26 times the uncertainty per pixel side of the longest curve.
 template <executor Executor = const serial_executor>
 void align_silhouettes(image_view<float> disparity, image_view<const std::uint8_t> photo, surface_rule surface = {},
@@ -12776,8 +12862,8 @@ void align_silhouettes(image_view<float> disparity, image_view<const std::uint8_
 }}  // namespace ldi
 
 // ---- ldi/depth/middle_components.hpp
-// Removes what the weighted median leaves behind: isolated features at middle values, between a foreground and a background
-// (paper, section "Depth Pre-processing", connected components).
+// Removes artifacts of the weighted median: isolated features at middle values, between a foreground and a background (paper,
+// section "Depth Pre-processing", connected components).
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -12788,12 +12874,12 @@ struct middle_component_options {
 
 namespace detail {
 
-// Pixels of the photo that are connected, as runs and the component of each run. Pixel (x, y) has index y * columns + x.
+// Connected components of the photo's pixels, as runs with the component of each run. Pixel (x, y) has index y * columns + x.
 struct image_components {
     std::int32_t columns = 0;
     buffer<pixel_run> runs;
-    buffer<std::int32_t> row_start;  // the first run of each row, and one past the last
-    buffer<std::int32_t> label;      // the component of each run
+    buffer<std::int32_t> row_start;  // first run of each row, then the number of runs
+    buffer<std::int32_t> label;      // component of each run
 
     std::int32_t at(std::int32_t x, std::int32_t y) const {
         const auto first = runs.begin() + row_start[y], last = runs.begin() + row_start[y + 1];
@@ -12805,7 +12891,7 @@ struct image_components {
 
 // End of the run of linked pixels that starts at `first`.
 inline std::int32_t end_of_run(const float* row, std::int32_t first, std::int32_t columns, surface_rule surface) {
-    constexpr std::int32_t step = 16;  // together, as most of them are linked: compilers make vectors of that
+    constexpr std::int32_t step = 16;  // compared in blocks, because most pixels are linked: compilers vectorize the inner loop
     std::int32_t end = first + 1;
     for (; end + step <= columns; end += step) {
         std::int32_t linked = 0;
@@ -12832,7 +12918,7 @@ inline image_components find_components(image_view<const float> disparity, surfa
             found.runs.push_back({y * columns + start, y * columns + end});
             sets.add();
         }
-        // Runs of two rows that overlap are connected if any pair of pixels in the overlap is.
+        // Overlapping runs of two rows are connected if any pair of pixels in the overlap is.
         for (std::int32_t above = above_first, run = first; above < above_last && run < found.runs.count();) {
             const pixel_run &a = found.runs[above], &b = found.runs[run];
             const float* over = disparity.row(y - 1);
@@ -12853,14 +12939,14 @@ inline image_components find_components(image_view<const float> disparity, surfa
     return found;
 }
 
-// The components that are small, and their runs.
+// Small components and their runs.
 struct small_components {
     buffer<std::int32_t> labels;
     buffer<pixel_run> runs;         // component by component
     buffer<std::size_t> first_run;  // component i has runs [first_run[i], first_run[i + 1])
 };
 
-// The components with fewer pixels than `smallest_size`, in the order of their first pixels.
+// Finds the components with fewer pixels than `smallest_size`, in the order of their first pixels.
 inline small_components find_small_components(const image_components& components, std::int32_t smallest_size) {
     buffer<std::int32_t> size, run_count;
     for (std::size_t r = 0; r < components.runs.size(); ++r) {
@@ -12869,7 +12955,7 @@ inline small_components find_small_components(const image_components& components
         size[label] += components.runs[r].size(), ++run_count[label];
     }
     small_components result;
-    buffer<std::size_t> next(size.size());  // the place of a component's next run
+    buffer<std::size_t> next(size.size());  // index of a component's next run
     std::size_t total = 0;
     for (std::int32_t label = 0; label < size.count(); ++label) {
         if (size[label] >= smallest_size) continue;
@@ -12887,7 +12973,7 @@ inline small_components find_small_components(const image_components& components
     return result;
 }
 
-// Merges one component after the other.
+// Merges components one by one.
 class component_merger {
 public:
     component_merger(const image_components& components, const small_components& small_ones, image_view<float> disparity)
@@ -12895,7 +12981,7 @@ public:
         if (!small_ones.labels.empty()) reached_.resize(disparity.height() * disparity.width());
     }
 
-    // False if the component is no middle value and stays.
+    // Merges a component. Returns false if it is not a middle value and stays.
     bool merge(std::size_t component) {
         std::int32_t nearer = 0, farther = 0;
         for_each_contact(component,
@@ -12916,7 +13002,7 @@ private:
         float disparity;
     };
 
-    // The pixels beside (x, y).
+    // Visits the neighbors of (x, y).
     template <class Visit>
     void for_each_neighbor(std::int32_t x, std::int32_t y, Visit&& visit) const {
         for (side s : all_sides) {
@@ -12925,7 +13011,7 @@ private:
         }
     }
 
-    // Every pixel side on the component's boundary, with the disparity across it.
+    // Visits every pixel side on the component's boundary, with the disparity across it.
     template <class Visit>
     void for_each_contact(std::size_t component, Visit&& visit) const {
         const std::int32_t columns = components_.columns, label = small_.labels[component];
@@ -12936,13 +13022,13 @@ private:
                 });
     }
 
-    // A pixel takes the value that reaches it first.
+    // Assigns a value to a pixel unless it already has one.
     void reach(std::int32_t x, std::int32_t y, float disparity) {
         std::uint8_t& reached = reached_[std::int64_t{y} * components_.columns + x];
         if (reached == 0) reached = 1, queue_.push_back({x, y, disparity});
     }
 
-    // Breadth first from the reached pixels on.
+    // Spreads values breadth-first from the reached pixels.
     void spread(std::int32_t label) {
         for (std::size_t i = 0; i < queue_.size(); ++i) {
             const assignment a = queue_[i];
@@ -12957,17 +13043,19 @@ private:
     const small_components& small_;
     image_view<float> disparity_;
     buffer<assignment> queue_;
-    buffer<std::uint8_t> reached_;  // of each pixel of the photo
+    buffer<std::uint8_t> reached_;  // per pixel of the photo
 };
 
 }  // namespace detail
 
+/// Merges small components at middle values with a neighboring surface. Returns the number of merged components.
+///
 /// disparity  H x W x 1, changed in place
 ///
-/// A component of fewer than `smallest_size` pixels that touches both nearer and farther pixels takes the disparity of the side
-/// that it touches along more pixel sides (the farther one where they are equal), spreading inwards from there. One that touches
-/// only one side is no middle value (a small thing in front, or a small hole) and stays. Returns the number of components merged.
-/// Linear time, but for a binary search in a row per pixel of a small component; up to 60 bytes per pixel.
+/// A component of fewer than `smallest_size` pixels that touches both nearer and farther pixels gets the disparity of the side
+/// with more contacts (the farther side if equal), spread inward from these contacts. A component that touches only one side is
+/// not a middle value (a small foreground object, or a small hole) and stays. Linear time, except for a binary search in a row
+/// per pixel of a small component; up to 60 bytes per pixel.
 inline std::size_t merge_middle_components(image_view<float> disparity, surface_rule surface = {},
                                            const middle_component_options& options = {}) {
     const detail::image_components components = detail::find_components(disparity, surface);
@@ -12982,39 +13070,39 @@ inline std::size_t merge_middle_components(image_view<float> disparity, surface_
 }}  // namespace ldi
 
 // ---- ldi/depth/normalize.hpp
-// Disparity as it comes (a network's, a phone's, a file's) to disparity in [0, 1], which every threshold of the paper is about.
+// Normalizes disparity from any source (network, phone, file) to [0, 1], the range that every threshold of the paper assumes.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct normalize_options {
-    /// This share of the pixels, from 0 to less than a half, may lie beyond either end; they are clamped. Keeps a few wild values
-    /// from squeezing all others. Chosen by trial.
+    /// Share of the pixels, from 0 to less than a half, that is clamped at either end, so that a few outliers do not squeeze all
+    /// other values. Tuned by experiment.
     float clipped_share = 0.001F;
-    /// The difference between two neighboring steps of a quantized source, as a share of their value: exp(0.0187) - 1 for
-    /// Tiefenrausch, whose 8 bits are log disparity; 0 for a source with fine steps.
+    /// Relative difference between two neighboring steps of a quantized source: exp(0.0187) - 1 for Tiefenrausch, whose 8 bits
+    /// are log disparity; 0 for a source with fine steps.
     float relative_step = 0.0F;
-    /// A step of the source never becomes more than this, well below the discontinuity threshold of 0.05. In a scene as flat as a
-    /// wall, where one step is much of the whole range, disparity therefore does not reach down to 0.
+    /// Maximum size of a source's step in the result, well below the discontinuity threshold of 0.05. In a scene as flat as a
+    /// wall, where one step is a large part of the range, disparity therefore does not reach 0.
     float largest_step = 0.02F;
-    /// True where the source is 1 / depth up to scale, so that ratios of distances are known. False where it is known only up to
-    /// scale and shift: then distances are a guess, `assumed_range`.
+    /// Whether the source is 1 / depth up to scale, so that ratios of distances are known. If false, it is known only up to
+    /// scale and shift, and distances are a guess, `assumed_range`.
     bool is_inverse_depth = true;
-    /// True where the source is 1 / depth in meters, so that distances themselves are known. Needs is_inverse_depth.
+    /// Whether the source is 1 / depth in meters, so that distances are known. Requires is_inverse_depth.
     bool is_metric = false;
-    /// In meters; used where distances are not known.
+    /// In meters; used if distances are unknown.
     depth_range assumed_range = {};
-    /// The farthest surface is put at most this many times as far as the nearest: at the horizon, disparity is noise.
+    /// Maximum ratio of the farthest to the nearest distance: at the horizon, disparity is noise.
     float largest_depth_ratio = 50.0F;
 };
 
 struct normalized_disparity {
     image<float> disparity;  ///< H x W x 1, in [0, 1]; 1 is the nearest surface
-    depth_range range;       ///< the distances that 1 and 0 stand for
+    depth_range range;       ///< distances at disparity 1 and 0
 };
 
 namespace detail {
 
-/// Distances, in meters, at which positions and their inverses stay far from the ends of float.
+/// Limits on distances, in meters, that keep positions and their inverses far from the limits of float.
 inline constexpr double min_distance = 1e-6, max_distance = 1e9;
 
 inline void check(const normalize_options& options) {
@@ -13031,7 +13119,7 @@ inline void check(const normalize_options& options) {
               to_text(range.z_near) + " to " + to_text(range.z_far));
 }
 
-/// The values in unspecified order. Raises invalid_data if they cannot be disparities.
+/// Returns the values in unspecified order. Raises invalid_data if they cannot be disparities.
 inline buffer<float> checked_values(image_view<const float> source, bool is_inverse_depth) {
     if (source.empty() || source.channels() != 1)
         raise(error_code::mismatch, "disparity", "h x w x 1 values, at least one", shape_text(source));
@@ -13047,14 +13135,16 @@ inline buffer<float> checked_values(image_view<const float> source, bool is_inve
 
 }  // namespace detail
 
-/// source  H x W x 1, finite, larger is nearer. Inverse depth is 0 or more: 0 is infinitely far, and put as far away as
-///         largest_depth_ratio allows. Where 0 stands for an unknown value, fill it in before.
+/// Normalizes disparity to [0, 1] and computes the range of distances.
 ///
-/// Disparity = 1 - (highest - value) / span, clamped. `highest` and `lowest` are the values that clipped_share leaves out at
-/// either end; span is highest - lowest, or more where a step of the source would exceed largest_step. Raises
-/// error_code::mismatch for another shape; error_code::invalid_data if a value is not finite, inverse depth is below 0 or nowhere
-/// above it, or the nearest surface is not between 1e-6 and 1e9 meters away; error_code::invalid_option. Linear time; 8 bytes per
-/// sample.
+/// source  H x W x 1, finite, larger is nearer. Inverse depth must be 0 or more; 0 is infinitely far and becomes the maximum
+///         distance that largest_depth_ratio allows. If 0 means unknown, fill these pixels first.
+///
+/// Disparity = 1 - (highest - value) / span, clamped. `highest` and `lowest` are the extreme values after clipped_share is
+/// removed at either end; span is highest - lowest, or more if a step of the source would exceed largest_step. Raises
+/// error_code::mismatch for another shape; error_code::invalid_data if a value is not finite, inverse depth is below 0 or
+/// nowhere above it, or the nearest surface is not between 1e-6 and 1e9 meters away; error_code::invalid_option. Linear time; 8
+/// bytes per sample.
 inline normalized_disparity normalize(image_view<const float> source, const normalize_options& options = {}) {
     detail::check(options);
     buffer<float> sorted = detail::checked_values(source, options.is_inverse_depth);
@@ -13064,7 +13154,7 @@ inline normalized_disparity normalize(image_view<const float> source, const norm
         std::nth_element(sorted.begin(), position, sorted.end());
         return *position;
     };
-    // In double precision, where no difference of two floats overflows, and none but 0 is without a reciprocal.
+    // In double precision: differences of two floats do not overflow, and all values except 0 have a reciprocal.
     const double lowest = at(clipped), highest = at(sorted.size() - 1 - clipped);
     if (options.is_inverse_depth && !(highest > 0.0))
         raise(error_code::invalid_data, "disparity", "values above 0", "0, but for at most clipped_share of the values");
@@ -13091,13 +13181,13 @@ inline normalized_disparity normalize(image_view<const float> source, const norm
 }}  // namespace ldi
 
 // ---- ldi/depth/resample.hpp
-// Brings a disparity map from the depth network's resolution to the photo's, so that depth edges sit on color edges: joint
-// bilateral upsampling (Kopf et al., "Joint Bilateral Upsampling", SIGGRAPH 2007), with the weighted median in place of the
-// weighted mean next to depth edges, so that no values appear between the two sides.
+// Resamples a disparity map from the depth network's resolution to the photo's, so that depth edges coincide with color edges:
+// joint bilateral upsampling (Kopf et al., "Joint Bilateral Upsampling", SIGGRAPH 2007). Next to depth edges, the weighted
+// median replaces the weighted mean, so that no values between the two sides appear.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Larger sigmas smooth more noise and lose more thin things. The defaults were chosen by trial.
+/// Larger sigmas smooth more noise and lose more thin objects. Defaults tuned by experiment.
 struct resample_options {
     /// Standard deviation of the Gaussian on distance, in samples of the disparity map.
     float spatial_sigma = 1.2F;
@@ -13109,17 +13199,17 @@ namespace detail::resample {
 
 using namespace lanes;
 
-// Radius of the window in samples: 2.5 times the sigma of 1.2. Weights farther out are below 0.05.
+// Radius of the window in samples, 2.5 times the sigma of 1.2. Weights farther out are below 0.05.
 inline constexpr std::size_t radius = 3;
 inline constexpr std::size_t samples = (2 * radius + 1) * (2 * radius + 1);
 inline constexpr std::size_t padded = (samples + wide - 1) / wide * wide;
 
-// The samples around one sample, sorted by ascending disparity.
+// Samples of a window, sorted by ascending disparity.
 struct window {
     std::size_t count = 0;
     std::array<float, padded> disparity, x, y, red, green, blue;
 
-    // Weights by distance and by likeness in color. exp(-a) is taken as (1 - a/32 + a^2/2048)^32.
+    // Computes weights from distance and color similarity. exp(-a) is approximated by (1 - a/32 + a^2/2048)^32.
     void weigh(float at_x, float at_y, const std::uint8_t* color, float spatial_falloff, float color_falloff,
                std::array<float, padded>& weight) const {
         const float r = color[0], g = color[1], b = color[2];
@@ -13136,7 +13226,7 @@ struct window {
     }
 };
 
-// The mean color of the photo's pixels whose centers fall on each sample of the map.
+// Averages the colors of the photo's pixels whose centers fall on each sample of the map.
 inline image<float> colors_at_samples(image_view<const std::uint8_t> photo, std::size_t rows, std::size_t columns) {
     image<float> mean(rows, columns, 3, 0.0F);
     buffer<float> count(rows * columns, 0.0F);
@@ -13156,7 +13246,7 @@ inline image<float> colors_at_samples(image_view<const std::uint8_t> photo, std:
     return mean;
 }
 
-// The sample nearest to each pixel.
+// Assigns to each pixel its nearest sample.
 inline image<float> nearest_samples(image_view<const float> disparity, image_view<const std::uint8_t> photo) {
     image<float> result(photo.height(), photo.width(), 1, unset);
     for (std::size_t y = 0; y < photo.height(); ++y) {
@@ -13167,7 +13257,7 @@ inline image<float> nearest_samples(image_view<const float> disparity, image_vie
     return result;
 }
 
-// Resamples a map that is coarser than the photo. All pixels nearest to one sample share its window.
+// Resamples a map that is coarser than the photo. All pixels nearest to one sample use the same window.
 class upsampler {
 public:
     upsampler(image_view<const float> disparity, image_view<const std::uint8_t> photo, surface_rule surface,
@@ -13205,12 +13295,12 @@ public:
     }
 
 private:
-    // The first pixel of a row or column whose nearest sample is not before this one.
+    // First pixel of a row or column whose nearest sample is `sample` or a later one.
     static std::size_t first_pixel(std::size_t sample, std::size_t pixel_count, std::size_t sample_count) {
         return (sample * pixel_count + sample_count - 1) / sample_count;
     }
 
-    // Collects the window around a sample if there is an edge in it; false, and `around` is of no use, if there is none.
+    // Collects the window around a sample if it contains an edge. If it does not, returns false and leaves `around` unspecified.
     bool gather(std::size_t u, std::size_t v, window& around) const {
         struct neighbor {
             float disparity;
@@ -13238,7 +13328,7 @@ private:
         return true;
     }
 
-    // The weighted median of a window, or rather the weighted mean over the samples of its surface.
+    // Computes the weighted median of a window, smoothed by a weighted mean over the samples of its surface.
     float smoothed_median(const window& around, const std::array<float, padded>& weight) const {
         float total = 0.0F;
         for (std::size_t s = 0; s < around.count; ++s) total += weight[s];
@@ -13253,7 +13343,7 @@ private:
         return mean / share;
     }
 
-    // x, y  in samples, at most one outside the map
+    // x, y  in samples, at most one sample outside the map
     float bilinear(float x, float y) const {
         const float floor_x = std::floor(x), floor_y = std::floor(y);
         const std::ptrdiff_t i = static_cast<std::ptrdiff_t>(floor_x), j = static_cast<std::ptrdiff_t>(floor_y);
@@ -13277,14 +13367,15 @@ private:
 
 }  // namespace detail::resample
 
+/// Resamples a disparity map to the photo's resolution. Returns H x W x 1.
+///
 /// disparity  h x w x 1, in [0, 1]
 /// photo      H x W x 3, of the same view
 ///
-/// H x W x 1. Where the map has no edge within three samples it is interpolated bilinearly; next to an edge a pixel takes the
-/// weighted median of the 7 x 7 samples around it, weighted by distance and by likeness in color, smoothed over the samples on
-/// the median's side. A map at least as fine as the photo is point-sampled instead. Raises error_code::mismatch if there is
-/// no pixel or the channels are others, error_code::invalid_option if a sigma is not above 0. Linear time; 4 bytes per pixel and
-/// 16 per sample.
+/// Interpolates bilinearly where the map has no edge within three samples. Next to an edge, a pixel gets the weighted median of
+/// the 7 x 7 samples around it, weighted by distance and color similarity, and smoothed over the samples on the median's side.
+/// Point-samples maps at least as fine as the photo. Raises error_code::mismatch for empty images or other numbers of channels,
+/// error_code::invalid_option if a sigma is not above 0. Linear time; 4 bytes per pixel and 16 per sample.
 template <executor Executor = const serial_executor>
 image<float> resample_to_photo(image_view<const float> disparity, image_view<const std::uint8_t> photo, surface_rule surface = {},
                                const resample_options& options = {}, Executor&& threads = {}) {
@@ -13306,29 +13397,29 @@ image<float> resample_to_photo(image_view<const float> disparity, image_view<con
 }}  // namespace ldi
 
 // ---- ldi/depth/sharpen_edges.hpp
-// Turns blurred depth edges into steps at the resolution of the depth map. Depth networks and phones spread a step over many
-// samples. Neighbors then differ so little that no discontinuity is found.
+// Sharpens blurred depth edges to steps at the resolution of the depth map. Depth networks and phones spread a step over many
+// samples, so that neighbors differ too little to count as a discontinuity.
 //
 // A shock filter in its morphological form (Kramer and Bruckner, "Iterations of a non-linear transformation for enhancement of
-// digital images", 1975; Osher and Rudin, "Feature-oriented image enhancement using shock filters", 1990): what curves downwards
-// takes the largest value around it, what curves upwards the smallest, until both meet where the edge was steepest. It works only
-// where disparity changes much within a few samples and little beyond them; slopes stay as they are.
+// digital images", 1975; Osher and Rudin, "Feature-oriented image enhancement using shock filters", 1990): concave regions get
+// the largest value around them, convex regions the smallest, until both meet where the edge was steepest. It works only where
+// disparity changes much within a few samples and little beyond them; slopes do not change.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The defaults were chosen by trial, on true depth blurred as networks do.
+/// Defaults tuned by experiment on true depth, blurred as networks blur it.
 struct sharpen_options {
-    /// An edge is washed out over at most this many samples to either side. 0 sharpens nothing.
+    /// Maximum blur of an edge, in samples on either side. 0 disables sharpening.
     int radius = 3;
-    /// Least change in disparity within the radius, in steps of the surface rule.
+    /// Minimum change in disparity within the radius, in steps of the surface rule.
     float min_change = 3.0F;
-    /// Least share that this change has of the one within twice the radius. A slope has half.
+    /// Minimum ratio of this change to the change within twice the radius. For a slope, the ratio is one half.
     float min_share = 0.7F;
 };
 
 namespace detail::sharpen {
 
-// The least and the largest value within `radius` rows and columns of every sample.
+// Minimum and maximum within `radius` rows and columns of every sample.
 struct extremes {
     image<float> low, high;
 };
@@ -13362,8 +13453,8 @@ extremes extremes_around(const image<float>& map, std::size_t radius, Executor& 
     return result;
 }
 
-// 1 within `radius` of the samples that an edge lies within `radius` of. Networks err in their last samples, along the photo's
-// border: there, edges are those that come from farther inside.
+// Marks with 1 the samples within `radius` of edges. Excludes edges along the photo's border, where networks err in their last
+// samples; edges from farther inside are extended to the border.
 template <executor Executor>
 image<float> edge_zone(const image<float>& map, surface_rule surface, const sharpen_options& options, Executor& threads) {
     const std::size_t radius = static_cast<std::size_t>(options.radius), margin = 2 * radius;
@@ -13383,7 +13474,7 @@ image<float> edge_zone(const image<float>& map, surface_rule surface, const shar
     return zone;
 }
 
-// Smoothed by a binomial filter of 5 x 5, whose variance is 1, so that noise does not decide where an edge is.
+// Smooths with a 5 x 5 binomial filter of variance 1, so that noise does not determine the position of an edge.
 inline image<float> smoothed(const image<float>& map) {
     const std::size_t rows = map.height(), columns = map.width();
     const auto filter = [](auto&& at, std::size_t i, std::size_t count) {
@@ -13398,7 +13489,7 @@ inline image<float> smoothed(const image<float>& map) {
     return result;
 }
 
-// One step: every sample of the zone takes the largest or the smallest of the five around it.
+// One iteration: every sample of the zone becomes the maximum or the minimum of itself and its four neighbors.
 template <executor Executor>
 image<float> shock(const image<float>& map, const image<float>& zone, Executor& threads) {
     const std::size_t rows = map.height(), columns = map.width();
@@ -13423,10 +13514,12 @@ image<float> shock(const image<float>& map, const image<float>& zone, Executor& 
 
 }  // namespace detail::sharpen
 
-/// disparity  h x w x 1, finite, as it comes from a network or a phone
+/// Sharpens depth edges. Returns h x w x 1.
 ///
-/// h x w x 1. Raises error_code::invalid_option if the radius is below 0 or above 64. Time grows with samples times radius; 40
-/// bytes per sample.
+/// disparity  h x w x 1, finite, for example the output of a network or a phone
+///
+/// Raises error_code::invalid_option if the radius is below 0 or above 64. Time grows with samples times radius; 40 bytes per
+/// sample.
 template <executor Executor = const serial_executor>
 image<float> sharpen_edges(image_view<const float> disparity, surface_rule surface = {}, const sharpen_options& options = {},
                            Executor&& threads = {}) {
@@ -13442,13 +13535,13 @@ image<float> sharpen_edges(image_view<const float> disparity, surface_rule surfa
 }}  // namespace ldi
 
 // ---- ldi/depth/weighted_median.hpp
-// The weighted median that turns washed-out depth edges into steps (paper, section "Depth Pre-processing"): among the 5 x 5
-// samples around a pixel, sorted by value, the one whose sums of preceding and of following weights are closest to being equal.
-// Weights fall off with the difference in disparity to the center; samples next to an edge have none, which forces a decision
-// between the two sides.
+// The weighted median that turns blurred depth edges into steps (paper, section "Depth Pre-processing"). Among the 5 x 5 samples
+// around a pixel, sorted by value, it selects the sample whose sums of preceding and of following weights are closest to equal.
+// Weights decrease with the difference in disparity to the center. Samples next to an edge have zero weight, which forces a
+// decision between the two sides.
 //
-// Four pixels are filtered at once by sorting networks: columns of five are sorted and merged in pairs, which neighboring
-// windows share, then two pairs and a column are merged. Weights depend on the value alone, so that only values are sorted.
+// Sorting networks filter four pixels at once: they sort columns of five and merge pairs of columns, which neighboring windows
+// share; then they merge two pairs and a column. Weights depend only on the value, so only values are sorted.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -13470,13 +13563,13 @@ inline void sort_two(four_floats& a, four_floats& b) {
     a = low;
 }
 
-// One comparator of a network: the smaller value goes to `low`.
+// A comparator of a network: moves the smaller value to `low`.
 struct comparator {
     unsigned char low, high;
 };
 
-// Batcher's odd-even merge of two sorted lists given by the positions of their elements; appends comparators, returns the merged
-// order.
+// A sorting network. merge() is Batcher's odd-even merge of two sorted lists, given by the positions of their elements: it
+// appends comparators and returns the merged order.
 template <std::size_t Capacity>
 struct network {
     std::array<comparator, Capacity> comparators{};
@@ -13502,7 +13595,7 @@ constexpr positions merge(network<Capacity>& n, const positions& a, const positi
     positions a_even, a_odd, b_even, b_odd;
     for (std::size_t i = 0; i < a.count; ++i) (i % 2 == 0 ? a_even : a_odd).add(a.at[i]);
     for (std::size_t i = 0; i < b.count; ++i) (i % 2 == 0 ? b_even : b_odd).add(b.at[i]);
-    // Even elements of both lists merge, odd elements of both merge; then neighbors in the interleaved list are put in order.
+    // Merges the even elements of both lists, then the odd elements, then orders neighbors in the interleaved list.
     const positions even = merge(n, a_even, b_even), odd = merge(n, a_odd, b_odd);
     positions merged;
     merged.add(even.at[0]);
@@ -13524,7 +13617,7 @@ constexpr positions range(unsigned char first, unsigned char last) {
 template <std::size_t Capacity>
 struct merge_network {
     network<Capacity> steps;
-    positions order;  // the place at which the i-th smallest value ends up
+    positions order;  // position of the i-th smallest value after the merge
 };
 
 template <std::size_t Capacity>
@@ -13539,7 +13632,7 @@ inline constexpr merge_network<48> merge_pairs = make_merge<48>(10, 20);
 inline constexpr merge_network<64> merge_last = make_merge<64>(20, 25);
 inline constexpr std::array<comparator, 9> sort_five = {{{0, 1}, {3, 4}, {2, 4}, {2, 3}, {1, 4}, {0, 3}, {0, 2}, {1, 3}, {1, 2}}};
 
-// Runs a network on registers: everything is known at compile time, so that nothing but comparators is left.
+// Runs a network on registers. Everything is known at compile time, so that only comparators remain.
 template <const auto& Network, std::size_t... Step>
 inline void run(four_floats* values, std::index_sequence<Step...>) {
     (sort_two(values[Network.steps.comparators[Step].low], values[Network.steps.comparators[Step].high]), ...);
@@ -13550,16 +13643,16 @@ inline void run(four_floats* values) {
     run<Network>(values, std::make_index_sequence<Network.steps.count>{});
 }
 
-// The part of a row's work that neighboring windows share: sorted columns, and sorted pairs of columns.
+// Intermediate results that neighboring windows of a row share: sorted columns, and sorted pairs of columns.
 struct sorted_columns {
-    buffer<float> single[diameter], pair[2 * diameter];  // the i-th smallest at every x
+    buffer<float> single[diameter], pair[2 * diameter];  // the i-th smallest value at every x
 
     explicit sorted_columns(std::size_t stride) {
         for (buffer<float>& plane : single) plane.resize(stride + wide);
         for (buffer<float>& plane : pair) plane.resize(stride + wide);
     }
 
-    // rows[r]  the r-th of five rows of `stride` samples, weightless ones infinite; stride is a multiple of `wide`
+    // rows[r]  row r of five rows with `stride` samples, infinite where the weight is zero; stride is a multiple of `wide`
     void sort(const std::array<const float*, diameter>& rows, std::size_t stride) {
         for (std::size_t x = 0; x < stride; x += wide) {
             four_floats v[diameter];
@@ -13580,9 +13673,9 @@ struct sorted_columns {
 
     // Filters the four pixels whose windows start at column x.
     //
-    // If all 25 samples have a weight above 1 - 2/26, the middle one balances best whatever the weights are: 12 samples on
-    // either side differ by less than 24/26, and every other sample is off balance by more than that. So plain medians do there,
-    // exactly.
+    // If all 25 samples have a weight above 1 - 2/26, the middle sample is the best balanced one for any weights: the 12 samples
+    // on either side differ by less than 24/26, and every other sample is off balance by more. In this case plain medians are
+    // exact.
     four_floats filter(std::size_t x, four_floats center, float sigma) const {
         const four_floats low =
             smaller(smaller(load(pair[0].data() + x), load(pair[0].data() + x + 2)), load(single[0].data() + x + 4));
@@ -13614,7 +13707,7 @@ private:
     four_floats merge_and_weigh(std::size_t x, four_floats center, float sigma) const {
         four_floats all[samples];
         merge(x, all);
-        // Gaussian weights of the sorted samples: exp(-x) as (1 - x/32 + x^2/2048)^32, within 0.0003 everywhere.
+        // Gaussian weights of the sorted samples: exp(-x) as (1 - x/32 + x^2/2048)^32, with an error of at most 0.0003.
         const float falloff = 1.0F / (64.0F * sigma * sigma);
         const four_floats zero = {}, one = zero + 1.0F;
         four_floats weight[samples], total = zero;
@@ -13623,7 +13716,7 @@ private:
             const four_floats t = falloff * difference * difference;
             four_floats w = one - t + 0.5F * t * t;
             w *= w, w *= w, w *= w, w *= w, w *= w;
-            weight[s] = select(t < one, w, zero);  // beyond, a weight is below 1e-13
+            weight[s] = select(t < one, w, zero);  // weights beyond this are below 1e-13
             total += weight[s];
         }
         four_floats preceding = zero, best = zero + none, result = center;
@@ -13641,11 +13734,12 @@ private:
 
 }  // namespace detail::median
 
+/// Applies the weighted median. Returns H x W x 1.
+///
 /// disparity  H x W x 1, finite
 ///
-/// H x W x 1. A sample with one of its 4 neighbors on another surface has no weight, nor have those outside the image. A pixel
-/// none of whose samples has weight keeps its value. Raises error_code::invalid_option if sigma is not above 0. Linear time; 9
-/// bytes per pixel.
+/// A sample whose 4-neighborhood contains another surface has zero weight, as have samples outside the image. A pixel without
+/// weighted samples keeps its value. Raises error_code::invalid_option if sigma is not above 0. Linear time; 9 bytes per pixel.
 template <executor Executor = const serial_executor>
 image<float> weighted_median(image_view<const float> disparity, surface_rule surface = {},
                              const weighted_median_options& options = {}, Executor&& threads = {}) {
@@ -13656,7 +13750,7 @@ image<float> weighted_median(image_view<const float> disparity, surface_rule sur
     image<float> result(rows, columns, 1, unset);
     if (rows == 0 || columns == 0) return result;
 
-    // Samples as the windows see them: a border of weightless samples all round, samples next to an edge weightless too.
+    // Samples in the windows' layout: a border of samples without weight; samples next to an edge also have none.
     const std::size_t stride = (columns + 2 * radius + 2 * wide - 1) / wide * wide;
     buffer<float> seen((rows + 2 * radius) * stride, none);
     const float threshold = surface.largest_step;
@@ -13736,7 +13830,7 @@ struct discontinuity_curve {
 
 namespace detail::curves {
 
-// For every curve, the number of sides of all curves that it hangs together with through junctions.
+// For every curve, the number of sides of all curves that junctions connect it to.
 inline buffer<std::size_t> group_lengths(const buffer<trace>& traces) {
     buffer<std::pair<std::int32_t, std::int32_t>> ends;  // a corner, and the curve that ends there
     for (std::int32_t i = 0; i < traces.count(); ++i)
@@ -13753,6 +13847,23 @@ inline buffer<std::size_t> group_lengths(const buffer<trace>& traces) {
 
 }  // namespace detail::curves
 
+namespace detail {
+
+/// Raises mismatch unless the curves separate neighboring pixels of this layer.
+inline void check_curves(std::span<const discontinuity_curve> curves, const graph_view& g, const char* where) {
+    for (const discontinuity_curve& c : curves)
+        for (const discontinuity& d : c.sides) {
+            const bool is_inside = d.back >= 0 && d.front >= 0 && d.back < g.count() && d.front < g.count();
+            if (!is_inside || g.x()[d.back] + step_x(d.towards_front) != g.x()[d.front] ||
+                g.y()[d.back] + step_y(d.towards_front) != g.y()[d.front])
+                raise(error_code::mismatch, where, "curves of this layer", "curves of another one");
+        }
+}
+
+}  // namespace detail
+
+/// Finds the curves of a layer.
+///
 /// surface  the rule that lift() linked the layer by
 ///
 /// Curves between a midground and what is in front of it are constrained where they end in a junction: the farthest of the
@@ -13760,7 +13871,7 @@ inline buffer<std::size_t> group_lengths(const buffer<trace>& traces) {
 /// curve's end is as large as the threshold, and a camera that moves along the curve sees past the end. Curves come in a fixed
 /// order. Time is linear, but for sorting the ends of curves; 5 bytes per pixel, 16 per pixel side and 500 per curve.
 template <payload_column... Columns>
-buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns...>& layer, surface_rule surface,
+buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns...>& layer, surface_rule surface = {},
                                                       const curve_options& options = {}) {
     static_assert(has_columns<single_layer<Columns...>, disparity_column>);
     const auto disparity = layer.template column<disparity_column>();
@@ -13816,12 +13927,12 @@ buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns
 }}  // namespace ldi
 
 // ---- ldi/occlusion/detail/hidden_pixels.hpp
-// Pixels added behind a single layer while it grows. They are kept apart from the layer until the end, so that a growing image
-// costs nothing but its new pixels; then both are merged into canonical order in one pass.
+// Pixels added behind a single layer while it grows. They are stored separately from the layer, so that growth costs only the
+// new pixels. At the end, one pass merges both into canonical order.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-// The only way from a single layer to a layered image.
+// The only conversion from a single layer to a layered image.
 struct expansion_access {
     template <class... Columns>
     static layered_image<Columns...> layers_of(single_layer<Columns...>&& layer) {
@@ -13829,12 +13940,12 @@ struct expansion_access {
     }
 };
 
-// Indices below K are the base layer's, pixel (x, y) at y * width + x; hidden pixels follow in the order in which they were
-// added.
+// Indices below K are pixels of the base layer, pixel (x, y) at y * width + x. Hidden pixels follow in the order in which they
+// were added.
 class hidden_pixels {
 public:
-    /// base        one layer in the order of the photo; growth links its pixels
-    /// disparity   of the base; must outlive all calls but write_disparity()
+    /// base       one layer in the order of the photo; growth adds links to its pixels
+    /// disparity  of the base; must outlive all calls except write_disparity()
     hidden_pixels(graph_builder base, array_view<const float> disparity)
         : base_(std::move(base)),
           base_disparity_(disparity),
@@ -13847,7 +13958,7 @@ public:
     std::int32_t width() const { return base_.width(); }
     std::int32_t height() const { return base_.height(); }
     bool inside(std::int32_t x, std::int32_t y) const { return x >= 0 && y >= 0 && x < base_.width() && y < base_.height(); }
-    /// The index of the visible pixel at (x, y), with which a walk over all pixels there begins.
+    /// Index of the visible pixel at (x, y), the first pixel of a walk over all pixels at this position.
     std::int32_t position(std::int32_t x, std::int32_t y) const { return y * base_.width() + x; }
     std::int32_t next_at_position(std::int32_t pixel) const {
         return is_base(pixel) ? newest_[pixel] : older_[hidden_index(pixel)];
@@ -13862,10 +13973,10 @@ public:
         return is_base(pixel) ? base_.neighbors(s)[pixel] : hidden_.neighbors(s)[hidden_index(pixel)];
     }
 
-    /// The visible pixel from which growth led to this one; of a visible pixel, itself.
+    /// Returns the visible pixel from which this pixel grew; for a visible pixel, the pixel itself.
     std::int32_t origin(std::int32_t pixel) const { return is_base(pixel) ? pixel : origin_[hidden_index(pixel)]; }
 
-    /// origin  of the new pixel
+    /// Adds a hidden pixel. origin  the visible pixel whose surface it continues
     std::int32_t add(std::int32_t position, float disparity, std::int32_t origin) {
         const std::int32_t pixel = base_count_ + hidden_.add_pixel(base_.x()[position], base_.y()[position]);
         origin_.push_back(origin);
@@ -13879,7 +13990,7 @@ public:
         slot(b, opposite(s)) = a;
     }
 
-    /// Calls see(graph, disparity, K) with everything so far, base pixels first.
+    /// Calls see(graph, disparity, K) with all pixels so far, base pixels first.
     template <class See>
     void show(See&& see) const {
         graph_builder all(base_.width(), base_.height(), base_.size() + hidden_.size(), unset);
@@ -13893,7 +14004,7 @@ public:
         see(std::move(all).build(), std::span<const float>(disparity), base_.size());
     }
 
-    /// All pixels in canonical order.
+    /// Merges all pixels into canonical order.
     grown_pixels merge() {
         grown_pixels result;
         result.pieces = order();
@@ -13941,10 +14052,10 @@ private:
         return is_base(pixel) ? base_.write_neighbors(s)[pixel] : hidden_.write_neighbors(s)[hidden_index(pixel)];
     }
 
-    // All pixels in canonical order (core/canonical_order.hpp), in pieces.
+    // Arranges all pixels in canonical order (core/canonical_order.hpp), in pieces.
     buffer<grown_piece> order() const {
         buffer<std::size_t> hidden_start(static_cast<std::size_t>(base_.height()) + 1,
-                                         0);  // hidden pixels that start a run, filed by row
+                                         0);  // hidden pixels that start a run, counted by row
         for (std::int32_t i = 0; i < hidden_.count(); ++i)
             if (hidden_.left()[i] == no_pixel) ++hidden_start[hidden_.y()[i] + 1];
         for (std::int32_t y = 0; y < base_.height(); ++y) hidden_start[y + 1] += hidden_start[y];
@@ -13982,11 +14093,11 @@ private:
     graph_builder base_;
     array_view<const float> base_disparity_;
     std::int32_t base_count_;
-    buffer<std::int32_t> newest_;  // the last hidden pixel added at each position, or no_pixel
-    buffer<std::int32_t> older_;   // the one added there before
-    graph_builder hidden_;         // links lead to pixels of both; it is never built
+    buffer<std::int32_t> newest_;  // last hidden pixel added at each position, or no_pixel
+    buffer<std::int32_t> older_;   // per hidden pixel: the one added before it at its position
+    graph_builder hidden_;         // links lead to pixels of both; never built
     buffer<float> hidden_disparity_;
-    buffer<std::int32_t> origin_;  // the pixel of the photo whose surface each hidden pixel continues
+    buffer<std::int32_t> origin_;  // per hidden pixel: the pixel of the photo whose surface it continues
 };
 
 }}}  // namespace ldi::detail
@@ -14114,13 +14225,10 @@ private:
         }
         if (origin == no_pixel) return;
 
-        for (std::int32_t there = position; there != no_pixel; there = pixels_.next_at_position(there)) {
-            if (pixels_.neighbor(there, opposite(s)) != no_pixel) continue;
-            if (!surface_.same_surface(pixels_.disparity(there), source)) continue;
-            pixels_.link(pixel, s, there);  // fronts that meet
-            return;
-        }
-        const float average = sum / count, created = below_others(position, average);
+        if (meets_another(pixel, s, position)) return;
+        const float average = sum / count,
+                    created = (std::min)(average, pixels_.disparity(position) - min_gap * surface_.largest_step);
+        if (created < average && lies_on_another(position, created)) return;
         if (!may_link(created, source)) return;
         const std::int32_t dive = dive_of(pixel) + (created < average || dive_of(pixel) > 0 ? 1 : 0);
         if (dive > max_dive_) return;
@@ -14132,21 +14240,31 @@ private:
         created_.push_back({curve, made});
     }
 
-    // A surface that comes as near to another as the threshold, and cannot be linked to it, goes on beneath it for as many pixels
-    // as a camera can see into the gap. Otherwise there would be a hole between its end and the other surface.
-    float below_others(std::int32_t position, float disparity) const {
-        const float step = min_gap * surface_.largest_step;
-        disparity = (std::min)(disparity, pixels_.disparity(position) - step);
-        bool is_free = false;
-        while (!is_free) {
-            is_free = true;
-            for (std::int32_t there = position; there != no_pixel; there = pixels_.next_at_position(there)) {
-                if (!surface_.same_surface(pixels_.disparity(there), disparity)) continue;
-                disparity = pixels_.disparity(there) - step;
-                is_free = false;
-            }
+    // Hidden surfaces at similar depth are one. Where a front meets another they are linked; where that one already has a
+    // neighbor here, this one ends.
+    bool meets_another(std::int32_t pixel, side s, std::int32_t position) {
+        std::int32_t met = no_pixel;
+        float nearest = (1.0F + min_gap) * surface_.largest_step;
+        bool ends = false;
+        for (std::int32_t there = position; there != no_pixel; there = pixels_.next_at_position(there)) {
+            const float difference = std::abs(pixels_.disparity(there) - pixels_.disparity(pixel));
+            if (difference > (there == position ? surface_.largest_step : nearest)) continue;
+            if (pixels_.neighbor(there, opposite(s)) == no_pixel)
+                met = there, nearest = difference;
+            else
+                ends = ends || there != position;
         }
-        return disparity;
+        if (met != no_pixel) pixels_.link(pixel, s, met);
+        return met != no_pixel || ends;
+    }
+
+    // A surface that comes as near to the photo's as the threshold, and cannot be linked to it, goes on beneath it for as many
+    // pixels as a camera can see into the gap: otherwise there would be a hole between its end and the photo's. Not over another
+    // hidden surface, that closes the gap, too.
+    bool lies_on_another(std::int32_t position, float disparity) const {
+        for (std::int32_t there = pixels_.next_at_position(position); there != no_pixel; there = pixels_.next_at_position(there))
+            if (surface_.same_surface(pixels_.disparity(there), disparity)) return true;
+        return false;
     }
     bool may_link(float a, float b) const { return std::abs(a - b) <= (1.0F + min_gap) * surface_.largest_step; }
     static constexpr float min_gap = 1.001F;  // in thresholds
@@ -14226,9 +14344,11 @@ private:
 
 }  // namespace detail
 
+/// Adds the surfaces that a camera in motion uncovers behind curves.
+///
 /// layer    as lift() makes it and close_spurious_discontinuities() leaves it
 /// surface  the rule that lift() linked it by
-/// curves   of the same layer
+/// curves   of the same layer; raises mismatch for those of another one
 ///
 /// Returns the same image with hidden pixels added, in canonical order. The disparity of a new pixel is the average of those that
 /// it grew from, and always farther than the photo's at that position by more than surface_rule::largest_step; every other column
@@ -14246,6 +14366,7 @@ expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule 
     static_assert(has_columns<single_layer<Columns...>, disparity_column>);
     if (options.iterations < 0)
         raise(error_code::invalid_option, "expand_options::iterations", "0 or more", std::to_string(options.iterations));
+    detail::check_curves(curves, layer.topology(), "expand");
     if (!(options.motion >= 0 && options.motion <= 1))
         raise(error_code::invalid_option, "expand_options::motion", "0 to 1", detail::to_text(options.motion));
     expanded_layers<Columns...> result{detail::expansion_access::layers_of(std::move(layer)), options.motion};
@@ -14304,40 +14425,68 @@ inline void place_row(image_view<const float> disparity, std::int32_t y, surface
     right[stride - 1] = no_pixel;
 }
 
-}  // namespace detail
+/// Copies a disparity map. Raises invalid_data for values that are not finite or lie outside [0, 1] by more than rounding.
+inline buffer<float> checked_disparity(image_view<const float> disparity) {
+    constexpr float rounding = 1e-5F;
+    buffer<float> values;
+    values.reserve(disparity.height() * disparity.width());
+    for (std::size_t y = 0; y < disparity.height(); ++y) {
+        const float* row = disparity.row(y);
+        for (std::size_t x = 0; x < disparity.width(); ++x)
+            if (!(row[x] >= -rounding && row[x] <= 1.0F + rounding))
+                raise(error_code::invalid_data, "lift", "disparities in [0, 1]", to_text(row[x]));
+        values.append(row, row + disparity.width());
+    }
+    return values;
+}
 
-/// color      H x W x 3
-/// disparity  H x W x 1, in [0, 1], larger is nearer
-///
-/// surface    decides which neighbors are linked (photo_facts::surface)
-///
-/// Pixels are in canonical order, and every color is known. Raises error_code::mismatch if the images differ in size or have no
-/// pixel, error_code::too_large if they have 2^31 or more. Linear time; 32 bytes per pixel.
-template <executor Executor = const serial_executor>
-photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> disparity, surface_rule surface = {},
-                 Executor&& threads = {}) {
+template <payload_column Color, executor Executor>
+single_layer<Color, disparity_column, known_column, matte_column> lift_colors(image_view<const typename Color::scalar> color,
+                                                                              image_view<const float> disparity,
+                                                                              surface_rule surface, Executor& threads) {
     const std::size_t rows = disparity.height(), columns = disparity.width();
     if (color.height() != rows || color.width() != columns || color.channels() != 3 || disparity.channels() != 1 || rows == 0 ||
         columns == 0)
         raise(error_code::mismatch, "lift", "a photo H x W x 3 and a disparity map H x W x 1 of the same size",
-              detail::shape_text(color) + " and " + detail::shape_text(disparity));
+              shape_text(color) + " and " + shape_text(disparity));
     if (rows > std::size_t{(std::numeric_limits<std::int32_t>::max)()} / columns)
         raise(error_code::too_large, "lift", "fewer than 2^31 pixels", std::to_string(columns) + " x " + std::to_string(rows));
 
-    buffer<std::uint8_t> colors;
-    buffer<float> disparities;
-    colors.reserve(3 * rows * columns), disparities.reserve(rows * columns);
-    for (std::size_t y = 0; y < rows; ++y) {
-        colors.append(color.row(y), color.row(y) + 3 * columns);
-        disparities.append(disparity.row(y), disparity.row(y) + columns);
-    }
+    buffer<typename Color::scalar> colors;
+    colors.reserve(3 * rows * columns);
+    for (std::size_t y = 0; y < rows; ++y) colors.append(color.row(y), color.row(y) + 3 * columns);
+    buffer<float> disparities = checked_disparity(disparity);
     graph_builder g(static_cast<std::int32_t>(columns), static_cast<std::int32_t>(rows), rows * columns, unset);
     parallel_for(threads, rows, 16, [&](std::size_t first, std::size_t last) {
-        for (std::size_t y = first; y < last; ++y) detail::place_row(disparity, static_cast<std::int32_t>(y), surface, g);
+        for (std::size_t y = first; y < last; ++y) place_row(disparity, static_cast<std::int32_t>(y), surface, g);
     });
     buffer<std::uint8_t> known(rows * columns, 1), matte(rows * columns, 0);
-    return photo_layer(
-        photo_layers(std::move(g).build(), std::move(colors), std::move(disparities), std::move(known), std::move(matte)));
+    using layers = layered_image<Color, disparity_column, known_column, matte_column>;
+    return single_layer<Color, disparity_column, known_column, matte_column>(
+        layers(std::move(g).build(), std::move(colors), std::move(disparities), std::move(known), std::move(matte)));
+}
+
+}  // namespace detail
+
+/// color      H x W x 3
+/// disparity  H x W x 1, in [0, 1], larger is nearer
+/// facts      of the photo; their surface rule decides which neighbors are linked
+///
+/// Pixels are in canonical order, and every color is known. Raises error_code::mismatch if the images differ in size or have no
+/// pixel, error_code::invalid_data for a disparity outside [0, 1], error_code::too_large for 2^31 pixels or more. Linear time; 32
+/// bytes per pixel.
+template <executor Executor = const serial_executor>
+photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> disparity, const photo_facts& facts = {},
+                 Executor&& threads = {}) {
+    return detail::lift_colors<color_column>(color, disparity, facts.surface, threads);
+}
+/// The same for a photo of 16 bits per channel.
+template <executor Executor = const serial_executor>
+single_layer<color16_column, disparity_column, known_column, matte_column> lift(image_view<const std::uint16_t> color,
+                                                                                image_view<const float> disparity,
+                                                                                const photo_facts& facts = {},
+                                                                                Executor&& threads = {}) {
+    return detail::lift_colors<color16_column>(color, disparity, facts.surface, threads);
 }
 
 }}  // namespace ldi
@@ -14349,11 +14498,12 @@ photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> d
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// curves  those of its discontinuities that stay
-///
 /// Links all neighbors inside the photo but those on either side of a curve. Returns the number of links made.
+///
+/// curves  those of its discontinuities that stay; raises mismatch for curves of another layer
 template <payload_column... Columns>
 std::size_t close_spurious_discontinuities(single_layer<Columns...>& layer, std::span<const discontinuity_curve> curves) {
+    detail::check_curves(curves, layer.topology(), "close_spurious_discontinuities");
     buffer<std::pair<std::int32_t, std::int32_t>> kept;  // the pixel on the left or above, and the other
     for (const discontinuity_curve& c : curves)
         for (const discontinuity& d : c.sides) kept.emplace_back((std::min)(d.back, d.front), (std::max)(d.back, d.front));
@@ -14380,16 +14530,18 @@ std::size_t close_spurious_discontinuities(single_layer<Columns...>& layer, std:
 }}  // namespace ldi
 
 // ---- ldi/inpaint/detail/diffuse_unknown.hpp
-// Isotropic diffusion over the links of a layered image: from the pixels that are known into those that are not.
+// Isotropic diffusion over the links of a layered image, from known to unknown pixels.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
+/// Diffuses values into all unknown pixels.
+///
 /// g               in canonical order
-/// known           K, 0 where a pixel is not known
+/// known           K, 0 for unknown pixels
 /// rounds          Gauss-Seidel rounds on each level of the multigrid
-/// value           value(pixel, side): the channels of a known pixel that lies on this side of an unknown one
-/// before_solving  is called once all values have been asked for
-/// store           store(pixel, diffusion<Channels>::value_type): is called last, for every pixel that is not known
+/// value           value(pixel, side): the channels of a known pixel, which is the neighbor of an unknown pixel on this side
+/// before_solving  called after all calls of value()
+/// store           store(pixel, diffusion<Channels>::value_type): called last, for every unknown pixel
 ///
 /// A surface without any known pixel gets the mean of the known values next to unknown pixels elsewhere.
 template <std::size_t Channels, class Value, class BeforeSolving, class Store>
@@ -14421,8 +14573,8 @@ void diffuse_unknown(const graph_view& g, array_view<const std::uint8_t> known, 
 }}}  // namespace ldi::detail
 
 // ---- ldi/inpaint/diffusion_inpainter.hpp
-// Inpainting without a network: colors diffuse isotropically over the links of the layered image, from what is known into what
-// is not. Smooth, fast, and blind to texture.
+// Inpainting without a network: colors diffuse isotropically over the links of the layered image, from known to unknown pixels.
+// Smooth and fast, but without texture.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -14431,10 +14583,10 @@ struct diffusion_inpainter {
     /// Gauss-Seidel rounds on each level of the multigrid.
     int rounds = 6;
 
-    /// layers  in canonical order; the color of every pixel whose known_column is 0 is set. A surface without any known pixel
-    ///         gets the mean of the known colors next to unknown ones elsewhere.
+    /// Inpaints every pixel whose known_column is 0. A surface without any known pixel gets the mean of the known colors next to
+    /// unknown pixels elsewhere. Linear time; 4 bytes per pixel and up to 200 per unknown pixel.
     ///
-    /// Linear time; 4 bytes per pixel and up to 200 per unknown one.
+    /// layers  in canonical order
     template <has_columns<color_column, known_column> Layers, executor Executor = const serial_executor>
     void inpaint(Layers& layers, const progress_listener& progress = {}, Executor&& = {}) const {
         detail::diffuse_unknown<3>(
@@ -14451,11 +14603,11 @@ struct diffusion_inpainter {
 }}  // namespace ldi
 
 // ---- ldi/inpaint/detail/hash.hpp
-// Bits that look random and are always the same: noise and choices that depend on a position alone.
+// Deterministic pseudorandom bits, for noise and choices that depend only on a position.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// The finalizer of MurmurHash3 (Austin Appleby, public domain), of two numbers.
+/// Combines two numbers and applies the finalizer of MurmurHash3 (Austin Appleby, public domain).
 constexpr std::uint32_t hash(std::uint32_t a, std::uint32_t b) {
     std::uint32_t h = a * 0x9E3779B1U ^ b * 0x85EBCA77U ^ 0x27D4EB2FU;
     h = (h ^ h >> 16) * 0x85EBCA6BU;
@@ -14466,22 +14618,22 @@ constexpr std::uint32_t hash(std::uint32_t a, std::uint32_t b) {
 }}}  // namespace ldi::detail
 
 // ---- ldi/inpaint/grain.hpp
-// Grain for inpainted pixels. An inpainter returns the mean of all plausible colors, and a mean is smooth: beside sand, leaves or
-// film grain it looks blurred. add_grain() adds noise as strong as the photo's fine detail nearby, and next to none in smooth
+// Grain for inpainted pixels. An inpainter returns the mean of all plausible colors, and a mean is smooth: beside sand, leaves
+// or film grain it looks blurred. add_grain() adds noise as strong as the photo's fine detail nearby, and almost none in smooth
 // areas such as a sky. Video codecs do the same ("film grain synthesis" of AV1). Not in the paper.
 //
-// The strength is measured near the known pixels next to unknown ones, a few pixels away from silhouettes, which lenses and JPEG
-// smear: how far a pixel's brightness is from the mean of its neighbors. It diffuses over the links of the layered image into
-// what is unknown; more exactly, its square root does, so that a few edges among smooth pixels count for little. The noise
-// depends on a pixel's position alone: a result is always the same.
+// The strength is the difference between a pixel's brightness and the mean of its neighbors. It is measured at known pixels near
+// unknown ones, a few pixels away from silhouettes, which lenses and JPEG blur. Its square root, which reduces the influence of
+// a few edges among smooth pixels, diffuses over the links of the layered image to the unknown pixels. The noise depends only on
+// a pixel's position, so results are deterministic.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct grain_options {
-    /// Standard deviation of the grain, relative to that of the photo's own detail around it if that were noise; 0 for none. Less
-    /// than 1 looks better, because a photo's texture is not all noise; 0.6 was chosen by eye.
+    /// Standard deviation of the grain, relative to the high-frequency content of the surrounding photo; 0 disables grain.
+    /// Values below 1 look better, because part of that content is texture; 0.6 was chosen by eye.
     float strength = 0.6F;
-    /// Noise counts up to this standard deviation, in gray levels of 255: stronger detail is an edge.
+    /// Maximum standard deviation that counts as noise, in gray levels of 255: stronger detail is an edge.
     float limit = 20.0F;
     /// Gauss-Seidel rounds on each level of the diffusion.
     int rounds = 4;
@@ -14489,23 +14641,23 @@ struct grain_options {
 
 namespace detail {
 
-/// Noise of a position, the same on every layer: mean 0, variance 1, close to normal, independent of other positions'.
+/// Noise at a position, the same on every layer: mean 0, variance 1, approximately normal, independent of other positions.
 inline float grain_at(std::int32_t x, std::int32_t y) {
     const std::uint32_t h = hash(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y));
-    const float sum = nearest_float((h & 255) + (h >> 8 & 255) + (h >> 16 & 255) + (h >> 24));  // of four dice
-    return (sum - 510.0F) / 147.8F;  // their mean, 4 * 127.5, and deviation, sqrt(4 * (256^2 - 1) / 12)
+    const float sum = nearest_float((h & 255) + (h >> 8 & 255) + (h >> 16 & 255) + (h >> 24));  // sum of four uniform bytes
+    return (sum - 510.0F) / 147.8F;  // minus the mean, 4 * 127.5; divided by the deviation, sqrt(4 * (256^2 - 1) / 12)
 }
 
-/// The photo's grain at its known pixels.
+/// Measures the photo's grain at known pixels.
 class grain_meter {
 public:
     /// color, known  the columns of a layered image with this graph
     grain_meter(const graph_view& g, array_view<const std::uint8_t> color, array_view<const std::uint8_t> known)
         : graph_(g), color_(color), known_(known) {}
 
-    /// Detail at the known pixel `smeared` steps beyond `pixel`, away from an unknown pixel, or at the last known one before
-    /// that: the difference between its brightness and the mean of its neighbors. Counts the left and right neighbors, and the
-    /// upper and lower ones, only if both are known, so that a ramp has no detail. 0 without such a pair.
+    /// Returns the detail at the known pixel `smeared` steps from `pixel` toward side s, away from an unknown pixel, or at the
+    /// last known pixel before. Detail is the difference between its brightness and the mean of its neighbors. Left and right
+    /// neighbors count only if both are known, as do upper and lower ones, so that a ramp has no detail. 0 without any pair.
     float detail_at(std::int32_t pixel, side s) const {
         for (int step = 0; step < smeared; ++step)
             if (const std::int32_t next = known_neighbor(pixel, s); next != no_pixel) pixel = next;
@@ -14519,12 +14671,13 @@ public:
         return count > 0.0F ? std::abs(brightness(pixel) - sum / count) : 0.0F;
     }
 
-    /// The squared mean of the roots of details for normal noise of deviation 1: (E |d|^0.5)^2 = 0.676 of d's deviation, which is
-    /// that of a pixel less the mean of four, sqrt(1 + 1/4).
+    /// Squared mean of the roots of details, for normal noise of deviation 1: (E |d|^0.5)^2 = 0.676 of the deviation of d, the
+    /// difference between a pixel and the mean of four, sqrt(1 + 1/4).
     static constexpr float of_unit_noise = 0.756F;
 
 private:
-    static constexpr int smeared = 3;  // pixels; chosen by trial: wide enough for a lens and JPEG, narrow enough for small things
+    // in pixels; tuned by experiment: more than the blur of lens and JPEG, but less than small objects
+    static constexpr int smeared = 3;
 
     std::int32_t known_neighbor(std::int32_t pixel, side s) const {
         const std::int32_t found = graph_.neighbor(pixel, s);
@@ -14552,16 +14705,16 @@ inline void check_options(const grain_options& options) {
     check_option("grain_options, limit", options.limit, 0.0F, 255.0F);
 }
 
-/// Strength of the photo's detail around each unknown pixel, as the standard deviation of equally strong noise in gray levels.
-/// One value per unknown pixel, in their order.
+/// Estimates the photo's detail around each unknown pixel, as the standard deviation of equally strong noise in gray levels.
+/// Returns one value per unknown pixel, in their order.
 ///
-/// limit   above 0; detail counts up to this
+/// limit   above 0; maximum detail
 /// rounds  Gauss-Seidel rounds on each level of the diffusion
 template <has_columns<color_column, known_column> Layers>
 buffer<float> detail_around_unknown(const Layers& layers, float limit, int rounds) {
     const grain_meter meter(layers.topology(), layers.template column<color_column>(), layers.template column<known_column>());
     buffer<float> result;
-    std::uint8_t root = 0;  // of the noise around, relative to the limit
+    std::uint8_t root = 0;  // square root of the surrounding noise relative to the limit
     diffuse_unknown<1>(
         layers.topology(), layers.template column<known_column>(), rounds,
         [&](std::int32_t pixel, side s) {
@@ -14579,11 +14732,10 @@ buffer<float> detail_around_unknown(const Layers& layers, float limit, int round
 
 }  // namespace detail
 
-/// Lays grain over every pixel whose known_column is 0; all others stay as they are.
+/// Adds grain to every pixel whose known_column is 0; all others do not change. Raises invalid_option unless the strength is in
+/// [0, 100] and the limit in [0, 255].
 ///
-/// layers  in canonical order, with a color everywhere
-///
-/// Raises invalid_option for a strength that is not in [0, 100], and for a limit that is not in [0, 255].
+/// layers  in canonical order, all pixels with colors
 template <has_columns<color_column, known_column> Layers>
 void add_grain(Layers& layers, const grain_options& options = {}) {
     detail::check_options(options);
@@ -14601,8 +14753,8 @@ void add_grain(Layers& layers, const grain_options& options = {}) {
 }}  // namespace ldi
 
 // ---- ldi/inpaint/detail/silhouette_band.hpp
-// The pixels of a lifted photo within a few steps of its silhouettes, each with the nearest place on one, and colors of both
-// surfaces there: samples from where neither is mixed with the other.
+// Pixels of a lifted photo within a few steps of its silhouettes. Each has its nearest silhouette side, with unmixed color
+// samples of both surfaces.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -14613,25 +14765,25 @@ inline float squared_distance(const float_color& a, const float_color& b) {
     return red * red + green * green + blue * blue;
 }
 
-/// One side of a pixel with a silhouette, and what the photo shows on both hands of it.
+/// One side of a pixel on a silhouette, and the photo's colors on both sides.
 struct silhouette_side {
-    std::int32_t front, back;  ///< the pixels on the near and on the far side
-    side towards_front;        ///< the side of `back` that `front` lies on
+    std::int32_t front, back;  ///< pixels on the near and on the far side
+    side towards_front;        ///< direction from `back` to `front`
     float_color foreground{}, background{};
-    bool can_tell = false;  ///< whether the two colors are known and differ
+    bool can_tell = false;  ///< whether both colors are known and differ
 };
 
 class silhouette_band {
 public:
     struct place {
         std::int32_t pixel;
-        std::int32_t side;      ///< the nearest one
-        std::int16_t distance;  ///< from it, in steps over links: 0 for pixels that touch it
-        bool in_front;          ///< whether the pixel belongs to the nearer of its two surfaces
+        std::int32_t side;      ///< index of the nearest silhouette side
+        std::int16_t distance;  ///< steps over links to that side: 0 for pixels that touch it
+        bool in_front;          ///< whether the pixel belongs to the nearer of the two surfaces
     };
 
     /// g      in the order of a photo; every missing link inside the photo is a silhouette
-    /// reach  distances are below it
+    /// reach  upper limit of distances, exclusive
     silhouette_band(const graph_view& g, array_view<const float> disparity, int reach) : graph_(g), reach_(reach) {
         const auto add = [&](std::int32_t a, std::int32_t b, side from_a) {
             const bool a_is_nearer = disparity[a] > disparity[b];
@@ -14645,15 +14797,15 @@ public:
     }
 
     const buffer<silhouette_side>& sides() const { return sides_; }
-    /// All pixels of the band, those that touch a silhouette first.
+    /// All pixels of the band; those that touch a silhouette come first.
     const buffer<place>& places() const { return places_; }
-    /// The index of a pixel in places(), -1 outside the band.
+    /// Returns the index of a pixel in places(), or -1 outside the band.
     std::int32_t find(std::int32_t pixel) const { return place_of_.empty() ? -1 : place_of_[pixel]; }
 
-    /// Samples both surfaces at every side.
+    /// Samples the colors of both surfaces at every side.
     ///
     /// colors    K x 3
-    /// contrast  the least distance between colors that can be told apart, in 1 / 255
+    /// contrast  minimum distance between distinguishable colors, in 1 / 255
     void sample(array_view<const std::uint8_t> colors, float contrast) {
         for (silhouette_side& s : sides_) {
             const bool has_both = sample(colors, s.front, s.towards_front, s.foreground) &&
@@ -14682,12 +14834,12 @@ private:
         }
     }
 
-    /// Climbs away from the silhouette on one surface, to the first pixel behind the band; on a surface that is narrower, to one
-    /// that is farther from all silhouettes than its neighbors. False where that is as near as the mixed ones.
+    /// Walks away from the silhouette on one surface, to the first pixel beyond the band. On a surface narrower than the band,
+    /// stops at the pixel farthest from all silhouettes. Returns false if that pixel is as close as mixed pixels are.
     bool sample(array_view<const std::uint8_t> colors, std::int32_t from, side away, float_color& color) const {
         place best = places_[find(from)];
         bool is_behind = false;
-        // At a corner of the silhouette all neighbors may be as near to it: then the way leads straight on.
+        // At a corner of the silhouette, all neighbors may be equally close to it; the walk then continues straight on.
         for (int steps = 0; steps < 2 * reach_ + 2 && !is_behind; ++steps) {
             const place here = best;
             const auto step = [&](side s) {
@@ -14716,29 +14868,29 @@ private:
     int reach_;
     buffer<silhouette_side> sides_;
     buffer<place> places_;
-    buffer<std::int32_t> place_of_;  // of each pixel
+    buffer<std::int32_t> place_of_;  // per pixel
 };
 
 }}}  // namespace ldi::detail
 
 // ---- ldi/inpaint/detail/local_matte.hpp
-// The share of the nearer surface in the colors beside a silhouette, from these colors alone. Each pixel looks for the pair of
-// samples, one of either surface, of which its color is a mixture: C = alpha F + (1 - alpha) B with the least error (Wang and
-// Cohen, Optimized Color Sampling for Robust Matting, CVPR 2007; Gastal and Oliveira, Shared Sampling for Real-Time Alpha
-// Matting, Eurographics 2010). Diffusion then smooths the shares, each pulled towards its estimate the more, the less error the
-// pair has.
+// Estimates the nearer surface's share in the colors beside a silhouette, from these colors alone. Each pixel searches for the
+// pair of samples, one from each surface, whose mixture is closest to its color: C = alpha F + (1 - alpha) B (Wang and Cohen,
+// Optimized Color Sampling for Robust Matting, CVPR 2007; Gastal and Oliveira, Shared Sampling for Real-Time Alpha Matting,
+// Eurographics 2010). Diffusion then smooths the shares; the smaller the error of its pair, the more strongly a pixel is pulled
+// to its own estimate.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// A color as a mixture of two.
+/// A color as a mixture of two colors.
 struct mixture {
-    float alpha = 0;  ///< the foreground's share
+    float alpha = 0;  ///< share of the foreground
     float_color foreground{}, background{};
-    int confidence = 0;  ///< 0 to 8, against 1 for each of four neighbors
+    int confidence = 0;  ///< 0 to 8: weight of the estimate, relative to 1 for each of four neighbors
 };
 
-/// The mixture of a foreground and a background sample that is nearest to a color. One that is nearly pure is preferred, because
-/// in a texture some pair of samples explains every color; by how much was chosen on the views of bench/quality.
+/// Mixture of a foreground and a background sample closest to a color. Nearly pure mixtures are preferred, because in textured
+/// regions some pair explains every color; the preference was tuned on bench/quality.
 inline mixture unmix(const float_color& color, const float_color* foregrounds, const float_color* backgrounds,
                      std::size_t count) {
     mixture best;
@@ -14758,14 +14910,14 @@ inline mixture unmix(const float_color& color, const float_color* foregrounds, c
             least = cost, contrast = squared;
             best = {alpha, foregrounds[f], backgrounds[b], 0};
         }
-    // A tenth of the contrast is what grain makes of a mixture; half of it is another color.
+    // Grain alone causes errors of a tenth of the contrast; an error of half the contrast means another color.
     const float error = std::sqrt(least / (contrast + 1.0F));
     best.confidence = static_cast<int>(std::clamp(10.0F - 20.0F * error, 0.0F, 8.0F));
     return best;
 }
 
-/// Mixtures of all pixels of a band, in the order of its places. Where a pixel's nearest side cannot tell, confidence is 0 and
-/// alpha is 1 in front, 0 behind.
+/// Mixtures of all pixels of a band, in the order of places(). If the two surfaces at a pixel's nearest side are not
+/// distinguishable, confidence is 0, and alpha is 1 in front and 0 behind.
 class local_matte {
 public:
     local_matte(const graph_view& g, const silhouette_band& band, array_view<const std::uint8_t> colors)
@@ -14795,7 +14947,7 @@ public:
     }
 
 private:
-    /// Samples come from the pixel's nearest side, and from those of pixels this far from it along rows and columns.
+    /// Samples are taken at the pixel's nearest silhouette side, and at those of pixels this far away along rows and columns.
     static constexpr std::int32_t sample_distance = 4;
     static constexpr std::size_t max_samples = 5;
 
@@ -14824,7 +14976,8 @@ private:
         return unmix(color, foregrounds, backgrounds, count);
     }
 
-    /// A share is smooth in the picture: also from pixel to pixel across the silhouette. Beyond the band nothing is mixed.
+    /// Connects a pixel to its neighbors in the picture, also across the silhouette, because shares are smooth there. Outside
+    /// the band, colors are pure.
     void add_neighbors(diffusion<1>& solver, const buffer<std::int32_t>& cells, std::int32_t place) const {
         const silhouette_band::place& p = band_.places()[place];
         const float pure = p.in_front ? 1.0F : 0.0F;
@@ -14852,24 +15005,24 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/inpaint/mixed_colors.hpp
-// Unmixes the colors of two surfaces next to a silhouette, where the lens, resampling, and depth edges that are off by a pixel
-// mix them. The paper marks a margin of the foreground for inpainting (Figure "atlas": the light blue pixels). Here, the colors
-// themselves tell which pixels are mixed. Each mixed pixel gets the color of its own surface, or becomes unknown where that
-// surface has only a small share. Where both surfaces look alike, a fixed margin of the foreground becomes unknown.
+// Unmixes the colors of two surfaces next to a silhouette, where the lens, resampling, and inaccurate depth edges mix them. The
+// paper marks a margin of the foreground for inpainting (Figure "atlas": the light blue pixels). Here, the colors themselves
+// determine which pixels are mixed. Each mixed pixel gets the color of its own surface, or becomes unknown if that surface has
+// only a small share. Where both surfaces look alike, a fixed margin of the foreground becomes unknown.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Margins hold up to a long side of 1536 pixels, the paper's size, and grow with the photo beyond.
+/// Margins apply to photos with a long side of up to 1536 pixels, the paper's size, and grow in proportion for larger photos.
 struct mixed_color_options {
-    /// Where both surfaces look alike, the foreground's colors are refilled within this many pixels of the silhouette.
+    /// Where both surfaces look alike, foreground colors are refilled within this many pixels of the silhouette.
     int foreground_margin = 2;
-    /// The background's colors are always refilled within this many. The paper marks the foreground only. Without a margin here,
-    /// the hidden surface would be continued with what the lens smeared over the background, and with what an edge of depth that
-    /// is off leaves of the foreground there. On the views of bench/quality the first pixel gains 0.08 dB over leaving it where
-    /// it looks unmixed; on six stereo pairs a second one costs 0.23 dB.
+    /// Background colors are always refilled within this many pixels of the silhouette. The paper marks only the foreground.
+    /// Without this margin, the hidden surface would continue the lens blur on the background, and the foreground colors that an
+    /// inaccurate depth edge leaves there. On the views of bench/quality, the first pixel gains 0.08 dB compared to refilling
+    /// only where colors look mixed; on six stereo pairs, a second pixel costs 0.23 dB.
     int background_margin = 1;
-    /// Where the two surfaces differ, mixed colors are searched within this share of the photo's long side on either side of the
-    /// silhouette, and within at least two pixels. 0 turns the search off.
+    /// Where the two surfaces differ, mixed colors are searched on either side of the silhouette within this share of the
+    /// photo's long side, and within at least two pixels. 0 disables the search.
     float reach = 4.0F / 1536.0F;
     /// Minimum Euclidean RGB distance of colors that count as different, 0 to 255 per channel.
     float contrast = 40.0F;
@@ -14877,15 +15030,15 @@ struct mixed_color_options {
 
 namespace detail {
 
-// Marks the pixels within `margin` steps of `edge` over links as unknown, except those that would have no known pixel behind them
-// to be refilled from: a thin rod keeps its colors.
+// Marks the pixels within `margin` steps of `edge` over links as unknown, except those without a known pixel behind them that
+// could refill them: a thin rod keeps its colors.
 template <class Layers>
 void mark_margin(Layers& layers, const buffer<std::int32_t>& edge, int margin) {
     const auto known = layers.template column<known_column>();
     const auto& g = layers.topology();
     enum class mark : std::uint8_t { none, visited, refillable };
     buffer<mark> marks(known.size());
-    // rings[d]: the known pixels d steps away from the edge
+    // rings[d]: known pixels at a distance of d steps from the edge
     buffer<buffer<std::int32_t>> rings(1);
     const auto visit = [&](std::int32_t pixel, buffer<std::int32_t>& ring) {
         if (known[pixel] == 0 || marks[pixel] != mark::none) return;
@@ -14894,14 +15047,15 @@ void mark_margin(Layers& layers, const buffer<std::int32_t>& edge, int margin) {
     };
     for (std::int32_t pixel : edge) visit(pixel, rings[0]);
     for (int d = 0; d < margin; ++d) {
-        if (rings.back().empty()) return;  // nothing known lies behind
+        if (rings.back().empty()) return;  // no known pixel lies behind
         buffer<std::int32_t> next;
         for (std::int32_t pixel : rings.back())
             for (side s : all_sides)
                 if (const std::int32_t neighbor = g.neighbor(pixel, s); neighbor != no_pixel) visit(neighbor, next);
         rings.push_back(std::move(next));
     }
-    // The outermost ring is known for certain. Inwards, a pixel becomes unknown if one step outwards there is such a pixel.
+    // The outermost ring stays known. From there inward, a pixel becomes unknown if its outward neighbor stays known or is
+    // refillable.
     for (std::int32_t pixel : rings.back()) marks[pixel] = mark::refillable;
     for (std::size_t d = rings.size() - 1; d-- > 0;) {
         buffer<std::int32_t> accepted;
@@ -14918,13 +15072,13 @@ void mark_margin(Layers& layers, const buffer<std::int32_t>& edge, int margin) {
         for (std::int32_t pixel : rings[d]) known[pixel] = 0;
 }
 
-/// Counts of pixels for a photo of this size.
+/// Scales a number of pixels to the size of the photo.
 inline int scaled_to_photo(int pixels, const graph_view& g) {
     const float scale = nearest_float((std::max)(g.width(), g.height())) / 1536.0F;
     return scale > 1.0F ? static_cast<int>(std::lround(scale * nearest_float(pixels))) : pixels;
 }
 
-/// Width of the band that is searched for mixed colors, in pixels.
+/// Width in pixels of the band that is searched for mixed colors.
 inline int band_width(float reach, const graph_view& g) {
     const float pixels = reach * nearest_float((std::max)(g.width(), g.height()));
     return reach > 0 ? static_cast<int>((std::max)(std::lround(pixels), 2L)) : 0;
@@ -14937,8 +15091,8 @@ public:
     color_cleaner(Layers& layers, const silhouette_band& band, const buffer<mixture>& mixtures)
         : layers_(layers), band_(band), mixtures_(mixtures), known_(layers.template column<known_column>()) {}
 
-    /// Mixed are the pixels that touch the silhouette, and what is linked to them through mixed ones: farther away, a color that
-    /// looks like a mixture is the surface's own.
+    /// Cleans the pixels that touch the silhouette if they are mixed, and pixels linked to them through mixed pixels. Farther
+    /// away, a color that looks mixed is the surface's own color.
     void clean() {
         const buffer<silhouette_band::place>& places = band_.places();
         buffer<std::uint8_t> reached(places.size(), 0);
@@ -14957,8 +15111,9 @@ public:
     }
 
 private:
-    /// Foreground pixels are cleaned below this share of their own color. Background pixels are refilled above this share of the
-    /// foreground's color: refilling loses texture, and smaller shares are invisible. Both by trial.
+    /// Foreground pixels are cleaned if their share of their own color is below this. Background pixels are refilled if their
+    /// share of foreground color is above this: refilling loses texture, and smaller shares are invisible. Both tuned by
+    /// experiment.
     static constexpr float pure_foreground = 0.8F, pure_background = 0.4F;
 
     bool is_pure(std::int32_t place) const {
@@ -14966,8 +15121,8 @@ private:
         return band_.places()[place].in_front ? alpha >= pure_foreground : alpha <= pure_background;
     }
 
-    /// The color of the pixel's own surface O that, with the sample of the other surface, comes nearest to the pixel's color C
-    /// and to the sample of its own: the minimum of |C - a O - (1 - a) other|^2 + |O - sample|^2 / 4.
+    /// Estimates the color O of the pixel's own surface from the pixel's color C, the sample of the own surface and the sample
+    /// of the other surface: the minimum of |C - a O - (1 - a) other|^2 + |O - sample|^2 / 4.
     void clean(std::int32_t place) {
         const mixture& m = mixtures_[place];
         const bool in_front = band_.places()[place].in_front;
@@ -15005,11 +15160,13 @@ private:
 
 }  // namespace detail
 
+/// Cleans the colors beside silhouettes, or marks them as unknown. Call it before expand(). Sets the matte column if there is
+/// one.
+///
 /// layers  every pixel with a missing link inside the photo lies on a silhouette
 ///
-/// Cleans the colors beside silhouettes, or marks them as unknown. Call it before expand(). Sets the matte column, if there is
-/// one. Raises invalid_option. Time is linear but for sorting the pixels beside silhouettes; up to 150 bytes per pixel, where all
-/// lie there.
+/// Raises invalid_option. Time is linear except for sorting the pixels beside silhouettes; up to 150 bytes per pixel, if all lie
+/// beside silhouettes.
 template <payload_column... Columns>
 void unmix_colors(single_layer<Columns...>& layers, const mixed_color_options& options = {}) {
     static_assert(has_columns<single_layer<Columns...>, color_column, disparity_column, known_column>);
@@ -15042,37 +15199,37 @@ void unmix_colors(single_layer<Columns...>& layers, const mixed_color_options& o
 }}  // namespace ldi
 
 // ---- ldi/inpaint/detail/texture_cells.hpp
-// The part of a layered image that texture transfer works on: the pixels that are not known, and a strip of known ones around
-// them, on the same surfaces. Few of a photo's pixels, so they are numbered anew.
+// The part of a layered image that texture transfer processes: the unknown pixels, and a strip of known pixels around them on
+// the same surfaces. These are few of a photo's pixels, so they get their own numbers.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Cells are in the order of the pixels, so that a linked run of cells lies side by side.
+/// Cells are in the order of the pixels, so that a linked run of cells is contiguous.
 struct texture_cells {
     enum class kind : std::uint8_t {
         unknown,
-        source,  ///< known, and texture may come from here
-        margin,  ///< known, there only so that a source is seen with its surroundings
+        source,  ///< known, and a source of texture
+        margin,  ///< known, only part of the surroundings of a source
     };
-    static constexpr int max_steps = 255;  ///< of walk()
+    static constexpr int max_steps = 255;  ///< maximum of walk()
     static constexpr int stride = 4;
 
-    buffer<std::int32_t> pixel;                    ///< per cell: its index in the graph
+    buffer<std::int32_t> pixel;                    ///< per cell: index in the graph
     buffer<kind> kinds;                            ///< per cell
-    buffer<std::uint8_t> left_steps, right_steps;  ///< per cell: the number of cells that follow on that side, max_steps at most
-    buffer<std::int32_t> above, below;             ///< per cell: the neighboring cell, or the cell itself
-    buffer<std::int32_t> far_above, far_below;     ///< per cell: the one `stride` steps away, or the last one on the way
+    buffer<std::uint8_t> left_steps, right_steps;  ///< per cell: number of cells that follow on that side, at most max_steps
+    buffer<std::int32_t> above, below;             ///< per cell: neighboring cell, or the cell itself
+    buffer<std::int32_t> far_above, far_below;     ///< per cell: the cell `stride` steps away, or the last one before
 
     std::int32_t count() const { return pixel.count(); }
     bool is_unknown(std::int32_t cell) const { return kinds[cell] == kind::unknown; }
     bool is_source(std::int32_t cell) const { return kinds[cell] == kind::source; }
-    /// The neighboring cell, or no_pixel.
+    /// Returns the neighboring cell, or no_pixel.
     std::int32_t neighbor(std::int32_t cell, side s) const {
         const std::int32_t n = walk(cell, s, 1);
         return n == cell ? no_pixel : n;
     }
 
-    /// The cell this many steps away, or the last one on the way there.
+    /// Returns the cell this many steps away, or the last one before.
     std::int32_t walk(std::int32_t cell, side s, int steps) const {
         LDI_ASSERT(steps <= max_steps);
         switch (s) {
@@ -15092,7 +15249,7 @@ private:
     }
 };
 
-/// Steps over links from each pixel to the nearest unknown one, where they are `most` at most; otherwise 255.
+/// Counts the steps over links from each pixel to the nearest unknown pixel, up to `most`; 255 beyond.
 inline buffer<std::uint8_t> steps_to_unknown(const graph_view& g, array_view<const std::uint8_t> known, int most) {
     buffer<std::uint8_t> steps(g.size(), unset);
     for (std::int32_t i = 0; i < g.count(); ++i) steps[i] = known[i] == 0 ? 0 : 255;
@@ -15115,7 +15272,7 @@ inline buffer<std::uint8_t> steps_to_unknown(const graph_view& g, array_view<con
     return steps;
 }
 
-/// Each cell's link followed twice.
+/// Follows each cell's link twice.
 inline buffer<std::int32_t> doubled(const buffer<std::int32_t>& links) {
     buffer<std::int32_t> result(links.size(), unset);
     for (std::size_t cell = 0; cell < links.size(); ++cell) result[cell] = links[links[cell]];
@@ -15124,7 +15281,7 @@ inline buffer<std::int32_t> doubled(const buffer<std::int32_t>& links) {
 
 /// Sets left_steps and right_steps.
 ///
-/// is_linked  is_linked(cell): whether the cell before it is its left neighbor
+/// is_linked  is_linked(cell): whether the previous cell is its left neighbor
 template <class IsLinked>
 void count_steps(texture_cells& cells, IsLinked&& is_linked) {
     const auto one_more = [](std::uint8_t steps) {
@@ -15138,15 +15295,17 @@ void count_steps(texture_cells& cells, IsLinked&& is_linked) {
         if (cells.left_steps[cell] > 0) cells.right_steps[cell - 1] = one_more(cells.right_steps[cell]);
 }
 
-/// g              in canonical order
-/// reach, margin  how many steps from an unknown pixel sources lie at most, and how wide the margin around them is; together
-///                less than 255
+/// Selects and numbers the cells.
+///
+/// g       in canonical order
+/// reach   maximum steps from an unknown pixel to a source
+/// margin  width of the margin around sources; reach + margin must be less than 255
 inline texture_cells find_texture_cells(const graph_view& g, array_view<const std::uint8_t> known, int reach, int margin) {
     const buffer<std::uint8_t> steps = steps_to_unknown(g, known, reach + margin);
     const std::size_t count = g.size() - static_cast<std::size_t>(std::count(steps.begin(), steps.end(), 255));
     texture_cells cells;
     cells.pixel.resize(count, unset), cells.kinds.resize(count, unset);
-    buffer<std::int32_t> cell_of(g.size(), unset);  // where there is a cell
+    buffer<std::int32_t> cell_of(g.size(), unset);  // set only for pixels with a cell
     std::int32_t next = 0;
     for (std::int32_t i = 0; i < g.count(); ++i) {
         if (steps[i] == 255) continue;
@@ -15177,19 +15336,19 @@ inline texture_cells find_texture_cells(const graph_view& g, array_view<const st
 }}}  // namespace ldi::detail
 
 // ---- ldi/inpaint/detail/texture_looks.hpp
-// The colors of texture cells: their high frequencies, and what their surroundings look like when both are blurred. A binomial
-// filter of 3 x 3 over links blurs them, four times. Sums stay whole: each time they get four bits more, 24 in the end.
+// Color features of texture cells: their high frequencies, and their blurred surroundings. A 3 x 3 binomial filter over links,
+// applied four times, blurs them. Sums remain integers: each pass adds four bits, 24 in total.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// A cell with its surroundings: blurred colors of itself, and of those `tap_distance` steps away on each side. Of 16 bytes for
-/// the sake of vector instructions; the last is 0.
+/// A cell with its surroundings: blurred colors of the cell, and of the cells `tap_distance` steps away on each side. Padded
+/// with a 0 to 16 bytes for vector instructions.
 using texture_surroundings = std::array<std::uint8_t, 16>;
 
 inline constexpr int tap_distance = 4;
 inline constexpr int tap_values = 15;
 
-/// The sum of the absolute differences.
+/// Returns the sum of absolute differences.
 inline int difference_of(const texture_surroundings& a, const texture_surroundings& b) {
     int sum = 0;
 #if defined(__GNUC__) && !defined(__clang__)
@@ -15199,10 +15358,10 @@ inline int difference_of(const texture_surroundings& a, const texture_surroundin
     return sum;
 }
 
-/// Cells of one run whose neighbors above, and whose neighbors below, lie side by side, too.
+/// Cells of one run whose neighbors above are contiguous, and whose neighbors below are contiguous.
 struct cell_stretch {
     std::int32_t first, count;
-    std::int32_t above, below;  ///< from a cell to its neighbor; 0: there is none
+    std::int32_t above, below;  ///< offset from a cell to its neighbor; 0 if there is none
 };
 
 inline buffer<cell_stretch> find_stretches(const texture_cells& cells) {
@@ -15217,8 +15376,8 @@ inline buffer<cell_stretch> find_stretches(const texture_cells& cells) {
     return result;
 }
 
-/// Blurs colors, three channels each, with a binomial filter over links, first along x, then along y. A neighbor that is missing
-/// counts as the cell itself.
+/// Blurs colors, three channels each, with a binomial filter over links, first along x, then along y. The cell itself replaces a
+/// missing neighbor.
 class cell_blur {
 public:
     explicit cell_blur(const texture_cells& cells) : cells_(cells), stretches_(find_stretches(cells)) {}
@@ -15263,10 +15422,10 @@ private:
     buffer<cell_stretch> stretches_;
 };
 
-/// What texture is chosen by, and what is copied.
+/// Features for the search of texture, and the detail to copy.
 struct texture_looks {
     buffer<texture_surroundings> surroundings;   ///< per cell
-    buffer<std::array<std::int16_t, 3>> detail;  ///< per cell: color less blurred color, in sixteenths
+    buffer<std::array<std::int16_t, 3>> detail;  ///< per cell: color minus blurred color, in sixteenths
 };
 
 inline buffer<texture_surroundings> describe_cells(const texture_cells& cells,
@@ -15283,7 +15442,7 @@ inline buffer<texture_surroundings> describe_cells(const texture_cells& cells,
     return result;
 }
 
-/// color  of the layered image that the cells are of
+/// color  of the cells' layered image
 inline texture_looks look_at(const texture_cells& cells, array_view<const std::uint8_t> color) {
     const cell_blur blur(cells);
     texture_looks result;
@@ -15312,20 +15471,20 @@ inline texture_looks look_at(const texture_cells& cells, array_view<const std::u
 }}}  // namespace ldi::detail
 
 // ---- ldi/inpaint/detail/texture_search.hpp
-// Which known pixel each unknown one takes its texture from: the randomized search of PatchMatch (Barnes, Shechtman, Finkelstein
-// and Goldman, "PatchMatch: A Randomized Correspondence Algorithm for Structural Image Editing", 2009) over the links of a
-// layered image, so that no other surface is ever reached. As in "Shift-Map Image Editing" (Pritch, Kav-Venaki and Peleg, 2009)
-// it costs where two neighbors take from pixels that are not neighbors: what is copied then hangs together.
+// Finds the known pixel from which each unknown pixel copies its texture: the randomized search of PatchMatch (Barnes,
+// Shechtman, Finkelstein and Goldman, "PatchMatch: A Randomized Correspondence Algorithm for Structural Image Editing", 2009)
+// over the links of a layered image, so that the search never reaches another surface. As in "Shift-Map Image Editing" (Pritch,
+// Kav-Venaki and Peleg, 2009), neighbors whose sources are not neighbors add to the cost, so that copied texture is coherent.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 class texture_search {
 public:
-    /// reach  in steps along x and along y
+    /// reach  steps along x and along y
     texture_search(const graph_view& g, const texture_cells& cells, const buffer<texture_surroundings>& looks, int reach)
         : graph_(g), cells_(cells), looks_(looks), reach_(reach) {}
 
-    /// Per cell, the source of its texture; no_pixel for a known cell, and where no source is found.
+    /// Returns the source of each cell's texture; no_pixel for a known cell, and for a cell without any source.
     buffer<std::int32_t> run(int rounds) {
         source_ = buffer<std::int32_t>(cells_.pixel.size(), no_pixel);
         find_nearest_known();
@@ -15339,9 +15498,9 @@ public:
     }
 
 private:
-    // Cost of two neighbors whose sources are not; chosen by trial.
+    // Cost of two neighboring cells whose sources are not neighbors; tuned by experiment.
     static constexpr int incoherence = 100;
-    // One in `search_interval` cells also samples random sources. Its neighbors then propagate good ones.
+    // One in `search_interval` cells also samples random sources. Its neighbors then propagate good sources.
     static constexpr std::uint32_t search_interval = 32;
 
     /// Finds the first candidate of each unknown cell: the nearest known cell along links, or no_pixel.
@@ -15368,7 +15527,7 @@ private:
         }
     }
 
-    /// Incoherence is counted only while the sum may stay below `limit`.
+    /// Counts incoherence only while the sum may stay below `limit`.
     int cost(std::int32_t cell, std::int32_t from, int limit) const {
         int sum = difference_of(looks_[cell], looks_[from]);
         for (side s : all_sides) {
@@ -15382,7 +15541,7 @@ private:
 
     void improve(std::int32_t cell, int round, bool forward) {
         std::int32_t& best = source_[cell];
-        int least = -1;  // computed only when there is something to compare, which is rare
+        int least = -1;  // computed only when there is a candidate to compare, which is rare
         const auto consider = [&](std::int32_t from) {
             if (from == no_pixel || from == best || !cells_.is_source(from)) return;
             if (best == no_pixel) {
@@ -15405,7 +15564,7 @@ private:
             consider(wander(best, hash(random, 100 + static_cast<std::uint32_t>(radius)), radius));
     }
 
-    /// A cell within this many steps along x and then y, as far as links go.
+    /// Returns a cell within `radius` steps along x and then y, as far as links go.
     std::int32_t wander(std::int32_t cell, std::uint32_t random, int radius) const {
         const auto within = [radius](std::uint32_t bits) {  // -radius ... radius
             return static_cast<int>(bits * static_cast<std::uint32_t>(2 * radius + 1) >> 16) - radius;
@@ -15425,27 +15584,28 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/inpaint/texture_transfer.hpp
-// Texture for inpainted pixels, from the photo itself. An inpainter that returns the mean of all that a color might be returns no
-// texture. The high frequencies of known pixels of the same surface, near the silhouette, are added to its answer: those of the
-// places that look like the answer when both are blurred (after Yi et al., "Contextual Residual Aggregation for Ultra
-// High-Resolution Image Inpainting", 2020). Grain (inpaint/grain.hpp) only where no place does. Not in the paper.
+// Texture for inpainted pixels, copied from the photo. An inpainter that returns the mean of all plausible colors returns no
+// texture. This stage adds the high frequencies of known pixels of the same surface, near the silhouette. Sources are those
+// pixels whose blurred surroundings are similar to the blurred inpainted colors (after Yi et al., "Contextual Residual
+// Aggregation for Ultra High-Resolution Image Inpainting", 2020). Where no source is similar, it adds grain (inpaint/grain.hpp).
+// Not in the paper.
 //
-// High frequencies have a mean of zero and no edges that must meet, so patches may end anywhere: there are no seams to blend, and
-// no averages that would lose strength. What is stronger than the photo's detail around the hole is held back: an edge, a leaf
-// before the sky.
+// High frequencies have a mean of zero and no edges that must meet, so patches may end anywhere: no seams need blending, and no
+// averaging reduces the strength. Detail stronger than the photo's detail around the hole is limited, for example an edge, or a
+// leaf in front of the sky.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct texture_options {
-    /// Relative to the texture of the photo; 0 for none, which leaves grain.
+    /// Strength relative to the texture of the photo; 0 leaves only grain.
     float strength = 1.0F;
-    /// No pixel's texture is stronger than this many times the photo's detail around; it comes near to it gradually. A large
-    /// number copies edges, too.
+    /// Limit of a pixel's texture, as a multiple of the photo's detail around it, approached gradually. A large number also
+    /// copies edges.
     float crest = 4.0F;
-    /// Texture comes from known pixels up to this many steps over links from an inpainted one.
+    /// Maximum steps over links from an inpainted pixel to the known pixels that are sources.
     int reach = 32;
-    /// Mean difference of the blurred colors, in gray levels, up to which a place counts as alike. From there to twice as much,
-    /// texture fades into grain.
+    /// Mean difference of blurred colors, in gray levels, up to which a source counts as similar. Between this value and twice
+    /// this value, texture fades to grain.
     float tolerance = 13.0F;
     /// Rounds of the search; its direction alternates.
     int rounds = 2;
@@ -15456,7 +15616,7 @@ namespace detail {
 /// Three channels of color.
 using texture_color = std::array<float, 3>;
 
-/// Finds a source of texture for each unknown pixel, and the detail to add from it.
+/// Finds a source of texture for each unknown pixel, and the detail to copy from it.
 class texture_transfer {
 public:
     /// color, known  the columns of a layered image with this graph
@@ -15475,10 +15635,10 @@ public:
         const float difference = nearest_float(difference_of(looks_.surroundings[cell], looks_.surroundings[source_[cell]])) /
                                  nearest_float(tap_values);
         if (difference <= options_.tolerance) return 1.0F;
-        return (std::max)(2.0F - difference / options_.tolerance, 0.0F);  // a tolerance of 0 leaves only what is equal
+        return (std::max)(2.0F - difference / options_.tolerance, 0.0F);  // a tolerance of 0 accepts only equal surroundings
     }
 
-    /// The texture of an unknown cell, none if it has no source. `noise`: the photo's detail around it.
+    /// Returns the texture of an unknown cell, zero if it has no source. noise  the photo's detail around it
     texture_color texture(std::int32_t cell, float noise) const {
         if (source_[cell] == no_pixel) return {};
         texture_color result;
@@ -15491,7 +15651,7 @@ public:
     }
 
 private:
-    static constexpr int margin = 3;  // what blurring and the taps around the last sources need, nearly
+    static constexpr int margin = 3;  // approximate width for the blur and the taps around the outermost sources
 
     texture_options options_;
     texture_cells cells_;
@@ -15509,15 +15669,16 @@ inline void check_options(const texture_options& options) {
 
 }  // namespace detail
 
-/// Adds texture to every pixel whose known_column is 0, and grain where nothing known is like it; all others stay as they are.
+/// Adds texture to every pixel whose known_column is 0, and grain where no known texture is similar; all other pixels do not
+/// change.
 ///
-/// layers  in canonical order, with a color everywhere
-/// grain   also says how the photo's detail is measured: with a limit of 0 nothing is added. A texture strength of 0 leaves
-/// add_grain()
+/// layers  in canonical order, all pixels with colors
+/// grain   also determines how the photo's detail is measured: with a limit of 0, nothing is added. A texture strength of 0 is
+///         equivalent to add_grain()
 ///
-/// Raises invalid_option as add_grain() does, and for a strength, crest or tolerance that is not in [0, 100], [0, 1000] or [0,
-/// 255], a reach that is not in [1, 200], or rounds that are not in [1, 60]. Linear time; up to 80 bytes per pixel, where all
-/// are unknown or near.
+/// Raises invalid_option as add_grain() does, and for a strength, crest or tolerance outside [0, 100], [0, 1000] or [0, 255], a
+/// reach outside [1, 200], or rounds outside [1, 60]. Linear time; up to 80 bytes per pixel, if all are unknown or near unknown
+/// pixels.
 template <has_columns<color_column, known_column> Layers>
 void add_texture(Layers& layers, const texture_options& options = {}, const grain_options& grain = {}) {
     detail::check_options(options);
@@ -15545,21 +15706,21 @@ void add_texture(Layers& layers, const texture_options& options = {}, const grai
 }}  // namespace ldi
 
 // ---- ldi/inpaint/uncertain_rims.hpp
-// Keeps traces of the foreground (fuzz, hair, a rim) off hidden surfaces. Silhouettes of coarse depth maps are off by up to a few
-// samples, so such traces stay on the background beside them, and inpainting would continue them. Most of these pixels are true
-// background colors in plain view, so refilling all of them would blur the photo. Instead, mark_uncertain_rims() makes them
-// unknown while hidden surfaces get their colors. restore_rims() then restores those that differ from the surface in front.
+// Keeps traces of the foreground (fuzz, hair, a rim) off hidden surfaces. Silhouettes of coarse depth maps are off by up to a
+// few samples, so such traces remain on the background beside them, and inpainting would continue them. Most of these pixels are
+// true background colors in plain view, so refilling all of them would blur the photo. Instead, mark_uncertain_rims() makes them
+// unknown while hidden surfaces are colored. restore_rims() then restores those that differ from the surface in front.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A pixel's data for restore_rims().
 struct uncertain_rim {
-    std::array<std::uint8_t, 3> color;  ///< of the pixel itself
-    std::array<float, 3> foreground;    ///< of the surface in front of it, 0 to 255
+    std::array<std::uint8_t, 3> color;  ///< color of the pixel itself
+    std::array<float, 3> foreground;    ///< color of the surface in front of it, 0 to 255
     bool is_distinguishable;            ///< whether the surface in front looks different, so that `foreground` is reliable
 };
 
-/// 0, or 1 + the pixel's index in the list of mark_uncertain_rims().
+/// 0, or 1 + the pixel's index in the result of mark_uncertain_rims().
 struct rim_column {
     using scalar = std::int32_t;
     static constexpr std::size_t channels = 1;
@@ -15568,7 +15729,7 @@ struct rim_column {
 
 namespace detail {
 
-/// Position of `color` on the line from `from` (0) to `to` (1), possibly outside of both; 0 where both look alike.
+/// Position of `color` on the line from `from` (0) to `to` (1), possibly outside of both; 0 if both look alike.
 inline float share_of_way(const std::uint8_t* color, const std::uint8_t* from, const float* to) {
     constexpr float min_contrast = 40.0F;  // as in mixed_color_options
     float along = 0, squared = 0;
@@ -15581,13 +15742,13 @@ inline float share_of_way(const std::uint8_t* color, const std::uint8_t* from, c
 
 }  // namespace detail
 
-/// Marks the known pixels of the background within `width` pixels of silhouettes as unknown, except those that would have no
-/// known pixel behind them. Call it after unmix_colors() and before expand().
+/// Marks the known background pixels within `width` pixels of silhouettes as unknown, except those without a known pixel behind
+/// them. Call it after unmix_colors() and before expand(). Sets the rim column and returns the list that its values refer to, in
+/// the order of the pixels.
 ///
 /// layers  every pixel with a missing link inside the photo lies on a silhouette
 ///
-/// Sets the rim column and returns the list that it refers to, in the order of the pixels. Linear time, whatever the width; up to
-/// 150 bytes per pixel, where all lie within it.
+/// Linear time, for any width; up to 150 bytes per pixel, if all lie within it.
 template <payload_column... Columns>
 buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int width) {
     static_assert(has_columns<single_layer<Columns...>, color_column, disparity_column, known_column, rim_column>);
@@ -15600,7 +15761,7 @@ buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int 
     band.sample(layers.template column<color_column>(), 0.0F);
     buffer<std::int32_t> edge;
     for (const detail::silhouette_side& s : band.sides()) edge.push_back(s.back);
-    // Pixels that unmix_colors() changed at the silhouette are unknown already. The margin begins behind them.
+    // Pixels that unmix_colors() changed at the silhouette are already unknown. The margin starts behind them.
     const buffer<std::uint8_t> before(known.begin(), known.end());
     std::fill(known.begin(), known.end(), std::uint8_t{1});
     detail::mark_margin(layers, edge, width);
@@ -15609,7 +15770,7 @@ buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int 
             const detail::silhouette_band::place& nearest = band.places()[band.find(i)];
             const detail::silhouette_side& s = band.sides()[nearest.side];
             const auto color = layers.template at<color_column>(i);
-            // A narrow surface between two others may be the near one at the nearest silhouette.
+            // A narrow surface between two others may be the nearer one at the nearest silhouette.
             rims.push_back({{color[0], color[1], color[2]}, s.foreground, s.can_tell && !nearest.in_front});
             rim_of[i] = rims.count();
         }
@@ -15618,9 +15779,9 @@ buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int 
     return rims;
 }
 
-/// Restores the colors of the pixels that mark_uncertain_rims() marked, which become known again, unless their own color has an
-/// eighth or more of the foreground in it: on the way from the color that inpainting gave them, which continues the background,
-/// to the foreground's. (The eighth was found by trial.)
+/// Restores the colors of the pixels that mark_uncertain_rims() marked, and makes them known again, unless their own color
+/// contains an eighth or more of the foreground, measured on the line from the inpainted color, which continues the background,
+/// to the foreground's color. (The eighth was tuned by experiment.)
 template <has_columns<color_column, known_column, rim_column> Layers>
 void restore_rims(Layers& layers, std::span<const uncertain_rim> rims) {
     const auto rim_of = layers.template column<rim_column>();
@@ -15679,6 +15840,14 @@ struct chart_options {
 };
 
 namespace detail {
+
+/// Raises mismatch unless the charts are of an image with `pixel_count` pixels.
+inline void check_charts(const chart_set& charts, std::size_t pixel_count, const char* where) {
+    bool fits = charts.chart_of.size() == pixel_count;
+    for (const chart& c : charts.charts)
+        for (const std::int32_t pixel : c.pixels) fits = fits && pixel >= 0 && static_cast<std::size_t>(pixel) < pixel_count;
+    if (!fits) raise(error_code::mismatch, where, "charts of these " + std::to_string(pixel_count) + " pixels", "others");
+}
 
 /// W x H: 1 at lattice positions with several pixels, and within `range` rows and columns of the end of a surface. At all other
 /// positions, pixels within that range belong to the same surface, so constraint 3 holds. In a photo, almost all positions are
@@ -16340,13 +16509,14 @@ buffer<texel_kind> pixel_kinds(const Layers& layers) {
 
 /// Packs, draws and pads all charts. Every pixel of `layers` must have a color; known_column marks the photo's own colors, and
 /// only affects `kind`. Raises error_code::too_large if the charts do not fit, error_code::invalid_option for a filter padding
-/// below 1. Linear time in pixels and texels, except for packing, which costs the number of charts times the number of their
-/// different sizes. Up to 32 bytes per pixel and per texel.
+/// below 1, error_code::mismatch for charts of another image. Linear time in pixels and texels, except for packing, which costs
+/// the number of charts times the number of their different sizes. Up to 32 bytes per pixel and per texel.
 template <has_columns<color_column, disparity_column, known_column> Layers, executor Executor = const serial_executor>
 texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const atlas_options& options = {},
                          Executor&& threads = {}) {
     const std::int32_t padding = options.padding.filter_padding;
     if (padding < 1) raise(error_code::invalid_option, "filter_padding", "at least 1", std::to_string(padding));
+    detail::check_charts(charts, layers.size(), "make_atlas");
 
     const auto blocks = [&](std::int32_t length) { return (length + 2 * padding + macroblock_side - 1) / macroblock_side; };
     buffer<rectangle_size> sizes;
@@ -16669,7 +16839,8 @@ inline void check_padding(const chart& shape, chart_placement in_atlas, const te
                        bottom = std::int64_t{in_atlas.y} + shape.height + padding;
     if (in_atlas.x < padding || in_atlas.y < padding || right > static_cast<std::int64_t>(atlas.kind.width()) ||
         bottom > static_cast<std::int64_t>(atlas.kind.height()))
-        raise(error_code::mismatch, "sheets", "an atlas of these charts with a padding of " + std::to_string(padding), "another");
+        raise(error_code::mismatch, "sheets", "an atlas of these charts with a padding of " + std::to_string(padding),
+              "another atlas");
 }
 
 }  // namespace detail
@@ -16702,7 +16873,7 @@ sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const
               std::to_string(options.max_side) + " and " + std::to_string(options.padding));
     const auto& g = layers.topology();
     if (atlas.placements.size() != charts.charts.size())
-        raise(error_code::mismatch, "lay_out_sheets", "an atlas of these charts", "another");
+        raise(error_code::mismatch, "lay_out_sheets", "an atlas of these charts", "another atlas");
     if (photo_height == 0 || photo_width == 0 || layers.size() == 0)
         raise(error_code::mismatch, "lay_out_sheets", "a photo and layers with at least one pixel",
               std::to_string(photo_height) + " x " + std::to_string(photo_width) + " and " + std::to_string(layers.size()));
@@ -16762,7 +16933,7 @@ image<std::uint8_t> draw_sheet(const sheet_layout& layout, std::size_t sheet, co
     if (sheet < 1 || sheet >= layout.sizes.size() || layout.placements.size() != charts.charts.size() ||
         atlas.placements.size() != charts.charts.size() || !is_of(photo, layout.down.photo, layout.across.photo) ||
         !is_of(worked_on, layout.down.layers, layout.across.layers))
-        raise(error_code::mismatch, "draw_sheet", "a sheet, charts and pictures that it was laid out for", "others");
+        raise(error_code::mismatch, "draw_sheet", "a sheet, charts and pictures of this layout", "other inputs");
     const rectangle_size size = layout.sizes[sheet];
     image<std::uint8_t> drawn(static_cast<std::size_t>(size.height), static_cast<std::size_t>(size.width), 3, std::uint8_t{128});
     for (std::size_t c = 0; c < charts.charts.size(); ++c) {
@@ -18844,8 +19015,29 @@ struct textured_mesh {
 
 namespace detail {
 
-/// Raises mismatch unless the mesh has `textures` textures, invalid_data for inconsistent parts or triangles.
-inline void check_parts(const textured_mesh& mesh, std::size_t textures) {
+/// Raises what check_mesh() raises for the vertices and triangles of a mesh or a strip.
+template <class Mesh>
+void check_triangles(const Mesh& mesh) {
+    const std::size_t count = mesh.vertex_count();
+    if (mesh.positions.size() != 3 * count || mesh.texture_coordinates.size() != 2 * count || mesh.triangles.size() % 3 != 0)
+        raise(error_code::mismatch, "mesh", "3 coordinates and 2 texture coordinates per vertex, 3 vertices per triangle",
+              std::to_string(mesh.positions.size()) + ", " + std::to_string(mesh.texture_coordinates.size()) + " and " +
+                  std::to_string(mesh.triangles.size()) + " numbers");
+    for (const std::uint32_t vertex : mesh.triangles)
+        if (vertex >= count)
+            raise(error_code::invalid_data, "mesh", "vertices below " + std::to_string(count),
+                  "vertex " + std::to_string(vertex));
+    for (const buffer<float>* values : {&mesh.positions, &mesh.texture_coordinates})
+        for (const float value : *values)
+            if (!std::isfinite(value))
+                raise(error_code::invalid_data, "mesh", "finite coordinates", "an infinite coordinate or NaN");
+}
+
+/// Raises mismatch unless the mesh has `textures` textures and as many coordinates as vertices; invalid_data for coordinates that
+/// are not finite, indices out of range, and parts that don't fit together.
+inline void check_mesh(const textured_mesh& mesh, std::size_t textures) {
+    check_triangles(mesh);
+    check_triangles(mesh.soft_edges);
     if (mesh.part_count() != textures)
         raise(error_code::mismatch, "mesh", std::to_string(mesh.part_count()) + " textures", std::to_string(textures));
     for (std::size_t t = 0; t < mesh.part_count(); ++t) {
@@ -19244,6 +19436,7 @@ textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const c
               "a camera of " + std::to_string(g.width()) + "x" + std::to_string(g.height()) + " and " +
                   std::to_string(charts.charts.size()) + " placements",
               std::to_string(camera.width) + "x" + std::to_string(camera.height) + " and " + std::to_string(placements.size()));
+    detail::check_charts(charts, layers.size(), "build_mesh");
     const soft_edge_options& soft = options.soft_edges;
     if (!(soft.min_width >= 0 && soft.max_width >= soft.min_width && soft.max_width <= 64 && soft.largest_share >= 0))
         raise(error_code::invalid_option, "soft_edge_options",
@@ -19305,6 +19498,9 @@ template <payload_column Column, has_column<Column> Layers>
 buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& layers, const pinhole_camera& camera) {
     using scalar = typename Column::scalar;
     const graph_view g = layers.topology();
+    if (mesh.pixels.size() != mesh.vertex_count())
+        raise(error_code::mismatch, "gather", "a pixel for each of " + std::to_string(mesh.vertex_count()) + " vertices",
+              std::to_string(mesh.pixels.size()) + " pixels");
     buffer<scalar> result(mesh.pixels.size() * Column::channels, unset);
     for (std::size_t v = 0; v < mesh.pixels.size(); ++v) {
         if (mesh.pixels[v] < 0 || mesh.pixels[v] >= g.count())
@@ -19314,12 +19510,11 @@ buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& 
         const std::array<float, 2> seen = camera.project({position[0], position[1], position[2]});
         const detail::corner_pixels around = detail::pixels_around_corner(
             g, mesh.pixels[v], static_cast<std::int32_t>(std::lround(seen[0])), static_cast<std::int32_t>(std::lround(seen[1])));
-        for (std::size_t c = 0; c < Column::channels; ++c) {
-            std::array<scalar, 4> values{};
-            for (std::size_t i = 0; i < around.count; ++i) values[i] = layers.template at<Column>(around.pixels[i])[c];
-            result[v * Column::channels + c] =
-                detail::vertex_value<Column>(array_view<const scalar>(values.data(), around.count));
-        }
+        std::array<scalar, 4 * Column::channels> values{};
+        for (std::size_t i = 0; i < around.count; ++i)
+            std::copy_n(layers.template at<Column>(around.pixels[i]).data(), Column::channels, &values[i * Column::channels]);
+        const auto at_vertex = detail::vertex_values<Column>({{values.data(), around.count * Column::channels}});
+        std::copy(at_vertex.begin(), at_vertex.end(), result.data() + v * Column::channels);
     }
     return result;
 }
@@ -19377,7 +19572,8 @@ inline textured_mesh move_to_sheets(const textured_mesh& mesh, const chart_set& 
                                     const sheet_layout& layout) {
     if (!mesh.parts.empty() || mesh.pixels.size() != mesh.vertex_count() || atlas.placements.size() != charts.charts.size() ||
         layout.placements.size() != charts.charts.size() || layout.sizes.empty())
-        raise(error_code::mismatch, "move_to_sheets", "a mesh of one texture, and a layout for its charts", "others");
+        raise(error_code::mismatch, "move_to_sheets", "a mesh with one texture, and a layout for its charts",
+              "inputs that don't fit together");
     const detail::sheet_coordinates coordinates(charts, atlas, layout);
     const auto chart_of = [&](std::size_t vertex) { return charts.chart_of[mesh.pixels[vertex]]; };
     const auto sheet_of = [&](std::size_t vertex) { return static_cast<std::size_t>(layout.placements[chart_of(vertex)].sheet); };
@@ -19417,25 +19613,25 @@ inline textured_mesh move_to_sheets(const textured_mesh& mesh, const chart_set& 
 }}  // namespace ldi
 
 // ---- ldi/render/camera.hpp
-// The viewer's camera (paper, section "Viewing 3D Photos"): a pinhole camera that has left the place of the photo.
+// The viewer's camera (paper, section "Viewing 3D Photos"): a pinhole camera that can leave the photo's viewpoint.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A camera with a place in the photo's space: glTF's, with the photo's camera at the origin looking along -z.
+/// A camera with a pose in the photo's space, which follows glTF: the photo's camera is at the origin and looks along -z.
 struct view {
     pinhole_camera camera;                   ///< size of the picture, focal length
-    std::array<float, 3> position{0, 0, 0};  ///< of the camera, in the photo's space
-    /// 3 x 3, row-major, orthonormal: from the camera's axes to the photo's.
+    std::array<float, 3> position{0, 0, 0};  ///< position of the camera in the photo's space
+    /// 3 x 3, row-major, orthonormal: rotates from the camera's axes to the photo's axes.
     std::array<float, 9> rotation{1, 0, 0, 0, 1, 0, 0, 0, 1};
 
-    /// A direction given in the camera's axes, in the photo's.
+    /// Rotates a direction from the camera's axes to the photo's axes.
     std::array<float, 3> direction_to_photo(const std::array<float, 3>& d) const {
         const std::array<float, 9>& r = rotation;
         return {r[0] * d[0] + r[1] * d[1] + r[2] * d[2], r[3] * d[0] + r[4] * d[1] + r[5] * d[2],
                 r[6] * d[0] + r[7] * d[1] + r[8] * d[2]};
     }
 
-    /// A point of the photo's space as the camera sees it: in its axes, itself at the origin.
+    /// Transforms a point from the photo's space to the camera's space.
     std::array<float, 3> to_camera(const std::array<float, 3>& point) const {
         const std::array<float, 9>& r = rotation;
         const float x = point[0] - position[0], y = point[1] - position[1], z = point[2] - position[2];
@@ -19443,8 +19639,8 @@ struct view {
     }
 };
 
-/// The photo's camera moved within its image plane, not turned, so that points of `disparity` appear `pixels_right` and
-/// `pixels_down` from where the photo has them (negative: left, up). Farther points move less: by their depth's share.
+/// Moves the photo's camera within its image plane, without rotation, so that points of `disparity` shift by `pixels_right` and
+/// `pixels_down` on screen (negative: left, up). Points at other depths shift in inverse proportion to their depth.
 inline view moved_view(const pinhole_camera& camera, const depth_range& range, float disparity, float pixels_right,
                        float pixels_down = 0) {
     const float scale = range.depth(disparity) / camera.focal_length;
@@ -19457,21 +19653,21 @@ inline view moved_view(const pinhole_camera& camera, const depth_range& range, f
 }}  // namespace ldi
 
 // ---- ldi/render/motion.hpp
-// One budget for every way in which a camera leaves the place of the photo: sideways, forwards, on a path, on a head. What it
-// spends is what it uncovers, and surfaces have grown behind silhouettes for just that (occlusion/expand.hpp).
+// One budget for all motion of a camera away from the photo's viewpoint: sideways, forward, on a path, on a head. The budget
+// measures the hidden area that the motion uncovers; surfaces behind silhouettes extend by this amount (occlusion/expand.hpp).
 //
-// A thing at depth n hides what lies at depth f. Its edge is seen at p in the photo, in pixels from the middle. A camera at c,
-// which has gone c_forward towards the scene, sees past that edge by
+// A surface at depth n hides another at depth f. Its edge appears at p in the photo, in pixels from the middle. A camera at c,
+// which has moved forward by c_forward, sees past that edge by
 //
-//     (1 / n - 1 / f) * n / (n - c_forward) * |focal_length * (c_right, c_down) - c_forward * p|     pixels of what lies at f.
+//     (1 / n - 1 / f) * n / (n - c_forward) * |focal_length * (c_right, c_down) - c_forward * p|  pixels of the surface at f.
 //
-// The first factor is the step in disparity. The others are largest for what is nearest, in a corner of the photo.
+// The first factor is the step in disparity. The others are largest for the nearest surface, in a corner of the photo.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// Parallax of a camera at `position` between the nearest surface and infinity, without the factor n / (n - c_forward): as a
+/// Parallax of a camera at `position` between the nearest surface and infinity, without the factor n / (n - c_forward), as a
 /// share of the photo's longer side.
 inline float motion_across(const std::array<float, 3>& position, const pinhole_camera& camera, const depth_range& range) {
     const float width = static_cast<float>(camera.width), height = static_cast<float>(camera.height);
@@ -19483,26 +19679,27 @@ inline float motion_across(const std::array<float, 3>& position, const pinhole_c
 
 }  // namespace detail
 
-/// Share of the motion budget that a camera at `position` uses, in the photo's space: the maximum parallax between the nearest
-/// and the farthest surface, as a share of the photo's longer side. Infinite beyond the nearest surface.
+/// Returns the motion of a camera at `position` in the photo's space: the maximum parallax between the nearest and the farthest
+/// surface, as a share of the photo's longer side. Infinite beyond the nearest surface.
 inline float motion_of(const std::array<float, 3>& position, const pinhole_camera& camera, const depth_range& range) {
-    const float forward = (std::max)(-position[2], 0.0F);  // going back, the factor is largest for what is far, and 1
+    const float forward = (std::max)(-position[2], 0.0F);  // for a camera that moves back, the factor is at most 1, at infinity
     if (!(forward < range.z_near)) return std::numeric_limits<float>::infinity();
     return detail::motion_across(position, camera, range) * range.z_near / (range.z_near - forward);
 }
 
-/// The place on the way from the photo's to `position` that is nearest to it and uses at most `motion`.
+/// Returns the point nearest to `position`, on the line from the photo's viewpoint, that uses at most `motion`.
 inline std::array<float, 3> within_motion(const std::array<float, 3>& position, const pinhole_camera& camera,
                                           const depth_range& range, float motion) {
     if (motion_of(position, camera, range) <= motion) return position;
     if (!(motion > 0)) return {0, 0, 0};
-    constexpr float closest = 0.99F;  // of the way to what is nearest: a flat photo alone would let a camera go on
+    // maximum share of the distance to the nearest surface; in a flat photo, motion alone would not limit the camera
+    constexpr float closest = 0.99F;
     const float forward = (std::max)(-position[2], 0.0F);
     if (forward > closest * range.z_near) {
         const float kept = closest * range.z_near / forward;
         return within_motion({kept * position[0], kept * position[1], kept * position[2]}, camera, range, motion);
     }
-    // The share k of the way with across * k * z_near / (z_near - k * forward) = motion.
+    // The share k of the distance with across * k * z_near / (z_near - k * forward) = motion.
     const float across = detail::motion_across(position, camera, range);
     const float share = motion * range.z_near / (across * range.z_near + motion * forward);
     return {share * position[0], share * position[1], share * position[2]};
@@ -19511,58 +19708,57 @@ inline std::array<float, 3> within_motion(const std::array<float, 3>& position, 
 }}  // namespace ldi
 
 // ---- ldi/render/camera_paths.hpp
-// Camera paths: how a camera moves to show that a photo has depth (paper, section "Viewing 3D Photos"). All keep the middle of
-// the photo, at one depth, in the middle of the picture; nearer and farther surfaces move against it.
+// Camera paths that show a photo's depth (paper, section "Viewing 3D Photos"). All paths keep the middle of the photo, at one
+// depth, in the middle of the picture; nearer and farther surfaces move relative to it.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 enum class camera_path : std::uint8_t {
-    circle,      ///< around the photo's place, within its image plane, clockwise from the right; ends where it starts
-    swing,       ///< from the photo's place to the right, to the left and back
-    zoom_in,     ///< from the photo's place towards the scene
-    dolly_zoom,  ///< towards the scene, the lens widening so that what is in focus keeps its size
+    circle,      ///< around the photo's viewpoint in its image plane, clockwise from the right; ends where it starts
+    swing,       ///< from the photo's viewpoint to the right, to the left and back
+    zoom_in,     ///< from the photo's viewpoint toward the scene
+    dolly_zoom,  ///< toward the scene while the lens widens, so that surfaces in focus keep their size
 };
 
-/// Defaults chosen by eye: enough motion to show depth, and not so much that the area past the photo's border comes into view.
+/// Defaults chosen by eye: enough motion to show depth, but not so much that the area beyond the photo's border becomes visible.
 struct path_options {
-    /// Maximum motion of the camera (render/motion.hpp). Hidden surfaces extend as far as expand_options::motion uncovers them.
+    /// Maximum motion of the camera (render/motion.hpp). Hidden surfaces extend as far as a motion of expand_options::motion
+    /// uncovers them.
     float motion = 0.08F;
-    /// Disparity of the surfaces that stay in place on screen, in [0, 1].
+    /// Disparity, in [0, 1], of the surfaces that stay in place on screen.
     float focus_disparity = 0.5F;
-    /// zoom_in and dolly_zoom: the share of the distance to the nearest surface that the camera goes, unless `motion` ends it
-    /// before; below 1.
+    /// zoom_in and dolly_zoom: distance to travel, as a share of the distance to the nearest surface; below 1. `motion` may
+    /// limit it further.
     float approach = 0.3F;
 };
 
-/// A camera that looks from one point at another, its picture's vertical upright in the photo. The points differ, and not in
-/// height alone.
+/// Returns a camera at `position` that looks at `target`, with the picture's vertical upright in the photo. The points must
+/// differ, and not only in height.
 view look_at(const pinhole_camera& camera, const std::array<float, 3>& position, const std::array<float, 3>& target);
 
-/// The view that a path has reached at `time`, from 0 at its start to 1 at its end. Raises invalid_option for options out of
-/// bounds.
+/// Returns the view at `time` on a path, from 0 at its start to 1 at its end. Raises invalid_option for options out of bounds.
 view view_on_path(camera_path path, const pinhole_camera& camera, const depth_range& range, float time,
                   const path_options& options = {});
 
-/// A place on a path of one's own.
+/// A point of a custom path.
 struct key_frame {
-    float time = 0;                          ///< rises from each key frame to the next
-    std::array<float, 3> position{0, 0, 0};  ///< of the camera, in the photo's space (core/camera.hpp)
-    std::array<float, 3> target{0, 0, -1};   ///< that the camera looks at
-    float zoom = 1;                          ///< above 0: multiplies the photo's focal length
+    float time = 0;                          ///< must increase from each key frame to the next
+    std::array<float, 3> position{0, 0, 0};  ///< position of the camera in the photo's space (core/camera.hpp)
+    std::array<float, 3> target{0, 0, -1};   ///< point that the camera looks at
+    float zoom = 1;                          ///< factor of the photo's focal length, above 0
 };
 
-/// The view that a smooth path through all key frames has reached at `time`: the cubic that passes through each with the slope
-/// between its neighbors (Catmull-Rom). Before the first and after the last it rests. Raises invalid_option if there is no key
-/// frame, times do not rise, or a zoom is not above 0. Positions that uncover too much are the caller's to draw back
-/// (within_motion).
+/// Returns the view at `time` on a smooth path through all key frames: the cubic that passes through each with the slope between
+/// its neighbors (Catmull-Rom). Before the first and after the last key frame the camera rests. Raises invalid_option if there
+/// is no key frame, times do not increase, or a zoom is not above 0. The result may lie outside the motion budget; callers clamp
+/// it with within_motion().
 view view_between(std::span<const key_frame> keys, const pinhole_camera& camera, float time);
 
-/// The part of the photo's picture, in the middle and of the same proportions, inside which none of the views sees past the
-/// photo's border, whatever lies there between disparity 0 and 1: its size over the photo's, in [0, 1]. The frame that hides the
-/// border.
+/// Computes a frame that hides the photo's border: the largest centered part of the picture, with the same proportions, in which
+/// no view sees beyond the border, for any disparity from 0 to 1. Returns its size relative to the photo, in [0, 1].
 float frame_within(std::span<const view> views, const pinhole_camera& camera, const depth_range& range);
 
-/// The same view through a frame: what is in the middle `size` of its picture, at as many pixels.
+/// Crops a view to the middle `size` of its picture, with the same number of pixels.
 inline view framed(view from, float size) {
     LDI_ASSERT(size > 0);
     from.camera.focal_length /= size;
@@ -19584,14 +19780,14 @@ inline point3 cross(const point3& a, const point3& b) {
     return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
-/// Maximum distance that a camera may move in a direction, at most `most`.
+/// Maximum distance, up to `most`, that a camera may move in a direction.
 inline float reach_within_motion(const std::array<float, 3>& direction, const pinhole_camera& camera, const depth_range& range,
                                  float motion, float most) {
     const auto [x, y, z] = within_motion({most * direction[0], most * direction[1], most * direction[2]}, camera, range, motion);
     return std::hypot(x, y, z);
 }
 
-/// The value at `t` of the cubic over [0, 1] with the given ends and slopes (Hermite).
+/// Evaluates at `t` the cubic over [0, 1] with the given ends and slopes (Hermite).
 inline float cubic(float first, float last, float slope_first, float slope_last, float t) {
     const float s = 1 - t;
     return s * s * (1 + 2 * t) * first + t * t * (1 + 2 * s) * last + t * s * (s * slope_first - t * slope_last);
@@ -19627,7 +19823,7 @@ inline view view_on_path(camera_path path, const pinhole_camera& camera, const d
     const float farthest_forward =
         detail::reach_within_motion({0, 0, -1}, camera, range, options.motion, options.approach * range.z_near);
     const float angle = 6.28318530718F * time;
-    const float forward = farthest_forward * 0.5F * (1 - std::cos(0.5F * angle));  // sets off and stops gently
+    const float forward = farthest_forward * 0.5F * (1 - std::cos(0.5F * angle));  // starts and stops gently
     const std::array<float, 3> target{0, 0, -focus};
     switch (path) {
         case camera_path::circle: return look_at(camera, {radius * std::cos(angle), -radius * std::sin(angle), 0}, target);
@@ -19645,7 +19841,7 @@ inline view view_between(std::span<const key_frame> keys, const pinhole_camera& 
     for (std::size_t i = 0; i < keys.size(); ++i) {
         if (!(keys[i].zoom > 0)) raise(error_code::invalid_option, "key frame", "a zoom above 0", detail::to_text(keys[i].zoom));
         if (i > 0 && !(keys[i].time > keys[i - 1].time))
-            raise(error_code::invalid_option, "key frames", "times that rise",
+            raise(error_code::invalid_option, "key frames", "increasing times",
                   detail::to_text(keys[i - 1].time) + ", then " + detail::to_text(keys[i].time));
     }
     std::size_t i = 0;
@@ -19672,7 +19868,7 @@ inline view view_between(std::span<const key_frame> keys, const pinhole_camera& 
 
 inline float frame_within(std::span<const view> views, const pinhole_camera& camera, const depth_range& range) {
     const float w = detail::nearest_float(camera.width), h = detail::nearest_float(camera.height);
-    // Whether (x, y) of a view shows a point of the photo if the surface there has this depth in the photo.
+    // Whether pixel (x, y) of a view shows a point of the photo, if the surface there has this depth.
     const auto sees_photo = [&](const view& v, float x, float y, float depth) {
         const std::array<float, 3> ray =
             v.direction_to_photo({x - v.camera.center_x(), v.camera.center_y() - y, -v.camera.focal_length});
@@ -19693,7 +19889,7 @@ inline float frame_within(std::span<const view> views, const pinhole_camera& cam
     };
     if (is_inside(1)) return 1;
     float inside = 0, outside = 1;
-    for (int step = 0; step < 20; ++step) {  // to a millionth, the precision of a float
+    for (int step = 0; step < 20; ++step) {  // to a millionth, about the precision of float
         const float middle = 0.5F * (inside + outside);
         (is_inside(middle) ? inside : outside) = middle;
     }
@@ -19703,15 +19899,15 @@ inline float frame_within(std::span<const view> views, const pinhole_camera& cam
 }}  // namespace ldi
 
 // ---- ldi/render/detail/screen_triangles.hpp
-// Triangles on the way to the screen: clipped, projected, rounded to fixed point, and cut into spans of samples. From the
-// rounding on all is in integers, so that triangles with a common edge leave no sample out and share none, on any machine.
+// Triangles in screen space: clipped, projected, rounded to fixed point, and divided into spans of samples. After rounding, all
+// arithmetic is in integers, so triangles with a common edge neither miss nor share samples, on any machine.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// The position of a sample (x, y) is (x + 0.5, y + 0.5); positions count in 1 / 256 of the distance between samples.
+/// Fixed-point units per sample distance. Sample (x, y) is at position (x + 0.5, y + 0.5).
 inline constexpr std::int64_t subsample_steps = 256;
 
-/// Positions stay within this many samples of the optical axis, so that products of two differences fit 64 bits.
+/// Maximum distance of positions from the optical axis, in samples, so that products of two differences fit in 64 bits.
 inline constexpr double guard_band = 1048576;
 
 struct screen_vertex {
@@ -19723,12 +19919,12 @@ struct screen_vertex {
 
 using screen_triangle = std::array<screen_vertex, 3>;
 
-/// Twice the area; positive if the triangle runs clockwise as seen on the screen.
+/// Returns twice the area; positive if the triangle is clockwise on the screen.
 inline std::int64_t signed_area(const screen_triangle& t) {
     return (t[1].x - t[0].x) * (t[2].y - t[0].y) - (t[1].y - t[0].y) * (t[2].x - t[0].x);
 }
 
-/// Makes a triangle run clockwise. False if nothing of it is to be drawn: it has no area, or is seen from behind.
+/// Makes a triangle clockwise. False if it is not drawn: it has no area, or shows its back.
 inline bool turn_clockwise(screen_triangle& t, bool both_sides) {
     const std::int64_t area = signed_area(t);
     if (area < 0) std::swap(t[1], t[2]);
@@ -19737,8 +19933,9 @@ inline bool turn_clockwise(screen_triangle& t, bool both_sides) {
 
 inline std::int64_t floor_division(std::int64_t a, std::int64_t positive) { return a / positive - (a % positive < 0 ? 1 : 0); }
 
-/// Calls span(y, first_x, last_x) for every row in [first_row, last_row) of which the triangle covers the samples [first_x,
-/// last_x), within [0, width). signed_area(t) > 0. A sample exactly on an edge belongs to the triangle on its right, or below.
+/// Calls span(y, first_x, last_x) for every row in [first_row, last_row) in which the triangle covers the samples [first_x,
+/// last_x), within [0, width). Requires signed_area(t) > 0. A sample exactly on an edge belongs to the triangle on its right, or
+/// below.
 template <class Span>
 void for_each_span(const screen_triangle& t, std::int64_t width, std::int64_t first_row, std::int64_t last_row, Span&& span) {
     constexpr std::int64_t one = subsample_steps, half = subsample_steps / 2;
@@ -19766,7 +19963,7 @@ void for_each_span(const screen_triangle& t, std::int64_t width, std::int64_t fi
 
 /// A value that is affine on the screen.
 struct screen_plane {
-    double value, per_x, per_y;  ///< at the first vertex; change per sample
+    double value, per_x, per_y;  ///< value at the first vertex; change per sample
 
     screen_plane(const screen_triangle& t, double first, double second, double third) : value(first) {
         const double x1 = nearest_double(t[1].x - t[0].x), y1 = nearest_double(t[1].y - t[0].y);
@@ -19775,11 +19972,11 @@ struct screen_plane {
         per_x = ((second - first) * y2 - (third - first) * y1) * scale;
         per_y = ((third - first) * x1 - (second - first) * x2) * scale;
     }
-    /// x, y  from the first vertex, in samples
+    /// x, y  relative to the first vertex, in samples
     double at(double x, double y) const { return value + per_x * x + per_y * y; }
 };
 
-/// Depth and texture coordinates at the samples of a triangle. Divided by depth, texture coordinates are affine on the screen
+/// Depth and texture coordinates at the samples of a triangle. Texture coordinates divided by depth are affine on the screen,
 /// too.
 class screen_values {
 public:
@@ -19792,7 +19989,7 @@ public:
           x0_(nearest_double(t[0].x) / nearest_double(subsample_steps) - 0.5),
           y0_(nearest_double(t[0].y) / nearest_double(subsample_steps) - 0.5) {}
 
-    /// Rounding in slivers does not leave the triangle's range of depths.
+    /// Clamped, so that rounding in slivers does not leave the triangle's range of depths.
     double inverse_depth(std::int64_t x, std::int64_t y) const { return std::clamp(at(inverse_, x, y), least_, most_); }
     double u(std::int64_t x, std::int64_t y) const { return at(u_, x, y) / inverse_depth(x, y); }
     double v(std::int64_t x, std::int64_t y) const { return at(v_, x, y) / inverse_depth(x, y); }
@@ -19807,7 +20004,7 @@ private:
     double least_, most_, x0_, y0_;
 };
 
-/// The same of a translucent triangle, and its opacity.
+/// Adds opacity to screen_values, for translucent triangles.
 class translucent_values : public screen_values {
 public:
     explicit translucent_values(const screen_triangle& t)
@@ -19822,13 +20019,13 @@ private:
     screen_plane opacity_;
 };
 
-/// A vertex before projection: in the camera's axes.
+/// A vertex before projection, in the camera's axes.
 struct camera_vertex {
     std::array<double, 3> position;
     double u, v, opacity;
 };
 
-/// Clips triangles to what can be projected safely and brings them to the screen.
+/// Clips triangles to the safely projectable region and projects them to the screen.
 class projection {
 public:
     projection(const view& from, std::int32_t samples, float z_near)
@@ -19837,7 +20034,7 @@ public:
     /// Appends the screen triangles of one triangle of a mesh or strip, with the winding that signed_area() expects.
     template <class Mesh>
     void append(const Mesh& mesh, std::size_t triangle, bool both_sides, buffer<screen_triangle>& result) const {
-        std::array<camera_vertex, 8> corners;  // every plane can add one to the first three
+        std::array<camera_vertex, 8> corners;  // each plane can add one corner to the first three
         std::size_t count = 3;
         for (std::size_t i = 0; i < 3; ++i) corners[i] = to_camera(mesh, mesh.triangles[3 * triangle + i]);
         for (int plane = 0; plane < 5; ++plane) count = clip(corners, count, plane);
@@ -19851,7 +20048,8 @@ public:
     }
 
 private:
-    /// The point where an edge meets a plane, put exactly onto it: however far the ends lie apart, it can be projected.
+    /// Intersects an edge with a plane and moves the point exactly onto the plane, so that it can be projected for any length of
+    /// edge.
     camera_vertex cut(const camera_vertex& a, const camera_vertex& b, double t, int plane) const {
         camera_vertex result{{}, (1 - t) * a.u + t * b.u, (1 - t) * a.v + t * b.v, (1 - t) * a.opacity + t * b.opacity};
         for (std::size_t i = 0; i < 3; ++i) result.position[i] = (1 - t) * a.position[i] + t * b.position[i];
@@ -19868,7 +20066,7 @@ private:
 
     template <class Mesh>
     camera_vertex to_camera(const Mesh& mesh, std::size_t vertex) const {
-        // In double precision, where no finite mesh overflows.
+        // In double precision, which no finite mesh overflows.
         std::array<double, 3> moved{};
         for (std::size_t i = 0; i < 3; ++i) moved[i] = double{mesh.positions[3 * vertex + i]} - from_.position[i];
         std::array<double, 3> seen{};
@@ -19891,7 +20089,7 @@ private:
         }
     }
 
-    /// An edge is cut going from its inner to its outer end, so that triangles on both sides of it are cut at the same point.
+    /// Cuts every edge from its inner to its outer end, so that the triangles on both sides are cut at the same point.
     std::size_t clip(std::array<camera_vertex, 8>& corners, std::size_t count, int plane) const {
         std::array<double, 8> distance{};
         bool any_outside = false;
@@ -19933,38 +20131,39 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/render/rasterizer.hpp
-// A software rasterizer: what a 3D photo looks like from another place (paper, section "Viewing 3D Photos"), and where it has
-// holes. It is exact rather than fast, the same on every machine and for any number of threads, so that tests can count its
+// A software rasterizer: draws a 3D photo from another viewpoint (paper, section "Viewing 3D Photos"), and shows where it has
+// holes. Exact rather than fast: the result is the same on every machine and for any number of threads, so that tests can count
 // pixels.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct raster_options {
     std::int32_t samples = 1;                         ///< per pixel and axis, 1 to 8; more than 1 smooths edges
-    float z_near = 0.01F;                             ///< above 0; what is nearer than this depth is cut away
-    bool both_sides = true;                           ///< false: triangles that run clockwise on the screen are not drawn
-    std::array<std::uint8_t, 3> background{0, 0, 0};  ///< seen through holes
-    image_view<const std::uint8_t> backdrop{};        ///< H x W x 3: seen through holes in its place (gap_colors())
+    float z_near = 0.01F;                             ///< above 0; surfaces nearer than this depth are clipped
+    bool both_sides = true;                           ///< false: triangles that are clockwise on the screen are not drawn
+    std::array<std::uint8_t, 3> background{0, 0, 0};  ///< color of holes
+    image_view<const std::uint8_t> backdrop{};        ///< H x W x 3: replaces `background` in holes (gap_colors())
 };
 
 struct rendering {
-    image<std::uint8_t> color;     ///< H x W x 3: the mean of the pixel's samples
-    image<float> depth;            ///< H x W x 1: of the nearest sample, along the view's axis; infinity where there is none
-    image<std::uint8_t> coverage;  ///< H x W x 1: 0 in holes, 255 where every sample of the pixel is covered
+    image<std::uint8_t> color;     ///< H x W x 3: mean over the pixel's samples
+    image<float> depth;            ///< H x W x 1: depth of the nearest sample along the view's axis; infinity in holes
+    image<std::uint8_t> coverage;  ///< H x W x 1: 0 in holes, 255 if every sample of the pixel is covered
 };
 
-/// Draws a mesh with its textures, bilinear and perspective-correct. Where surfaces coincide the first triangle wins. Its soft
-/// edges are laid over what is behind them, and neither have depth nor cover anything.
+/// Draws a mesh with its textures, bilinear and perspective-correct. Where surfaces coincide, the first triangle wins. Soft
+/// edges are blended over the surfaces behind them; they affect neither depth nor coverage.
 ///
 /// textures  one for each part of the mesh, H x W x 3; the first row is at texture coordinate v = 0. Coordinates beyond [0, 1]
-///           repeat the rim
+///           repeat the edge
+///
 /// Raises mismatch or invalid_data if the mesh or a texture is malformed, invalid_option or too_large for the options and the
-/// view (the larger side times samples may be 2^19).
+/// view (the longer side times samples may be at most 2^19).
 template <executor Executor = const serial_executor>
 rendering rasterize(const textured_mesh& mesh, std::span<const image<std::uint8_t>> textures, const view& from,
                     const raster_options& options = {}, Executor&& threads = {});
 
-/// The same of a mesh with one texture.
+/// Draws a mesh with one texture.
 template <executor Executor = const serial_executor>
 rendering rasterize(const textured_mesh& mesh, const image<std::uint8_t>& texture, const view& from,
                     const raster_options& options = {}, Executor&& threads = {}) {
@@ -19973,26 +20172,8 @@ rendering rasterize(const textured_mesh& mesh, const image<std::uint8_t>& textur
 
 namespace detail {
 
-template <class Mesh>
-void check_triangles(const Mesh& mesh) {
-    const std::size_t count = mesh.vertex_count();
-    if (mesh.positions.size() != 3 * count || mesh.texture_coordinates.size() != 2 * count || mesh.triangles.size() % 3 != 0)
-        raise(error_code::mismatch, "mesh", "3 coordinates and 2 texture coordinates per vertex, 3 vertices per triangle",
-              std::to_string(mesh.positions.size()) + ", " + std::to_string(mesh.texture_coordinates.size()) + " and " +
-                  std::to_string(mesh.triangles.size()) + " numbers");
-    for (const std::uint32_t vertex : mesh.triangles)
-        if (vertex >= count)
-            raise(error_code::invalid_data, "mesh", "vertices below " + std::to_string(count),
-                  "vertex " + std::to_string(vertex));
-    for (const buffer<float>* values : {&mesh.positions, &mesh.texture_coordinates})
-        for (const float value : *values)
-            if (!std::isfinite(value)) raise(error_code::invalid_data, "mesh", "finite coordinates", "one that is not");
-}
-
 inline void check_drawable(const textured_mesh& mesh, std::span<const image<std::uint8_t>> textures) {
-    check_triangles(mesh);
-    check_triangles(mesh.soft_edges);
-    check_parts(mesh, textures.size());
+    check_mesh(mesh, textures.size());
     for (const image<std::uint8_t>& texture : textures) {
         if (texture.channels() == 3 && texture.size() > 0) continue;
         raise(error_code::mismatch, "texture", "3 channels and at least one pixel",
@@ -20021,7 +20202,7 @@ inline void check_raster_options(const view& from, const raster_options& options
                   std::to_string(backdrop.channels()));
 }
 
-/// u, v  texture coordinates
+/// Samples a texture. u, v  texture coordinates
 inline std::array<std::uint8_t, 3> bilinear(const image<std::uint8_t>& texture, double u, double v) {
     const double last_x = nearest_double(texture.width() - 1), last_y = nearest_double(texture.height() - 1);
     const double x = std::clamp(u * (last_x + 1) - 0.5, 0.0, last_x), y = std::clamp(v * (last_y + 1) - 0.5, 0.0, last_y);
@@ -20038,10 +20219,10 @@ inline std::array<std::uint8_t, 3> bilinear(const image<std::uint8_t>& texture, 
     return result;
 }
 
-/// The samples of a few rows of pixels.
+/// Samples of some rows of pixels.
 struct sample_band {
     std::int64_t first_row = 0, last_row = 0, width = 0;  ///< in samples
-    buffer<float> inverse_depth;                          ///< 0 where nothing is
+    buffer<float> inverse_depth;                          ///< 0 in holes
     buffer<std::array<std::uint8_t, 3>> color;
 
     sample_band(std::pair<std::int64_t, std::int64_t> rows, std::int64_t samples_across, const raster_options& options)
@@ -20055,7 +20236,7 @@ struct sample_band {
                 std::copy_n(&options.backdrop(y / options.samples, x / options.samples), 3, color[i].begin());
     }
 
-    /// shade(u, v)  the color at texture coordinates
+    /// Draws a triangle. shade(u, v)  returns the color at texture coordinates
     template <class Shade>
     void draw(const screen_triangle& t, Shade&& shade) {
         const screen_values values(t);
@@ -20070,7 +20251,7 @@ struct sample_band {
         });
     }
 
-    /// Lays a translucent triangle over what is farther.
+    /// Blends a translucent triangle over the farther surfaces.
     template <class Shade>
     void blend(const screen_triangle& t, Shade&& shade) {
         const translucent_values values(t);
@@ -20086,7 +20267,7 @@ struct sample_band {
         });
     }
 
-    /// n  samples per pixel and axis
+    /// Averages the samples of each pixel. n  samples per pixel and axis
     void resolve(std::int64_t n, rendering& result) const {
         for (std::int64_t y = first_row / n; y < last_row / n; ++y)
             for (std::int64_t x = 0; x < width / n; ++x) {
@@ -20108,20 +20289,21 @@ struct sample_band {
     }
 };
 
-/// The highest and the lowest place of something on the screen, in 1 / subsample_steps of a sample; nothing if top > bottom.
+/// Highest and lowest position of an object on the screen, in 1 / subsample_steps of a sample; empty if top > bottom.
 struct vertical_extent {
     std::int64_t top = 0, bottom = -1;
 };
 
-/// Rows of pixels per band: few enough to occupy many threads, and enough that few triangles touch two bands. Chosen by trial.
+/// Rows of pixels per band: few enough to occupy many threads, and enough that few triangles touch two bands. Tuned by
+/// experiment.
 inline constexpr std::int64_t rows_per_band = 16;
 
-/// Lists, for every band, the things that may touch it, in order: band b has list[start[b]] to list[start[b + 1] - 1].
+/// Lists for every band the objects that may touch it, in order: band b has list[start[b]] to list[start[b + 1] - 1].
 struct band_lists {
     buffer<std::size_t> start;
     buffer<std::int32_t> list;
 
-    /// extent(i)  the vertical_extent of thing i, of `count`
+    /// extent(i)  vertical_extent of object i of `count`
     template <class Extent>
     band_lists(std::int32_t count, Extent&& extent, std::int64_t rows, std::int64_t band_rows)
         : rows_(rows), band_rows_(band_rows) {
@@ -20142,7 +20324,7 @@ struct band_lists {
     }
 
     std::size_t band_count() const { return start.size() - 1; }
-    /// The rows [first, second) of a band.
+    /// Returns the rows [first, second) of a band.
     std::pair<std::int64_t, std::int64_t> rows_of(std::size_t band) const {
         const std::int64_t first = static_cast<std::int64_t>(band) * band_rows_;
         return {first, (std::min)(first + band_rows_, rows_)};
@@ -20152,11 +20334,11 @@ private:
     std::int64_t rows_, band_rows_;
 };
 
-/// Renders `count` things. Bands are the same for any number of threads, and each is drawn by one thread in the order of the
-/// things.
+/// Renders `count` objects. Bands do not depend on the number of threads, and one thread draws each band in the order of the
+/// objects.
 ///
-/// extent(i)      the vertical_extent of thing i
-/// draw(i, band)  draws it
+/// extent(i)      vertical_extent of object i
+/// draw(i, band)  draws object i into a band
 template <executor Executor, class Extent, class Draw>
 rendering draw_in_bands(const pinhole_camera& camera, const raster_options& options, std::int32_t count, Extent&& extent,
                         Draw&& draw, Executor& threads) {
@@ -20184,7 +20366,7 @@ rendering rasterize(const textured_mesh& mesh, std::span<const image<std::uint8_
     buffer<detail::screen_triangle> triangles;
     triangles.reserve(mesh.triangle_count());
     const detail::projection projection(from, options.samples, options.z_near);
-    buffer<std::int32_t> last_of_part;  // clipping may have made more of them
+    buffer<std::int32_t> last_of_part;  // end of each part in `triangles`; clipping can add triangles
     for (std::size_t t = 0; t < mesh.part_count(); ++t) {
         for (std::size_t i = mesh.part(t).first_triangle; i < mesh.part(t + 1).first_triangle; ++i)
             projection.append(mesh, i, options.both_sides, triangles);
@@ -20217,20 +20399,20 @@ rendering rasterize(const textured_mesh& mesh, std::span<const image<std::uint8_
 }}  // namespace ldi
 
 // ---- ldi/render/gap_colors.hpp
-// Colors for gaps: between surfaces that end too soon, and past the photo's border, a picture shows its farthest surfaces
-// continued instead of a background color.
+// Fills gaps with color. Between surfaces that end too soon, and beyond the photo's border, the picture continues its farthest
+// surfaces instead of showing a background color.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Whether the background is seen anywhere.
+/// Whether the background is visible anywhere.
 inline bool has_gaps(const rendering& seen) {
     return std::any_of(seen.coverage.begin(), seen.coverage.end(), [](std::uint8_t share) { return share < 255; });
 }
 
-/// H x W x 3: the picture with every pixel replaced that is not fully covered. Each gap is filled by diffusion from its outline.
-/// A gap inside the picture takes its colors from the farther half of its outline. A gap at the picture's edge lies past the
-/// photo's border, where near surfaces continue, too, and takes them from all of its outline. For raster_options::backdrop. A
-/// rendering without a covered pixel gives black.
+/// Returns the picture, H x W x 3, with every incompletely covered pixel replaced, for raster_options::backdrop. Diffusion fills
+/// each gap from its outline. A gap inside the picture uses the colors of the farther half of its outline. A gap at the
+/// picture's edge lies beyond the photo's border, where near surfaces continue as well, and uses all of its outline. A rendering
+/// without a covered pixel becomes black.
 inline image<std::uint8_t> gap_colors(rendering seen);
 
 // ------------------------------------------------------------------------------------------------------------------------
@@ -20250,7 +20432,7 @@ public:
 private:
     struct cell {
         std::size_t place;
-        std::int32_t above;  // the cell there, no_cell where none is
+        std::int32_t above;  // cell of the pixel above, or no_cell
     };
     struct outline {
         float nearest = 0, farthest = std::numeric_limits<float>::infinity();  // inverse depths
@@ -20266,7 +20448,7 @@ private:
     }
     float inverse_depth(std::size_t place) const { return 1 / seen_.depth.data()[place]; }
 
-    /// Every pixel of a gap becomes a cell.
+    /// Makes a cell of every pixel of a gap.
     void find_gaps() {
         buffer<std::int32_t> above(width(), no_cell);
         for (std::size_t place = 0; place < seen_.coverage.size(); ++place) {
@@ -20281,7 +20463,7 @@ private:
         }
     }
 
-    /// Calls `visit(place)` with the covered pixels beside a place.
+    /// Calls `visit(place)` for the covered pixels next to a place.
     template <class Visit>
     void for_each_covered(std::size_t place, Visit&& visit) const {
         const auto look = [&](bool is_inside, std::size_t other) {
@@ -20307,7 +20489,7 @@ private:
 
     void diffuse() {
         constexpr int rounds = 8;
-        diffusion<3> solver;  // which counts cells from 1
+        diffusion<3> solver;  // numbers its cells from 1
         solver.start();
         for (std::int32_t i = 0; i < cells_.count(); ++i) {
             const auto [place, above] = cells_[i];
@@ -20329,8 +20511,8 @@ private:
 
     rendering& seen_;
     buffer<cell> cells_;
-    disjoint_sets gaps_;        // of cells beside each other
-    buffer<outline> outlines_;  // at a gap's first cell
+    disjoint_sets gaps_;        // sets of adjacent cells
+    buffer<outline> outlines_;  // stored at a gap's first cell
 };
 
 }  // namespace detail
@@ -20343,12 +20525,12 @@ inline image<std::uint8_t> gap_colors(rendering seen) {
 }}  // namespace ldi
 
 // ---- ldi/render/detail/pixel_squares.hpp
-// The pixels of a layered image as squares of four triangles each, from the pixel's center to its sides. Linked pixels share
-// corners; the rest is torn. Projected once for a view, in the fixed-point positions that the rasterizer works in.
+// Pixels of a layered image as squares of four triangles each, from the pixel's center to its sides. Linked pixels share
+// corners; unlinked pixels are separate. Projected once per view to the rasterizer's fixed-point positions.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// The corners of a pixel, clockwise from the top left; its sides in the same order, each from a corner to the next.
+/// Corners of a pixel, clockwise from the top left. Side i runs from corner i to the next corner.
 inline constexpr std::int32_t pixel_corners[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
 inline constexpr side clockwise_sides[4] = {side::up, side::right, side::down, side::left};
 
@@ -20368,7 +20550,7 @@ public:
         place(layers.template column<disparity_column>(), range, relative_projection(taken_from, from, samples, z_near));
     }
 
-    /// False where a corner lies nearer than z_near, or so far outside the picture that it can't be projected safely.
+    /// False if a corner is nearer than z_near, or too far outside the picture to be projected safely.
     bool is_drawn(std::int32_t pixel) const { return drawn_[pixel] != 0; }
 
     std::int64_t top(std::int32_t pixel) const {
@@ -20378,8 +20560,8 @@ public:
         return extreme(pixel, [](std::int64_t a, std::int64_t b) { return (std::max)(a, b); });
     }
 
-    /// Center and the two corners of a side, clockwise in the layered image's own view. Texture coordinates go from 0 to 1 over
-    /// the pixel.
+    /// Triangle of the center and the two corners of a side, clockwise as seen in the layered image. Texture coordinates run
+    /// from 0 to 1 over the pixel.
     screen_triangle triangle(std::int32_t pixel, side s) const {
         const int first = clockwise_index(s), second = (first + 1) % 4;
         screen_triangle t{vertices_[pixel], vertices_[corner(pixel, first)], vertices_[corner(pixel, second)]};
@@ -20399,7 +20581,7 @@ private:
         return result;
     }
 
-    /// A link makes the two corners at either end of the common side one.
+    /// Merges the corners of linked pixels at both ends of their common side.
     void share_corners() {
         const std::int32_t count = graph_.count();
         disjoint_sets sets(4 * graph_.size());
@@ -20419,7 +20601,7 @@ private:
         vertices_.resize(static_cast<std::size_t>(std::int64_t{count} + corners));
     }
 
-    /// A corner has the mean disparity of the pixels that share it.
+    /// Places each corner at the mean disparity of the pixels that share it.
     template <class Project>
     void place(array_view<const float> disparity, const depth_range& distances, const Project& project) {
         const std::int32_t count = graph_.count();
@@ -20454,7 +20636,7 @@ private:
         }
     }
 
-    /// From a pixel position of one view, and its depth, to the screen of another.
+    /// Projects a pixel position with depth from one view to the screen of another.
     class relative_projection {
     public:
         relative_projection(const view& taken_from, const view& from, std::int32_t samples, float z_near)
@@ -20498,13 +20680,13 @@ private:
     };
 
     graph_view graph_;
-    buffer<std::int32_t> corner_of_;  // of each pixel, clockwise from the top left: its vertices
-    buffer<screen_vertex> vertices_;  // the pixels' centers, then the corners
+    buffer<std::int32_t> corner_of_;  // vertices of each pixel's corners, clockwise from the top left
+    buffer<screen_vertex> vertices_;  // centers of the pixels, then the corners
     buffer<std::uint8_t> drawn_;      // one per pixel
 };
 
-/// The color at (u, v) of a pixel, from (0, 0) at its top left corner to (1, 1): bilinear between the centers of pixels that are
-/// linked around the corner and known alike.
+/// Color at (u, v) within a pixel, from (0, 0) at its top left corner to (1, 1): bilinear between the centers of the pixels that
+/// are linked around the nearest corner, if all are known or all are unknown.
 template <has_columns<color_column, known_column> Layers>
 std::array<std::uint8_t, 3> color_within_pixel(const Layers& layers, std::int32_t pixel, double u, double v) {
     const auto& g = layers.topology();
@@ -20536,19 +20718,20 @@ std::array<std::uint8_t, 3> color_within_pixel(const Layers& layers, std::int32_
 }}}  // namespace ldi::detail
 
 // ---- ldi/render/micro_polygons.hpp
-// A layered image drawn as it is, without charts and simplification: every pixel a small square, bent to meet the pixels that it
-// is linked to and torn off from all others (the micro-polygons of the paper's section "Inpainting", under Results).
+// Draws a layered image directly, without charts and simplification. Every pixel becomes a small square that meets the pixels it
+// is linked to and is separate from all others (the micro-polygons of the paper's section "Inpainting", under Results).
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Draws a layered image. Colors run smoothly over links, and are a pixel's own out to its edge where it has none; colors that
-/// are known and colors that are not never mix.
+/// Draws a layered image. Colors are interpolated across links and constant up to an edge without a link. Known and unknown
+/// colors never mix.
 ///
 /// range       distances of disparity 1 and 0
-/// taken_from  the camera whose pixels these are; its size is the lattice's
-/// from        where the picture is to be drawn from
+/// taken_from  camera of the layered image; its size is the lattice's size
+/// from        view to draw
 ///
-/// Pixels that reach nearer than options.z_near are left out. Raises mismatch if camera and lattice differ in size, invalid_data
+/// Omits pixels that reach nearer than options.z_near. Raises mismatch if camera and lattice differ in size, invalid_data if a
+/// disparity is not in front of the camera, invalid_option or too_large as rasterize() does.
 /// if a disparity is not in front of the camera, invalid_option or too_large as rasterize() does.
 template <has_columns<color_column, disparity_column, known_column> Layers, executor Executor = const serial_executor>
 rendering render_layers(const Layers& layers, const depth_range& range, const view& taken_from, const view& from,
@@ -20575,12 +20758,12 @@ rendering render_layers(const Layers& layers, const depth_range& range, const vi
 
 // ---- ldi/render/detail/surface_walk.hpp
 // Follows a surface of a layered image along a row or a column of the screen, from sample to sample. Depth peeling uses it to
-// find which surfaces at neighboring pixels are connected. Integer arithmetic with the rasterizer's edge rule, so that both
-// always agree.
+// find which surfaces at neighboring pixels are connected. Uses integer arithmetic and the rasterizer's edge rule, so that both
+// agree.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// One of the four triangles of a pixel, named by the side that it reaches.
+/// One of the four triangles of a pixel, identified by the side that it touches.
 struct surface_triangle {
     std::int32_t pixel = no_pixel;
     side outer = side::up;
@@ -20588,7 +20771,7 @@ struct surface_triangle {
     bool operator==(const surface_triangle&) const = default;
 };
 
-/// Whether the sample belongs to the triangle, of positive area, as for_each_span has it.
+/// Whether the sample belongs to the triangle by the rule of for_each_span(). t  of positive area
 inline bool holds_sample(const screen_triangle& t, std::int64_t x, std::int64_t y) {
     const std::int64_t px = x * subsample_steps + subsample_steps / 2, py = y * subsample_steps + subsample_steps / 2;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -20604,19 +20787,19 @@ class surface_walk {
 public:
     surface_walk(const graph_view& g, const pixel_squares& squares) : graph_(g), squares_(squares) {}
 
-    /// The triangle that the surface has reached one sample to the right of (x, y), or below it, having started in `from`, which
-    /// holds that sample. No pixel if it ends, or folds back, before.
+    /// Follows the surface from triangle `from`, which contains sample (x, y), to the next sample on the right or below. Returns
+    /// the triangle there, or no pixel if the surface ends or folds back first.
     surface_triangle one_sample(surface_triangle from, std::int64_t x, std::int64_t y, side direction) const {
         const bool to_right = direction == side::right;
         const std::int64_t target_x = x + (to_right ? 1 : 0), target_y = y + (to_right ? 0 : 1);
-        // The rule for edges is that of a sample moved right by e and down by e^2, e > 0 and as small as need be. The line that
-        // is followed is moved likewise: it meets no corner, and corners exactly on it lie on one side.
+        // The edge rule is that of a sample moved right by e and down by e^2, for an infinitesimal e > 0. The line is moved in
+        // the same way: it meets no corner, and corners exactly on it lie on one side.
         const std::int64_t line = (to_right ? y : x) * subsample_steps + subsample_steps / 2;
         const auto before_line = [&](const screen_vertex& v) { return (to_right ? v.y : v.x) <= line; };
 
         screen_triangle t = squares_.triangle(from.pixel, from.outer);
         const bool faces_us = signed_area(t) > 0;
-        // In a clockwise triangle, the right edge crosses the line downward and the left edge upward. The lower edge leads left.
+        // In a clockwise triangle, the right edge crosses the line downward and the left edge upward. The lower edge runs left.
         std::size_t exit = 3;
         for (std::size_t e = 0; e < 3; ++e)
             if (before_line(t[e]) != before_line(t[(e + 1) % 3]) && before_line(t[e]) == (to_right == faces_us)) exit = e;
@@ -20636,8 +20819,8 @@ public:
     }
 
 private:
-    /// Goes over an edge of a triangle: 0 and 2 lead from its pixel's center to a corner, 1 is the pixel's side. Returns the edge
-    /// by which the next triangle is entered.
+    /// Crosses an edge of a triangle and returns the edge by which the next triangle is entered. Edges 0 and 2 run from the
+    /// pixel's center to a corner; edge 1 is the pixel's side.
     std::size_t cross(surface_triangle& from, std::size_t edge) const {
         if (edge == 1) {
             from = {graph_.neighbor(from.pixel, from.outer), opposite(from.outer)};
@@ -20655,23 +20838,23 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/render/peel.hpp
-// Depth peeling: a layered image as another camera sees it, with everything that is hidden there too, as a layered image of that
-// camera (paper, section "Inpainting" under Results; Everitt, "Interactive Order-Independent Transparency", 2001).
+// Depth peeling: converts a layered image to a layered image of another camera, including everything hidden from that camera
+// (paper, section "Inpainting" under Results; Everitt, "Interactive Order-Independent Transparency", 2001).
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct peel_options {
-    float z_near = 0.01F;    ///< above 0; pixels that reach nearer than this are left out
-    bool both_sides = true;  ///< false: surfaces seen from behind are left out
+    float z_near = 0.01F;    ///< above 0; omits pixels that reach nearer
+    bool both_sides = true;  ///< false: omits surfaces seen from behind
 };
 
 namespace detail {
 
-/// A place at which the ray through the center of a pixel meets a surface.
+/// Intersection of a surface with the ray through the center of a pixel.
 struct fragment {
     std::int64_t position;  ///< y * width + x on the screen
     surface_triangle where;
-    double inverse_depth, u, v;  ///< u, v: on the pixel that `where` belongs to
+    double inverse_depth, u, v;  ///< u, v: coordinates within the pixel of `where`
 };
 
 /// Finds the fragments of one screen, band by band.
@@ -20680,7 +20863,7 @@ public:
     fragment_finder(const pixel_squares& squares, const pinhole_camera& screen, bool both_sides)
         : squares_(squares), width_(screen.width), height_(screen.height), both_sides_(both_sides) {}
 
-    /// By position, then nearest first.
+    /// Returns the fragments sorted by position, then nearest first.
     template <executor Executor>
     buffer<fragment> find_all(std::int32_t pixel_count, Executor& threads) const {
         const auto extent = [&](std::int32_t i) {
@@ -20729,7 +20912,7 @@ private:
     bool both_sides_;
 };
 
-/// The range, widened to hold all fragments. Rounding alone does not widen it.
+/// Widens the range to contain all fragments, unless the excess is only rounding.
 inline depth_range range_of(const buffer<fragment>& fragments, const depth_range& range) {
     const double first = 1.0 / range.z_near, last = 1.0 / range.z_far;
     double nearest = first, farthest = last;
@@ -20742,7 +20925,7 @@ inline depth_range range_of(const buffer<fragment>& fragments, const depth_range
     return result;
 }
 
-/// Links the pixels of neighboring positions that the surface leads to from one another. Pixel i is that of fragment i.
+/// Links pixels of neighboring positions if the surface connects them. Pixel i belongs to fragment i.
 inline void link_neighbors(graph_builder& g, const buffer<fragment>& fragments, const surface_walk& walk) {
     buffer<std::int32_t> start(g.position_count() + 1, 0);
     for (const fragment& f : fragments) ++start[f.position + 1];
@@ -20761,7 +20944,7 @@ inline void link_neighbors(graph_builder& g, const buffer<fragment>& fragments, 
         }
 }
 
-/// One linked pixel for each fragment.
+/// Makes one linked pixel per fragment.
 inline graph graph_of(const buffer<fragment>& fragments, const pinhole_camera& camera, const surface_walk& walk) {
     graph_builder g(camera.width, camera.height, fragments.size());
     for (std::int32_t i = 0; i < fragments.count(); ++i) {
@@ -20798,17 +20981,17 @@ struct peeled_layers {
     depth_range range;  ///< distances of its disparities 1 and 0
 };
 
-/// Every surface that the ray through the center of a pixel of `from` meets becomes a pixel there, any number of them at one
-/// position. Neighbors are linked where the surface leads from one to the other without a tear and without folding back, which
-/// is followed exactly: peeled from where it was taken, a layered image stays as it is.
+/// Converts layers to another camera. Every surface that the ray through the center of a pixel of `from` meets becomes a pixel,
+/// any number of them at one position. Neighbors are linked if the surface connects them without a tear and without folding
+/// back. This is exact: converting to the original camera changes nothing.
 ///
 /// range       distances of disparity 1 and 0
-/// taken_from  the camera whose pixels `layers` are; its size is the lattice's
-/// from        the camera whose pixels the result is
+/// taken_from  camera of `layers`; its size is the lattice's size
+/// from        camera of the result
 ///
-/// In canonical order, with all columns. Colors are interpolated as render_layers() does; every other column is what the nearest
-/// source pixel has. The range of distances of the result is `range`, or wider if the camera came nearer or went back. Raises as
-/// render_layers() does, and too_large if there are 2^31 pixels or more.
+/// The result is in canonical order and has all columns. Colors are interpolated as in render_layers(); every other column
+/// copies the nearest source pixel. The range of distances of the result is `range`, or wider if the camera moved closer or
+/// back. Raises the errors of render_layers(), and too_large for 2^31 pixels or more.
 template <payload_column... Columns, executor Executor = const serial_executor>
 peeled_layers<Columns...> peel(const layered_image<Columns...>& layers, const depth_range& range, const view& taken_from,
                                const view& from, const peel_options& options = {}, Executor&& threads = {}) {
@@ -20832,20 +21015,20 @@ peeled_layers<Columns...> peel(const layered_image<Columns...>& layers, const de
 }}  // namespace ldi
 
 // ---- ldi/render/stereo.hpp
-// Pictures made from renderings: pairs for two eyes, and depth maps.
+// Pictures made from renderings: stereo pairs and depth maps.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The same view from `distance` to the right (negative: left) along its picture's horizontal, in the units of the photo's space:
-/// half the distance between two eyes for each.
+/// Moves a view sideways by `distance`, in units of the photo's space, to the right along its picture's horizontal (negative:
+/// left). For a stereo pair, move each eye by half the eye distance.
 inline view beside(view from, float distance) {
     const std::array<float, 3> step = from.direction_to_photo({distance, 0, 0});
     for (std::size_t i = 0; i < 3; ++i) from.position[i] += step[i];
     return from;
 }
 
-/// The distance between two eyes at which surfaces at the ends of the range move against each other, from one eye to the other,
-/// by `share` of the picture's width. A thirtieth is comfortable to look at.
+/// Returns the eye distance at which the parallax between the nearest and the farthest surface is `share` of the picture's
+/// width. A thirtieth is comfortable to view.
 inline float eye_distance(const pinhole_camera& camera, const depth_range& range, float share = 1.0F / 30.0F) {
     const float parallax = camera.focal_length * (range.inverse_depth(1) - range.inverse_depth(0));
     return parallax > 0 ? share * detail::nearest_float(camera.width) / parallax : 0.0F;
@@ -20861,7 +21044,7 @@ inline void check_pair(image_view<const std::uint8_t> left, image_view<const std
 
 }  // namespace detail
 
-/// H x 2W x 3: the left eye's picture on the left. Raises mismatch.
+/// Combines two pictures to H x 2W x 3, the left eye's picture on the left. Raises mismatch.
 inline image<std::uint8_t> side_by_side(image_view<const std::uint8_t> left, image_view<const std::uint8_t> right) {
     detail::check_pair(left, right);
     const std::size_t values = 3 * left.width();
@@ -20873,8 +21056,9 @@ inline image<std::uint8_t> side_by_side(image_view<const std::uint8_t> left, ima
     return result;
 }
 
-/// For glasses with red before the left eye and cyan before the right: red is the left picture's brightness (Rec. 601, which
-/// keeps colored things equally bright to both eyes; "half color"), green and blue are the right picture's. Raises mismatch.
+/// Combines two pictures for glasses with red at the left eye and cyan at the right. Red is the left picture's brightness (Rec.
+/// 601, which makes colored objects equally bright for both eyes; "half color"), green and blue are the right picture's. Raises
+/// mismatch.
 inline image<std::uint8_t> anaglyph(image_view<const std::uint8_t> left, image_view<const std::uint8_t> right) {
     detail::check_pair(left, right);
     image<std::uint8_t> result(right);
@@ -20886,10 +21070,10 @@ inline image<std::uint8_t> anaglyph(image_view<const std::uint8_t> left, image_v
     return result;
 }
 
-/// A rendering's depth as a depth map to be kept as 16-bit PNG: disparity, white near, from 1 at the far end of the range to
-/// 65,535 at the near end; 0 where nothing was drawn.
+/// Converts a rendering's depth to a 16-bit depth map: disparity, white near, from 1 at the far end of the range to 65,535 at
+/// the near end; 0 in holes.
 ///
-/// depth  H x W x 1, infinity where nothing is
+/// depth  H x W x 1, infinity in holes
 inline image<std::uint16_t> disparity_map(const image<float>& depth, const depth_range& range) {
     image<std::uint16_t> result(depth.height(), depth.width(), 1, unset);
     const float last = range.inverse_depth(0), span = range.inverse_depth(1) - last;
@@ -20904,8 +21088,8 @@ inline image<std::uint16_t> disparity_map(const image<float>& depth, const depth
 }}  // namespace ldi
 
 // ---- ldi/formats/detail/json_reader.hpp
-// Checks a text of JSON (RFC 8259) and finds its values, for detail/json.hpp. Strict: names that come twice, nesting deeper than
-// the caller allows and strings that are not UTF-8 are refused.
+// Checks JSON (RFC 8259) and locates its values, for detail/json.hpp. Strict: rejects duplicate names, nesting deeper than the
+// caller allows, and strings that are not UTF-8.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -20917,10 +21101,10 @@ struct json_value {
     std::string_view text = "nothing";
 };
 
-/// Is told of the parts of an object or array. A pointer, so that the reader is compiled once.
+/// Receives the parts of an object or array. A function pointer, so that the reader is compiled only once.
 using json_visitor = void (*)(void* to, std::string_view name, const json_value& value);
 
-/// 0 to 15, or 16 for what is no hexadecimal digit.
+/// Returns 0 to 15, or 16 if c is not a hexadecimal digit.
 inline std::uint32_t hexadecimal_value(char c) {
     if (c >= '0' && c <= '9') return static_cast<std::uint32_t>(c - '0');
     if (c >= 'a' && c <= 'f') return static_cast<std::uint32_t>(c - 'a') + 10;
@@ -20963,16 +21147,16 @@ inline void append_unescaped(std::string_view written, buffer<char>& to) {
     }
 }
 
-/// Walks a text and checks all that it passes. Errors: invalid_data; `where` names the text in messages.
+/// Walks over a text and checks everything it passes. Errors: invalid_data; `where` names the text in messages.
 class json_reader {
 public:
-    /// max_depth  how deep objects and arrays may stand in each other
+    /// max_depth  maximum nesting of objects and arrays
     json_reader(std::string_view text, int max_depth, std::string where)
         : text_(text), max_depth_(max_depth), where_(std::move(where)) {}
-    /// For a text that a reader has passed: it is walked through once more, not checked.
+    /// Walks over a text that a reader has already checked, without further checks.
     explicit json_reader(std::string_view checked) : text_(checked), is_checked_(true) {}
 
-    /// The one object that the text consists of.
+    /// Reads the one object of which the text consists.
     json_value whole_object() {
         skip_space();
         if (peek() != '{') fail("a JSON object");
@@ -20982,7 +21166,7 @@ public:
         return result;
     }
 
-    /// Calls visit(to, name as it is written, value) for the members of the object that the text begins with.
+    /// Calls visit(to, name as written, value) for the members of the object at the start of the text.
     void walk_object(int depth, json_visitor visit, void* to) {
         names seen;
         enter(depth);
@@ -21000,7 +21184,7 @@ public:
         if (!is_checked_) seen.check(where_);
     }
 
-    /// Calls visit(to, {}, value) for the elements of the array that the text begins with.
+    /// Calls visit(to, {}, value) for the elements of the array at the start of the text.
     void walk_array(int depth, json_visitor visit, void* to) {
         enter(depth);
         for (bool first = true; !leave(']', first, "a value or ] in a JSON array"); first = false) {
@@ -21010,7 +21194,7 @@ public:
     }
 
 private:
-    /// The names of one object, to find one that comes twice.
+    /// Names of one object, to detect duplicates.
     class names {
     public:
         void add(std::string_view written) {
@@ -21025,7 +21209,7 @@ private:
             }
             std::sort(sorted.begin(), sorted.end());
             const std::string_view* const twice = std::adjacent_find(sorted.begin(), sorted.end());
-            if (twice != sorted.end()) raise(error_code::invalid_data, where, "every name once", printable(*twice) + " twice");
+            if (twice != sorted.end()) raise(error_code::invalid_data, where, "unique names", printable(*twice) + " twice");
         }
 
     private:
@@ -21038,7 +21222,7 @@ private:
               at_ == text_.size() ? "the end" : printable(text_.substr(at_, 1)));
     }
 
-    /// The next byte, or 0 at the end: JSON has no byte 0.
+    /// Returns the next byte, or 0 at the end: JSON contains no byte 0.
     char peek() const { return at_ < text_.size() ? text_[at_] : '\0'; }
 
     void skip_space() {
@@ -21112,7 +21296,7 @@ private:
         }
     }
 
-    /// A string with its quotes.
+    /// Reads a string with its quotes.
     std::string_view read_string() {
         const std::size_t begin = at_++;
         while (peek() != '"') {
@@ -21129,7 +21313,7 @@ private:
     void read_escape() {
         ++at_;
         if (peek() != 'u') {
-            if (std::string_view("\"\\/bfnrt").find(peek()) == std::string_view::npos) fail("an escape that JSON has");
+            if (std::string_view("\"\\/bfnrt").find(peek()) == std::string_view::npos) fail("a valid escape");
             ++at_;
             return;
         }
@@ -21143,7 +21327,7 @@ private:
         if (second < 0xDC00 || second >= 0xE000) fail("the second half of a pair of escapes");
     }
 
-    /// The four digits after the u of an escape.
+    /// Reads the four digits after the u of an escape.
     std::uint32_t read_code() {
         std::uint32_t code = 0;
         for (int digit = 0; digit < 4; ++digit) {
@@ -21156,7 +21340,7 @@ private:
         return code;
     }
 
-    /// One character of UTF-8 (RFC 3629): the shortest form of a code point that is not half of a pair.
+    /// Reads one UTF-8 character (RFC 3629) in its shortest form. Rejects surrogates.
     void read_character() {
         const auto byte = [&](std::size_t i) {
             return at_ + i < text_.size() ? static_cast<unsigned>(static_cast<unsigned char>(text_[at_ + i])) : 0U;
@@ -21184,12 +21368,12 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/formats/detail/json.hpp
-// JSON (RFC 8259) as it is read from headers of weight files: a value is a checked piece of the text, and only what is asked for
-// is copied. What is read may come from anybody.
+// Reads JSON (RFC 8259) from headers of weight files. A value is a checked piece of the text; only requested parts are copied.
+// The text is untrusted.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// An object that is a whole text. Errors: invalid_data, naming the byte.
+/// Checks a text that is one object. Errors: invalid_data, naming the byte.
 inline json_value read_json_object(std::string_view text, int max_depth, const std::string& where) {
     return json_reader(text, max_depth, where).whole_object();
 }
@@ -21218,7 +21402,7 @@ void for_each_element(const json_value& array, Visit&& visit) {
     json_reader(array.text).walk_array(0, call, &visit);
 }
 
-/// The member of that name; of kind `none` where there is none, or where `object` is something else.
+/// Finds a member by name. The result has kind `none` if there is no such member or `object` is not an object.
 inline json_value json_member(const json_value& object, std::string_view name) {
     json_value result;
     if (object.kind != json_kind::object) return result;
@@ -21228,7 +21412,7 @@ inline json_value json_member(const json_value& object, std::string_view name) {
     return result;
 }
 
-/// A number without sign, point and exponent.
+/// Parses a number without sign, point and exponent. Empty for any other value.
 inline std::optional<std::uint64_t> whole_number(const json_value& value) {
     if (value.kind != json_kind::number) return std::nullopt;
     std::uint64_t result = 0;
@@ -21244,23 +21428,26 @@ inline std::optional<std::uint64_t> whole_number(const json_value& value) {
 }}}  // namespace ldi::detail
 
 // ---- ldi/formats/safetensors.hpp
-// Reads safetensors files (https://huggingface.co/docs/safetensors) from memory: eight bytes of header length, a JSON header with
-// the type, the shape and the place of every tensor, then the values, little-endian. Files are not trusted.
-// io/safetensors_file.hpp reads them by name.
+// Reads safetensors files (https://huggingface.co/docs/safetensors) from memory: eight bytes of header length, a JSON header
+// with type, shape and byte range of every tensor, then the values, little-endian. Files are untrusted. io/safetensors_file.hpp
+// loads them from disk.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// bytes  the whole file: tensors of types F32, F16, BF16, I32, I8 and U8, whose values fill it without gap or overlap
-/// where  names the file in messages
+/// Decodes all tensors. Half-precision numbers become float. Allocates nothing before the header is checked against the file's
+/// size.
 ///
-/// Half-precision numbers become float. Nothing is allocated before the header has shown that the file holds it.
-/// Raises invalid_data, too_large (header above 4 MiB) and unsupported (type); they name the tensor.
+/// bytes  the whole file: tensors of types F32, F16, BF16, I32, I8 and U8, whose values fill it without gap or overlap
+/// where  name of the file in messages
+///
+/// Raises invalid_data, too_large (header above 4 MiB) and unsupported (type), naming the tensor.
 named_tensors decode_safetensors(std::span<const std::byte> bytes, const std::string& where = "safetensors file");
 
 namespace detail {
 
-/// what  "a depth network": the kind of file that `expected` for `key` in the metadata tells of
-/// Raises mismatch where the metadata have nothing or something else for it.
+/// Raises mismatch unless the metadata have the value `expected` for `key`.
+///
+/// what  kind of file for the message, for example "a depth network"
 inline void check_metadata(const named_tensors& file, const std::string& what, const std::string& key,
                            const std::string& expected) {
     const auto found = file.metadata.find(key);
@@ -21289,7 +21476,7 @@ inline float float_from_bits(std::uint32_t bits) {
     return value;
 }
 
-/// IEEE half precision: a sign, 5 bits of exponent, 10 of fraction.
+/// Converts IEEE half precision: a sign, 5 bits of exponent, 10 of fraction.
 inline float half_to_float(std::uint32_t half) {
     const std::uint32_t sign = (half & 0x8000) << 16, exponent = (half >> 10) & 31, fraction = half & 1023;
     if (exponent == 31) return float_from_bits(sign | 0x7F800000 | (fraction << 13));
@@ -21305,7 +21492,7 @@ buffer<Scalar> decoded(std::span<const std::byte> bytes, std::size_t scalar_byte
     return values;
 }
 
-/// Bytes of one value; 0 for a type that is not read.
+/// Bytes of one value; 0 for an unsupported type.
 inline std::size_t scalar_size(std::string_view type) {
     if (type == "F32" || type == "I32") return 4;
     if (type == "F16" || type == "BF16") return 2;
@@ -21331,12 +21518,11 @@ struct entry {
     std::size_t begin = 0, end = 0;
 };
 
-/// One line of the header, each part checked against the rest and against the size of the data.
+/// Reads one entry of the header and checks its parts against each other and against the size of the data.
 inline entry checked_entry(const std::string& name, const json_value& line, std::size_t data_bytes, const std::string& where) {
     const auto here = [&] { return where + ", tensor " + printable(name); };
     const auto part = [&](const char* key, bool is_right_kind) {
-        if (!is_right_kind)
-            raise(error_code::invalid_data, here(), std::string(key) + " as the format has it", "another or none");
+        if (!is_right_kind) raise(error_code::invalid_data, here(), "a valid " + std::string(key), "an invalid or missing one");
     };
     const auto sizes = [&](const char* key, const json_value& values, std::size_t max_count) {
         part(key, values.kind == json_kind::array);
@@ -21349,7 +21535,7 @@ inline entry checked_entry(const std::string& name, const json_value& line, std:
         return result;
     };
     part("dtype", line.kind == json_kind::object);
-    json_value type, shape, place;  // in one walk: a header may have a hundred thousand lines
+    json_value type, shape, place;  // one walk, because a header may have a hundred thousand entries
     int members = 0;
     for_each_member(line, [&](const std::string& key, const json_value& value) {
         ++members;
@@ -21374,7 +21560,7 @@ inline entry checked_entry(const std::string& name, const json_value& line, std:
     std::size_t needed = scalar_bytes;
     for (std::size_t length : result.shape) {
         if (length != 0 && needed > (std::numeric_limits<std::size_t>::max)() / length)
-            raise(error_code::too_large, here(), "a shape that fits into memory", shape_text(result.shape));
+            raise(error_code::too_large, here(), "a shape that fits in memory", shape_text(result.shape));
         needed *= length;
     }
     if (needed != result.end - result.begin)
@@ -21386,11 +21572,11 @@ inline entry checked_entry(const std::string& name, const json_value& line, std:
 
 inline decltype(named_tensors::metadata) checked_metadata(const json_value& line, const std::string& where) {
     if (line.kind != json_kind::object)
-        raise(error_code::invalid_data, where, "metadata that is a JSON object", "something else");
+        raise(error_code::invalid_data, where, "metadata that are a JSON object", "another value");
     decltype(named_tensors::metadata) result;
     for_each_member(line, [&](const std::string& key, const json_value& value) {
         if (value.kind != json_kind::string)
-            raise(error_code::invalid_data, where, "metadata that is text", "something else for " + printable(key));
+            raise(error_code::invalid_data, where, "metadata that are text", "another value for " + printable(key));
         result.emplace(key, unescaped(value.text));
     });
     return result;
@@ -21405,7 +21591,7 @@ inline named_tensors decode_safetensors(std::span<const std::byte> bytes, const 
     const std::uint64_t header_bytes = little_endian(bytes.data(), 4) | (std::uint64_t{little_endian(bytes.data() + 4, 4)} << 32);
     if (header_bytes > bytes.size() - 8)
         raise(error_code::invalid_data, where, "a header of " + std::to_string(header_bytes) + " bytes",
-              std::to_string(bytes.size() - 8) + " bytes in all");
+              std::to_string(bytes.size() - 8) + " bytes in total");
     if (header_bytes > max_header_bytes)
         raise(error_code::too_large, where, "a header of at most " + std::to_string(max_header_bytes) + " bytes",
               std::to_string(header_bytes));
@@ -21424,14 +21610,14 @@ inline named_tensors decode_safetensors(std::span<const std::byte> bytes, const 
             entries.push_back(checked_entry(name, line, data.size(), where));
     });
 
-    // Tensors that fill the data without gap or overlap can't add up to more memory than the file itself announces.
+    // Tensors that fill the data without gap or overlap cannot need more memory than the size of the file.
     std::sort(entries.begin(), entries.end(),
               [](const entry& a, const entry& b) { return std::pair(a.begin, a.end) < std::pair(b.begin, b.end); });
     std::size_t filled = 0;
     for (const entry& e : entries) {
         if (e.begin != filled)
             raise(error_code::invalid_data, where + ", tensor " + detail::printable(e.name),
-                  "values from byte " + std::to_string(filled) + " on, where those before end",
+                  "values from byte " + std::to_string(filled) + ", the end of the previous tensor",
                   "byte " + std::to_string(e.begin));
         filled = e.end;
     }
@@ -21448,19 +21634,20 @@ inline named_tensors decode_safetensors(std::span<const std::byte> bytes, const 
 }}  // namespace ldi
 
 // ---- ldi/formats/farbrausch.hpp
-// Reads the inpainting network from the bytes of a safetensors file: its convolutions, and in the metadata what kind of network
-// they are. examples/training/farbrausch/export.py writes Farbrausch, examples/training/partial_convolution.py the full-size
-// PartialConv. io/farbrausch_file.hpp reads either by name.
+// Reads the inpainting network from the bytes of a safetensors file: its convolutions, and its kind from the metadata.
+// examples/training/farbrausch/export.py writes Farbrausch, examples/training/partial_convolution.py the full-size PartialConv.
+// io/farbrausch_file.hpp loads either from a file.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Raises those of decode_safetensors() and farbrausch; mismatch and unsupported where the metadata tells of another network.
+/// Decodes an inpainting network. Raises the errors of decode_safetensors() and farbrausch; mismatch and unsupported if the
+/// metadata describe another kind of network.
 farbrausch decode_farbrausch(std::span<const std::byte> bytes, const std::string& where = "weights",
                              arithmetic kind = arithmetic::float32, isa target = best_isa());
 
 namespace detail {
 
-/// Treatment of missing colors by the network that the metadata name.
+/// Looks up how the network named in the metadata treats missing colors.
 inline missing_colors parse_missing_colors(const named_tensors& file) {
     check_metadata(file, "an inpainting network", "format", "ldi");
     const auto name = file.metadata.find("name");
@@ -21470,7 +21657,7 @@ inline missing_colors parse_missing_colors(const named_tensors& file) {
           name == file.metadata.end() ? "none" : printable(name->second));
 }
 
-/// The architecture that the metadata describe, which must be of the kind that farbrausch computes.
+/// Reads the architecture from the metadata, which must describe a network that farbrausch can compute.
 inline inpainting_architecture parse_inpainting_architecture(const named_tensors& file, const std::string& where) {
     inpainting_architecture result;
     result.missing = parse_missing_colors(file);
@@ -21481,7 +21668,7 @@ inline inpainting_architecture parse_inpainting_architecture(const named_tensors
     const std::string here = where + ", architecture";
     const json_value text = read_json_object(found->second, 3, here);
 
-    // Metadata with one accepted value. Other values would need other arithmetic.
+    // Metadata with only one accepted value, because other values would require other arithmetic.
     const std::string_view fixed[][2] = {
         {"name", has_fills ? "\"farbrausch\"" : "\"partial_convolution\""},
         {"version", "1"},
@@ -21527,20 +21714,20 @@ inline farbrausch decode_farbrausch(std::span<const std::byte> bytes, const std:
 }}  // namespace ldi
 
 // ---- ldi/formats/picture_formats.hpp
-// The file formats of pictures that ldi reads. Each can be switched off, so that a service reads only what it expects, and no
-// decoder sees a file that it need not see.
+// File formats of pictures that ldi reads. Each can be disabled, so that a service reads only the formats it expects and no
+// other decoder sees untrusted files.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 enum class picture_format { jpeg, png, gif, bmp, heif, webp, tiff, pfm, npy };
 
-/// Names in the order of the enumeration. HEIC and AVIF files are both heif.
+/// Names in the order of the enumeration. heif includes HEIC and AVIF files.
 inline constexpr std::array<std::string_view, 9> picture_format_names = {"jpeg", "png",  "gif", "bmp", "heif",
                                                                          "webp", "tiff", "pfm", "npy"};
 
 constexpr std::string_view to_string(picture_format format) { return picture_format_names[static_cast<std::size_t>(format)]; }
 
-/// A set of formats; all of them unless it is made of some.
+/// A set of formats; by default all of them.
 class picture_formats {
 public:
     constexpr picture_formats() = default;
@@ -21550,7 +21737,7 @@ public:
 
     constexpr bool contains(picture_format format) const { return (bits_ & bit(format)) != 0; }
 
-    /// Names with commas between them: "jpeg,png". Nothing where a name is unknown.
+    /// Parses names separated by commas, such as "jpeg,png". Empty if a name is unknown.
     static std::optional<picture_formats> parse(std::string_view names) {
         picture_formats result{};
         result.bits_ = 0;
@@ -21566,7 +21753,7 @@ public:
         }
     }
 
-    /// "jpeg, png"
+    /// Lists the names, such as "jpeg, png".
     std::string text() const {
         std::string result;
         for (std::size_t i = 0; i < picture_format_names.size(); ++i)
@@ -21584,24 +21771,24 @@ private:
 }}  // namespace ldi
 
 // ---- ldi/formats/picture_header.hpp
-// The facts about a picture file that its first bytes and its header state, and ways to read them.
+// Header data of a picture file, and functions to read headers.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// The facts of a complete file.
+/// Header data of a complete file.
 struct picture_header {
     picture_format format = picture_format::jpeg;
-    std::size_t width = 0, height = 0;              ///< as stored, in pixels
-    std::size_t bits = 8;                           ///< of a sample: 8 or 16; PNG's 1, 2 and 4 are decoded to 8
-    std::size_t memory_per_pixel = 0;               ///< upper bound of the bytes that decoding takes
-    double more_memory = 0;                         ///< bytes that it takes beside, whatever the number of pixels
-    std::size_t max_growth = 0;                     ///< bytes that a buffer of a PNG file's decoder may grow to
-    std::size_t scanned_channels = 0;               ///< how often decoding passes through the picture, counted for each channel
-    std::span<const std::byte> exif;                ///< a TIFF structure; empty if there is none
-    std::span<const std::byte> profile_chunk;       ///< PNG's iCCP; empty if there is none
-    buffer<std::span<const std::byte>> extensions;  ///< JPEG's APP1 and APP2 segments, in their order
-    bool has_alpha = false;                         ///< of WebP
-    std::size_t end = 0;                            ///< behind the picture: phones append others to a JPEG file
+    std::size_t width = 0, height = 0;              ///< stored size in pixels
+    std::size_t bits = 8;                           ///< bits per sample, 8 or 16; PNG's 1, 2 and 4 are decoded to 8
+    std::size_t memory_per_pixel = 0;               ///< upper bound of the decoder's memory in bytes per pixel
+    double more_memory = 0;                         ///< additional bytes, independent of the number of pixels
+    std::size_t max_growth = 0;                     ///< maximum size in bytes to which a buffer of the PNG decoder may grow
+    std::size_t scanned_channels = 0;               ///< number of passes over the picture, summed over the channels
+    std::span<const std::byte> exif;                ///< a TIFF structure; empty if absent
+    std::span<const std::byte> profile_chunk;       ///< PNG's iCCP; empty if absent
+    buffer<std::span<const std::byte>> extensions;  ///< JPEG's APP1 and APP2 segments, in order
+    bool has_alpha = false;                         ///< WebP only
+    std::size_t end = 0;  ///< offset of the first byte after the picture; phones append further pictures to JPEG files
 };
 
 inline unsigned byte_at(std::span<const std::byte> bytes, std::size_t i) { return std::to_integer<unsigned>(bytes[i]); }
@@ -21622,7 +21809,7 @@ inline std::uint32_t big_endian_32(std::span<const std::byte> bytes, std::size_t
     return big_endian_16(bytes, i) << 16 | big_endian_16(bytes, i + 2);
 }
 
-/// Whether `text` is at offset i.
+/// Whether `text` occurs at offset i.
 inline bool has_text(std::span<const std::byte> bytes, std::size_t i, std::string_view text) {
     return bytes.size() >= i + text.size() && std::memcmp(bytes.data() + i, text.data(), text.size()) == 0;
 }
@@ -21632,7 +21819,7 @@ inline bool is_gif(std::span<const std::byte> bytes) { return has_text(bytes, 0,
 inline bool is_webp(std::span<const std::byte> bytes) { return has_text(bytes, 0, "RIFF") && has_text(bytes, 8, "WEBP"); }
 inline bool is_png(std::span<const std::byte> bytes) { return has_text(bytes, 0, "\x89PNG\r\n\x1A\n"); }
 
-/// The two letters alone are those of many a text.
+/// Whether the file is a BMP. Many texts start with the two letters BM, so reserved fields are checked as well.
 inline bool is_bmp(std::span<const std::byte> bytes) {
     return has_text(bytes, 0, "BM") && bytes.size() >= 18 && byte_at(bytes, 15) == 0 && byte_at(bytes, 16) == 0 &&
            byte_at(bytes, 17) == 0;
@@ -21644,7 +21831,7 @@ inline bool is_tiff(std::span<const std::byte> bytes) {
            has_text(bytes, 0, "MM\0+"sv);
 }
 
-/// Whether it is HEIC or AVIF, by the brands that a file says it follows.
+/// Whether the file is HEIC or AVIF, by the brands that it declares.
 inline bool is_heif(std::span<const std::byte> bytes) {
     if (bytes.size() < 16 || !has_text(bytes, 4, "ftyp")) return false;
     const std::size_t end = (std::min)(std::size_t{big_endian_32(bytes, 0)}, (std::min)(bytes.size(), std::size_t{256}));
@@ -21654,7 +21841,7 @@ inline bool is_heif(std::span<const std::byte> bytes) {
     return false;
 }
 
-/// A name for what the first bytes say, as error messages need it: "a GIF file".
+/// Describes a format by the first bytes of a file for error messages: "a GIF file".
 inline std::string describe_format(std::span<const std::byte> bytes) {
     struct signature {
         std::size_t offset;
@@ -21705,8 +21892,8 @@ inline std::string describe_format(std::span<const std::byte> bytes) {
 }}}  // namespace ldi::detail
 
 // ---- ldi/formats/float_map.hpp
-// Files of plain floats, read from memory: PFM (Debevec; one float per pixel, bottom row first) and NPY (NumPy's format, versions
-// 1 to 3, float32 and float64).
+// Reads files of plain floats from memory: PFM (Debevec; one float per pixel, bottom row first) and NPY (NumPy's format,
+// versions 1 to 3, float32 and float64).
 
 #include <charconv>
 
@@ -21716,7 +21903,7 @@ namespace detail {
 inline bool is_pfm(std::span<const std::byte> bytes) { return has_text(bytes, 0, "Pf"); }
 inline bool is_npy(std::span<const std::byte> bytes) { return has_text(bytes, 0, "\x93NUMPY"); }
 
-/// A float of 4 or 8 bytes, as float32.
+/// Reads a float of 4 or 8 bytes as float32.
 template <class Stored>
 float stored_float(const std::byte* from, bool swap_bytes) {
     std::byte bytes[sizeof(Stored)];
@@ -21727,7 +21914,7 @@ float stored_float(const std::byte* from, bool swap_bytes) {
     return static_cast<float>(value);
 }
 
-/// A whole number that is all of `text`; nothing if it is anything else or beyond 2^31.
+/// Parses a text that is one whole number of at most 2^31 - 1. Empty for any other text.
 inline std::optional<std::size_t> whole_number(std::string_view text) {
     std::uint32_t value = 0;
     const std::from_chars_result read = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -21735,13 +21922,13 @@ inline std::optional<std::size_t> whole_number(std::string_view text) {
     return value;
 }
 
-/// The facts of a file whose values are floats.
+/// Header of a file whose values are floats.
 struct float_map_header : picture_header {
-    std::size_t begin = 0, item = sizeof(float);  ///< of the values, in bytes
+    std::size_t begin = 0, item = sizeof(float);  ///< offset of the values and size of a value, in bytes
     bool is_swapped = false, columns_first = false;
 };
 
-/// Checks that all values are there, and how many there may be.
+/// Checks that the file contains all values and that their number is allowed.
 inline void check_float_map(const float_map_header& header, std::span<const std::byte> bytes, const std::string& where) {
     const std::size_t left = bytes.size() - header.begin;
     if (header.width > left / header.item / header.height)
@@ -21750,10 +21937,10 @@ inline void check_float_map(const float_map_header& header, std::span<const std:
                     " floats");
 }
 
-/// Raises invalid_data.
+/// Reads the header of a PFM file. Raises invalid_data.
 inline float_map_header read_pfm_header(std::span<const std::byte> bytes, const std::string& where) {
     const auto broken = [&](const std::string& found) { damaged(picture_format::pfm, where, found); };
-    // "Pf", width, height and scale, each followed by white space; after the last it is a single character.
+    // "Pf", width, height and scale, each followed by white space. After the scale it is a single character.
     std::string_view fields[3];
     std::size_t at = 2;
     for (std::string_view& field : fields) {
@@ -21768,7 +21955,7 @@ inline float_map_header read_pfm_header(std::span<const std::byte> bytes, const 
     }
     const std::optional<std::size_t> width = whole_number(fields[0]), height = whole_number(fields[1]);
     if (!width || !height || *width == 0 || *height == 0) broken("no size in its header");
-    // The sign says the byte order. The number itself is a unit of brightness, which readers leave alone.
+    // The sign is the byte order. The number itself is a unit of brightness, which readers ignore.
     const std::string_view scale = fields[2];
     if (scale.find_first_not_of("+-.0123456789eE") != scale.npos || scale.find_first_of("123456789") == scale.npos)
         broken("a scale of '" + std::string(scale) + "'");
@@ -21781,7 +21968,7 @@ inline float_map_header read_pfm_header(std::span<const std::byte> bytes, const 
 
 }  // namespace detail
 
-/// H x W x 1, as stored. `where` names the file in messages. Raises invalid_data.
+/// Decodes a PFM file to H x W x 1, values as stored. `where` names the file in messages. Raises invalid_data.
 inline image<float> decode_pfm(std::span<const std::byte> bytes, const std::string& where) {
     const detail::float_map_header header = detail::read_pfm_header(bytes, where);
     detail::check_float_map(header, bytes, where);
@@ -21795,9 +21982,9 @@ inline image<float> decode_pfm(std::span<const std::byte> bytes, const std::stri
 
 namespace detail {
 
-/// key  with its quotes
+/// Returns the text of an NPY header, a Python dictionary, after a key and its colon; empty if the key is missing.
 ///
-/// The rest of an NPY header, a Python dictionary, after the key and its colon; empty if the key is missing.
+/// key  including its quotes
 inline std::string_view npy_field(std::string_view dictionary, std::string_view key) {
     const std::size_t found = dictionary.find(key);
     if (found == dictionary.npos) return {};
@@ -21805,7 +21992,7 @@ inline std::string_view npy_field(std::string_view dictionary, std::string_view 
     return value == dictionary.npos ? std::string_view() : dictionary.substr(value);
 }
 
-/// The numbers of a Python tuple, "(384, 288)". Nothing if it is not one, or has more than 8 numbers.
+/// Parses a Python tuple such as "(384, 288)". Empty if the text is not a tuple or has more than 8 numbers.
 inline std::optional<buffer<std::size_t>> npy_shape(std::string_view text) {
     if (text.empty() || text.front() != '(') return std::nullopt;
     const std::size_t end = text.find(')');
@@ -21826,13 +22013,13 @@ inline std::optional<buffer<std::size_t>> npy_shape(std::string_view text) {
     return shape;
 }
 
-/// Axes of length 1 are dropped, from the end and then from the front, until two are left.
+/// Drops axes of length 1, first from the end, then from the front, until two axes remain.
 inline void drop_unit_axes(buffer<std::size_t>& shape) {
     while (shape.size() > 2 && shape.back() == 1) shape.pop_back();
     while (shape.size() > 2 && shape.front() == 1) shape.erase(shape.begin());
 }
 
-/// Raises invalid_data, unsupported.
+/// Reads the header of an NPY file. Raises invalid_data, unsupported.
 inline float_map_header read_npy_header(std::span<const std::byte> bytes, const std::string& where) {
     const auto broken = [&](const std::string& found) { damaged(picture_format::npy, where, found); };
     if (bytes.size() < 12) broken("a header that is cut off");
@@ -21867,7 +22054,7 @@ inline float_map_header read_npy_header(std::span<const std::byte> bytes, const 
 
 }  // namespace detail
 
-/// H x W x 1, as stored. `where` names the file in messages. Raises invalid_data, unsupported.
+/// Decodes an NPY file to H x W x 1, values as stored. `where` names the file in messages. Raises invalid_data, unsupported.
 inline image<float> decode_npy(std::span<const std::byte> bytes, const std::string& where) {
     const detail::float_map_header header = detail::read_npy_header(bytes, where);
     detail::check_float_map(header, bytes, where);
@@ -21886,19 +22073,21 @@ inline image<float> decode_npy(std::span<const std::byte> bytes, const std::stri
 }}  // namespace ldi
 
 // ---- ldi/formats/detail/glb_contents.hpp
-// The parts of a GLB file: its binary chunk, and the JSON that describes it (formats/glb.hpp).
+// Parts of a GLB file: its binary chunk, and the JSON that describes it (formats/glb.hpp).
 
+#if !defined(__cpp_lib_to_chars)
 #include <locale>
 #include <sstream>
+#endif
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespace glb {
 
-// Numbers of glTF 2.0 and of its container.
+// Constants of glTF 2.0 and the GLB container.
 inline constexpr std::uint32_t magic = 0x46546C67, version = 2, json_chunk = 0x4E4F534A, binary_chunk = 0x004E4942;
 inline constexpr int vertices = 34962, indices = 34963;
 inline constexpr int unsigned_byte = 5121, unsigned_short = 5123, unsigned_int = 5125, float32 = 5126;
 
-/// Numbers and pieces of JSON one after another.
+/// Appends numbers and pieces of JSON to a text.
 class json_text {
 public:
     template <class... Parts>
@@ -21909,12 +22098,12 @@ public:
 
 private:
     void add_part(std::string_view part) { text_.append(part.begin(), part.end()); }
-    /// In the fewest digits that read back as the same number, with a point or an exponent. number  finite
+    /// Writes the fewest digits that read back as the same number. number  finite
     void add_part(double number) {
 #if defined(__cpp_lib_to_chars)
         std::array<char, 32> digits;
         const std::string_view text(digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), number).ptr);
-#else  // Emscripten: reads back as the same number, but takes 17 digits
+#else  // Emscripten: reads back as the same number, but with 17 digits
         std::ostringstream stream;
         stream.imbue(std::locale::classic());
         stream.precision(std::numeric_limits<double>::max_digits10);
@@ -21932,30 +22121,30 @@ private:
     buffer<char> text_;
 };
 
-/// The value rounded to six decimal places.
+/// Rounds to six decimal places.
 inline double shortest(float value) { return std::round(1e6 * double{value}) / 1e6; }
 
-/// Values of the caller's at the vertices of a mesh.
+/// The caller's own values at the vertices of a mesh.
 struct own_attribute {
     std::string_view name;
     std::size_t channels = 1;
     std::span<const float> values;  ///< vertices x channels
 };
 
-/// The columns of a part of a mesh, or of its strip, as they stand in the file, in an order that aligns each to its scalars
-/// without padding.
+/// Columns of a part of a mesh, or of its strip, in the order of the file. The order aligns each column to its scalars without
+/// padding.
 struct geometry {
     std::span<const float> positions, texture_coordinates;
-    std::span<const std::uint8_t> opacity;  ///< of a strip; else empty
+    std::span<const std::uint8_t> opacity;  ///< opacity of a strip; otherwise empty
     std::span<const std::uint32_t> triangles;
-    std::uint32_t first_vertex = 0;  ///< that triangles count from
+    std::uint32_t first_vertex = 0;  ///< vertex that index 0 refers to
     buffer<own_attribute> own = {};  ///< empty for a strip
     std::size_t texture = 0;
-    std::array<double, 3> lowest{}, highest{};  ///< of positions
+    std::array<double, 3> lowest{}, highest{};  ///< bounds of the positions
 
     std::size_t vertex_count() const { return positions.size() / 3; }
     bool is_strip() const { return !opacity.empty(); }
-    bool has_short_indices() const { return vertex_count() < 65536; }  // the index 65,535 itself is reserved, and not reached
+    bool has_short_indices() const { return vertex_count() < 65536; }  // index 65,535 is reserved; it does not occur
     std::size_t position_bytes() const { return positions.size_bytes(); }
     std::size_t coordinate_bytes() const { return texture_coordinates.size() * sizeof(std::uint16_t); }
     std::size_t color_bytes() const { return opacity.size() * 4; }
@@ -21968,7 +22157,7 @@ struct geometry {
     std::size_t index_bytes() const {
         return triangles.size() * (has_short_indices() ? sizeof(std::uint16_t) : sizeof(std::uint32_t));
     }
-    /// After which the next geometry begins at a multiple of 4.
+    /// Bytes after the indices that align the next geometry to a multiple of 4.
     std::size_t padding() const { return has_short_indices() && triangles.size() % 2 == 1 ? 2 : 0; }
     std::size_t bytes() const { return position_bytes() + coordinate_bytes() + color_bytes() + own_bytes() + index_bytes(); }
 
@@ -21982,7 +22171,7 @@ struct geometry {
     }
 };
 
-/// Contents of the binary chunk: the mesh's parts with triangles, the strip if there is one, and the textures of these.
+/// Contents of the binary chunk: the mesh's parts with triangles, the strip if there is one, and their textures.
 struct contents {
     buffer<geometry> parts;
     buffer<std::span<const std::byte>> textures;
@@ -22024,9 +22213,9 @@ struct contents {
         for (const std::span<const std::byte>& texture : textures) sum += texture.size();
         return sum;
     }
-    /// The number of a texture's view: those of geometry come first.
+    /// Index of a texture's buffer view. Views of geometry come first.
     std::size_t view_of_texture(std::size_t texture) const { return first_accessor(parts.size()) + texture; }
-    /// The number of a part's first accessor.
+    /// Index of a part's first accessor.
     std::size_t first_accessor(std::size_t part) const {
         std::size_t sum = 0;
         for (std::size_t i = 0; i < part; ++i) sum += parts[i].accessor_count();
@@ -22034,7 +22223,7 @@ struct contents {
     }
 };
 
-/// The views of the file's only buffer, one after the other.
+/// Consecutive views of the file's only buffer.
 class view_list {
 public:
     int add(std::size_t bytes, int target, std::size_t padding = 0) {
@@ -22054,7 +22243,7 @@ private:
     int count_ = 0;
 };
 
-/// Accessors have the numbers of their views.
+/// Adds one accessor per view, with the index of the view.
 inline void add_accessors(json_text& json, view_list& views, const geometry& g, std::size_t padding) {
     const std::size_t count = g.vertex_count();
     json.add(R"({"bufferView":)", views.add(g.position_bytes(), vertices), R"(,"componentType":)", float32, R"(,"count":)",
@@ -22091,11 +22280,11 @@ inline void add_accessors_and_views(json_text& json, const contents& c) {
 }}}}  // namespace ldi::detail::glb
 
 // ---- ldi/formats/detail/checksums.hpp
-// The checksums of PNG and zlib (ISO 3309 / RFC 1952 CRC-32, RFC 1950 Adler-32).
+// Checksums of PNG and zlib (CRC-32 of ISO 3309 / RFC 1952, Adler-32 of RFC 1950).
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Row 0 is the remainder of each byte, row k of each byte that k zeros follow, so that eight bytes go at a time.
+/// Row k has the remainder of each byte followed by k zero bytes, so that the loop processes eight bytes at a time.
 using crc32_rows = std::array<std::array<std::uint32_t, 256>, 8>;
 
 inline crc32_rows make_crc32_rows() {
@@ -22127,7 +22316,7 @@ inline std::uint32_t crc32(std::span<const std::byte> bytes, std::uint32_t befor
 
 inline std::uint32_t adler32(std::span<const std::byte> bytes) {
     constexpr std::uint32_t modulus = 65521;
-    constexpr std::size_t max_at_once = 5552;  // before the second sum could exceed 32 bits
+    constexpr std::size_t max_at_once = 5552;  // a longer run could overflow the 32 bits of the second sum
     std::uint32_t sum = 1, sum_of_sums = 0;
     while (!bytes.empty()) {
         const std::size_t count = (std::min)(bytes.size(), max_at_once);
@@ -22141,14 +22330,13 @@ inline std::uint32_t adler32(std::span<const std::byte> bytes) {
 }}}  // namespace ldi::detail
 
 // ---- ldi/formats/jpeg_png_header.hpp
-// Facts about a JPEG or PNG file, read from its own bytes before anything is decoded or allocated: size, bit depth, the place of
-// its EXIF data, and whether it is complete. The decoder behind it (stb_image) checks neither checksums nor, in a JPEG, that all
-// of the picture is there; these functions do.
+// Reads the header of a JPEG or PNG file before anything is decoded or allocated: size, bit depth, position of EXIF data, and
+// whether the file is complete. The decoder (stb_image) checks neither checksums nor whether a JPEG's picture is complete; these
+// functions do.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Whether the Huffman tables of a segment have no more codes than there are bytes. stb_image 2.27 writes beyond its tables if
-/// not.
+/// Whether the Huffman tables of a segment have no more codes than bytes. Otherwise stb_image 2.27 writes beyond its tables.
 inline bool are_huffman_tables(std::span<const std::byte> body) {
     while (!body.empty()) {
         if (body.size() < 17) return false;
@@ -22182,9 +22370,9 @@ public:
             at += length;
         }
         if (components_ == 0 || !unscanned_.empty()) broken("a file without a picture, or with only some of its channels");
-        // Without Adobe's marker nothing says whether 0 or 255 is full ink, nor whether it is ink at all.
-        if (components_ == 4 && !adobe_) unsupported("four channels that no Adobe marker explains");
-        // A block of at most 256 pixels of one channel takes at least a bit.
+        // Without Adobe's marker, the file does not say whether 0 or 255 is full ink, nor whether the channels are ink at all.
+        if (components_ == 4 && !adobe_) unsupported("four channels without an Adobe marker");
+        // A block of at most 256 pixels of one channel occupies at least one bit.
         if (header_.width * header_.height / 2048 > bytes_.size())
             broken(std::to_string(header_.width) + " x " + std::to_string(header_.height) + " pixels in " +
                    std::to_string(bytes_.size()) + " bytes");
@@ -22197,8 +22385,8 @@ private:
         raise(error_code::unsupported, where_, "a JPEG file with 8-bit gray, YCbCr, RGB or Adobe CMYK colors", found);
     }
 
-    /// The first marker at `at` or after it, or the end of the file. Cameras leave stray bytes between segments; inside a scan,
-    /// FF 00 is data and FF D0 to FF D7 are restarts.
+    /// Returns the first marker at or after `at`, or the end of the file. Cameras leave stray bytes between segments; inside a
+    /// scan, FF 00 is data and FF D0 to FF D7 are restarts.
     std::size_t find_marker(std::size_t at) const {
         while (at + 1 < bytes_.size()) {
             const void* const next = std::memchr(bytes_.data() + at, 0xFF, bytes_.size() - 1 - at);
@@ -22239,12 +22427,12 @@ private:
         if (byte_at(body, 0) != 8) unsupported(std::to_string(byte_at(body, 0)) + "-bit samples");
         header_.height = big_endian_16(body, 1), header_.width = big_endian_16(body, 3);
         components_ = byte_at(body, 5);
-        // Channels as decoded, 2 bytes of coefficients in a progressive file, and the picture made of them.
+        // Decoded channels, 2 bytes of coefficients per channel in a progressive file, and the picture converted from them.
         const std::size_t stored = components_ * (marker == 0xC2 ? 3 : 1);
         header_.memory_per_pixel = stored + 3;
         if (header_.height == 0) unsupported("a JPEG that states its height at the end");
         if (header_.width == 0) broken("a width of 0");
-        // Blocks of up to 32 x 32 pixels are decoded whole.
+        // The decoder processes whole blocks of up to 32 x 32 pixels.
         header_.more_memory = nearest_double(stored) * (32 * nearest_double(header_.width + header_.height) + 1024);
         if (components_ != 1 && components_ != 3 && components_ != 4) unsupported(std::to_string(components_) + " channels");
         if (body.size() != 6 + 3 * components_) broken("a frame header of the wrong length");
@@ -22259,47 +22447,59 @@ private:
     bool adobe_ = false;
 };
 
-/// Raises invalid_data, unsupported.
+/// Reads the header of a JPEG file. Raises invalid_data, unsupported.
 inline picture_header read_jpeg_header(std::span<const std::byte> bytes, const std::string& where) {
     return jpeg_header_reader(bytes, where).read();
 }
 
-/// Walks all chunks of a PNG file and checks the critical ones' checksums. Raises invalid_data, unsupported.
+/// Facts of a PNG file that bound the memory for decoding it.
+struct png_layout {
+    std::size_t bits_per_pixel = 0;
+    std::size_t decoded_bytes = 0;  ///< per pixel
+    bool is_interlaced = false;
+};
+
+/// Reads the body of the chunk IHDR. Calls broken(found) for what PNG does not allow.
+template <class Broken>
+png_layout read_png_size(std::span<const std::byte> body, picture_header& header, const Broken& broken) {
+    header.width = big_endian_32(body, 0), header.height = big_endian_32(body, 4);
+    const std::size_t depth = byte_at(body, 8), color = byte_at(body, 9);
+    static constexpr std::array<std::size_t, 7> channels_of_color_type = {1, 0, 3, 1, 2, 0, 4};
+    const std::size_t channels = color < channels_of_color_type.size() ? channels_of_color_type[color] : 0;
+    const bool depth_fits =
+        depth == 8 || (depth == 16 && color != 3) || ((depth == 1 || depth == 2 || depth == 4) && (color == 0 || color == 3));
+    if (channels == 0 || !depth_fits || byte_at(body, 10) != 0 || byte_at(body, 11) != 0 || byte_at(body, 12) > 1)
+        broken("a bad header");
+    if (header.width == 0 || header.height == 0 || header.width > 0x7FFFFFFF || header.height > 0x7FFFFFFF)
+        broken("a width or height outside PNG's range");
+    header.bits = depth == 16 ? 16 : 8;
+    const std::size_t decoded = color == 3 ? 4 : channels * (std::max)(depth, std::size_t{8}) / 8;  // a palette may have alpha
+    return {depth * channels, decoded, byte_at(body, 12) == 1};
+}
+
+/// Walks over all chunks of a PNG file and checks the checksums of critical chunks. Raises invalid_data, unsupported.
 inline picture_header read_png_header(std::span<const std::byte> bytes, const std::string& where) {
     const auto broken = [&](const std::string& found) { damaged(picture_format::png, where, found); };
     picture_header header;
     header.format = picture_format::png;
-    std::size_t compressed = 0, bits_per_pixel = 0, decoded = 0;
-    bool begun = false, ended = false, interlaced = false, has_transparent_color = false;
-    for (std::size_t at = 8; !ended;) {
+    png_layout layout;
+    std::size_t compressed = 0;
+    bool has_begun = false, has_ended = false, has_transparent_color = false;
+    for (std::size_t at = 8; !has_ended;) {
         if (bytes.size() - at < 12) broken("a file that is cut off after " + std::to_string(bytes.size()) + " bytes");
         const std::size_t length = big_endian_32(bytes, at);
         if (length > bytes.size() - at - 12) broken("a chunk that is cut off");
         const std::span<const std::byte> type = bytes.subspan(at + 4, 4), body = bytes.subspan(at + 8, length);
         const bool critical = (byte_at(type, 0) & 0x20) == 0;
-        if (has_text(type, 0, "CgBI"))
-            raise(error_code::unsupported, where, "a PNG file as the standard has it", "Apple's CgBI variant of one");
-        if (!begun && !has_text(type, 0, "IHDR")) broken("a file that does not begin with its header");
+        if (has_text(type, 0, "CgBI")) raise(error_code::unsupported, where, "a standard PNG file", "Apple's CgBI variant");
+        if (!has_begun && !has_text(type, 0, "IHDR")) broken("a file that does not begin with its header");
         if (critical) {
             if (crc32(bytes.subspan(at + 4, 4 + length)) != big_endian_32(bytes, at + 8 + length)) broken("a wrong checksum");
         }
         if (has_text(type, 0, "IHDR")) {
-            if (begun || length != 13) broken("a bad header");
-            begun = true;
-            header.width = big_endian_32(body, 0), header.height = big_endian_32(body, 4);
-            const std::size_t depth = byte_at(body, 8), color = byte_at(body, 9);
-            static constexpr std::array<std::size_t, 7> channels_of_color_type = {1, 0, 3, 1, 2, 0, 4};
-            const std::size_t channels = color < channels_of_color_type.size() ? channels_of_color_type[color] : 0;
-            const bool depth_fits = depth == 8 || (depth == 16 && color != 3) ||
-                                    ((depth == 1 || depth == 2 || depth == 4) && (color == 0 || color == 3));
-            if (channels == 0 || !depth_fits || byte_at(body, 10) != 0 || byte_at(body, 11) != 0 || byte_at(body, 12) > 1)
-                broken("a bad header");
-            if (header.width == 0 || header.height == 0 || header.width > 0x7FFFFFFF || header.height > 0x7FFFFFFF)
-                broken("a width or height outside PNG's range");
-            header.bits = depth == 16 ? 16 : 8;
-            bits_per_pixel = depth * channels;
-            interlaced = byte_at(body, 12) == 1;
-            decoded = color == 3 ? 4 : channels * (std::max)(depth, std::size_t{8}) / 8;  // a palette's colors may have alpha
+            if (has_begun || length != 13) broken("a bad header");
+            has_begun = true;
+            layout = read_png_size(body, header, broken);
         } else if (has_text(type, 0, "IDAT")) {
             compressed += length;
         } else if (has_text(type, 0, "tRNS")) {
@@ -22309,18 +22509,19 @@ inline picture_header read_png_header(std::span<const std::byte> bytes, const st
         } else if (has_text(type, 0, "iCCP")) {
             header.profile_chunk = body;
         } else if (has_text(type, 0, "IEND")) {
-            ended = true;
+            has_ended = true;
         }
         at += 12 + length;
     }
-    // Deflate can't shrink anything to less than 1 / 1032.
-    const double raw = nearest_double(header.width) * nearest_double(header.height) * nearest_double(bits_per_pixel) / 8;
+    // Deflate cannot compress to less than 1 / 1032.
+    const double raw = nearest_double(header.width) * nearest_double(header.height) * nearest_double(layout.bits_per_pixel) / 8;
     if (raw > 1032.0 * nearest_double(compressed) + 1024.0)
         broken(std::to_string(header.width) + " x " + std::to_string(header.height) + " pixels in " + std::to_string(compressed) +
                " bytes of data");
-    // Inflated rows and the picture made of them; at the end 8-bit RGB. The buffer of an interlaced picture's rows, which are a
-    // few bytes longer, is doubled once.
-    if (has_transparent_color && bits_per_pixel >= 8) decoded += header.bits / 8;
+    const auto [bits_per_pixel, decoded_bytes, interlaced] = layout;
+    // Inflated rows and the picture made of them, finally 8-bit RGB. Rows of an interlaced picture are a few bytes longer, so
+    // their buffer is doubled once.
+    const std::size_t decoded = decoded_bytes + (has_transparent_color && bits_per_pixel >= 8 ? header.bits / 8 : 0);
     const std::size_t row = (bits_per_pixel + 7) / 8, rows = interlaced ? 2 * row : row;
     header.memory_per_pixel = (std::max)({rows + decoded, decoded + 3, interlaced ? 3 * row : 0});
     header.more_memory = 3 * nearest_double(compressed) + nearest_double(header.height);
@@ -22330,7 +22531,8 @@ inline picture_header read_png_header(std::span<const std::byte> bytes, const st
     return header;
 }
 
-/// Raises unsupported (neither JPEG nor PNG, or a kind of them that is not read), invalid_data (empty, cut off, damaged).
+/// Reads the header of a JPEG or PNG file. Raises unsupported (another format, or an unsupported variant), invalid_data (empty,
+/// truncated, damaged).
 inline picture_header read_picture_header(std::span<const std::byte> bytes, const std::string& where) {
     if (is_jpeg(bytes)) return read_jpeg_header(bytes, where);
     if (is_png(bytes)) return read_png_header(bytes, where);
@@ -22341,14 +22543,14 @@ inline picture_header read_picture_header(std::span<const std::byte> bytes, cons
 }}}  // namespace ldi::detail
 
 // ---- ldi/formats/plain_png.hpp
-// Writes PNG files with the standard library alone, so that a texture needs no encoder. Filters rows and codes their bytes with
-// one Huffman code, without searching for repetitions. Photographs become 4 to 15 % larger than with libpng (io/picture.hpp),
-// flat pictures many times larger. Stored blocks would need less code, but double the file: 166 instead of 82 kB for the crop
-// examples/learn/archway.ppm. PNG: ISO/IEC 15948; zlib: RFC 1950; deflate: RFC 1951.
+// Writes PNG files with the standard library alone, so that a texture requires no encoder. Filters rows and codes their bytes
+// with one Huffman code, without a search for repetitions. Photographs become 4 to 15 % larger than with libpng
+// (io/picture.hpp), flat pictures many times larger. Stored blocks would need less code, but double the file: 166 instead of 82
+// kB for the crop examples/learn/archway.ppm. PNG: ISO/IEC 15948; zlib: RFC 1950; deflate: RFC 1951.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A PNG file of an H x W x 1 or H x W x 3 picture of at least one pixel. Raises too_large beyond 1 GB.
+/// Encodes a picture of H x W x 1 or H x W x 3, at least one pixel, as PNG. Raises too_large beyond 1 GB.
 buffer<std::byte> encode_plain_png(image_view<const std::uint8_t> picture);
 
 namespace detail::plain_png {
@@ -22357,7 +22559,7 @@ namespace detail::plain_png {
 inline constexpr std::size_t symbols = 257, end_of_data = 256;
 inline constexpr int longest_code = 15;
 
-/// The neighbor whose value is nearest to left + upper - upper left.
+/// Returns the neighbor closest to left + upper - upper left.
 inline int paeth(int left, int upper, int upper_left) {
     const int to_left = std::abs(upper - upper_left), to_upper = std::abs(left - upper_left);
     const int to_upper_left = std::abs(left + upper - 2 * upper_left);
@@ -22365,44 +22567,54 @@ inline int paeth(int left, int upper, int upper_left) {
     return to_upper <= to_upper_left ? upper : upper_left;
 }
 
-/// Row y after PNG's filter 0 to 4: the differences to what the neighbors predict. Returns the sum of their sizes.
-inline std::size_t filter_row(image_view<const std::uint8_t> picture, std::size_t y, int filter, std::byte* to) {
+/// Applies PNG's filter 0 to 4 to row y: stores the differences to the prediction from the neighbors. Returns the sum of their
+/// absolute values.
+template <int filter>
+std::size_t filter_row(image_view<const std::uint8_t> picture, std::size_t y, std::byte* to) {
     const std::size_t channels = picture.channels(), values = picture.width() * channels;
     const std::uint8_t *const row = picture.row(y), *const above = y == 0 ? nullptr : picture.row(y - 1);
     std::size_t sum = 0;
     for (std::size_t i = 0; i < values; ++i) {
         const int left = i < channels ? 0 : row[i - channels], upper = above == nullptr ? 0 : above[i];
         const int upper_left = above == nullptr || i < channels ? 0 : above[i - channels];
-        const int predicted[] = {0, left, upper, (left + upper) / 2, paeth(left, upper, upper_left)};
-        const std::uint8_t difference = static_cast<std::uint8_t>(row[i] - predicted[filter]);
+        const int predicted = filter == 0   ? 0
+                              : filter == 1 ? left
+                              : filter == 2 ? upper
+                              : filter == 3 ? (left + upper) / 2
+                                            : paeth(left, upper, upper_left);
+        const std::uint8_t difference = static_cast<std::uint8_t>(row[i] - predicted);
         to[i] = std::byte{difference};
         sum += difference < 128 ? difference : 256U - difference;
     }
     return sum;
 }
 
-/// All rows, each with the number of the filter that makes it smallest before it.
+/// Filters all rows. Each starts with the number of the filter that minimizes its sum.
 inline buffer<std::byte> filtered(image_view<const std::uint8_t> picture) {
     const std::size_t values = picture.width() * picture.channels();
     buffer<std::byte> result(picture.height() * (values + 1), unset), tried(values, unset);
     for (std::size_t y = 0; y < picture.height(); ++y) {
         std::byte* const row = result.data() + y * (values + 1);
         std::size_t smallest = SIZE_MAX;
-        for (std::uint8_t filter = 0; filter <= 4; ++filter) {
-            const std::size_t sum = filter_row(picture, y, filter, tried.data());
-            if (sum >= smallest) continue;
+        const auto try_filter = [&]<int filter>(std::integral_constant<int, filter>) {
+            const std::size_t sum = filter_row<filter>(picture, y, tried.data());
+            if (sum >= smallest) return;
             smallest = sum;
             row[0] = std::byte{filter};
             std::memcpy(row + 1, tried.data(), values);
-        }
+        };
+        const auto try_all = [&]<int... filters>(std::integer_sequence<int, filters...>) {
+            (try_filter(std::integral_constant<int, filters>{}), ...);
+        };
+        try_all(std::make_integer_sequence<int, 5>{});
     }
     return result;
 }
 
-/// Lengths of Huffman's code for symbols that occur so often, at least two of them at all; 0 for one that does not occur.
+/// Computes the lengths of a Huffman code from symbol counts, at least two of them positive; 0 for symbols that do not occur.
 inline std::array<int, symbols> huffman_lengths(const std::array<std::size_t, symbols>& counts) {
     struct node {
-        std::size_t count, symbol;  // a leaf's symbol
+        std::size_t count, symbol;  // leaves only
         std::size_t parent;
     };
     std::array<node, 2 * symbols> nodes;
@@ -22411,7 +22623,7 @@ inline std::array<int, symbols> huffman_lengths(const std::array<std::size_t, sy
         if (counts[s] > 0) nodes[leaves++] = {counts[s], s, 0};
     std::sort(nodes.data(), nodes.data() + leaves,
               [](const node& a, const node& b) { return std::pair(a.count, a.symbol) < std::pair(b.count, b.symbol); });
-    // Inner nodes come into being in ascending order, too.
+    // Inner nodes are created in ascending order, too.
     std::size_t next_leaf = 0, next_inner = leaves, count = leaves;
     const auto take_smallest = [&] {
         const bool is_leaf = next_inner == count || (next_leaf < leaves && nodes[next_leaf].count <= nodes[next_inner].count);
@@ -22432,21 +22644,21 @@ inline std::array<int, symbols> huffman_lengths(const std::array<std::size_t, sy
     return lengths;
 }
 
-/// Lengths of at most 15 bits, as deflate has them.
+/// Computes code lengths of at most 15 bits, the limit of deflate.
 inline std::array<int, symbols> code_lengths(std::array<std::size_t, symbols> counts) {
     for (;;) {
         const std::array<int, symbols> lengths = huffman_lengths(counts);
         if (*std::max_element(lengths.begin(), lengths.end()) <= longest_code) return lengths;
-        for (std::size_t& count : counts) count = (count + 1) / 2;  // evens them out; what occurs goes on to occur
+        for (std::size_t& count : counts) count = (count + 1) / 2;  // makes the counts more even; none becomes 0
     }
 }
 
-/// The lowest 32 bits of a number, highest byte first.
+/// Writes the lowest 32 bits of a number, highest byte first.
 inline void put_big_endian(std::byte* to, std::size_t value) {
     for (int i = 0; i < 4; ++i) to[i] = static_cast<std::byte>(value >> (24 - 8 * i) & 255);
 }
 
-/// Writes numbers of a few bits into bytes, lowest bit first.
+/// Packs numbers of a few bits into bytes, lowest bit first.
 class bit_writer {
 public:
     explicit bit_writer(buffer<std::byte>& to) : to_(to) {}
@@ -22456,7 +22668,7 @@ public:
         for (waiting_bits_ += count; waiting_bits_ >= 8; waiting_bits_ -= 8, waiting_ >>= 8)
             to_.push_back(static_cast<std::byte>(waiting_ & 255));
     }
-    /// The last bits, and zeros up to a whole byte.
+    /// Writes the last bits, padded with zeros to a whole byte.
     void finish() { put(0, (8 - waiting_bits_) % 8); }
 
 private:
@@ -22465,14 +22677,14 @@ private:
     int waiting_bits_ = 0;
 };
 
-/// Codes go out highest bit first.
+/// Reverses a code, because deflate stores codes highest bit first.
 inline std::uint32_t reversed(std::uint32_t code, int bits) {
     std::uint32_t result = 0;
     for (int bit = 0; bit < bits; ++bit) result |= (code >> bit & 1) << (bits - 1 - bit);
     return result;
 }
 
-/// Codes of the lengths, as deflate numbers them: shorter ones first, among equals by symbol.
+/// Assigns codes by length as deflate does: shorter codes first, equal lengths in the order of symbols.
 inline std::array<std::uint32_t, symbols> codes_of(const std::array<int, symbols>& lengths) {
     std::array<std::uint32_t, symbols> codes{};
     std::uint32_t code = 0;
@@ -22492,9 +22704,9 @@ inline void append_compressed(std::span<const std::byte> bytes, buffer<std::byte
 
     to.push_back(std::byte{0x78}), to.push_back(std::byte{0x01});
     bit_writer writer(to);
-    writer.put(0b101, 3);  // the last block, with a code of its own
-    // 257 lengths, and 1 of a code for repetitions that is not used; they are numbers of 4 bits, all but 16, 17 and 18 equally
-    // long.
+    writer.put(0b101, 3);  // the last block, with its own code
+    // 257 lengths, and 1 length of an unused code for repetitions. A length is a number of 4 bits: the code for lengths has
+    // equal length for all symbols except 16, 17 and 18.
     writer.put(0, 5), writer.put(0, 5), writer.put(15, 4);
     for (int i = 0; i < 19; ++i) writer.put(i < 3 ? 0 : 4, 3);
     for (const int length : lengths) writer.put(reversed(static_cast<std::uint32_t>(length), 4), 4);
@@ -22537,10 +22749,10 @@ inline buffer<std::byte> encode_plain_png(image_view<const std::uint8_t> picture
     std::memcpy(file.data(), signature.data(), signature.size());
     append_chunk(file, "IHDR", [&] {
         const std::size_t begin = file.size();
-        file.resize(begin + 13);  // the last three are 0: the only compression, the only filters, not interlaced
+        file.resize(begin + 13);  // the last three bytes are 0: the only compression, the only filter method, not interlaced
         put_big_endian(file.data() + begin, picture.width());
         put_big_endian(file.data() + begin + 4, picture.height());
-        file[begin + 8] = std::byte{8};                                                            // bits
+        file[begin + 8] = std::byte{8};                                                            // bit depth
         file[begin + 9] = std::byte{picture.channels() == 3 ? std::uint8_t{2} : std::uint8_t{0}};  // RGB or gray
     });
     append_chunk(file, "IDAT", [&] { append_compressed(filtered(picture), file); });
@@ -22551,57 +22763,58 @@ inline buffer<std::byte> encode_plain_png(image_view<const std::uint8_t> picture
 }}  // namespace ldi
 
 // ---- ldi/formats/glb.hpp
-// A 3D photo as one GLB file (binary glTF 2.0): a mesh, its texture or textures, and the camera that took the photo. Only
-// features that every viewer reads; KHR_materials_unlit is declared as used, not as required. io/glb_file.hpp writes it to a
-// file.
+// Writes a 3D photo as one GLB file (binary glTF 2.0): a mesh, its textures, and the camera that took the photo. Uses only
+// features that every viewer reads; KHR_materials_unlit is declared as used, not as required. io/glb_file.hpp writes to disk.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Values of the caller's at each vertex of a mesh, for example of gather() (mesh/gather.hpp).
+/// The caller's own values at each vertex of a mesh, for example the result of gather() (mesh/gather.hpp).
 struct vertex_attribute {
-    /// As glTF demands of attributes that it does not define: an underscore, then capital letters, digits and underscores.
+    /// Attribute name in the form that glTF requires of custom attributes: an underscore, then capital letters, digits and
+    /// underscores.
     std::string name;
     std::size_t channels = 1;  ///< 1 to 4
     buffer<float> values;      ///< V x channels, finite
 };
 
 struct glb_options {
-    /// The camera that took the photo, for viewers that start there. Absent: the file has none.
+    /// Camera that took the photo, for viewers that start there. If absent, the file has no camera.
     std::optional<pinhole_camera> camera;
-    /// Motion budget for viewers (render/motion.hpp), written as `motion` to the scene's extras unless absent.
+    /// Motion budget for viewers (render/motion.hpp), written as `motion` in the scene's extras if present.
     std::optional<float> motion = std::nullopt;
-    /// Distances of the nearest and the farthest surface, written together with `motion` as `nearest` and `farthest`. The
-    /// camera's lens is written as `focal_length_35mm`.
+    /// Distances of the nearest and the farthest surface, written together with `motion` as `nearest` and `farthest`. The lens
+    /// of the camera is written as `focal_length_35mm`.
     depth_range range = {};
-    /// Name of the photo in UTF-8, written as `source` to the scene's extras unless empty.
+    /// Name of the photo in UTF-8, written as `source` in the scene's extras unless empty.
     std::string source = {};
-    /// Additional vertex attributes with different names. Soft edges have none.
+    /// Additional vertex attributes with distinct names. Soft edges have none.
     buffer<vertex_attribute> attributes = {};
-    /// Viewers draw the back sides of triangles, too. They are visible only from far off the photo's viewpoint, in place of
-    /// holes.
+    /// Whether viewers draw the back sides of triangles. Back sides are visible only far from the photo's viewpoint, where they
+    /// cover holes.
     bool double_sided = true;
 };
 
-/// A GLB file of a mesh and its textures: one node and mesh; one primitive per texture, and where edges are soft one more, which
-/// viewers blend over the others (COLOR_0 with alpha). Positions are float32, texture coordinates normalized 16-bit, indices
-/// 16-bit below 65,536 vertices of a primitive and 32-bit from there. Every vertex of a part that no triangle uses is kept; parts
-/// without triangles are not, nor textures that only they have.
+/// Encodes a mesh and its textures as a GLB file: one node and mesh; one primitive per texture, and one more for soft edges,
+/// which viewers blend over the others (COLOR_0 with alpha). Positions are float32, texture coordinates normalized 16-bit,
+/// indices 16-bit for primitives with less than 65,536 vertices, otherwise 32-bit. The file keeps unused vertices, but not parts
+/// without triangles, nor textures that only such parts use.
 ///
 /// textures  one JPEG or PNG file for each part of the mesh
-/// Raises mismatch for another number of textures; invalid_data if the mesh is empty, has a coordinate that is not finite, a
-/// texture coordinate outside [0, 1] or an index out of range, or if a texture is no complete JPEG or PNG file; invalid_option
-/// for an attribute with another name, number of channels or number of values than vertex_attribute says; too_large beyond 4 GB.
+///
+/// Raises mismatch for another number of textures and for columns of different lengths; invalid_data if the mesh is empty, has a
+/// coordinate that is not finite, a texture coordinate outside [0, 1] or an index out of range, or if a texture is not a
+/// complete JPEG or PNG file; invalid_option for an attribute that violates vertex_attribute; too_large beyond 4 GB.
 buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const std::span<const std::byte>> textures,
                              const glb_options& options = {});
 
-/// The same of a mesh with one texture.
+/// Encodes a mesh with one texture.
 inline buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const std::byte> texture,
                                     const glb_options& options = {}) {
     return encode_glb(mesh, std::span(&texture, 1), options);
 }
 
-/// The same with pixels as texture, H x W x 3, which become a PNG file by encode_plain_png(). A JPEG encoder of yours makes files
-/// a fifth as large.
+/// Encodes a mesh with a texture of H x W x 3 pixels, stored as PNG by encode_plain_png(). Files from your own JPEG encoder are
+/// about a fifth as large.
 inline buffer<std::byte> encode_glb(const textured_mesh& mesh, image_view<const std::uint8_t> texture,
                                     const glb_options& options = {}) {
     return encode_glb(mesh, encode_plain_png(texture), options);
@@ -22609,27 +22822,12 @@ inline buffer<std::byte> encode_glb(const textured_mesh& mesh, image_view<const 
 
 namespace detail {
 
-template <class Mesh>
-void check_triangles_of_file(const Mesh& mesh) {
-    LDI_ASSERT(mesh.positions.size() == 3 * mesh.vertex_count() && mesh.triangles.size() % 3 == 0);
-    LDI_ASSERT(mesh.texture_coordinates.size() == 2 * mesh.vertex_count());
-    const auto broken = [](const char* expected, const std::string& found) {
-        raise(error_code::invalid_data, "encode_glb", expected, found);
-    };
-    for (float p : mesh.positions)
-        if (!std::isfinite(p)) broken("finite positions", detail::to_text(p));
-    for (float t : mesh.texture_coordinates)
-        if (!(t >= 0 && t <= 1)) broken("texture coordinates in [0, 1]", detail::to_text(t));
-    for (std::uint32_t i : mesh.triangles)
-        if (i >= mesh.vertex_count())
-            broken("indices of vertices", std::to_string(i) + " of " + std::to_string(mesh.vertex_count()) + " vertices");
-}
-
 inline void check_contents(const textured_mesh& mesh, std::span<const std::span<const std::byte>> textures) {
     if (mesh.triangles.empty()) raise(error_code::invalid_data, "encode_glb", "a mesh with triangles", "none");
-    check_triangles_of_file(mesh);
-    check_triangles_of_file(mesh.soft_edges);
-    check_parts(mesh, textures.size());
+    check_mesh(mesh, textures.size());
+    for (const buffer<float>* coordinates : {&mesh.texture_coordinates, &mesh.soft_edges.texture_coordinates})
+        for (const float t : *coordinates)
+            if (!(t >= 0 && t <= 1)) raise(error_code::invalid_data, "encode_glb", "texture coordinates in [0, 1]", to_text(t));
     for (const std::span<const std::byte>& texture : textures) {
         if (!is_jpeg(texture) && !is_png(texture))
             raise(error_code::invalid_data, "encode_glb", "a JPEG or PNG file as texture", describe_format(texture));
@@ -22645,9 +22843,9 @@ inline void check_attributes(const textured_mesh& mesh, const buffer<vertex_attr
         const vertex_attribute& a = attributes[i];
         const auto is_allowed = [](char c) { return (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_'; };
         if (a.name.size() < 2 || a.name.size() > 64 || a.name[0] != '_' || !std::all_of(a.name.begin(), a.name.end(), is_allowed))
-            refuse(a, "a name of an underscore, then up to 63 capital letters, digits and underscores", "others");
+            refuse(a, "an underscore, then up to 63 capital letters, digits and underscores as name", "another name");
         for (std::size_t k = 0; k < i; ++k)
-            if (attributes[k].name == a.name) refuse(a, "a name for each attribute", "the same name twice");
+            if (attributes[k].name == a.name) refuse(a, "unique names of attributes", "a duplicate name");
         if (a.channels < 1 || a.channels > 4) refuse(a, "1 to 4 channels", std::to_string(a.channels));
         if (a.values.size() != mesh.vertex_count() * a.channels)
             refuse(a, "one row per vertex",
@@ -22661,21 +22859,21 @@ inline void check_attributes(const textured_mesh& mesh, const buffer<vertex_attr
 
 namespace detail::glb {
 
-/// A camera at the origin, looking along -z as glTF's do by themselves.
+/// Adds a camera at the origin that looks along -z, the default pose of glTF.
 inline void add_camera(json_text& json, const pinhole_camera& photo, const contents& c) {
     LDI_ASSERT(photo.width > 0 && photo.height > 0 && photo.focal_length > 0);
     double highest = -std::numeric_limits<double>::infinity(), lowest = -highest;
     for (const geometry& g : c.parts)
         if (!g.is_strip()) highest = (std::max)(highest, g.highest[2]), lowest = (std::min)(lowest, g.lowest[2]);
     const double nearest = -highest, farthest = (std::max)(0.0, -lowest);
-    // Room to move forward and back.
+    // Leaves room to move forward and back.
     const double z_near = nearest > 0 ? 0.1 * nearest : 0.01, z_far = (std::max)(10 * farthest, 100 * z_near);
     json.add(R"("cameras":[{"perspective":{"aspectRatio":)", nearest_double(photo.width) / photo.height);
     json.add(R"(,"yfov":)", 2 * std::atan(0.5 * photo.height / double{photo.focal_length}));
     json.add(R"(,"zfar":)", z_far, R"(,"znear":)", z_near, R"(},"type":"perspective"}],)");
 }
 
-/// Text as a JSON string.
+/// Quotes text as a JSON string.
 inline std::string json_string(std::string_view text) {
     std::string result = "\"";
     for (const char c : text) {
@@ -22691,7 +22889,7 @@ inline std::string json_string(std::string_view text) {
     return result + '"';
 }
 
-/// Facts that glTF has no field for, as the scene's extras; nothing if there are none.
+/// Adds data that glTF has no field for as the scene's extras; nothing if there are none.
 inline void add_extras(json_text& json, const glb_options& options) {
     const char* before = R"("extras":{)";
     const auto add = [&](std::string_view name, const auto& value) {
@@ -22707,7 +22905,7 @@ inline void add_extras(json_text& json, const glb_options& options) {
     if (before[0] == ',') json.add("},");
 }
 
-/// The description of the file. Members are in alphabetical order, as most writers of glTF have them.
+/// Writes the JSON of the file. Members are in alphabetical order, as in most glTF writers.
 inline buffer<char> describe(const contents& c, const glb_options& options) {
     json_text json;
     json.add("{");
@@ -22724,7 +22922,7 @@ inline buffer<char> describe(const contents& c, const glb_options& options) {
         json.add(R"({"bufferView":)", c.view_of_texture(t), R"(,"mimeType":")",
                  is_png(c.textures[t]) ? "image/png" : "image/jpeg", R"("})");
     });
-    // The texture as it is, unlit; not metal where a viewer knows no unlit materials.
+    // The texture unchanged, unlit; not metallic in viewers without unlit materials.
     json.add(R"(],"materials":[)");
     add_list(c.parts.size(), [&](std::size_t p) {
         json.add("{", c.parts[p].is_strip() ? R"("alphaMode":"BLEND",)" : "",
@@ -22744,7 +22942,7 @@ inline buffer<char> describe(const contents& c, const glb_options& options) {
     });
     json.add(R"(]}],"nodes":[{"mesh":0,"name":"3D photo"})");
     if (options.camera) json.add(R"(,{"camera":0,"name":"photo camera"})");
-    // Linear filters, with mip maps; nothing repeats beyond the edges.
+    // Linear filters with mip maps; textures do not repeat beyond their edges.
     json.add(R"(],"samplers":[{"magFilter":9729,"minFilter":9987,"wrapS":33071,"wrapT":33071}],"scene":0,"scenes":[{)");
     add_extras(json, options);
     json.add(R"("nodes":)", options.camera ? "[0,1]" : "[0]", R"(}],"textures":[)");
@@ -22753,7 +22951,7 @@ inline buffer<char> describe(const contents& c, const glb_options& options) {
     return json.text();
 }
 
-/// Fills a file from front to back, little-endian as glTF demands.
+/// Fills a file from front to back, little-endian as glTF requires.
 class writer {
 public:
     explicit writer(std::byte* to) : to_(to) {}
@@ -22833,14 +23031,14 @@ inline buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const s
 }}  // namespace ldi
 
 // ---- ldi/formats/tiefenrausch.hpp
-// Reads a depth network from the bytes of a safetensors file as examples/training/tiefenrausch_small/export.py writes it: a small
-// student of the published network, in the same arithmetic. io/tiefenrausch_file.hpp reads it by name.
+// Reads a depth network from the bytes of a safetensors file that examples/training/tiefenrausch_small/export.py wrote: a small
+// student of the published network with the same arithmetic. io/tiefenrausch_file.hpp loads it from disk.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// A size that a weight file names, if it does.
+/// Reads an image size from the metadata; `otherwise` if absent.
 inline std::size_t size_in(const named_tensors& file, const char* key, std::size_t otherwise) {
     const auto found = file.metadata.find(key);
     if (found == file.metadata.end()) return otherwise;
@@ -22855,11 +23053,11 @@ inline std::size_t size_in(const named_tensors& file, const char* key, std::size
 
 }  // namespace detail
 
-/// "output" in the metadata names the kind of result, "disparity" or "log disparity"; "details_long_side" and
-/// "layout_long_side" give depth_network_sizes that differ from the paper's.
+/// Decodes a depth network. "output" in the metadata is the kind of result, "disparity" or "log disparity"; "details_long_side"
+/// and "layout_long_side" are optional values of depth_network_sizes.
 ///
-/// Raises those of decode_safetensors(), read_quantized_network() and tiefenrausch; mismatch where the metadata tell of another
-/// network.
+/// Raises the errors of decode_safetensors(), read_quantized_network() and tiefenrausch; mismatch if the metadata describe
+/// another network.
 inline tiefenrausch decode_tiefenrausch(std::span<const std::byte> bytes, const std::string& where = "weights",
                                         isa target = best_isa()) {
     const named_tensors file = decode_safetensors(bytes, where);
@@ -23172,12 +23370,12 @@ lifted_photo<Own...> lift_photo(const cleaned_photo& photo, const photo_columns<
                                 Executor&& threads = {}) {
     detail::check(options);
     const float sample_size = detail::sample_size(photo.estimated, photo.photo);
-    photo_layer layer = lift(photo.photo, photo.disparity, options.surface, threads);
-    const graph& g = layer.topology();
+    const auto width = static_cast<std::int32_t>(photo.photo.width()), height = static_cast<std::int32_t>(photo.photo.height());
     lifted_photo<Own...> result;
-    result.facts.camera = {g.width(), g.height(), focal_length_from_35mm(options.focal_length_35mm, g.width(), g.height())};
-    result.facts.range = photo.range, result.facts.surface = options.surface;
-    buffer<std::int32_t> no_rims(g.size(), 0);
+    result.facts = {
+        {width, height, focal_length_from_35mm(options.focal_length_35mm, width, height)}, photo.range, options.surface};
+    photo_layer layer = lift(photo.photo, photo.disparity, result.facts, threads);
+    buffer<std::int32_t> no_rims(layer.size(), 0);
     result.layer = std::apply(
         [&](const auto&... images) {
             return detail::with_columns<Own...>(std::move(layer).template with<rim_column>(std::move(no_rims)), images...);

@@ -8,6 +8,9 @@
 
 #include <catch2/catch.hpp>
 
+#include <array>
+#include <cmath>
+
 using namespace ldi;
 using ldi::testing::random_layers;
 
@@ -15,7 +18,18 @@ namespace {
 struct material {  // the value of the kept pixel, at every level
     using scalar = std::uint16_t;
     static constexpr std::size_t channels = 1;
-    static scalar coarser(array_view<const scalar> values) { return first_of(values); }
+    static std::array<scalar, 1> coarser(pixel_values<scalar, 1> pixels) { return first_of(pixels); }
+};
+
+struct direction {
+    using scalar = float;
+    static constexpr std::size_t channels = 2;
+    static std::array<float, 2> coarser(pixel_values<float, 2> pixels) {
+        std::array<float, 2> mean = averaged(pixels);
+        const float length = std::sqrt(mean[0] * mean[0] + mean[1] * mean[1]);
+        for (float& c : mean) c /= length;
+        return mean;
+    }
 };
 
 bool is_kept(const graph_view& g, std::int32_t pixel) {
@@ -263,6 +277,15 @@ TEST_CASE("orphans that are reached over many paths are queued once") {
     const memory_scope scope(own.source);
     const coarsened result = coarsen(g, orphan_rule::adopt_nearest);
     CHECK(std::count(result.parent.begin(), result.parent.end(), no_pixel) == 0);
+}
+
+TEST_CASE("a rule sees all channels of its pixels, so that a direction keeps its length") {
+    layered_image<direction> fine(make_grid(2, 1));
+    fine.at<direction>(0)[0] = 1, fine.at<direction>(1)[1] = 1;
+    const auto coarse = coarsen(fine).layers;
+    REQUIRE(coarse.size() == 1);
+    CHECK(coarse.at<direction>(0)[0] == Approx(std::sqrt(0.5F)));
+    CHECK(coarse.at<direction>(0)[1] == Approx(std::sqrt(0.5F)));
 }
 
 TEST_CASE("a coarse pixel's values follow each column's rule, over all pixels that collapse to it") {

@@ -268,6 +268,23 @@ TEST_CASE("growth that fails leaves an empty image, and editing links that fails
     CHECK(layers.column<color_column>().empty());
 }
 
+TEST_CASE("grow() refuses pixels without a source") {
+    const auto grow = [](const buffer<grown_piece>& pieces, const buffer<std::int32_t>& origins) {
+        photo_layers layers(make_grid(3, 2));
+        layers.grow([&](graph_builder b) {
+            for (std::size_t i = 0; i < origins.size(); ++i) b.add_pixel(0, 0);
+            return grown_pixels{std::move(b).build(), pieces, origins};
+        });
+    };
+    CHECK_NOTHROW(grow({{0, 6, false}, {0, 1, true}}, {5}));
+    CHECK_THROWS_AS(grow({{0, 6, false}, {0, 1, true}}, {6}), error);
+    CHECK_THROWS_AS(grow({{0, 6, false}, {0, 1, true}}, {-1}), error);
+    CHECK_THROWS_AS(grow({{0, 6, false}}, {5}), error);
+    CHECK_THROWS_AS(grow({{0, 3, false}, {0, 3, false}}, {}), error);
+    CHECK_THROWS_AS(grow({{0, 7, false}}, {}), error);
+    CHECK_THROWS_AS(grow({{0, 6, false}, {1, 1, true}}, {5}), error);
+}
+
 TEST_CASE("columns of another length are refused") {
     photo_layers layers(make_grid(3, 2));
     CHECK_THROWS_AS(layers.set_column<disparity_column>(buffer<float>(5)), error);

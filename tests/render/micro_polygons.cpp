@@ -24,7 +24,9 @@ photo_layers step(std::size_t rows, std::size_t columns, std::size_t edge, float
     image<float> disparity(rows, columns);
     for (std::size_t y = 0; y < rows; ++y)
         for (std::size_t x = 0; x < columns; ++x) disparity(y, x, 0) = x < edge ? 1.0F : 0.0F;
-    return expand(lift(image<std::uint8_t>(rows, columns, 3, std::uint8_t{90}), disparity, {threshold}), {threshold}, {}).layers;
+    return expand(lift(image<std::uint8_t>(rows, columns, 3, std::uint8_t{90}), disparity, {.surface = {threshold}}), {threshold},
+                  {})
+        .layers;
 }
 
 std::size_t uncovered(const rendering& picture) {

@@ -54,6 +54,14 @@ struct chart_options {
 
 namespace detail {
 
+/// Raises mismatch unless the charts are of an image with `pixel_count` pixels.
+inline void check_charts(const chart_set& charts, std::size_t pixel_count, const char* where) {
+    bool fits = charts.chart_of.size() == pixel_count;
+    for (const chart& c : charts.charts)
+        for (const std::int32_t pixel : c.pixels) fits = fits && pixel >= 0 && static_cast<std::size_t>(pixel) < pixel_count;
+    if (!fits) raise(error_code::mismatch, where, "charts of these " + std::to_string(pixel_count) + " pixels", "others");
+}
+
 /// W x H: 1 at lattice positions with several pixels, and within `range` rows and columns of the end of a surface. At all other
 /// positions, pixels within that range belong to the same surface, so constraint 3 holds. In a photo, almost all positions are
 /// of this kind.

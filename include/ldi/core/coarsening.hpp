@@ -7,6 +7,7 @@
 #include <ldi/core/layered_image.hpp>
 #include <ldi/core/runs.hpp>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <initializer_list>
@@ -196,13 +197,13 @@ coarsened_layers<Columns...> coarsen(const layered_image<Columns...>& fine, orph
                                         std::move(level.parent)};
     const auto fill = [&]<class Column>(const Column&) {
         buffer<typename Column::scalar> values;
-        for (std::int32_t c = 0; c < static_cast<std::int32_t>(count); ++c)
-            for (std::size_t channel = 0; channel < Column::channels; ++channel) {
-                values.clear();
-                for (std::size_t k = first[c]; k < first[static_cast<std::size_t>(c) + 1]; ++k)
-                    values.push_back(fine.template at<Column>(children[k])[channel]);
-                result.layers.template at<Column>(c)[channel] = detail::coarser_value<Column>(values);
-            }
+        for (std::int32_t c = 0; c < static_cast<std::int32_t>(count); ++c) {
+            values.clear();
+            for (std::size_t k = first[c]; k < first[static_cast<std::size_t>(c) + 1]; ++k)
+                for (const auto& value : fine.template at<Column>(children[k])) values.push_back(value);
+            const auto coarse = detail::coarser_values<Column>({values});
+            std::copy(coarse.begin(), coarse.end(), result.layers.template at<Column>(c).begin());
+        }
     };
     (fill(Columns{}), ...);
     return result;

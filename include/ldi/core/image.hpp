@@ -33,6 +33,15 @@ inline std::size_t checked_row_stride(std::size_t height, std::size_t width, std
     return stride;
 }
 
+/// `bytes` in values. Raises mismatch if a value would straddle two rows or rows would overlap.
+inline std::size_t stride_in_values(std::size_t bytes, std::size_t row_values, std::size_t value_size) {
+    if (bytes % value_size != 0 || bytes / value_size < row_values)
+        raise(error_code::mismatch, "image_view",
+              "a stride of at least " + std::to_string(row_values) + " values of " + std::to_string(value_size) + " bytes",
+              std::to_string(bytes) + " bytes");
+    return bytes / value_size;
+}
+
 /// H W C.
 inline std::size_t checked_size(std::size_t height, std::size_t width, std::size_t channels, std::size_t value_size) {
     return height * checked_row_stride(height, width, channels, 0, value_size);
@@ -40,10 +49,15 @@ inline std::size_t checked_size(std::size_t height, std::size_t width, std::size
 
 }  // namespace detail
 
+/// Distance between the starts of two rows, in bytes.
+struct byte_stride {
+    std::size_t bytes;
+};
+
 /// Non-owning view of H x W x C values, with `row_stride` values from the start of a row to the start of the next.
 /// Stages take an `image_view<const T>`, which cannot change them.
 ///
-///     ldi::image_view<const std::uint8_t> photo(mat.data, mat.rows, mat.cols, 3, mat.step);   // a cv::Mat of type CV_8UC3
+///     ldi::image_view<const std::uint8_t> photo(mat.data, mat.rows, mat.cols, 3, ldi::byte_stride{mat.step});  // CV_8UC3
 template <class Scalar>
 class image_view {
 public:
@@ -61,6 +75,10 @@ public:
           row_stride_(detail::checked_row_stride(height, width, channels, row_stride, sizeof(Scalar))) {
         LDI_ASSERT(row_stride_ >= width * channels);
     }
+    /// Rows `stride` bytes apart, as OpenCV, NumPy and graphics interfaces count. Raises mismatch unless that is a whole number
+    /// of values, and at least W C of them.
+    image_view(Scalar* data, std::size_t height, std::size_t width, std::size_t channels, byte_stride stride)
+        : image_view(data, height, width, channels, detail::stride_in_values(stride.bytes, width * channels, sizeof(Scalar))) {}
     /// From a view that may change the values to one that may not.
     template <class Other>
     requires(std::is_const_v<Scalar>&& std::is_same_v<Other, value_type>) image_view(const image_view<Other>& other)

@@ -216,13 +216,15 @@ public:
 
     /// Adds pixels: make(graph_builder) edits the topology that it receives and returns grown_pixels. New pixels get their values
     /// from the pixels that they continue, by the rules of the columns. Returns grown_pixels::pieces. During the call the image
-    /// is empty, but views of its columns stay valid; it remains empty if `make` throws or memory runs out.
+    /// is empty, but views of its columns stay valid; it remains empty if `make` throws, memory runs out, or grown_pixels don't
+    /// describe every pixel, which raises mismatch.
     template <class Make>
     buffer<grown_piece> grow(Make&& make) {
         layered_image old = std::move(*this);
-        [[maybe_unused]] const std::size_t old_count = old.size();
+        const std::size_t old_count = old.size();
         grown_pixels grown = make(graph_builder(std::move(old.graph_)));
-        LDI_ASSERT(detail::is_complete(grown, old_count));
+        if (!detail::is_complete(grown, old_count))
+            raise(error_code::mismatch, "grow", "each old pixel once, and new ones that continue old ones", "others");
         layered_image result;
         const auto move_column = [&]<class Column>(const Column&) {
             result.template values<Column>() = old.template grown_column<Column>(grown);

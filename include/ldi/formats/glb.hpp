@@ -62,9 +62,9 @@ struct glb_options {
 ///
 /// textures  one JPEG or PNG file for each part of the mesh
 ///
-/// Raises mismatch for another number of textures; invalid_data if the mesh is empty, has a coordinate that is not finite, a
-/// texture coordinate outside [0, 1] or an index out of range, or if a texture is not a complete JPEG or PNG file;
-/// invalid_option for an attribute that violates vertex_attribute; too_large beyond 4 GB.
+/// Raises mismatch for another number of textures and for columns of different lengths; invalid_data if the mesh is empty, has a
+/// coordinate that is not finite, a texture coordinate outside [0, 1] or an index out of range, or if a texture is not a
+/// complete JPEG or PNG file; invalid_option for an attribute that violates vertex_attribute; too_large beyond 4 GB.
 buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const std::span<const std::byte>> textures,
                              const glb_options& options = {});
 
@@ -83,27 +83,12 @@ inline buffer<std::byte> encode_glb(const textured_mesh& mesh, image_view<const 
 
 namespace detail {
 
-template <class Mesh>
-void check_triangles_of_file(const Mesh& mesh) {
-    LDI_ASSERT(mesh.positions.size() == 3 * mesh.vertex_count() && mesh.triangles.size() % 3 == 0);
-    LDI_ASSERT(mesh.texture_coordinates.size() == 2 * mesh.vertex_count());
-    const auto broken = [](const char* expected, const std::string& found) {
-        raise(error_code::invalid_data, "encode_glb", expected, found);
-    };
-    for (float p : mesh.positions)
-        if (!std::isfinite(p)) broken("finite positions", detail::to_text(p));
-    for (float t : mesh.texture_coordinates)
-        if (!(t >= 0 && t <= 1)) broken("texture coordinates in [0, 1]", detail::to_text(t));
-    for (std::uint32_t i : mesh.triangles)
-        if (i >= mesh.vertex_count())
-            broken("indices of vertices", std::to_string(i) + " of " + std::to_string(mesh.vertex_count()) + " vertices");
-}
-
 inline void check_contents(const textured_mesh& mesh, std::span<const std::span<const std::byte>> textures) {
     if (mesh.triangles.empty()) raise(error_code::invalid_data, "encode_glb", "a mesh with triangles", "none");
-    check_triangles_of_file(mesh);
-    check_triangles_of_file(mesh.soft_edges);
-    check_parts(mesh, textures.size());
+    check_mesh(mesh, textures.size());
+    for (const buffer<float>* coordinates : {&mesh.texture_coordinates, &mesh.soft_edges.texture_coordinates})
+        for (const float t : *coordinates)
+            if (!(t >= 0 && t <= 1)) raise(error_code::invalid_data, "encode_glb", "texture coordinates in [0, 1]", to_text(t));
     for (const std::span<const std::byte>& texture : textures) {
         if (!is_jpeg(texture) && !is_png(texture))
             raise(error_code::invalid_data, "encode_glb", "a JPEG or PNG file as texture", describe_format(texture));

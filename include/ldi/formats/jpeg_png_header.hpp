@@ -135,41 +135,54 @@ inline picture_header read_jpeg_header(std::span<const std::byte> bytes, const s
     return jpeg_header_reader(bytes, where).read();
 }
 
+/// Facts of a PNG file that bound the memory for decoding it.
+struct png_layout {
+    std::size_t bits_per_pixel = 0;
+    std::size_t decoded_bytes = 0;  ///< per pixel
+    bool is_interlaced = false;
+};
+
+/// Reads the body of the chunk IHDR. Calls broken(found) for what PNG does not allow.
+template <class Broken>
+png_layout read_png_size(std::span<const std::byte> body, picture_header& header, const Broken& broken) {
+    header.width = big_endian_32(body, 0), header.height = big_endian_32(body, 4);
+    const std::size_t depth = byte_at(body, 8), color = byte_at(body, 9);
+    static constexpr std::array<std::size_t, 7> channels_of_color_type = {1, 0, 3, 1, 2, 0, 4};
+    const std::size_t channels = color < channels_of_color_type.size() ? channels_of_color_type[color] : 0;
+    const bool depth_fits =
+        depth == 8 || (depth == 16 && color != 3) || ((depth == 1 || depth == 2 || depth == 4) && (color == 0 || color == 3));
+    if (channels == 0 || !depth_fits || byte_at(body, 10) != 0 || byte_at(body, 11) != 0 || byte_at(body, 12) > 1)
+        broken("a bad header");
+    if (header.width == 0 || header.height == 0 || header.width > 0x7FFFFFFF || header.height > 0x7FFFFFFF)
+        broken("a width or height outside PNG's range");
+    header.bits = depth == 16 ? 16 : 8;
+    const std::size_t decoded = color == 3 ? 4 : channels * (std::max)(depth, std::size_t{8}) / 8;  // a palette may have alpha
+    return {depth * channels, decoded, byte_at(body, 12) == 1};
+}
+
 /// Walks over all chunks of a PNG file and checks the checksums of critical chunks. Raises invalid_data, unsupported.
 inline picture_header read_png_header(std::span<const std::byte> bytes, const std::string& where) {
     const auto broken = [&](const std::string& found) { damaged(picture_format::png, where, found); };
     picture_header header;
     header.format = picture_format::png;
-    std::size_t compressed = 0, bits_per_pixel = 0, decoded = 0;
-    bool begun = false, ended = false, interlaced = false, has_transparent_color = false;
-    for (std::size_t at = 8; !ended;) {
+    png_layout layout;
+    std::size_t compressed = 0;
+    bool has_begun = false, has_ended = false, has_transparent_color = false;
+    for (std::size_t at = 8; !has_ended;) {
         if (bytes.size() - at < 12) broken("a file that is cut off after " + std::to_string(bytes.size()) + " bytes");
         const std::size_t length = big_endian_32(bytes, at);
         if (length > bytes.size() - at - 12) broken("a chunk that is cut off");
         const std::span<const std::byte> type = bytes.subspan(at + 4, 4), body = bytes.subspan(at + 8, length);
         const bool critical = (byte_at(type, 0) & 0x20) == 0;
         if (has_text(type, 0, "CgBI")) raise(error_code::unsupported, where, "a standard PNG file", "Apple's CgBI variant");
-        if (!begun && !has_text(type, 0, "IHDR")) broken("a file that does not begin with its header");
+        if (!has_begun && !has_text(type, 0, "IHDR")) broken("a file that does not begin with its header");
         if (critical) {
             if (crc32(bytes.subspan(at + 4, 4 + length)) != big_endian_32(bytes, at + 8 + length)) broken("a wrong checksum");
         }
         if (has_text(type, 0, "IHDR")) {
-            if (begun || length != 13) broken("a bad header");
-            begun = true;
-            header.width = big_endian_32(body, 0), header.height = big_endian_32(body, 4);
-            const std::size_t depth = byte_at(body, 8), color = byte_at(body, 9);
-            static constexpr std::array<std::size_t, 7> channels_of_color_type = {1, 0, 3, 1, 2, 0, 4};
-            const std::size_t channels = color < channels_of_color_type.size() ? channels_of_color_type[color] : 0;
-            const bool depth_fits = depth == 8 || (depth == 16 && color != 3) ||
-                                    ((depth == 1 || depth == 2 || depth == 4) && (color == 0 || color == 3));
-            if (channels == 0 || !depth_fits || byte_at(body, 10) != 0 || byte_at(body, 11) != 0 || byte_at(body, 12) > 1)
-                broken("a bad header");
-            if (header.width == 0 || header.height == 0 || header.width > 0x7FFFFFFF || header.height > 0x7FFFFFFF)
-                broken("a width or height outside PNG's range");
-            header.bits = depth == 16 ? 16 : 8;
-            bits_per_pixel = depth * channels;
-            interlaced = byte_at(body, 12) == 1;
-            decoded = color == 3 ? 4 : channels * (std::max)(depth, std::size_t{8}) / 8;  // a palette's colors may have alpha
+            if (has_begun || length != 13) broken("a bad header");
+            has_begun = true;
+            layout = read_png_size(body, header, broken);
         } else if (has_text(type, 0, "IDAT")) {
             compressed += length;
         } else if (has_text(type, 0, "tRNS")) {
@@ -179,18 +192,19 @@ inline picture_header read_png_header(std::span<const std::byte> bytes, const st
         } else if (has_text(type, 0, "iCCP")) {
             header.profile_chunk = body;
         } else if (has_text(type, 0, "IEND")) {
-            ended = true;
+            has_ended = true;
         }
         at += 12 + length;
     }
     // Deflate cannot compress to less than 1 / 1032.
-    const double raw = nearest_double(header.width) * nearest_double(header.height) * nearest_double(bits_per_pixel) / 8;
+    const double raw = nearest_double(header.width) * nearest_double(header.height) * nearest_double(layout.bits_per_pixel) / 8;
     if (raw > 1032.0 * nearest_double(compressed) + 1024.0)
         broken(std::to_string(header.width) + " x " + std::to_string(header.height) + " pixels in " + std::to_string(compressed) +
                " bytes of data");
+    const auto [bits_per_pixel, decoded_bytes, interlaced] = layout;
     // Inflated rows and the picture made of them, finally 8-bit RGB. Rows of an interlaced picture are a few bytes longer, so
     // their buffer is doubled once.
-    if (has_transparent_color && bits_per_pixel >= 8) decoded += header.bits / 8;
+    const std::size_t decoded = decoded_bytes + (has_transparent_color && bits_per_pixel >= 8 ? header.bits / 8 : 0);
     const std::size_t row = (bits_per_pixel + 7) / 8, rows = interlaced ? 2 * row : row;
     header.memory_per_pixel = (std::max)({rows + decoded, decoded + 3, interlaced ? 3 * row : 0});
     header.more_memory = 3 * nearest_double(compressed) + nearest_double(header.height);

@@ -19,6 +19,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
@@ -42,15 +43,20 @@ inline int paeth(int left, int upper, int upper_left) {
 
 /// Applies PNG's filter 0 to 4 to row y: stores the differences to the prediction from the neighbors. Returns the sum of their
 /// absolute values.
-inline std::size_t filter_row(image_view<const std::uint8_t> picture, std::size_t y, int filter, std::byte* to) {
+template <int filter>
+std::size_t filter_row(image_view<const std::uint8_t> picture, std::size_t y, std::byte* to) {
     const std::size_t channels = picture.channels(), values = picture.width() * channels;
     const std::uint8_t *const row = picture.row(y), *const above = y == 0 ? nullptr : picture.row(y - 1);
     std::size_t sum = 0;
     for (std::size_t i = 0; i < values; ++i) {
         const int left = i < channels ? 0 : row[i - channels], upper = above == nullptr ? 0 : above[i];
         const int upper_left = above == nullptr || i < channels ? 0 : above[i - channels];
-        const int predicted[] = {0, left, upper, (left + upper) / 2, paeth(left, upper, upper_left)};
-        const std::uint8_t difference = static_cast<std::uint8_t>(row[i] - predicted[filter]);
+        const int predicted = filter == 0   ? 0
+                              : filter == 1 ? left
+                              : filter == 2 ? upper
+                              : filter == 3 ? (left + upper) / 2
+                                            : paeth(left, upper, upper_left);
+        const std::uint8_t difference = static_cast<std::uint8_t>(row[i] - predicted);
         to[i] = std::byte{difference};
         sum += difference < 128 ? difference : 256U - difference;
     }
@@ -64,13 +70,17 @@ inline buffer<std::byte> filtered(image_view<const std::uint8_t> picture) {
     for (std::size_t y = 0; y < picture.height(); ++y) {
         std::byte* const row = result.data() + y * (values + 1);
         std::size_t smallest = SIZE_MAX;
-        for (std::uint8_t filter = 0; filter <= 4; ++filter) {
-            const std::size_t sum = filter_row(picture, y, filter, tried.data());
-            if (sum >= smallest) continue;
+        const auto try_filter = [&]<int filter>(std::integral_constant<int, filter>) {
+            const std::size_t sum = filter_row<filter>(picture, y, tried.data());
+            if (sum >= smallest) return;
             smallest = sum;
             row[0] = std::byte{filter};
             std::memcpy(row + 1, tried.data(), values);
-        }
+        };
+        const auto try_all = [&]<int... filters>(std::integer_sequence<int, filters...>) {
+            (try_filter(std::integral_constant<int, filters>{}), ...);
+        };
+        try_all(std::make_integer_sequence<int, 5>{});
     }
     return result;
 }

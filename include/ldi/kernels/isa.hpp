@@ -5,6 +5,7 @@
 #pragma once
 
 #include <ldi/base/error.hpp>
+#include <ldi/kernels/cpu_feature.hpp>
 #include <ldi/kernels/detail/cpu_features.hpp>
 
 #include <array>

@@ -8,6 +8,7 @@
 #include <ldi/core/layered_image.hpp>
 #include <ldi/mesh/textured_mesh.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -55,6 +56,9 @@ template <payload_column Column, has_column<Column> Layers>
 buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& layers, const pinhole_camera& camera) {
     using scalar = typename Column::scalar;
     const graph_view g = layers.topology();
+    if (mesh.pixels.size() != mesh.vertex_count())
+        raise(error_code::mismatch, "gather", "a pixel for each of " + std::to_string(mesh.vertex_count()) + " vertices",
+              std::to_string(mesh.pixels.size()) + " pixels");
     buffer<scalar> result(mesh.pixels.size() * Column::channels, unset);
     for (std::size_t v = 0; v < mesh.pixels.size(); ++v) {
         if (mesh.pixels[v] < 0 || mesh.pixels[v] >= g.count())
@@ -64,12 +68,11 @@ buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& 
         const std::array<float, 2> seen = camera.project({position[0], position[1], position[2]});
         const detail::corner_pixels around = detail::pixels_around_corner(
             g, mesh.pixels[v], static_cast<std::int32_t>(std::lround(seen[0])), static_cast<std::int32_t>(std::lround(seen[1])));
-        for (std::size_t c = 0; c < Column::channels; ++c) {
-            std::array<scalar, 4> values{};
-            for (std::size_t i = 0; i < around.count; ++i) values[i] = layers.template at<Column>(around.pixels[i])[c];
-            result[v * Column::channels + c] =
-                detail::vertex_value<Column>(array_view<const scalar>(values.data(), around.count));
-        }
+        std::array<scalar, 4 * Column::channels> values{};
+        for (std::size_t i = 0; i < around.count; ++i)
+            std::copy_n(layers.template at<Column>(around.pixels[i]).data(), Column::channels, &values[i * Column::channels]);
+        const auto at_vertex = detail::vertex_values<Column>({{values.data(), around.count * Column::channels}});
+        std::copy(at_vertex.begin(), at_vertex.end(), result.data() + v * Column::channels);
     }
     return result;
 }

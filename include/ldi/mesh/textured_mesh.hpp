@@ -5,6 +5,7 @@
 #include <ldi/base/error.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -53,8 +54,29 @@ struct textured_mesh {
 
 namespace detail {
 
-/// Raises mismatch unless the mesh has `textures` textures, invalid_data for inconsistent parts or triangles.
-inline void check_parts(const textured_mesh& mesh, std::size_t textures) {
+/// Raises what check_mesh() raises for the vertices and triangles of a mesh or a strip.
+template <class Mesh>
+void check_triangles(const Mesh& mesh) {
+    const std::size_t count = mesh.vertex_count();
+    if (mesh.positions.size() != 3 * count || mesh.texture_coordinates.size() != 2 * count || mesh.triangles.size() % 3 != 0)
+        raise(error_code::mismatch, "mesh", "3 coordinates and 2 texture coordinates per vertex, 3 vertices per triangle",
+              std::to_string(mesh.positions.size()) + ", " + std::to_string(mesh.texture_coordinates.size()) + " and " +
+                  std::to_string(mesh.triangles.size()) + " numbers");
+    for (const std::uint32_t vertex : mesh.triangles)
+        if (vertex >= count)
+            raise(error_code::invalid_data, "mesh", "vertices below " + std::to_string(count),
+                  "vertex " + std::to_string(vertex));
+    for (const buffer<float>* values : {&mesh.positions, &mesh.texture_coordinates})
+        for (const float value : *values)
+            if (!std::isfinite(value))
+                raise(error_code::invalid_data, "mesh", "finite coordinates", "an infinite coordinate or NaN");
+}
+
+/// Raises mismatch unless the mesh has `textures` textures and as many coordinates as vertices; invalid_data for coordinates that
+/// are not finite, indices out of range, and parts that don't fit together.
+inline void check_mesh(const textured_mesh& mesh, std::size_t textures) {
+    check_triangles(mesh);
+    check_triangles(mesh.soft_edges);
     if (mesh.part_count() != textures)
         raise(error_code::mismatch, "mesh", std::to_string(mesh.part_count()) + " textures", std::to_string(textures));
     for (std::size_t t = 0; t < mesh.part_count(); ++t) {

@@ -7,6 +7,7 @@
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/disjoint_sets.hpp>
+#include <ldi/base/error.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/depth/discontinuity.hpp>
@@ -16,6 +17,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
@@ -46,7 +48,7 @@ struct discontinuity_curve {
 
 namespace detail::curves {
 
-// For every curve, the number of sides of all curves that it hangs together with through junctions.
+// For every curve, the number of sides of all curves that junctions connect it to.
 inline buffer<std::size_t> group_lengths(const buffer<trace>& traces) {
     buffer<std::pair<std::int32_t, std::int32_t>> ends;  // a corner, and the curve that ends there
     for (std::int32_t i = 0; i < traces.count(); ++i)
@@ -63,6 +65,23 @@ inline buffer<std::size_t> group_lengths(const buffer<trace>& traces) {
 
 }  // namespace detail::curves
 
+namespace detail {
+
+/// Raises mismatch unless the curves separate neighboring pixels of this layer.
+inline void check_curves(std::span<const discontinuity_curve> curves, const graph_view& g, const char* where) {
+    for (const discontinuity_curve& c : curves)
+        for (const discontinuity& d : c.sides) {
+            const bool is_inside = d.back >= 0 && d.front >= 0 && d.back < g.count() && d.front < g.count();
+            if (!is_inside || g.x()[d.back] + step_x(d.towards_front) != g.x()[d.front] ||
+                g.y()[d.back] + step_y(d.towards_front) != g.y()[d.front])
+                raise(error_code::mismatch, where, "curves of this layer", "curves of another one");
+        }
+}
+
+}  // namespace detail
+
+/// Finds the curves of a layer.
+///
 /// surface  the rule that lift() linked the layer by
 ///
 /// Curves between a midground and what is in front of it are constrained where they end in a junction: the farthest of the
@@ -70,7 +89,7 @@ inline buffer<std::size_t> group_lengths(const buffer<trace>& traces) {
 /// curve's end is as large as the threshold, and a camera that moves along the curve sees past the end. Curves come in a fixed
 /// order. Time is linear, but for sorting the ends of curves; 5 bytes per pixel, 16 per pixel side and 500 per curve.
 template <payload_column... Columns>
-buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns...>& layer, surface_rule surface,
+buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns...>& layer, surface_rule surface = {},
                                                       const curve_options& options = {}) {
     static_assert(has_columns<single_layer<Columns...>, disparity_column>);
     const auto disparity = layer.template column<disparity_column>();

@@ -140,13 +140,10 @@ private:
         }
         if (origin == no_pixel) return;
 
-        for (std::int32_t there = position; there != no_pixel; there = pixels_.next_at_position(there)) {
-            if (pixels_.neighbor(there, opposite(s)) != no_pixel) continue;
-            if (!surface_.same_surface(pixels_.disparity(there), source)) continue;
-            pixels_.link(pixel, s, there);  // fronts that meet
-            return;
-        }
-        const float average = sum / count, created = below_others(position, average);
+        if (meets_another(pixel, s, position)) return;
+        const float average = sum / count,
+                    created = (std::min)(average, pixels_.disparity(position) - min_gap * surface_.largest_step);
+        if (created < average && lies_on_another(position, created)) return;
         if (!may_link(created, source)) return;
         const std::int32_t dive = dive_of(pixel) + (created < average || dive_of(pixel) > 0 ? 1 : 0);
         if (dive > max_dive_) return;
@@ -158,21 +155,31 @@ private:
         created_.push_back({curve, made});
     }
 
-    // A surface that comes as near to another as the threshold, and cannot be linked to it, goes on beneath it for as many pixels
-    // as a camera can see into the gap. Otherwise there would be a hole between its end and the other surface.
-    float below_others(std::int32_t position, float disparity) const {
-        const float step = min_gap * surface_.largest_step;
-        disparity = (std::min)(disparity, pixels_.disparity(position) - step);
-        bool is_free = false;
-        while (!is_free) {
-            is_free = true;
-            for (std::int32_t there = position; there != no_pixel; there = pixels_.next_at_position(there)) {
-                if (!surface_.same_surface(pixels_.disparity(there), disparity)) continue;
-                disparity = pixels_.disparity(there) - step;
-                is_free = false;
-            }
+    // Hidden surfaces at similar depth are one. Where a front meets another they are linked; where that one already has a
+    // neighbor here, this one ends.
+    bool meets_another(std::int32_t pixel, side s, std::int32_t position) {
+        std::int32_t met = no_pixel;
+        float nearest = (1.0F + min_gap) * surface_.largest_step;
+        bool ends = false;
+        for (std::int32_t there = position; there != no_pixel; there = pixels_.next_at_position(there)) {
+            const float difference = std::abs(pixels_.disparity(there) - pixels_.disparity(pixel));
+            if (difference > (there == position ? surface_.largest_step : nearest)) continue;
+            if (pixels_.neighbor(there, opposite(s)) == no_pixel)
+                met = there, nearest = difference;
+            else
+                ends = ends || there != position;
         }
-        return disparity;
+        if (met != no_pixel) pixels_.link(pixel, s, met);
+        return met != no_pixel || ends;
+    }
+
+    // A surface that comes as near to the photo's as the threshold, and cannot be linked to it, goes on beneath it for as many
+    // pixels as a camera can see into the gap: otherwise there would be a hole between its end and the photo's. Not over another
+    // hidden surface, that closes the gap, too.
+    bool lies_on_another(std::int32_t position, float disparity) const {
+        for (std::int32_t there = pixels_.next_at_position(position); there != no_pixel; there = pixels_.next_at_position(there))
+            if (surface_.same_surface(pixels_.disparity(there), disparity)) return true;
+        return false;
     }
     bool may_link(float a, float b) const { return std::abs(a - b) <= (1.0F + min_gap) * surface_.largest_step; }
     static constexpr float min_gap = 1.001F;  // in thresholds
@@ -252,9 +259,11 @@ private:
 
 }  // namespace detail
 
+/// Adds the surfaces that a camera in motion uncovers behind curves.
+///
 /// layer    as lift() makes it and close_spurious_discontinuities() leaves it
 /// surface  the rule that lift() linked it by
-/// curves   of the same layer
+/// curves   of the same layer; raises mismatch for those of another one
 ///
 /// Returns the same image with hidden pixels added, in canonical order. The disparity of a new pixel is the average of those that
 /// it grew from, and always farther than the photo's at that position by more than surface_rule::largest_step; every other column
@@ -272,6 +281,7 @@ expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule 
     static_assert(has_columns<single_layer<Columns...>, disparity_column>);
     if (options.iterations < 0)
         raise(error_code::invalid_option, "expand_options::iterations", "0 or more", std::to_string(options.iterations));
+    detail::check_curves(curves, layer.topology(), "expand");
     if (!(options.motion >= 0 && options.motion <= 1))
         raise(error_code::invalid_option, "expand_options::motion", "0 to 1", detail::to_text(options.motion));
     expanded_layers<Columns...> result{detail::expansion_access::layers_of(std::move(layer)), options.motion};

@@ -15,11 +15,12 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// curves  those of its discontinuities that stay
-///
 /// Links all neighbors inside the photo but those on either side of a curve. Returns the number of links made.
+///
+/// curves  those of its discontinuities that stay; raises mismatch for curves of another layer
 template <payload_column... Columns>
 std::size_t close_spurious_discontinuities(single_layer<Columns...>& layer, std::span<const discontinuity_curve> curves) {
+    detail::check_curves(curves, layer.topology(), "close_spurious_discontinuities");
     buffer<std::pair<std::int32_t, std::int32_t>> kept;  // the pixel on the left or above, and the other
     for (const discontinuity_curve& c : curves)
         for (const discontinuity& d : c.sides) kept.emplace_back((std::min)(d.back, d.front), (std::max)(d.back, d.front));

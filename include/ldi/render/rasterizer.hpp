@@ -59,27 +59,8 @@ rendering rasterize(const textured_mesh& mesh, const image<std::uint8_t>& textur
 
 namespace detail {
 
-template <class Mesh>
-void check_triangles(const Mesh& mesh) {
-    const std::size_t count = mesh.vertex_count();
-    if (mesh.positions.size() != 3 * count || mesh.texture_coordinates.size() != 2 * count || mesh.triangles.size() % 3 != 0)
-        raise(error_code::mismatch, "mesh", "3 coordinates and 2 texture coordinates per vertex, 3 vertices per triangle",
-              std::to_string(mesh.positions.size()) + ", " + std::to_string(mesh.texture_coordinates.size()) + " and " +
-                  std::to_string(mesh.triangles.size()) + " numbers");
-    for (const std::uint32_t vertex : mesh.triangles)
-        if (vertex >= count)
-            raise(error_code::invalid_data, "mesh", "vertices below " + std::to_string(count),
-                  "vertex " + std::to_string(vertex));
-    for (const buffer<float>* values : {&mesh.positions, &mesh.texture_coordinates})
-        for (const float value : *values)
-            if (!std::isfinite(value))
-                raise(error_code::invalid_data, "mesh", "finite coordinates", "an infinite coordinate or NaN");
-}
-
 inline void check_drawable(const textured_mesh& mesh, std::span<const image<std::uint8_t>> textures) {
-    check_triangles(mesh);
-    check_triangles(mesh.soft_edges);
-    check_parts(mesh, textures.size());
+    check_mesh(mesh, textures.size());
     for (const image<std::uint8_t>& texture : textures) {
         if (texture.channels() == 3 && texture.size() > 0) continue;
         raise(error_code::mismatch, "texture", "3 channels and at least one pixel",

@@ -55,13 +55,14 @@ buffer<texel_kind> pixel_kinds(const Layers& layers) {
 
 /// Packs, draws and pads all charts. Every pixel of `layers` must have a color; known_column marks the photo's own colors, and
 /// only affects `kind`. Raises error_code::too_large if the charts do not fit, error_code::invalid_option for a filter padding
-/// below 1. Linear time in pixels and texels, except for packing, which costs the number of charts times the number of their
-/// different sizes. Up to 32 bytes per pixel and per texel.
+/// below 1, error_code::mismatch for charts of another image. Linear time in pixels and texels, except for packing, which costs
+/// the number of charts times the number of their different sizes. Up to 32 bytes per pixel and per texel.
 template <has_columns<color_column, disparity_column, known_column> Layers, executor Executor = const serial_executor>
 texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const atlas_options& options = {},
                          Executor&& threads = {}) {
     const std::int32_t padding = options.padding.filter_padding;
     if (padding < 1) raise(error_code::invalid_option, "filter_padding", "at least 1", std::to_string(padding));
+    detail::check_charts(charts, layers.size(), "make_atlas");
 
     const auto blocks = [&](std::int32_t length) { return (length + 2 * padding + macroblock_side - 1) / macroblock_side; };
     buffer<rectangle_size> sizes;

@@ -13,12 +13,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <locale>
 #include <span>
-#include <sstream>
 #include <string>
 #include <string_view>
 #include <utility>
+#if !defined(__cpp_lib_to_chars)
+#include <locale>
+#include <sstream>
+#endif
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespace glb {
 

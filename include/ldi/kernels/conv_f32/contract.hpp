@@ -1,6 +1,7 @@
 // Contract of the kernels of kernels/conv_f32.hpp: their inputs and results.
 #pragma once
 
+#include <ldi/kernels/conv_f32/weights.hpp>
 #include <ldi/kernels/detail/conv_weights.hpp>
 
 #include <cstddef>

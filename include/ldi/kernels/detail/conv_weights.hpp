@@ -1,8 +1,9 @@
-// Packed weights of kernels/conv_f32.hpp, and the packing that kernels/conv_u8.hpp shares with it on all instruction sets.
+// Packing of weights, which kernels/conv_f32.hpp and kernels/conv_u8.hpp share on all instruction sets.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/config.hpp>
+#include <ldi/kernels/conv_f32/weights.hpp>
 #include <ldi/kernels/detail/panel_cut.hpp>
 #include <ldi/kernels/isa.hpp>
 
@@ -10,25 +11,6 @@
 #include <span>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
-
-/// Activation after the bias: x if x is positive, else negative_slope * x.
-struct activation {
-    float negative_slope;  ///< 0 to 1
-};
-inline constexpr activation no_activation{1.0F};
-inline constexpr activation relu{0.0F};
-constexpr activation leaky_relu(float negative_slope) { return {negative_slope}; }
-
-/// The weights of one layer in the order in which its kernel reads them. Valid only if pack_conv_f32() made them.
-struct conv_f32_weights {
-    using value_type = float;
-
-    isa target = isa::scalar;
-    std::size_t rows = 1, inputs = 0, outputs = 0;
-    float negative_slope = 1.0F;
-    buffer<float> values;
-    buffer<float> bias;  ///< padded with zeros to whole panels
-};
 
 /// Inputs of one panel of outputs.
 template <class Value>

@@ -1,26 +1,13 @@
-// Processor features that kernels need, and their detection.
+// Detects processor features.
 #pragma once
 
 #include <ldi/base/config.hpp>
-
+#include <ldi/kernels/cpu_feature.hpp>
 #include <ldi/kernels/detail/cpuid.hpp>
 #include <ldi/kernels/detail/dot_product_extension.hpp>
 #include <ldi/kernels/detail/target.hpp>
 
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-enum class cpu_feature {
-    none,
-    avx2,
-    fma,
-    avx_vnni,
-    avx512,  ///< F, BW and VL
-    avx512_vnni,
-    arm_dot_product,
-    wasm_simd128,
-};
-
-namespace detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 #if LDI_HAS_X86_KERNELS
 /// Detects AVX-VNNI, for which clang 14 has no name. An operating system that saves AVX2's registers also saves those of
@@ -53,5 +40,4 @@ inline bool has_feature(cpu_feature feature) {
     }
 }
 
-}  // namespace detail
-}}  // namespace ldi
+}}}  // namespace ldi::detail

@@ -13,6 +13,13 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// Height and width of a tensor.
+struct tensor_size {
+    std::size_t height = 0, width = 0;
+
+    friend bool operator==(const tensor_size&, const tensor_size&) = default;
+};
+
 /// A convolution with `kernel / 2` pixels of padding on each side, filled with the input's zero point.
 struct convolution_description {
     std::size_t input = 0;   ///< index of a tensor

@@ -6,6 +6,7 @@
 #include <ldi/base/executor.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/nn/dense/detail/schedule.hpp>
+#include <ldi/nn/dense/network_description.hpp>
 
 #include <algorithm>
 #include <cstddef>

@@ -1,11 +1,13 @@
-// Elementwise operators on feature maps: addition, concatenation, activations.
+// Elementwise operators on feature maps: addition, concatenation, activations, conversion between floats and bytes.
 #pragma once
 
 #include <ldi/base/config.hpp>
 #include <ldi/base/executor.hpp>
+#include <ldi/base/numbers.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/kernels/add_u8.hpp>
 #include <ldi/kernels/conv_f32.hpp>
+#include <ldi/kernels/requantize.hpp>
 #include <ldi/nn/ldi/feature_map.hpp>
 
 #include <algorithm>
@@ -111,18 +113,38 @@ basic_feature_map<std::uint8_t> concatenate(std::initializer_list<basic_feature_
     return detail::concatenate(std::span<const basic_feature_view<std::uint8_t>>(maps.begin(), maps.size()), threads);
 }
 
-/// Applies relu to a map of bytes: raises values to at least the zero point.
-template <executor Executor = const serial_executor>
-basic_feature_map<std::uint8_t> relu_u8(basic_feature_map<std::uint8_t> x, Executor&& threads = {}) {
-    return detail::for_each_value(std::move(x), threads, [zero = x.zero](std::uint8_t v) { return (std::max)(v, zero); });
-}
-
 /// Applies relu or leaky_relu(slope), for example after an addition; a convolution_layer has its own activation.
 template <executor Executor = const serial_executor>
 feature_map activate(feature_map x, activation by, Executor&& threads = {}) {
     return detail::for_each_value(std::move(x), threads, [by](float v) {
         return v > 0.0F ? v : by.negative_slope == 0.0F ? 0.0F : by.negative_slope * v;  // also for -infinity
     });
+}
+
+/// Applies relu to a map of bytes: raises values to at least the zero point. Bytes support no other activation.
+template <executor Executor = const serial_executor>
+basic_feature_map<std::uint8_t> activate(basic_feature_map<std::uint8_t> x, activation by, Executor&& threads = {}) {
+    LDI_ASSERT(by.negative_slope == 0.0F);
+    const std::uint8_t zero = x.zero;
+    return detail::for_each_value(std::move(x), threads, [zero](std::uint8_t v) { return (std::max)(v, zero); });
+}
+
+/// Converts a map to bytes: the nearest multiples of `to.scale`, clamped to the range of bytes. NaN becomes the zero point.
+inline basic_feature_map<std::uint8_t> quantize(const feature_map& x, const quantization& to) {
+    basic_feature_map<std::uint8_t> result(x.pixels(), x.channels, to.zero_point);
+    std::transform(x.values.begin(), x.values.end(), result.values.begin(), [&](float v) {
+        const double steps = std::isnan(v) ? 0.0 : std::clamp(double{v} / double{to.scale}, -255.0, 255.0);
+        return static_cast<std::uint8_t>(std::clamp<std::int64_t>(detail::nearest_whole(steps) + to.zero_point, 0, 255));
+    });
+    return result;
+}
+
+/// Converts a map of bytes to floats.
+inline feature_map dequantize(const basic_feature_map<std::uint8_t>& x, const quantization& from) {
+    feature_map result(x.pixels(), x.channels);
+    std::transform(x.values.begin(), x.values.end(), result.values.begin(),
+                   [&](std::uint8_t v) { return static_cast<float>(v - from.zero_point) * from.scale; });
+    return result;
 }
 
 /// Computes 1 / (1 + exp(-x)) with the rounding of the standard library.

@@ -4,6 +4,7 @@
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/config.hpp>
 #include <ldi/core/graph.hpp>
+#include <ldi/core/image.hpp>
 
 #include <algorithm>
 #include <concepts>
@@ -50,9 +51,11 @@ struct basic_feature_map {
     Value zero = {};  ///< value that represents zero: the zero point of bytes
 
     basic_feature_map() = default;
-    /// Leaves the values uninitialized.
+    /// Leaves the values uninitialized. Raises too_large for a size that no memory has.
     basic_feature_map(std::size_t pixel_count, std::size_t channel_count, Value stands_for_zero = {})
-        : channels(channel_count), values(pixel_count * channel_count, unset), zero(stands_for_zero) {}
+        : channels(channel_count),
+          values(detail::checked_size(1, pixel_count, channel_count, sizeof(Value)), unset),
+          zero(stands_for_zero) {}
 
     std::size_t pixels() const { return channels > 0 ? values.size() / channels : 0; }
 

@@ -14,16 +14,7 @@
 #include <string>
 #include <variant>
 
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-/// Height and width of a tensor.
-struct tensor_size {
-    std::size_t height = 0, width = 0;
-
-    friend bool operator==(const tensor_size&, const tensor_size&) = default;
-};
-
-namespace detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 struct dense_layer {
     std::size_t kernel, stride;
