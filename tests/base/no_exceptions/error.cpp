@@ -1,5 +1,5 @@
-// A program of its own, compiled with -fno-exceptions -fno-rtti: the handler is called with the four details of an error, and
-// ends the program. Exit code 0 means that it was; anything else, or an abort, that it was not.
+// A separate program, compiled with -fno-exceptions -fno-rtti: the handler is called with the four details of an error, and ends
+// the program. Exit code 0 means success; any other code, or an abort, means failure.
 
 #include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
