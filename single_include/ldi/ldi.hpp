@@ -12,19 +12,19 @@
 #define LDI_VERSION_PATCH 0
 
 // ---- ldi/base/config.hpp
-// Settings that a user can make before including any header of ldi, and facts that ldi finds out about the compiler.
+// Settings that a user can define before including any header of ldi, and properties of the compiler that ldi detects.
 //
-//   LDI_ASSERT(condition)   checks that the API is used as documented. Defaults to assert(); define it to your engine's own.
-//   LDI_HAS_EXCEPTIONS      0 or 1; found out from the compiler unless set. With 0, errors go to the handler of base/error.hpp.
-//   LDI_STANDARD_ONLY       leaves out what GCC and clang have beyond the C++ standard: vector types and the kernels of
-//   instruction
-//                           sets, so that scalar code computes everything. Set by itself for other compilers.
-//   LDI_CONFIGURATION       names the inline namespace that all of ldi lies in, such as v0_1_0 or v0_1_0_ndebug_avx2_fma. Do not
-//   set it.
+// LDI_ASSERT(condition)   checks that the API is used as documented. Defaults to assert(); define it as your engine's own.
+// LDI_HAS_EXCEPTIONS      0 or 1; detected unless defined. With 0, errors go to the handler of base/error.hpp.
+// LDI_STANDARD_ONLY       disables the extensions of GCC and clang: vector types and the kernels of instruction sets, so that
+//                         scalar code computes everything. Other compilers define it automatically.
+// LDI_CONFIGURATION       name of the inline namespace that contains all of ldi, such as v0_1_0 or v0_1_0_ndebug_avx2_fma. Do
+//                         not define it.
 //
-// Translation units of one program may be compiled differently: the namespace keeps apart what the linker would take for the
-// same. So an object of one configuration is no object of another, and an ldi::error that crosses over is caught as
-// std::runtime_error. Each configuration has an error handler and a memory of each thread of its own.
+// Translation units of one program may be compiled with different settings: the namespace separates their code, which the linker
+// would otherwise merge. An object of one configuration is therefore not an object of another, and an ldi::error that crosses
+// the boundary is caught as std::runtime_error. Each configuration has its own error handler and its own current memory per
+// thread.
 
 #include <cassert>
 
@@ -36,7 +36,7 @@
 #define LDI_STANDARD_PART _standard
 #endif
 
-// ---- the parts of the namespace's name
+// ---- parts of the namespace's name
 
 #if defined(LDI_ASSERT)
 #define LDI_ASSERTION_PART _own_assert
@@ -126,8 +126,9 @@
                     LDI_VECTOR_PART, LDI_DOT_PRODUCT_PART, LDI_FMA_PART, LDI_BIT_PART, LDI_MATH_PART, LDI_STANDARD_PART)
 
 // ---- ldi/base/error.hpp
-// Errors. Bad input (files, weights, options) raises ldi::error with a code, where it happened, what was expected and what was
-// found. Without exceptions the same four go to a handler that the user installs. Misuse of the API is LDI_ASSERT, not an error.
+// Errors. Bad input (files, weights, options) raises ldi::error with a code, the place, what was expected and what was found.
+// Without exceptions, the same four values go to a handler that the user installs. Misuse of the API is LDI_ASSERT, not an
+// error.
 
 #include <cstdio>
 #include <cstdlib>
@@ -138,17 +139,18 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The kinds of errors.
+/// Kinds of errors.
 enum class error_code {
     invalid_option,  ///< an option is outside its documented range
     invalid_data,    ///< a file or buffer breaks its format
     unsupported,     ///< well formed, but of a kind that ldi does not read
-    mismatch,        ///< two inputs do not fit together (sizes, shapes, names)
+    mismatch,        ///< inputs do not fit together (sizes, shapes, names)
     too_large,       ///< beyond a documented limit; checked before anything is allocated
     file_access,     ///< the operating system refused to open, read, write or rename
     canceled,        ///< the caller's progress_listener asked to stop
-    out_of_memory,   ///< the caller's memory had no more; only without exceptions, else std::bad_alloc says so
-    unavailable,     ///< the operating system could not now (a full disk, too many open files): the same may succeed later
+    out_of_memory,   ///< the caller's memory is exhausted; only without exceptions, otherwise std::bad_alloc
+    /// a temporary failure of the operating system (a full disk, too many open files): the same call may succeed later
+    unavailable,
 };
 
 /// Name of a code in messages, such as "invalid data".
@@ -167,12 +169,12 @@ constexpr std::string_view to_string(error_code code) {
     return "unknown error";
 }
 
-/// The facts about an error: enough to show a person, or to decide what to do.
+/// Details of an error, for a message or for a decision.
 struct error_details {
     error_code code;
     std::string where;     ///< the file, tensor, option or stage
-    std::string expected;  ///< what would have been right
-    std::string found;     ///< what was there instead
+    std::string expected;  ///< the valid input
+    std::string found;     ///< the actual input
 };
 
 /// "photo.jpg: expected a JPEG or PNG file, found 0 bytes (invalid data)"
@@ -188,7 +190,7 @@ inline std::string to_string(const error_details& details) {
     return text;
 }
 
-/// The one exception type that ldi throws on bad input.
+/// The only exception type that ldi throws on bad input.
 class error : public std::runtime_error {
 public:
     explicit error(error_details details) : std::runtime_error(to_string(details)), details_(std::move(details)) {}
@@ -200,9 +202,8 @@ private:
     error_details details_;
 };
 
-/// Called for every error in builds without exceptions. It must not return: it ends the thread or the process, or jumps out,
-/// which skips the destructors of what it jumps over. If it returns, or none is installed, the message is printed and the
-/// program ends.
+/// Handler of every error in builds without exceptions. It must not return: it ends the thread or the process, or jumps out,
+/// which skips destructors. If it returns, or no handler is installed, the program prints the message and terminates.
 using error_handler = void (*)(const error_details&);
 
 namespace detail {
@@ -212,13 +213,13 @@ inline error_handler& installed_error_handler() {
 }
 }  // namespace detail
 
-/// Installs the handler for builds without exceptions and returns the one before. Not thread-safe: call it at start-up.
+/// Installs the handler for builds without exceptions and returns the previous one. Not thread-safe: call it at start-up.
 inline error_handler set_error_handler(error_handler handler) {
     return std::exchange(detail::installed_error_handler(), handler);
 }
 
-/// Reports bad input: throws ldi::error, or calls the installed handler where exceptions are off. Never returns. Its parameters
-/// are views, so that none of its many callers makes strings of literals, which takes longest to compile of all they do.
+/// Reports bad input: throws ldi::error, or calls the installed handler if exceptions are off. Never returns. The parameters are
+/// views, so that its many callers construct no strings from literals, which would dominate their compile time.
 [[noreturn]] inline void raise(error_code code, std::string_view where, std::string_view expected, std::string_view found) {
     error_details details{code, std::string(where), std::string(expected), std::string(found)};
 #if LDI_HAS_EXCEPTIONS
@@ -233,7 +234,7 @@ inline error_handler set_error_handler(error_handler handler) {
 }}  // namespace ldi
 
 // ---- ldi/base/memory.hpp
-// Source of ldi's memory: the caller's allocator, set by `memory_scope`, so that an engine's budget covers every stage.
+// The memory that ldi allocates: the caller's allocator, set by `memory_scope`, so that an engine's budget covers every stage.
 // base/buffer.hpp owns values in it.
 
 #include <cstddef>
@@ -244,19 +245,18 @@ inline error_handler set_error_handler(error_handler handler) {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A source of memory. It must live as long as anything that was allocated from it. Its functions are called on any thread that
-/// works for a stage.
+/// An allocator. It must outlive everything allocated from it. Its functions are called on any thread that works for a stage.
 struct memory {
     void* context = nullptr;
-    /// At least `bytes` bytes, aligned to `alignment`, a power of two; null if there is not enough.
+    /// Returns at least `bytes` bytes, aligned to `alignment`, a power of two; null if memory is exhausted.
     void* (*allocate)(void* context, std::size_t bytes, std::size_t alignment) = nullptr;
-    /// Takes back what `allocate` returned for the same number of bytes.
+    /// Releases a block that `allocate` returned for the same number of bytes.
     void (*release)(void* context, void* block, std::size_t bytes) = nullptr;
 };
 
 namespace detail {
 
-#if defined(_WIN32)  // whose C libraries have no aligned_alloc
+#if defined(_WIN32)  // C libraries of Windows have no aligned_alloc
 inline void* allocate_from_system(void*, std::size_t bytes, std::size_t alignment) { return _aligned_malloc(bytes, alignment); }
 inline void release_to_system(void*, void* block, std::size_t) { _aligned_free(block); }
 #else
@@ -268,7 +268,7 @@ inline void release_to_system(void*, void* block, std::size_t) { std::free(block
 
 inline constexpr memory system_memory{nullptr, &allocate_from_system, &release_to_system};
 
-/// The memory that this thread allocates from.
+/// The memory from which this thread allocates.
 inline const memory*& memory_of_thread() {
     static thread_local const memory* current = &system_memory;
     return current;
@@ -276,10 +276,10 @@ inline const memory*& memory_of_thread() {
 
 }  // namespace detail
 
-/// The memory that buffers on this thread are allocated from at present: the C library's, unless a `memory_scope` says otherwise.
+/// Returns the memory from which buffers on this thread are allocated: that of the C library, or of the current `memory_scope`.
 inline const memory& current_memory() { return *detail::memory_of_thread(); }
 
-/// Makes the calling thread allocate from `from` until the end of the block. Stages hand it on to the threads of their executor.
+/// Makes the calling thread allocate from `from` until the end of the scope. Stages apply it to the threads of their executor.
 ///
 ///     ldi::memory_scope scope(my_engine_memory);
 ///     ldi::photo3d result = ldi::make_photo3d(photo, estimator, inpainter);
@@ -297,7 +297,7 @@ private:
 }}  // namespace ldi
 
 // ---- ldi/base/buffer.hpp
-// `buffer<T>` is the one owner of values in ldi: images, graphs, columns, plans and feature maps stand on it.
+// `buffer<T>` owns all values in ldi: images, graphs, columns, plans and feature maps consist of buffers.
 
 #include <concepts>
 #include <cstdint>
@@ -307,16 +307,16 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The start of a cache line, so that no vector load of packed values straddles two.
+/// Size of a cache line: aligned vector loads of packed values never straddle two lines.
 inline constexpr std::size_t buffer_alignment = 64;
 
-/// Asks for values that are left as they are. Without it a buffer sets them to zero.
+/// Tag for uninitialized values. Without it, a buffer initializes values to zero.
 struct unset_t {};
 inline constexpr unset_t unset{};
 
 namespace detail {
 
-/// An iterator with a difference: std::random_access_iterator without the header that defines it.
+/// An iterator that supports differences. Equivalent to std::random_access_iterator, without the header that defines it.
 template <class T>
 concept element_iterator = requires(T i) {
     *i;
@@ -324,17 +324,19 @@ concept element_iterator = requires(T i) {
     i - i;
 };
 
-/// Apart from `buffer`, so that it is compiled once for all element types.
+/// Outside `buffer`, so that it is compiled once for all element types.
 [[noreturn]] inline void out_of_memory() {
 #if LDI_HAS_EXCEPTIONS
     throw std::bad_alloc();
 #else
-    raise(error_code::out_of_memory, "memory", "enough of it", "too little");  // texts so short that they need none
+    raise(error_code::out_of_memory, "memory", "enough memory", "too little");  // texts so short that they need no allocation
 #endif
 }
 
-/// Raises too_large: the size of the values in bytes overflows.
-[[noreturn]] inline void refuse_count() { raise(error_code::too_large, "buffer", "a size that memory can have", "a larger one"); }
+/// Raises too_large, because the size of the values in bytes overflows.
+[[noreturn]] inline void refuse_count() {
+    raise(error_code::too_large, "buffer", "a size within the address space", "a larger size");
+}
 
 /// Type-independent part of a buffer, compiled once for all types.
 struct memory_block {
@@ -342,7 +344,7 @@ struct memory_block {
     std::size_t size = 0, capacity = 0;  ///< in values
     const memory* from = nullptr;
 
-    /// A larger place, in which nothing is yet.
+    /// Allocates a larger, empty block.
     void* allocate(std::size_t new_capacity, std::size_t value_size, std::size_t alignment) {
         if (from == nullptr) from = &current_memory();
         if (new_capacity > static_cast<std::size_t>(PTRDIFF_MAX) / value_size) refuse_count();
@@ -350,12 +352,12 @@ struct memory_block {
         if (place == nullptr) out_of_memory();
         return place;
     }
-    /// Goes on with `place`, where the values are now.
+    /// Switches to `place`, where the values are now.
     void replace(void* place, std::size_t new_capacity, std::size_t value_size) {
         release(value_size);
         values = place, capacity = new_capacity;
     }
-    /// For values that move as bytes.
+    /// Moves values that can be copied as bytes.
     [[gnu::noinline]] void reallocate(std::size_t new_capacity, std::size_t value_size, std::size_t alignment) {
         void* place = allocate(new_capacity, value_size, alignment);
         if (size > 0) std::memcpy(place, values, size * value_size);
@@ -372,10 +374,10 @@ struct memory_block {
 
 }  // namespace detail
 
-/// A growing array, aligned to 64 bytes, on the memory that was current when it first allocated. It knows where that was, and
-/// gives it back there. It is like std::vector, but any integer subscripts it without a cast, `unset` leaves values of trivial
-/// types as they are, and a moved-from buffer is empty. If memory runs out it throws std::bad_alloc and keeps its values; without
-/// exceptions it raises error_code::out_of_memory. It raises too_large for a size that no memory has.
+/// A growing array, aligned to 64 bytes, in the memory that was current at its first allocation. A buffer returns memory to the
+/// allocator it came from. Differences to std::vector: any integer type is an index without a cast, `unset` leaves values of
+/// trivial types uninitialized, and a moved-from buffer is empty. If memory runs out, it throws std::bad_alloc and keeps its
+/// values; without exceptions it raises error_code::out_of_memory. It raises too_large for impossible sizes.
 template <class T>
 class buffer {
 public:
@@ -384,7 +386,7 @@ public:
     using const_iterator = const T*;
 
     buffer() = default;
-    // Through the default constructor: where memory runs out half way, the destructor gives back what there is.
+    // Delegates to the default constructor, so that the destructor releases the values if memory runs out during construction.
     explicit buffer(std::size_t count) : buffer() { resize(count); }
     buffer(std::size_t count, unset_t) : buffer() { resize(count, unset); }
     buffer(std::size_t count, const T& value) : buffer() { resize(count, value); }
@@ -396,7 +398,9 @@ public:
     buffer(const buffer& other) : buffer(other.begin(), other.end()) {}
     buffer(buffer&& other) noexcept : block_(other.block_) { other.block_ = {}; }
     buffer& operator=(const buffer& other) {
-        if (this != &other) assign(other.begin(), other.end());
+        if (this == &other) return *this;
+        reserve(other.size());  // first, so that the values remain if memory runs out
+        assign(other.begin(), other.end());
         return *this;
     }
     buffer& operator=(buffer&& other) noexcept {
@@ -409,7 +413,7 @@ public:
     }
 
     std::size_t size() const { return block_.size; }
-    /// size() in the type that ldi's indices have; also the index of the value that is appended next.
+    /// Returns size() in the type of ldi's indices; also the index of the next appended value.
     std::int32_t count() const {
         LDI_ASSERT(size() <= 0x7FFFFFFF);
         return static_cast<std::int32_t>(size());
@@ -436,12 +440,12 @@ public:
     T& back() { return end()[-1]; }
     const T& back() const { return end()[-1]; }
 
-    /// New values are zero.
+    /// Initializes new values to zero.
     void resize(std::size_t count) {
         make_size(count);
         for (; size() < count; ++block_.size) ::new (place_at_end()) T();
     }
-    /// New values of trivial types are not set.
+    /// Leaves new values of trivial types uninitialized.
     void resize(std::size_t count, unset_t) {
         if constexpr (__is_trivially_constructible(T)) {
             make_size(count);
@@ -451,7 +455,7 @@ public:
         }
     }
     void resize(std::size_t count, const T& value) {
-        const T copy = value;  // it may lie in what moves
+        const T copy = value;  // `value` may be an element that moves
         make_size(count);
         for (; size() < count; ++block_.size) ::new (place_at_end()) T(copy);
     }
@@ -474,13 +478,13 @@ public:
     template <class... Arguments>
     T& emplace_back(Arguments&&... arguments) {
         if (size() == capacity()) {
-            T made(std::forward<Arguments>(arguments)...);  // the arguments may lie in what moves
+            T made(std::forward<Arguments>(arguments)...);  // the arguments may refer to elements that move
             reallocate(block_.grown(size() + 1));
             ::new (place_at_end()) T(std::move(made));
         } else {
             ::new (place_at_end()) T(std::forward<Arguments>(arguments)...);
         }
-        return data()[block_.size++];  // only now: what could not be made is not destroyed
+        return data()[block_.size++];  // only now, so that a value whose constructor throws is not destroyed
     }
     void pop_back() { destroy_from(size() - 1); }
     /// The range must not lie in this buffer.
@@ -488,14 +492,14 @@ public:
     void append(Iterator first, Iterator last) {
         make_room(size() + static_cast<std::size_t>(last - first));
         if constexpr (moves_as_bytes && (std::same_as<Iterator, T*> || std::same_as<Iterator, const T*>)) {
-            // In one call: bytes may alias the size, which a loop would count one by one.
+            // One call, because bytes may alias the size, which a loop would then update for each value.
             if (first != last) std::memcpy(place_at_end(), first, static_cast<std::size_t>(last - first) * sizeof(T));
             block_.size += static_cast<std::size_t>(last - first);
             return;
         }
         for (; first != last; ++first, ++block_.size) ::new (place_at_end()) T(static_cast<T>(*first));
     }
-    /// Trivial types only, as erase. `value` must not lie in this buffer.
+    /// Inserts values of trivial types. `value` must not lie in this buffer.
     T* insert(T* place, const T& value) { return insert(place, &value, &value + 1); }
     template <detail::element_iterator Iterator>
     T* insert(T* place, Iterator first, Iterator last) {
@@ -532,7 +536,7 @@ public:
     }
 
 private:
-    // Built into compilers: the standard library's traits instantiate several templates more for every type of value.
+    // Compiler built-in: the standard library's traits instantiate several more templates for every type of value.
     static constexpr bool moves_as_bytes = __is_trivially_copyable(T);
     static constexpr std::size_t alignment = alignof(T) > buffer_alignment ? alignof(T) : buffer_alignment;
 
@@ -541,7 +545,7 @@ private:
     void make_room(std::size_t count) {
         if (count > capacity()) reallocate(empty() ? count : block_.grown(count));
     }
-    // Has room for `count` values, and no more values than that.
+    // Destroys values beyond `count`, or makes room for `count` values.
     void make_size(std::size_t count) {
         if (count < size()) destroy_from(count);
         make_room(count);
@@ -553,7 +557,7 @@ private:
         block_.size = count;
     }
 
-    void reallocate(std::size_t new_capacity) {  // seldom called, from very many places
+    void reallocate(std::size_t new_capacity) {  // called rarely, from many places
         if constexpr (moves_as_bytes)
             block_.reallocate(new_capacity, sizeof(T), alignment);
         else
@@ -573,14 +577,14 @@ private:
 }}  // namespace ldi
 
 // ---- ldi/base/array_view.hpp
-// `array_view<T>`: a non-owning view of an array. Like std::span, but any integer type indexes it without a cast.
+// `array_view<T>`: a non-owning view of an array. Like std::span, but indexed by any integer type without a cast.
 
 #include <span>
 #include <type_traits>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// `array_view<const T>` reads, `array_view<T>` also writes. Converts from buffers and spans, and to spans.
+/// `array_view<const T>` is read-only, `array_view<T>` also writes. Converts from buffers and spans, and to spans.
 template <class T>
 class array_view {
 public:
@@ -599,7 +603,7 @@ public:
 
     constexpr T* data() const { return data_; }
     constexpr std::size_t size() const { return size_; }
-    /// size() as an index.
+    /// Returns size() as an index.
     std::int32_t count() const {
         LDI_ASSERT(size_ <= 0x7FFFFFFF);
         return static_cast<std::int32_t>(size_);
@@ -614,7 +618,7 @@ public:
     T& back() const { return data_[size_ - 1]; }
     buffer<value_type> copy() const { return buffer<value_type>(begin(), end()); }
 
-    /// Compares the values.
+    /// Compares all values.
     friend bool operator==(array_view a, array_view b) {
         if (a.size_ != b.size_) return false;
         for (std::size_t i = 0; i < a.size_; ++i)
@@ -633,7 +637,7 @@ private:
 }}  // namespace ldi
 
 // ---- ldi/base/executor.hpp
-// The caller's threads. Every stage that can run in parallel takes an executor; ldi starts no thread unless given a thread_pool.
+// Executors: the caller's threads. Every parallel stage accepts an executor; ldi starts no threads except in a thread_pool.
 // Results never depend on the executor or on its number of threads.
 
 #include <algorithm>
@@ -645,10 +649,10 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// An executor offers `concurrency()`, the number of ranges that may run at once (at least 1), and
-/// `run(count, function, data)`, which calls `function(data, index)` once for every index in [0, count), on any threads in any
-/// order, and returns when all calls have returned. An engine wraps its own job system in these two members. No exception leaves
-/// the functions that parallel_for hands over, so that they may be called from C.
+/// An executor has two members: `concurrency()`, the number of ranges that may run at once (at least 1), and `run(count,
+/// function, data)`, which calls `function(data, index)` once for every index in [0, count), on any threads in any order, and
+/// returns after all calls. An engine wraps its own job system in these members. Functions from parallel_for let no exception
+/// escape, so that C code may call them.
 template <class T>
 concept executor = requires(T& e, std::size_t count, void (*function)(void*, std::size_t), void* data) {
     { e.concurrency() } -> std::convertible_to<std::size_t>;
@@ -664,13 +668,13 @@ struct serial_executor {
 };
 
 /// Calls `body(first, last)` on consecutive pieces that together cover [0, count), each of at least `grain` indices unless
-/// `count` is smaller. A grain should be worth more than the few microseconds that handing a piece to a thread costs. The places
-/// of the cuts depend on the executor, so results must not depend on them. The first exception
-/// that a call throws is rethrown here, after all calls have ended; pieces that have not begun by then are left out.
+/// `count` is smaller. A grain should cost more than the few microseconds of passing a piece to a thread. The boundaries of
+/// pieces depend on the executor, so results must not depend on them. Rethrows the first exception of a call after all calls
+/// have ended, and skips pieces that have not started.
 template <executor Executor, class Body>
 void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&& body) {
     if (count == 0) return;
-    const std::size_t wanted = threads.concurrency() * 4;  // a few pieces per thread even out uneven work
+    const std::size_t wanted = threads.concurrency() * 4;  // several pieces per thread balance uneven work
     const std::size_t possible = count / std::max<std::size_t>(grain, 1);
     const std::size_t pieces = threads.concurrency() <= 1 ? 1 : std::min<std::size_t>(wanted, possible);
     if (pieces <= 1) {
@@ -679,8 +683,8 @@ void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&
     }
     struct task {
         std::remove_reference_t<Body>* body;
-        std::size_t piece, longer_pieces;       // the first pieces are one index longer, so that all of them cover the range
-        const memory& from = current_memory();  // for all threads that work on this
+        std::size_t piece, longer_pieces;       // the first pieces are one index longer, so that all pieces cover the range
+        const memory& from = current_memory();  // for all threads that work on this range
         std::mutex mutex{};
         std::exception_ptr failure{};
 
@@ -708,12 +712,12 @@ void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&
     if (shared.failure != nullptr) std::rethrow_exception(shared.failure);
 }
 
-/// A fixed set of threads that the caller owns. The calling thread works too. Not reentrant: a body must not use the same pool.
+/// A fixed number of threads that the caller owns. The calling thread works as well. Not reentrant: a body must not use the same
+/// pool.
 class thread_pool {
 public:
     /// threads  number of working threads, including the caller's; 0 means one per processor. If the system refuses to start all
-    /// of
-    ///          them, the pool is smaller.
+    ///          of them, the pool is smaller
     explicit thread_pool(std::size_t threads = 0) {
         if (threads == 0) threads = std::max<std::size_t>(std::thread::hardware_concurrency(), 1);
         workers_.reserve(threads - 1);
@@ -733,7 +737,7 @@ public:
 
     std::size_t concurrency() const { return workers_.size() + 1; }
 
-    /// The first exception that a call throws is rethrown here, after all calls have ended.
+    /// Runs all calls, then rethrows the first exception of a call.
     void run(std::size_t count, void (*function)(void*, std::size_t), void* data) {
         const std::lock_guard one_at_a_time(run_mutex_);
         std::unique_lock lock(mutex_);
@@ -776,7 +780,7 @@ private:
             lock.lock();
             if (failure != nullptr) {
                 if (failure_ == nullptr) failure_ = failure;
-                next_ = count_;  // the rest would be thrown away
+                next_ = count_;  // the other results would be discarded
             }
             if (--running_ == 0 && next_ == count_) done_.notify_all();
         }
@@ -808,11 +812,11 @@ private:
 }}  // namespace ldi
 
 // ---- ldi/base/progress.hpp
-// Progress reports of long work, and the way to cancel it.
+// Progress reports and cancellation of long work.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Both functions may be null; both are called on the thread that called the stage.
+/// Callbacks of the caller. Both may be null; both are called on the thread that called the stage.
 struct progress_listener {
     void* user = nullptr;
     void (*on_progress)(void* user, std::string_view stage, float fraction) = nullptr;  ///< fraction of the stage, 0 to 1
@@ -821,57 +825,56 @@ struct progress_listener {
     /// Reports progress. Raises error_code::canceled if the caller requests to stop.
     void report(std::string_view stage, float fraction) const {
         if (on_progress != nullptr) on_progress(user, stage, fraction);
-        if (is_canceled != nullptr && is_canceled(user))
-            raise(error_code::canceled, stage, "to run to the end", "a request to stop");
+        if (is_canceled != nullptr && is_canceled(user)) raise(error_code::canceled, stage, "completion", "a request to stop");
     }
 };
 
 }}  // namespace ldi
 
 // ---- ldi/base/numbers.hpp
-// Conversions between kinds of numbers with telling names, and functions that C libraries round differently, built from
+// Conversions between kinds of numbers with descriptive names, and functions that C libraries round differently, built from
 // operations that IEEE 754 rounds the same way everywhere.
 
 #include <cmath>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// An integer as the float nearest to it: itself up to 2^24, which holds every coordinate and length of an image.
+/// Converts an integer to the nearest float: exact up to 2^24, which includes every coordinate and length of an image.
 template <std::integral Integer>
 constexpr float nearest_float(Integer n) {
     return static_cast<float>(n);
 }
 
-/// The same in double precision: itself up to 2^53.
+/// Converts an integer to the nearest double: exact up to 2^53.
 template <std::integral Integer>
 constexpr double nearest_double(Integer n) {
     return static_cast<double>(n);
 }
 
-/// The nearest whole number, halves away from zero, for values below 2^53. Some C libraries' lround() rounds the largest number
-/// below 0.5 to 1.
+/// Rounds to the nearest integer, halves away from zero, for values below 2^53. Some C libraries' lround() rounds the largest
+/// number below 0.5 to 1.
 constexpr std::int64_t nearest_whole(double value) {
     const auto whole = static_cast<std::int64_t>(value);
     const double rest = value - static_cast<double>(whole);  // exact
     return rest >= 0.5 ? whole + 1 : rest <= -0.5 ? whole - 1 : whole;
 }
 
-/// The nearest byte, halves up.
+/// Rounds to the nearest byte, halves up, and clamps.
 inline std::uint8_t rounded_to_byte(float value) {
     return static_cast<std::uint8_t>(nearest_whole(double{std::clamp(value, 0.0F, 255.0F)}));
 }
 
-/// The same for values that lie between 0 and 255, such as means of bytes, up to the rounding of the one addition that it takes.
+/// Rounds to the nearest byte for values between 0 and 255, such as means of bytes; the addition may round.
 constexpr std::uint8_t rounded_mean(float mean) { return static_cast<std::uint8_t>(mean + 0.5F); }
 
-/// a * b + c with one rounding, as std::fma is defined. Some C libraries round it wrongly (MinGW's), and results must not depend
-/// on that.
+/// Returns a * b + c with one rounding, as std::fma does. Some C libraries (MinGW's) round std::fma wrongly, and results must
+/// not depend on that.
 inline float fused_multiply_add(float a, float b, float c) {
 #if defined(__FMA__) || defined(__aarch64__)
-    return std::fma(a, b, c);  // an instruction
+    return std::fma(a, b, c);  // one instruction
 #else
-    // The product is exact in double precision. The sum is rounded to odd there, so that the second rounding, to float, is right:
-    // S. Boldo and G. Melquiond, "Emulation of a FMA and correctly rounded sums: proved algorithms using rounding to odd" (2008).
+    // The product is exact in double precision. The sum is rounded to odd, so that the second rounding, to float, is correct: S.
+    // Boldo and G. Melquiond, "Emulation of a FMA and correctly rounded sums: proved algorithms using rounding to odd" (2008).
     const double product = double{a} * double{b}, sum = product + double{c};
     const double share_of_c = sum - product;
     const double error = (product - (sum - share_of_c)) + (double{c} - share_of_c);  // exact (Knuth's TwoSum)
@@ -896,7 +899,7 @@ inline float natural_logarithm(float x) {
     int exponent = 0;
     double mantissa = std::frexp(double{x}, &exponent);
     if (mantissa < 0.70710678118654752) mantissa *= 2, --exponent;
-    // 2 artanh(s) as a series of odd powers, cut where terms fall below 1e-15: s^2 is at most 0.0295.
+    // 2 artanh(s) as a series of odd powers, truncated where terms are below 1e-15: s^2 is at most 0.0295.
     const double s = (mantissa - 1) / (mantissa + 1), square = s * s;
     double sum = 0;
     for (int power = 19; power >= 1; power -= 2) sum = sum * square + 2.0 / power;
@@ -906,59 +909,59 @@ inline float natural_logarithm(float x) {
 }}}  // namespace ldi::detail
 
 // ---- ldi/core/camera.hpp
-// The pinhole camera that took the photo, and how disparity becomes distance. The paper lifts every vertex "along its
-// corresponding ray according to its depth" (section "Meshing"); these are the ray and the depth.
+// The pinhole camera that took the photo, and the conversion of disparity to distance. The paper lifts every vertex "along its
+// corresponding ray according to its depth" (section "Meshing"); this header defines the ray and the depth.
 
 #include <array>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Pixel (x, y) of the photo covers [x, x + 1) x [y, y + 1); its center is (x + 0.5, y + 0.5). Space is glTF's: x to the right,
-/// y up, the camera at the origin looking along -z.
+/// The camera of the photo. Pixel (x, y) covers [x, x + 1) x [y, y + 1); its center is (x + 0.5, y + 0.5). Space follows glTF:
+/// x to the right, y up, the camera at the origin looking along -z.
 struct pinhole_camera {
-    std::int32_t width = 0, height = 0;  ///< of the photo, in pixels
-    float focal_length = 0;              ///< in pixels; the optical axis meets the middle of the photo
+    std::int32_t width = 0, height = 0;  ///< size of the photo in pixels
+    float focal_length = 0;              ///< in pixels; the optical axis passes through the middle of the photo
 
-    /// The middle of the photo, in pixels.
+    /// Middle of the photo in pixels.
     float center_x() const { return 0.5F * detail::nearest_float(width); }
     float center_y() const { return 0.5F * detail::nearest_float(height); }
 
-    /// The point at distance `depth` along the optical axis that is seen at (x, y), in pixels.
+    /// Returns the point visible at (x, y), in pixels, at distance `depth` along the optical axis.
     std::array<float, 3> unproject(float x, float y, float depth) const {
         const float scale = depth / focal_length;
         return {(x - center_x()) * scale, (center_y() - y) * scale, -depth};
     }
 
-    /// The place in the photo at which a point in front of the camera is seen, in pixels.
+    /// Projects a point in front of the camera to the photo, in pixels.
     std::array<float, 2> project(const std::array<float, 3>& point) const {
         const float scale = focal_length / -point[2];
         return {center_x() + point[0] * scale, center_y() - point[1] * scale};
     }
 };
 
-/// The focal length in pixels of a lens given as 35 mm equivalent, which compares diagonals (EXIF FocalLengthIn35mmFilm).
+/// Converts a 35 mm equivalent focal length, which compares diagonals (EXIF FocalLengthIn35mmFilm), to pixels.
 inline float focal_length_from_35mm(float millimeters, std::int32_t width, std::int32_t height) {
     return millimeters * detail::vector_length(detail::nearest_float(width), detail::nearest_float(height)) /
            detail::vector_length(36.0F, 24.0F);
 }
 
-/// The focal length in pixels that gives `degrees` of view over the longer side of the photo.
+/// Returns the focal length in pixels with `degrees` of view over the longer side of the photo.
 inline float focal_length_from_field_of_view(float degrees, std::int32_t width, std::int32_t height) {
     const float radians = degrees * 3.14159265358979F / 180.0F;
     return 0.5F * detail::nearest_float(width > height ? width : height) / std::tan(0.5F * radians);
 }
 
-/// The distances that disparity 1 and disparity 0 stand for. In between, disparity is linear in 1 / depth, so that equal steps of
-/// disparity move equally far on screen.
+/// Distances at disparity 1 and disparity 0. Between them, disparity is linear in 1 / depth, so that equal steps of disparity
+/// cause equal motion on screen.
 struct depth_range {
-    float z_near = 1.0F;  ///< depth of disparity 1, in meters where known
-    float z_far = 10.0F;  ///< depth of disparity 0
+    float z_near = 1.0F;  ///< depth at disparity 1, in meters if known
+    float z_far = 10.0F;  ///< depth at disparity 0
 
     float inverse_depth(float disparity) const { return 1.0F / z_far + disparity * (1.0F / z_near - 1.0F / z_far); }
     float depth(float disparity) const { return 1.0F / inverse_depth(disparity); }
 
-    /// The largest error, in pixels, of a texture along an edge of `length` pixels between these disparities, when it is drawn
-    /// with perspective-correct interpolation: renderers move the middle of an edge towards its nearer end.
+    /// Returns the maximum error, in pixels, of a texture along an edge of `length` pixels between these disparities, drawn with
+    /// perspective-correct interpolation: renderers move the middle of an edge toward its nearer end.
     float texture_shift(float length, float disparity_a, float disparity_b) const {
         const float a = inverse_depth(disparity_a), b = inverse_depth(disparity_b);
         return 0.25F * length * std::abs(a - b) / (a < b ? a : b);  // length (r - 1) / (r + 1) with r^2 = a / b is less than this
@@ -974,10 +977,10 @@ struct depth_range {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The index of a neighbor that does not exist.
+/// Index of a neighbor that does not exist.
 inline constexpr std::int32_t no_pixel = -1;
 
-/// The four sides of a pixel. Up is towards smaller y.
+/// The four sides of a pixel. Up is toward smaller y.
 enum class side : std::uint8_t { up, down, left, right };
 
 /// All sides in the paper's order of exploration.
@@ -1000,7 +1003,8 @@ class graph_builder;
 
 namespace detail {
 
-/// The lattice and six index columns of K entries each, and how they are read. `Column` owns or shows one index column.
+/// The lattice and six index columns of K entries each, read-only. `Column` is the type of an index column, an owner or a view.
+/// Only derived classes can copy and assign it, so that a finished graph never receives unchecked columns.
 template <class Column>
 class index_columns {
 public:
@@ -1010,16 +1014,16 @@ public:
     std::int32_t width() const { return width_; }
     std::int32_t height() const { return height_; }
 
-    /// The number of pixels K.
+    /// Number of pixels K.
     std::size_t size() const { return x_.size(); }
-    /// K as an index.
+    /// Returns K as an index.
     std::int32_t count() const { return x_.count(); }
 
     /// Positions of the pixels, K each.
     index_view x() const { return x_; }
     index_view y() const { return y_; }
 
-    /// Index of each pixel's neighbor on side `s`, or no_pixel; K of them.
+    /// Index of each pixel's neighbor on side `s`, or no_pixel; K entries.
     index_view neighbors(side s) const { return neighbors_[static_cast<std::size_t>(s)]; }
     index_view up() const { return neighbors(side::up); }
     index_view down() const { return neighbors(side::down); }
@@ -1028,7 +1032,7 @@ public:
 
     std::int32_t neighbor(std::int32_t pixel, side s) const { return neighbors(s)[pixel]; }
 
-    /// The number of lattice positions, W x H.
+    /// Number of lattice positions, W x H.
     std::size_t position_count() const { return static_cast<std::size_t>(std::int64_t{width_} * height_); }
     /// Row-major index of a lattice position.
     std::size_t position(std::int32_t at_x, std::int32_t at_y) const {
@@ -1038,6 +1042,12 @@ public:
 
 protected:
     index_columns() = default;
+    index_columns(const index_columns&) = default;
+    index_columns(index_columns&&) noexcept = default;
+    /// If memory runs out, nothing changes.
+    index_columns& operator=(const index_columns& other) { return *this = index_columns(other); }
+    index_columns& operator=(index_columns&&) noexcept = default;
+    ~index_columns() = default;
     index_columns(std::int32_t width, std::int32_t height) : width_(width), height_(height) {
         LDI_ASSERT(width >= 0 && height >= 0);
     }
@@ -1052,7 +1062,7 @@ protected:
 
 /// Non-owning view of index columns. Every function that reads a topology accepts one, and a `graph` converts to it.
 ///
-/// The owner keeps the invariants of `graph`; core/validate.hpp checks them.
+/// The owner guarantees the invariants of `graph`; core/validate.hpp checks them.
 class graph_view : public detail::index_columns<array_view<const std::int32_t>> {
 public:
     graph_view() = default;
@@ -1072,14 +1082,14 @@ public:
     }
 };
 
-/// Owns its index columns and never changes. Invariants: all columns have the same length; 0 <= x < width, 0 <= y < height;
-/// links are mutual, `right()[left()[i]] == i`; the left neighbor of a pixel at (x, y) lies at (x - 1, y), and likewise on the
-/// other sides.
+/// An immutable graph that owns its index columns. Invariants: all columns have the same length; 0 <= x < width, 0 <= y <
+/// height; links are mutual, `right()[left()[i]] == i`; the left neighbor of a pixel at (x, y) is at (x - 1, y), and similarly
+/// on the other sides.
 ///
 /// A stage documents whether it returns pixels in canonical order (core/canonical_order.hpp): by scanline, then by run.
 class graph : public detail::index_columns<buffer<std::int32_t>> {
 public:
-    /// A graph without pixels.
+    /// Makes a graph without pixels.
     graph() = default;
 
     operator graph_view() const { return graph_view(width_, height_, x_, y_, up(), down(), left(), right()); }
@@ -1100,19 +1110,19 @@ inline bool operator==(const graph_view& a, const graph_view& b) {
 }}  // namespace ldi
 
 // ---- ldi/core/validate.hpp
-// Checks the invariants of a topology, and names the first broken one and its pixel. graph_builder::build() asserts the result;
-// check a graph_view over your own memory with it.
+// Checks the invariants of a topology, and returns the first violation and its pixel. graph_builder::build() asserts the result;
+// use it to check a graph_view of your own memory.
 
 #include <optional>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The invariants, in the order in which they are checked.
+/// Invariants in the order in which they are checked.
 enum class invariant {
     inside_lattice,      ///< 0 <= x < width and 0 <= y < height
     neighbor_in_range,   ///< a neighbor is no_pixel or the index of a pixel
     mutual_links,        ///< the neighbor's neighbor on the opposite side is the pixel itself
-    one_step_away,       ///< a neighbor lies one step to its side
+    one_step_away,       ///< a neighbor is one step to its side
     canonical_order,     ///< pixels are in canonical order; only validate_canonical() checks this
     disparity_in_range,  ///< disparities lie in [0, 1]; only validate() of layers checks this
 };
@@ -1129,13 +1139,13 @@ constexpr std::string_view to_string(invariant i) {
     return "unknown invariant";
 }
 
-/// The first broken invariant, and the pixel that breaks it.
+/// A violated invariant, and the pixel that violates it.
 struct violation {
     invariant broken;
     std::int32_t pixel;
 };
 
-/// Nothing if all invariants of the topology hold. Linear time.
+/// Checks all invariants of a topology. Returns the first violation, if any. Linear time.
 inline std::optional<violation> validate(const graph_view& g) {
     const std::int32_t count = g.count();
     for (std::int32_t i = 0; i < count; ++i)
@@ -1164,11 +1174,11 @@ inline std::optional<violation> validate(const graph_view& g) {
 }}  // namespace ldi
 
 // ---- ldi/core/graph_builder.hpp
-// Makes graphs: adds pixels and links to an empty one or to one that exists, then hands over the result.
+// Builds graphs: adds pixels and links to an empty or existing graph, then returns the result.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A graph in the making. Reads like a graph.
+/// A graph under construction. Readable like a graph.
 ///
 ///     graph_builder b(6, 4);                             // a lattice of 6 x 4
 ///     const auto a = b.add_pixel(0, 0), c = b.add_pixel(1, 0);
@@ -1176,18 +1186,18 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 ///     const graph g = std::move(b).build();
 class graph_builder : public detail::index_columns<buffer<std::int32_t>> {
 public:
-    /// width, height  of the lattice, 0 or more
-    /// count          pixels, not linked, all at (0, 0)
+    /// width, height  size of the lattice, 0 or more
+    /// count          number of pixels, not linked, all at (0, 0)
     graph_builder(std::int32_t width, std::int32_t height, std::size_t count = 0) : index_columns(width, height) {
         x_.resize(count), y_.resize(count);
         for (const side s : all_sides) column(s).resize(count, no_pixel);
     }
-    /// The same with positions and neighbors not set, for those who set all of them through the views below.
+    /// Leaves positions and neighbors uninitialized, for callers that set all of them through the views below.
     graph_builder(std::int32_t width, std::int32_t height, std::size_t count, unset_t) : index_columns(width, height) {
         x_.resize(count, unset), y_.resize(count, unset);
         for (const side s : all_sides) column(s).resize(count, unset);
     }
-    /// Starts from an existing graph, or from a copy of a viewed one.
+    /// Starts from an existing graph, or from a copy of a view.
     explicit graph_builder(graph g) : index_columns(std::move(g)) {}
     explicit graph_builder(const graph_view& g) : index_columns(g.width(), g.height()) {
         x_ = g.x().copy(), y_ = g.y().copy();
@@ -1202,8 +1212,8 @@ public:
         return count() - 1;
     }
 
-    /// Makes `b` the neighbor of `a` on side `s`, and `a` that of `b` on the opposite side. Both sides must be free, and `b` must
-    /// lie one step to that side.
+    /// Makes `b` the neighbor of `a` on side `s`, and `a` the neighbor of `b` on the opposite side. Both sides must be free, and
+    /// `b` must be one step to that side.
     void link(std::int32_t a, side s, std::int32_t b) {
         std::int32_t& there = column(s)[a];
         std::int32_t& back = column(opposite(s))[b];
@@ -1212,7 +1222,7 @@ public:
         there = b, back = a;
     }
 
-    /// Removes the link of `a` on side `s`, if there is one.
+    /// Removes the link of `a` on side `s`, if any.
     void unlink(std::int32_t a, side s) {
         std::int32_t& there = column(s)[a];
         if (there == no_pixel) return;
@@ -1220,12 +1230,12 @@ public:
         there = no_pixel;
     }
 
-    /// Index columns to write in bulk, K each. build() checks in debug builds that the result keeps the invariants.
+    /// Writable index columns, K entries each. In debug builds, build() checks that the result satisfies the invariants.
     array_view<std::int32_t> write_x() { return x_; }
     array_view<std::int32_t> write_y() { return y_; }
     array_view<std::int32_t> write_neighbors(side s) { return column(s); }
 
-    /// The finished graph. Asserts its invariants (linear time, debug builds only).
+    /// Returns the finished graph. Asserts its invariants (linear time, debug builds only).
     graph build() && {
         LDI_ASSERT(!validate(view()));
         return graph(std::move(*this));
@@ -1235,10 +1245,13 @@ private:
     graph_view view() const { return graph_view(width_, height_, x_, y_, up(), down(), left(), right()); }
 };
 
-/// A fully linked single layer: what an ordinary image is. Pixel (x, y) has index y * width + x. Raises too_large if there are
-/// 2^31 pixels or more.
+/// Makes a fully linked single layer, equivalent to an ordinary image. Pixel (x, y) has index y * width + x. Raises
+/// invalid_option for a negative size, too_large for 2^31 pixels or more.
 inline graph make_grid(std::int32_t width, std::int32_t height) {
     const std::int64_t pixels = std::int64_t{width} * height;
+    if (width < 0 || height < 0)
+        raise(error_code::invalid_option, "make_grid", "a width and a height of 0 or more",
+              std::to_string(width) + " x " + std::to_string(height));
     if (pixels > 0x7FFFFFFF)
         raise(error_code::too_large, "make_grid", "fewer than 2^31 pixels",
               std::to_string(width) + " x " + std::to_string(height));
@@ -1260,18 +1273,19 @@ inline graph make_grid(std::int32_t width, std::int32_t height) {
 }}  // namespace ldi
 
 // ---- ldi/core/canonical_order.hpp
-// The canonical order of pixels: scanline by scanline; in a scanline the maximal left-right linked runs, by first x, then nearest
-// first; the pixels of a run side by side. Most of an LDI in this order is ordinary image rows, and kernels treat it so.
+// The canonical order of pixels: scanline by scanline; within a scanline, maximal left-right linked runs sorted by first x, then
+// nearest first; the pixels of a run contiguous. In this order, most of an LDI consists of ordinary image rows, and kernels
+// treat it so.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The order that makes a graph canonical: `order[new index] = old index`.
+/// Returns the order that makes a graph canonical: `order[new index] = old index`.
 ///
-/// disparity  K values without NaN, larger is nearer; breaks ties between runs that start at the same position. Empty: the old
-///            order does.
+/// disparity  K values without NaN, larger is nearer; breaks ties between runs that start at the same position. If empty, the
+///            old order breaks ties
 inline buffer<std::int32_t> canonical_order(const graph_view& g, std::span<const float> disparity = {}) {
     LDI_ASSERT(disparity.empty() || disparity.size() == g.size());
-    // Count the runs of every scanline, then file their first pixels by scanline.
+    // Counts the runs of every scanline, then sorts their first pixels by scanline.
     buffer<std::size_t> first_run(static_cast<std::size_t>(g.height()) + 1, 0);
     for (std::int32_t i = 0; i < g.count(); ++i)
         if (g.left()[i] == no_pixel) ++first_run[g.y()[i] + 1];
@@ -1298,7 +1312,7 @@ inline buffer<std::int32_t> canonical_order(const graph_view& g, std::span<const
     return order;
 }
 
-/// A K x channels column in a new order.
+/// Returns a K x channels column in a new order.
 template <class Scalar>
 buffer<Scalar> reordered(const buffer<Scalar>& column, std::span<const std::int32_t> order, std::size_t channels = 1) {
     buffer<Scalar> result(order.size() * channels);
@@ -1308,7 +1322,7 @@ buffer<Scalar> reordered(const buffer<Scalar>& column, std::span<const std::int3
     return result;
 }
 
-/// The same graph with pixel `order[i]` moved to index i. `order` is a permutation of all pixels.
+/// Returns the graph with pixel `order[i]` moved to index i. `order` is a permutation of all pixels.
 inline graph reordered(const graph_view& g, std::span<const std::int32_t> order) {
     LDI_ASSERT(order.size() == g.size());
     buffer<std::int32_t> new_index(g.size());
@@ -1327,7 +1341,7 @@ inline graph reordered(const graph_view& g, std::span<const std::int32_t> order)
     return std::move(result).build();
 }
 
-/// validate(), and that pixels are in canonical order. `disparity` as in canonical_order().
+/// Checks the invariants of validate() and the canonical order. `disparity` as in canonical_order().
 inline std::optional<violation> validate_canonical(const graph_view& g, std::span<const float> disparity = {}) {
     if (const std::optional<violation> broken = validate(g)) return broken;
     const buffer<std::int32_t> order = canonical_order(g, disparity);
@@ -1339,23 +1353,23 @@ inline std::optional<violation> validate_canonical(const graph_view& g, std::spa
 }}  // namespace ldi
 
 // ---- ldi/core/columns.hpp
-// Payload columns: what a pixel of a layered image holds. A tag type names a column and says how its values reach pixels that
-// stages add, the pixels of coarser levels, and the vertices of a mesh.
+// Payload columns: the data of each pixel of a layered image. A tag type names a column and defines its values at pixels that
+// stages add, at pixels of coarser levels, and at vertices of a mesh.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A column tag: the scalar, and the number of scalars per pixel. Up to three static functions say how values travel. They are
-/// called once per channel; the defaults hold where a tag has none.
+/// A column tag: the scalar, and the number of scalars per pixel. Up to three static functions compute the values of new pixels,
+/// coarser levels and vertices; the defaults apply if a tag has none.
 ///
 ///     struct material {
 ///         using scalar = std::uint8_t;
 ///         static constexpr std::size_t channels = 1;
-///         // Value of a hidden pixel that continues the surface of a photo pixel. Default: ldi::copied.
+///         // Value of a hidden pixel that continues the surface of a photo pixel, per channel. Default: ldi::copied.
 ///         static scalar new_pixel(scalar origin) { return ldi::copied(origin); }
-///         // Value of a pixel at half resolution, from the values of its pixels at full resolution. Default: ldi::averaged.
-///         static scalar coarser(ldi::array_view<const scalar> values) { return ldi::first_of(values); }
-///         // Value of a vertex, from the one to four pixels of its surface around it. Default: ldi::averaged.
-///         static scalar at_vertex(ldi::array_view<const scalar> values) { return ldi::first_of(values); }
+///         // Values of a pixel at half resolution, from those of its pixels at full resolution. Default: ldi::averaged.
+///         static std::array<scalar, 1> coarser(ldi::pixel_values<scalar, 1> pixels) { return ldi::first_of(pixels); }
+///         // Values of a vertex, from the one to four pixels of its surface around it. Default: ldi::averaged.
+///         static std::array<scalar, 1> at_vertex(ldi::pixel_values<scalar, 1> pixels) { return ldi::first_of(pixels); }
 ///     };
 template <class T>
 concept payload_column = requires {
@@ -1373,21 +1387,34 @@ constexpr Scalar zeroed(Scalar) {
     return Scalar{};
 }
 
-/// Rules for coarser levels and vertices. `values` has at least one element; the first is the kept pixel's, or the nearest one's.
-template <class Scalar>
-Scalar first_of(array_view<const Scalar> values) {
-    return values[0];
+/// All channels of one or more pixels, so that a rule can renormalize a vector or let pixels vote. The first pixel is the one
+/// that a coarser level keeps, or the one nearest to a vertex. All pixels have equal weight.
+template <class Scalar, std::size_t channels>
+struct pixel_values {
+    array_view<const Scalar> values;  ///< pixels x channels, row-major
+
+    std::size_t size() const { return values.size() / channels; }
+    const Scalar& operator()(std::size_t pixel, std::size_t channel = 0) const { return values[pixel * channels + channel]; }
+};
+
+/// Rules for coarser levels and vertices.
+template <class Scalar, std::size_t channels>
+std::array<Scalar, channels> first_of(pixel_values<Scalar, channels> pixels) {
+    std::array<Scalar, channels> result{};
+    for (std::size_t c = 0; c < channels; ++c) result[c] = pixels(0, c);
+    return result;
 }
-/// The mean, rounded half away from zero for integers.
-template <class Scalar>
-Scalar averaged(array_view<const Scalar> values) {
-    double sum = 0;
-    for (const Scalar value : values) sum += static_cast<double>(value);
-    const double mean = sum / static_cast<double>(values.size());
-    if constexpr (std::is_integral_v<Scalar>)
-        return static_cast<Scalar>(std::round(mean));
-    else
-        return static_cast<Scalar>(mean);
+/// The mean per channel, rounded half away from zero for integers.
+template <class Scalar, std::size_t channels>
+std::array<Scalar, channels> averaged(pixel_values<Scalar, channels> pixels) {
+    std::array<Scalar, channels> result{};
+    for (std::size_t c = 0; c < channels; ++c) {
+        double sum = 0;
+        for (std::size_t i = 0; i < pixels.size(); ++i) sum += static_cast<double>(pixels(i, c));
+        const double mean = sum / static_cast<double>(pixels.size());
+        result[c] = static_cast<Scalar>(std::is_integral_v<Scalar> ? std::round(mean) : mean);
+    }
+    return result;
 }
 
 namespace detail {
@@ -1401,19 +1428,22 @@ typename Column::scalar new_pixel_value(typename Column::scalar origin) {
 }
 
 template <payload_column Column>
-typename Column::scalar coarser_value(array_view<const typename Column::scalar> values) {
-    if constexpr (requires { Column::coarser(values); })
-        return Column::coarser(values);
+using pixels_of = pixel_values<typename Column::scalar, Column::channels>;
+
+template <payload_column Column>
+std::array<typename Column::scalar, Column::channels> coarser_values(pixels_of<Column> pixels) {
+    if constexpr (requires { Column::coarser(pixels); })
+        return Column::coarser(pixels);
     else
-        return averaged(values);
+        return averaged(pixels);
 }
 
 template <payload_column Column>
-typename Column::scalar vertex_value(array_view<const typename Column::scalar> values) {
-    if constexpr (requires { Column::at_vertex(values); })
-        return Column::at_vertex(values);
+std::array<typename Column::scalar, Column::channels> vertex_values(pixels_of<Column> pixels) {
+    if constexpr (requires { Column::at_vertex(pixels); })
+        return Column::at_vertex(pixels);
     else
-        return averaged(values);
+        return averaged(pixels);
 }
 
 }  // namespace detail
@@ -1425,21 +1455,30 @@ struct color_column {
     static constexpr scalar new_pixel(scalar origin) { return zeroed(origin); }  // until it is inpainted
 };
 
+/// Color in 16 bits, 0 to 65535: for lift(), the geometry, operators, gather() and the GLB. Inpainting, atlas and renderers use
+/// color_column; a caller's color16_column passes through make_photo3d() beside it.
+struct color16_column {
+    using scalar = std::uint16_t;
+    static constexpr std::size_t channels = 3;
+};
+
 /// Disparity in [0, 1], larger is nearer; 0 is the farthest and 1 the nearest surface of the photo.
 struct disparity_column {
     using scalar = float;
     static constexpr std::size_t channels = 1;
 };
 
-/// 1 where the photo shows the color, 0 where it must be inpainted.
+/// 1 if the photo shows the color, 0 if it must be inpainted.
 struct known_column {
     using scalar = std::uint8_t;
     static constexpr std::size_t channels = 1;
     static constexpr scalar new_pixel(scalar origin) { return zeroed(origin); }
-    static scalar coarser(array_view<const scalar> values) { return *std::min_element(values.begin(), values.end()); }
+    static std::array<scalar, 1> coarser(pixel_values<scalar, 1> pixels) {
+        return {*std::min_element(pixels.values.begin(), pixels.values.end())};
+    }
 };
 
-/// Near a silhouette: the share of the nearer surface in the photo's color, 0 to 255. 0 elsewhere.
+/// Share of the nearer surface in the photo's color near a silhouette, 0 to 255. 0 elsewhere.
 struct matte_column {
     using scalar = std::uint8_t;
     static constexpr std::size_t channels = 1;
@@ -1459,10 +1498,14 @@ struct matte_column {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Changes links between pixels, not the pixels. Argument of the function that edit_links() calls.
+template <payload_column... Columns>
+class layered_image;
+
+/// Changes links between pixels, not the pixels. Argument of the function that edit_links() calls; valid only during that call.
 class link_editor {
 public:
-    explicit link_editor(graph_builder& g) : graph_(g) {}
+    link_editor(const link_editor&) = delete;
+    link_editor& operator=(const link_editor&) = delete;
 
     std::int32_t neighbor(std::int32_t pixel, side s) const { return graph_.neighbor(pixel, s); }
     /// As graph_builder::link() and unlink().
@@ -1470,30 +1513,51 @@ public:
     void unlink(std::int32_t a, side s) { graph_.unlink(a, s); }
 
 private:
+    template <payload_column...>
+    friend class layered_image;
+    explicit link_editor(graph_builder& g) : graph_(g) {}
+
     graph_builder& graph_;
 };
 
-/// Successive pixels of a layered image that grow() makes.
+/// A contiguous piece of the pixels of a layered image that grow() makes.
 struct grown_piece {
-    std::int32_t first;  ///< old pixels: index of the first one. New pixels: index of the first one's entry in `origins`
+    std::int32_t first;  ///< index of the first old pixel; for new pixels, index of the first entry in `origins`
     std::int32_t count;
     bool is_new;
 };
 
 /// Result of the function that grow() calls.
 struct grown_pixels {
-    graph topology;                ///< of all pixels, old and new
-    buffer<grown_piece> pieces;    ///< sources of its pixels in the order of their indices; every old pixel occurs once
-    buffer<std::int32_t> origins;  ///< the old pixel that each new one continues
+    graph topology;                ///< graph of all pixels, old and new
+    buffer<grown_piece> pieces;    ///< sources of all pixels in the order of their indices; every old pixel occurs once
+    buffer<std::int32_t> origins;  ///< per new pixel: the old pixel whose surface it continues
 };
 
 namespace detail {
 
-/// Reads the scalars of one pixel.
 template <class Column, class Scalar>
 std::span<Scalar, Column::channels> pixel_scalars(array_view<Scalar> column, std::int32_t pixel) {
     return std::span<Scalar, Column::channels>(column.data() + static_cast<std::size_t>(pixel) * Column::channels,
                                                Column::channels);
+}
+
+/// Whether every pixel has one source: every old pixel occurs once, and every new pixel continues an old one.
+inline bool is_complete(const grown_pixels& grown, std::size_t old_count) {
+    const std::size_t new_count = grown.origins.size();
+    if (grown.topology.size() != old_count + new_count) return false;
+    for (const std::int32_t origin : grown.origins)
+        if (origin < 0 || static_cast<std::size_t>(origin) >= old_count) return false;
+    buffer<bool> seen(old_count + new_count);  // old pixels, then entries of `origins`
+    std::size_t total = 0;
+    for (const grown_piece& p : grown.pieces) {
+        if (p.first < 0 || p.count < 0 ||
+            static_cast<std::size_t>(p.first) + static_cast<std::size_t>(p.count) > (p.is_new ? new_count : old_count))
+            return false;
+        for (std::int32_t i = p.first; i < p.first + p.count; ++i, ++total)
+            if (std::exchange(seen[static_cast<std::size_t>(i) + (p.is_new ? old_count : 0)], true)) return false;
+    }
+    return total == seen.size();
 }
 
 [[noreturn]] inline void refuse_column_length(std::size_t expected, std::size_t found) {
@@ -1502,8 +1566,9 @@ std::span<Scalar, Column::channels> pixel_scalars(array_view<Scalar> column, std
 
 }  // namespace detail
 
-/// A graph with K pixels and, for each column, K rows of `channels` scalars, row-major. Every column has one row per pixel at all
-/// times: pixels are added, removed and moved only by members that take all columns along.
+/// A graph with K pixels and, for each column, K rows of `channels` scalars, row-major. Every column always has one row per
+/// pixel: only members that process all columns together add, remove and move pixels, even if memory runs out or a callback
+/// throws.
 ///
 ///     struct normal { using scalar = float; static constexpr std::size_t channels = 3; };
 ///     layered_image<disparity_column, normal> surfaces(make_grid(6, 4));
@@ -1511,32 +1576,35 @@ std::span<Scalar, Column::channels> pixel_scalars(array_view<Scalar> column, std
 template <payload_column... Columns>
 class layered_image {
 public:
-    /// Whether there is such a column.
+    /// Whether the layered image has this column.
     template <class Column>
     static constexpr bool has = (std::is_same_v<Column, Columns> || ...);
 
     layered_image() = default;
-    /// Columns are zero.
+    /// Initializes all columns to zero.
     explicit layered_image(graph g) : graph_(std::move(g)) { (zero_column<Columns>(), ...); }
-    /// columns  K x channels scalars each, in the order of the tags. Raises mismatch for any other length.
+    /// columns  K x channels scalars each, in the order of the tags. Raises mismatch for any other length
     layered_image(graph g, buffer<typename Columns::scalar>... columns) requires(sizeof...(Columns) > 0) : graph_(std::move(g)) {
         (set_column<Columns>(std::move(columns)), ...);
     }
-    /// Takes the graph and the columns that both have; other columns are zero.
+    /// Moves the graph and the common columns from another layered image; other columns are zero.
     template <payload_column... Others>
-    requires(!std::is_same_v<layered_image<Others...>, layered_image>) explicit layered_image(layered_image<Others...>&& other)
-        : graph_(std::move(other.graph_)) {
+    requires(!std::is_same_v<layered_image<Others...>, layered_image>) explicit layered_image(layered_image<Others...>&& other) {
+        const auto make = [&]<class Column>(const Column&) {
+            if constexpr (!layered_image<Others...>::template has<Column>)
+                values<Column>().resize(other.size() * Column::channels);
+        };
         const auto take = [&]<class Column>(const Column&) {
             if constexpr (layered_image<Others...>::template has<Column>)
                 values<Column>() = std::move(other.template values<Column>());
-            else
-                zero_column<Column>();
         };
+        (make(Columns{}), ...);  // first, so that `other` does not change if memory runs out
         (take(Columns{}), ...);
+        graph_ = std::move(other.graph_);
         other = {};
     }
     layered_image(const layered_image&) = default;
-    layered_image& operator=(const layered_image&) = default;
+    layered_image& operator=(const layered_image& other) { return *this = layered_image(other); }
     /// The moved-from image is empty.
     layered_image(layered_image&& other) noexcept
         : graph_(std::exchange(other.graph_, {})), columns_(std::exchange(other.columns_, {})) {}
@@ -1546,10 +1614,10 @@ public:
     }
 
     const graph& topology() const { return graph_; }
-    /// The number of pixels K.
+    /// Number of pixels K.
     std::size_t size() const { return graph_.size(); }
 
-    /// K x channels scalars.
+    /// Returns K x channels scalars.
     template <payload_column Column>
     array_view<typename Column::scalar> column() {
         return values<Column>();
@@ -1559,7 +1627,7 @@ public:
         return std::get<storage<Column>>(columns_).values;
     }
 
-    /// The scalars of one pixel.
+    /// Returns the scalars of one pixel.
     template <payload_column Column>
     std::span<typename Column::scalar, Column::channels> at(std::int32_t pixel) {
         return detail::pixel_scalars<Column>(column<Column>(), pixel);
@@ -1576,25 +1644,28 @@ public:
         values<Column>() = std::move(scalars);
     }
 
-    /// Calls edit(link_editor&), which may link and unlink pixels.
+    /// Calls edit(link_editor&), which may link and unlink pixels. During the call the image is empty; afterward it has its
+    /// pixels again, even if `edit` throws.
     template <class Edit>
     void edit_links(Edit&& edit) {
-        struct restorer {  // puts the graph back even if `edit` throws
-            graph& to;
-            graph_builder builder;
-            ~restorer() { to = std::move(builder).build(); }
-        } r{graph_, graph_builder(std::move(graph_))};
-        link_editor editor(r.builder);
+        layered_image edited = std::move(*this);
+        struct restorer {
+            layered_image &image, &edited;
+            graph_builder links;
+            ~restorer() {
+                edited.graph_ = std::move(links).build();
+                image = std::move(edited);
+            }
+        } r{*this, edited, graph_builder(std::move(edited.graph_))};
+        link_editor editor(r.links);
         edit(editor);
     }
 
-    /// Moves pixel `order[i]` to index i. `order` is a permutation of all pixels.
-    void reorder(std::span<const std::int32_t> order) {
-        graph_ = reordered(graph_, order);
-        ((values<Columns>() = reordered(values<Columns>(), order, Columns::channels)), ...);
-    }
+    /// Moves pixel `order[i]` to index i. `order` is a permutation of all pixels. If memory runs out, nothing changes.
+    void reorder(std::span<const std::int32_t> order) { *this = with_pixels(reordered(graph_, order), order); }
 
-    /// Removes the pixels whose entry in `kept` is 0, with their links. The others stay in their order.
+    /// Removes the pixels whose entry in `kept` is 0, and their links. The other pixels keep their order. If memory runs out,
+    /// nothing changes.
     ///
     /// kept  K, one per pixel
     void keep(std::span<const std::uint8_t> kept) {
@@ -1611,27 +1682,28 @@ public:
                 b.write_neighbors(s)[i] = neighbor == no_pixel ? no_pixel : new_index[neighbor];
             }
         }
-        graph_ = std::move(b).build();
-        ((values<Columns>() = reordered(values<Columns>(), old_index, Columns::channels)), ...);
+        *this = with_pixels(std::move(b).build(), old_index);
     }
 
     /// Adds pixels: make(graph_builder) edits the topology that it receives and returns grown_pixels. New pixels get their values
-    /// from the pixels that they continue, by the rules of the columns. Returns grown_pixels::pieces. If `make` throws, the image
-    /// is empty.
+    /// from the pixels that they continue, by the rules of the columns. Returns grown_pixels::pieces. During the call the image
+    /// is empty, but views of its columns stay valid; it remains empty if `make` throws, memory runs out, or grown_pixels don't
+    /// describe every pixel, which raises mismatch.
     template <class Make>
     buffer<grown_piece> grow(Make&& make) {
-        struct cleaner {
-            layered_image* image;
-            ~cleaner() {
-                if (image != nullptr) *image = layered_image();
-            }
-        } unless_grown{this};
-        const std::size_t old_count = size();
-        grown_pixels grown = make(graph_builder(std::move(graph_)));
-        LDI_ASSERT(grown.topology.size() == old_count + grown.origins.size());
-        ((values<Columns>() = grown_column<Columns>(grown, old_count)), ...);
-        graph_ = std::move(grown.topology);
-        unless_grown.image = nullptr;
+        layered_image old = std::move(*this);
+        const std::size_t old_count = old.size();
+        grown_pixels grown = make(graph_builder(std::move(old.graph_)));
+        if (!detail::is_complete(grown, old_count))
+            raise(error_code::mismatch, "grow", "each old pixel once, and new ones that continue old ones", "others");
+        layered_image result;
+        const auto move_column = [&]<class Column>(const Column&) {
+            result.template values<Column>() = old.template grown_column<Column>(grown);
+            old.template values<Column>() = {};  // so that at most one column exists twice at a time
+        };
+        (move_column(Columns{}), ...);
+        result.graph_ = std::move(grown.topology);
+        *this = std::move(result);
         return std::move(grown.pieces);
     }
 
@@ -1653,13 +1725,20 @@ private:
         values<Column>() = buffer<typename Column::scalar>(size() * Column::channels);
     }
 
+    /// Returns a graph with the rows of the old pixels `old_index`.
+    layered_image with_pixels(graph g, [[maybe_unused]] std::span<const std::int32_t> old_index) {
+        layered_image result;
+        ((result.template values<Columns>() = reordered(values<Columns>(), old_index, Columns::channels)), ...);
+        result.graph_ = std::move(g);
+        return result;
+    }
+
     template <class Column>
-    buffer<typename Column::scalar> grown_column(const grown_pixels& grown, [[maybe_unused]] std::size_t old_count) const {
+    buffer<typename Column::scalar> grown_column(const grown_pixels& grown) const {
         buffer<typename Column::scalar> result(grown.topology.size() * Column::channels, unset);
         typename Column::scalar* to = result.data();
         for (const grown_piece& p : grown.pieces) {
             if (!p.is_new) {
-                LDI_ASSERT(p.first >= 0 && p.count > 0 && static_cast<std::size_t>(p.first + p.count) <= old_count);
                 to = std::copy_n(at<Column>(p.first).data(), static_cast<std::size_t>(p.count) * Column::channels, to);
                 continue;
             }
@@ -1667,7 +1746,6 @@ private:
                 for (const typename Column::scalar& value : at<Column>(grown.origins[i]))
                     *to++ = detail::new_pixel_value<Column>(value);
         }
-        LDI_ASSERT(to == result.end());
         return result;
     }
 
@@ -1675,24 +1753,25 @@ private:
     std::tuple<storage<Columns>...> columns_;
 };
 
-/// A type with the given column, and maybe others: a layered_image, a layered_view or a single_layer.
+/// A type with the given column: a layered_image, a layered_view or a single_layer.
 template <class Layers, class Column>
 concept has_column = requires {
     requires std::remove_cvref_t<Layers>::template has<Column>;
 };
 
-/// A type with all of the given columns, and maybe more.
+/// A type with all of the given columns.
 template <class Layers, class... Columns>
 concept has_columns = (has_column<Layers, Columns> && ...);
 
-/// Non-owning view of a layered image, or of some of its columns. Stages that only read accept it.
+/// Non-owning view of a layered image, or of some of its columns. Stages that only read accept it. As with std::string_view, a
+/// view of a temporary is valid only until the end of the full expression.
 template <payload_column... Columns>
 class layered_view {
 public:
     template <class Column>
     static constexpr bool has = (std::is_same_v<Column, Columns> || ...);
 
-    /// columns  K x channels scalars each, in the order of the tags. Raises mismatch for any other length.
+    /// columns  K x channels scalars each, in the order of the tags. Raises mismatch for any other length
     explicit layered_view(const graph_view& g, array_view<const typename Columns::scalar>... columns)
         : graph_(g), columns_(shown<Columns>{columns}...) {
         const auto check = [&](std::size_t expected, std::size_t found) {
@@ -1700,6 +1779,7 @@ public:
         };
         (check(g.size() * Columns::channels, columns.size()), ...);
     }
+    explicit layered_view(graph&&, array_view<const typename Columns::scalar>...) = delete;  // the view would outlive the graph
     template <has_columns<Columns...> Layers>
     layered_view(const Layers& layers) : layered_view(layers.topology(), layers.template column<Columns>()...) {}
 
@@ -1774,9 +1854,9 @@ public:
         layers_.edit_links(edit);
     }
 
-    /// The same layer with one more column.
+    /// Returns the layer with one more column.
     ///
-    /// scalars  K x channels, row-major. Raises mismatch for any other length.
+    /// scalars  K x channels, row-major. Raises mismatch for any other length
     ///
     ///     struct normal { using scalar = float; static constexpr std::size_t channels = 3; };
     ///     auto layer = ldi::lift(photo, disparity).with<normal>(normals);  // stays with its pixels, up to the mesh
@@ -1797,11 +1877,11 @@ private:
     layered_image<Columns...> layers_;
 };
 
-/// The layered image that a photo becomes, and the layer that it starts from.
+/// Layered image of a photo, and the single layer that it starts from.
 using photo_layers = layered_image<color_column, disparity_column, known_column, matte_column>;
 using photo_layer = single_layer<color_column, disparity_column, known_column, matte_column>;
 
-/// validate() of the topology, and that disparities lie in [0, 1].
+/// Checks the invariants of the topology, and that disparities are in [0, 1].
 template <has_column<disparity_column> Layers>
 std::optional<violation> validate(const Layers& layers) {
     if (const std::optional<violation> broken = validate(graph_view(layers.topology()))) return broken;
@@ -1814,19 +1894,19 @@ std::optional<violation> validate(const Layers& layers) {
 }}  // namespace ldi
 
 // ---- ldi/core/runs.hpp
-// Runs: pixels that lie side by side in memory and are linked from left to right. Most of an LDI in canonical order is long runs,
-// so walking it run by run is walking image rows.
+// Runs: pixels that are contiguous in memory and linked from left to right. An LDI in canonical order consists mostly of long
+// runs, so that a walk over runs is a walk over image rows.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Pixels first, first + 1, ... last - 1, each the right neighbor of the one before it.
+/// Pixels first, first + 1, ... last - 1, each the right neighbor of the previous one.
 struct pixel_run {
     std::int32_t first, last;
 
     std::int32_t size() const { return last - first; }
 };
 
-/// Calls `visit(pixel_run)` for the longest runs, which together hold every pixel once, in order.
+/// Calls `visit(pixel_run)` for the maximal runs, which together contain every pixel once, in order.
 template <class Visit>
 void for_each_run(const graph_view& g, Visit&& visit) {
     const std::int32_t count = g.count();
@@ -1837,7 +1917,7 @@ void for_each_run(const graph_view& g, Visit&& visit) {
     }
 }
 
-/// The runs of for_each_run().
+/// Returns the runs of for_each_run().
 inline buffer<pixel_run> runs_of(const graph_view& g) {
     buffer<pixel_run> runs;
     for_each_run(g, [&](pixel_run r) { runs.push_back(r); });
@@ -1847,7 +1927,7 @@ inline buffer<pixel_run> runs_of(const graph_view& g) {
 }}  // namespace ldi
 
 // ---- ldi/core/coarsening.hpp
-// Halving the resolution of a graph, as stride 2 does to an image, and the map back that nearest upsampling follows (paper,
+// Halves the resolution of a graph, as stride 2 does for an image, and returns the map that nearest upsampling uses (paper,
 // section "Mapping the PConv Network to LDI", Downscaling and Upscaling).
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
@@ -1855,21 +1935,22 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// A graph at half resolution, and how it connects to its parent level.
 struct coarsened {
     graph topology;               ///< the coarse graph, on a lattice of (width + 1) / 2 x (height + 1) / 2
-    buffer<std::int32_t> kept;    ///< per coarse pixel: the index of the fine pixel that it is; ascending
-    buffer<std::int32_t> parent;  ///< per fine pixel: the coarse pixel that it collapses to, or no_pixel
+    buffer<std::int32_t> kept;    ///< per coarse pixel: index of its fine pixel; ascending
+    buffer<std::int32_t> parent;  ///< per fine pixel: its coarse pixel, or no_pixel
 };
 
-/// The parent of an orphan: of a pixel from which no links inside its 2 x 2 group lead to a kept pixel, because it lies on a thin
-/// strip or a silhouette cuts it off.
+/// Treatment of orphans: pixels from which no link inside their 2 x 2 group leads to a kept pixel, because they lie on a thin
+/// strip or behind a silhouette.
 enum class orphan_rule {
-    adopt_nearest,  ///< it shares the parent of the pixel nearest to it by links that has one, the first that breadth-first
-                    ///< exploration in the order up, down, left, right finds
-    stay,           ///< it has no parent
+    /// an orphan shares the parent of the nearest pixel by links that has one; breadth-first exploration in the order up, down,
+    /// left, right breaks ties
+    adopt_nearest,
+    stay,  ///< an orphan has no parent
 };
 
 namespace detail {
-/// The pixel at the even/even corner of a pixel's 2 x 2 group that breadth-first exploration inside the group, in the order up,
-/// down, left, right, finds first; no_pixel if none.
+/// Returns the pixel at the even/even corner of a pixel's 2 x 2 group that breadth-first exploration inside the group, in the
+/// order up, down, left, right, finds first; no_pixel if there is none.
 inline std::int32_t corner_of_group(const graph_view& g, std::int32_t pixel) {
     const auto follow = [&](std::initializer_list<side> path) {
         std::int32_t at = pixel;
@@ -1885,7 +1966,7 @@ inline std::int32_t corner_of_group(const graph_view& g, std::int32_t pixel) {
     return pixel;
 }
 
-/// The first pixel of a run that is kept, in a row of even y; `last` if there is none.
+/// Returns the first kept pixel of a run in an even row; `last` if there is none.
 inline std::int32_t first_kept(const graph_view& g, const pixel_run& run) { return run.first + (g.x()[run.first] & 1); }
 
 /// Sets the kept pixels and their positions, and makes each its own parent.
@@ -1911,7 +1992,7 @@ inline graph_builder keep_even_pixels(const graph_view& g, std::span<const pixel
     return coarse;
 }
 
-/// Links kept pixels that a straight path of two links joins.
+/// Links kept pixels that are connected by a straight path of two links.
 inline void link_kept_pixels(const graph_view& g, const coarsened& result, graph_builder& made) {
     for (side s : all_sides) {
         const array_view<const std::int32_t> fine = g.neighbors(s);
@@ -1924,13 +2005,13 @@ inline void link_kept_pixels(const graph_view& g, const coarsened& result, graph
     }
 }
 
-/// The parents of those pixels of a run that are not kept, as corner_of_group() has them; its first way is nearly always open.
+/// Finds the parents of a run's other pixels, as corner_of_group() does; the first path is nearly always open.
 inline void find_parents(const graph_view& g, const pixel_run& run, buffer<std::int32_t>& parent) {
     const auto by_corner = [&](std::int32_t pixel) {
         const std::int32_t corner = corner_of_group(g, pixel);
         return corner == no_pixel ? no_pixel : parent[corner];
     };
-    const std::int32_t odd = first_kept(g, run) ^ 1;  // has the parity of the indices of pixels at odd x
+    const std::int32_t odd = first_kept(g, run) ^ 1;  // parity of the indices of pixels at odd x
     if ((g.y()[run.first] & 1) == 0) {
         if ((run.first ^ odd) % 2 == 0) parent[run.first] = by_corner(run.first);
         for (std::int32_t i = first_kept(g, run) + 1; i < run.last; i += 2) parent[i] = parent[i - 1];
@@ -1943,13 +2024,13 @@ inline void find_parents(const graph_view& g, const pixel_run& run, buffer<std::
     }
 }
 
-/// Gives every pixel without a parent that of the nearest pixel with one, as breadth-first exploration from it in the order up,
-/// down, left, right finds it; leaves no_pixel where there is none in reach.
+/// Gives every pixel without a parent that of the nearest pixel with one, found by breadth-first exploration in the order up,
+/// down, left, right; leaves no_pixel if none is reachable.
 ///
-/// Linear time, because the shortest path that exploration finds first starts with the first side that leads nearer, and goes on
-/// as the neighbor's own path does: pixels can be settled in the order of their distance.
+/// Linear time: the first shortest path that exploration finds starts with the first side that leads closer, and continues as
+/// the neighbor's own path. Pixels can therefore be settled in the order of their distance.
 inline void adopt_nearest_parent(const graph_view& g, buffer<std::int32_t>& parent) {
-    constexpr std::int32_t pending = no_pixel - 1;  // in the next ring already: it must not be put there twice
+    constexpr std::int32_t pending = no_pixel - 1;  // already in the next ring; must not be added twice
     const auto parent_beside = [&](std::int32_t pixel) {
         for (side s : all_sides) {
             const std::int32_t n = g.neighbor(pixel, s);
@@ -1967,7 +2048,7 @@ inline void adopt_nearest_parent(const graph_view& g, buffer<std::int32_t>& pare
         if (found != no_pixel) ring.push_back({i, found});
     }
     while (!ring.empty()) {
-        // Settle a whole ring before the next: pixels at the same distance must not adopt from each other.
+        // Settles a whole ring before the next, because pixels at the same distance must not adopt from each other.
         for (const adoption& a : ring) parent[a.pixel] = a.parent;
         next.clear();
         for (const adoption& a : ring)
@@ -1982,14 +2063,15 @@ inline void adopt_nearest_parent(const graph_view& g, buffer<std::int32_t>& pare
 }
 }  // namespace detail
 
-/// Keeps the pixels at even x and even y, all of them where several share a position, in their order, at half their position.
+/// Halves the resolution of a graph. Keeps the pixels at even x and even y, all of them if several share a position, in their
+/// order, at half their position.
 ///
-/// Two kept pixels are linked if a path of two links joined them. They are two steps apart in one direction, so that the path can
-/// only be the straight one.
+/// Two kept pixels are linked if a path of two links connected them. They are two steps apart in one direction, so only the
+/// straight path is possible.
 ///
-/// A kept pixel is its own parent. Any other pixel collapses to the kept pixel of its 2 x 2 group that links inside the group
-/// lead to; from the odd/odd pixel, up then left is tried before left then up. For a pixel that has none, `orphans` decides;
-/// where they adopt, the parent is no_pixel only where a whole component has no kept pixel.
+/// A kept pixel is its own parent. The parent of any other pixel is the kept pixel of its 2 x 2 group that links inside the
+/// group reach; from the odd/odd pixel, the path up then left precedes left then up. `orphans` decides for pixels without such a
+/// path. If they adopt, the parent is no_pixel only if a whole component has no kept pixel.
 inline coarsened coarsen(const graph_view& g, orphan_rule orphans = orphan_rule::stay) {
     coarsened result;
     const buffer<pixel_run> runs = runs_of(g);
@@ -2008,13 +2090,13 @@ struct coarsened_layers {
     buffer<std::int32_t> kept, parent;  ///< as in coarsened
 };
 
-/// Halves the resolution of a layered image. The values of a coarse pixel come from the fine pixels whose parent it is, by the
-/// rule `coarser` of each column (core/columns.hpp): from the kept pixel first, then from the others by ascending index.
+/// Halves the resolution of a layered image. The column rule `coarser` (core/columns.hpp) combines the values of the fine pixels
+/// that share a parent: first the kept pixel, then the others by ascending index.
 template <payload_column... Columns>
 coarsened_layers<Columns...> coarsen(const layered_image<Columns...>& fine, orphan_rule orphans = orphan_rule::stay) {
     coarsened level = coarsen(graph_view(fine.topology()), orphans);
     const std::size_t count = level.kept.size();
-    // children[first[c]] to children[first[c + 1] - 1] are the fine pixels of coarse pixel c, the kept one first.
+    // children[first[c]] to children[first[c + 1] - 1] are the fine pixels of coarse pixel c; the kept pixel comes first.
     buffer<std::size_t> first(count + 1);
     for (const std::int32_t p : level.parent)
         if (p != no_pixel) ++first[static_cast<std::size_t>(p) + 1];
@@ -2031,13 +2113,13 @@ coarsened_layers<Columns...> coarsen(const layered_image<Columns...>& fine, orph
                                         std::move(level.parent)};
     const auto fill = [&]<class Column>(const Column&) {
         buffer<typename Column::scalar> values;
-        for (std::int32_t c = 0; c < static_cast<std::int32_t>(count); ++c)
-            for (std::size_t channel = 0; channel < Column::channels; ++channel) {
-                values.clear();
-                for (std::size_t k = first[c]; k < first[static_cast<std::size_t>(c) + 1]; ++k)
-                    values.push_back(fine.template at<Column>(children[k])[channel]);
-                result.layers.template at<Column>(c)[channel] = detail::coarser_value<Column>(values);
-            }
+        for (std::int32_t c = 0; c < static_cast<std::int32_t>(count); ++c) {
+            values.clear();
+            for (std::size_t k = first[c]; k < first[static_cast<std::size_t>(c) + 1]; ++k)
+                for (const auto& value : fine.template at<Column>(children[k])) values.push_back(value);
+            const auto coarse = detail::coarser_values<Column>({values});
+            std::copy(coarse.begin(), coarse.end(), result.layers.template at<Column>(c).begin());
+        }
     };
     (fill(Columns{}), ...);
     return result;
@@ -2070,7 +2152,7 @@ public:
         return member;
     }
 
-    /// The smallest member of the set that holds `member`.
+    /// Returns the smallest member of the set that contains `member`.
     std::int32_t find(std::int32_t member) {
         LDI_ASSERT(member >= 0 && member < parent_.count());
         while (parent(member) != member) {
@@ -2080,7 +2162,7 @@ public:
         return member;
     }
 
-    /// Merges the sets that hold a and b, and returns the smallest member of the result.
+    /// Merges the sets that contain a and b, and returns the smallest member of the result.
     std::int32_t merge(std::int32_t a, std::int32_t b) {
         a = find(a), b = find(b);
         if (b < a) {
@@ -2091,13 +2173,13 @@ public:
         return a;
     }
 
-    /// Numbers the sets from 0 in the order of their smallest members and returns their number. labels[member] is the number of
-    /// the set that holds it.
+    /// Numbers the sets from 0 in the order of their smallest members, and returns the number of sets. labels[member] becomes
+    /// the number of its set.
     std::int32_t number(buffer<std::int32_t>& labels) const {
         labels.resize(size());
         std::int32_t count = 0;
         for (std::int32_t i = 0; i < parent_.count(); ++i) {
-            const std::int32_t up = parent_[i];  // never above i, so it has its number already
+            const std::int32_t up = parent_[i];  // never above i, so it already has its number
             labels[i] = up == i ? count++ : labels[up];
         }
         return count;
@@ -2112,27 +2194,27 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/core/components.hpp
-// Connected components: which pixels can be reached from one another over links. Depth cleaning (paper, section "Geometry",
-// isolated features at middle values) and everything that must treat a surface as one thing starts from them.
+// Connected components: sets of pixels that links connect. Depth cleaning (paper, section "Geometry", isolated features at
+// middle values) and other code that treats a surface as a unit start from them.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A partition of the pixels of a graph.
 struct components {
-    buffer<std::int32_t> label;  ///< K: the component of each pixel; components are numbered by their first pixels
-    buffer<std::int32_t> size;   ///< the number of pixels in each component
+    buffer<std::int32_t> label;  ///< K: component of each pixel; components are numbered by their first pixels
+    buffer<std::int32_t> size;   ///< number of pixels in each component
 
     std::size_t count() const { return size.size(); }
 };
 
-/// The connected components of a graph in any order, in almost linear time. Fastest in canonical order, where linked pixels of
-/// a scanline stand side by side: the sets that are merged are then runs, not pixels.
+/// Finds the connected components of a graph in any order, in almost linear time. Fastest in canonical order, where linked
+/// pixels of a scanline are contiguous: then whole runs are merged, not pixels.
 inline components connected_components(const graph_view& g) {
     components result;
     const std::size_t count = g.size();
 
     const buffer<pixel_run> runs = runs_of(g);
-    buffer<std::int32_t>& run_of = result.label;  // of each pixel, for now
+    buffer<std::int32_t>& run_of = result.label;  // per pixel, temporarily
     run_of.resize(count);
     detail::disjoint_sets sets;
     for (std::int32_t run = 0; run < runs.count(); ++run) {
@@ -2143,7 +2225,7 @@ inline components connected_components(const graph_view& g) {
     for (std::int32_t run = 0; run < runs.count(); ++run) {
         const std::int32_t left = g.left()[runs[run].first];
         if (left != no_pixel) sets.merge(run, run_of[left]);
-        // Most pixels of a run look up at the same run as the pixel before them: [merged_first, merged_last) is merged already.
+        // Most pixels of a run have the same run above as the previous pixel: [merged_first, merged_last) is already merged.
         std::int32_t merged_first = 0, merged_last = 0;
         for (std::int32_t i = runs[run].first; i < runs[run].last; ++i) {
             const std::int32_t above = g.up()[i];
@@ -2167,18 +2249,18 @@ inline components connected_components(const graph_view& g) {
 }}  // namespace ldi
 
 // ---- ldi/core/diffusion.hpp
-// Isotropic diffusion into unknown cells, of colors or of any other values (paper, section "Texture Atlas Generation", both
-// paddings; also the inpainting that needs no network): each unknown cell becomes the mean of its neighbors, which is the
-// smoothest way through the known ones. Cells are texels of an atlas or pixels of a layered image; what counts is which cell
-// borders on which.
+// Isotropic diffusion of colors or other values into unknown cells (paper, section "Texture Atlas Generation", both paddings;
+// also inpainting without a network). Each unknown cell becomes the mean of its neighbors, which is the smoothest interpolation
+// of the known cells. Cells are texels of an atlas or pixels of a layered image; only their adjacency matters.
 //
-// Plain relaxation takes as many rounds as the gap is wide. Here linked cells are joined two by two into coarser and coarser ones
-// until each borders on a known one; the coarsest cells are solved first, and each level starts from the one above, so that a few
-// rounds on each do (a cascadic multigrid). All steps take weighted means, so no result leaves the range of the known values.
+// Plain relaxation needs as many rounds as the gap is wide. This code joins linked cells two by two into coarser and coarser
+// cells until each borders on a known one. It solves the coarsest cells first, and each level starts from the coarser level, so
+// that a few rounds per level suffice (a cascadic multigrid). All steps are weighted means, so results stay in the range of the
+// known values.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Collects unknown cells, solves, and keeps its memory for the next time. One object serves one thread.
+/// Collects unknown cells, solves, and reuses its memory. One object serves one thread.
 ///
 ///     diffusion<3> d;
 ///     d.start();
@@ -2189,16 +2271,16 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 template <std::size_t Channels>
 class diffusion {
 public:
-    /// The channels, and one value more that is of use only in here: with three channels they fill a vector register.
+    /// The channels, and one internal value; with three channels they fill a vector register.
     using value_type = std::array<float, Channels + 1>;
 
-    /// Forgets all cells.
+    /// Removes all cells.
     void start() {
         if (levels_.empty()) levels_.resize(1);
         levels_[0].clear();
     }
 
-    /// Adds an unknown cell and returns its number; the first has 1. Add cells in scanline order. Several may share a position.
+    /// Adds an unknown cell and returns its number, starting at 1. Add cells in scanline order. Several may share a position.
     std::int32_t add_cell(std::int32_t x, std::int32_t y) { return levels_[0].add(x, y); }
 
     /// Adds a neighbor with known values to a cell, one value per channel.
@@ -2209,23 +2291,23 @@ public:
         sum[Channels] += 1.0F;
     }
 
-    /// Says which unknown cell lies to the left of the cell.
+    /// Sets the unknown cell on the left of a cell.
     void link_left(std::int32_t cell, std::int32_t left) { levels_[0].link(left, cell, to_right, to_left); }
-    /// Says which unknown cell lies above the cell.
+    /// Sets the unknown cell above a cell.
     void link_up(std::int32_t cell, std::int32_t above) { levels_[0].link(above, cell, downwards, upwards); }
 
-    /// The number of cells.
+    /// Number of cells.
     std::size_t size() const { return levels_.empty() ? 0 : levels_[0].size(); }
 
-    /// Finds all values with `rounds` Gauss-Seidel rounds per level. A cell from which no links lead to a known value gets the
-    /// mean of all known ones.
+    /// Computes all values with `rounds` Gauss-Seidel rounds per level. A cell that no link connects to a known value gets the
+    /// mean of all known values.
     void solve(int rounds) {
         if (size() == 0) return;
         std::size_t depth = 1;
         while (!levels_[depth - 1].all_border_on_known()) {
             if (levels_.size() == depth) levels_.emplace_back();
             coarsen(levels_[depth - 1], levels_[depth]);
-            if (levels_[depth].size() == levels_[depth - 1].size()) break;  // nothing left to join
+            if (levels_[depth].size() == levels_[depth - 1].size()) break;  // no cells left to join
             ++depth;
         }
         for (std::size_t l = depth; l-- > 0;) {
@@ -2240,13 +2322,13 @@ public:
         }
     }
 
-    /// The values of a cell, once solved.
+    /// Returns the values of a cell after solve().
     const value_type& value(std::int32_t cell) const { return levels_[0].value[cell]; }
 
 private:
     static constexpr std::size_t upwards = 0, downwards = 1, to_left = 2, to_right = 3;
 
-    /// Cell 0 is zero and replaces all missing neighbors.
+    /// One level of the multigrid. Cell 0 is zero and replaces all missing neighbors.
     struct level {
         buffer<value_type> value;
         /// Sum over known neighbors, and their number; after prepare(), 1 / number of all neighbors.
@@ -2275,7 +2357,8 @@ private:
             links[b][from_b] = a;
         }
 
-        /// Keeps the first of two neighbors on a side, which a joined cell may have where surfaces branch.
+        /// Links two cells unless one is linked on that side: where surfaces branch, a joined cell may have two neighbors on a
+        /// side.
         void link_if_free(std::int32_t a, std::int32_t b, std::size_t from_a, std::size_t from_b) {
             if (links[a][from_a] == 0 && links[b][from_b] == 0) link(a, b, from_a, from_b);
         }
@@ -2300,7 +2383,7 @@ private:
             for (std::size_t i = 1; i < value.size(); ++i) {
                 float neighbors = known[i][Channels];
                 for (std::int32_t other : links[i]) neighbors += other != 0 ? 1.0F : 0.0F;
-                if (neighbors == 0.0F) known[i] = value[i], neighbors = 1.0F;  // stays as it is
+                if (neighbors == 0.0F) known[i] = value[i], neighbors = 1.0F;  // keeps its value
                 known[i][Channels] = 1.0F / neighbors;
             }
         }
@@ -2322,7 +2405,7 @@ private:
         }
     };
 
-    /// Joins linked cells of each two by two positions.
+    /// Joins the linked cells of each 2 x 2 block of positions.
     static void coarsen(level& fine, level& coarse) {
         coarse.clear();
         fine.parent.assign(fine.value.size(), 0);
@@ -2344,8 +2427,8 @@ private:
         }
     }
 
-    /// Two cells side by side border on two known texels, at a distance of one and a half from their middle; the next two are at
-    /// a distance of two. So the known ones together weigh 2 / 1.5 against the others' 2 / 2.
+    /// Weight of known neighbors. Two joined cells border on two known texels, 1.5 cells away from their middle; the next joined
+    /// cells are 2 cells away. The known texels together therefore have weight 2 / 1.5, the other neighbors 2 / 2.
     static constexpr float known_weight = 2.0F / 3.0F;
 
     buffer<level> levels_;
@@ -2354,8 +2437,8 @@ private:
 }}  // namespace ldi
 
 // ---- ldi/core/image.hpp
-// Row-major images, H x W x C, channels last. Stages take an `image_view`, so that an engine's, OpenCV's or NumPy's memory goes
-// in without a copy, and return an `image`, which owns its values.
+// Row-major images, H x W x C, channels last. Stages accept an `image_view`, so that memory of an engine, OpenCV or NumPy is
+// used without a copy. They return an `image`, which owns its values.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -2366,8 +2449,8 @@ namespace detail {
           std::to_string(height) + " x " + std::to_string(width) + " x " + std::to_string(channels));
 }
 
-/// The number of values from one row to the next: `row_stride`, or W C where that is 0. Raises too_large if rows, or all of them
-/// together, are larger than memory can be.
+/// Returns the number of values from one row to the next: `row_stride`, or W C if that is 0. Raises too_large if a row, or the
+/// whole image, exceeds the address space.
 inline std::size_t checked_row_stride(std::size_t height, std::size_t width, std::size_t channels, std::size_t row_stride,
                                       std::size_t value_size) {
     const std::size_t limit = static_cast<std::size_t>(PTRDIFF_MAX) / value_size;
@@ -2377,6 +2460,15 @@ inline std::size_t checked_row_stride(std::size_t height, std::size_t width, std
     return stride;
 }
 
+/// Converts a stride from bytes to values. Raises mismatch if a value would straddle two rows or rows would overlap.
+inline std::size_t stride_in_values(std::size_t bytes, std::size_t row_values, std::size_t value_size) {
+    if (bytes % value_size != 0 || bytes / value_size < row_values)
+        raise(error_code::mismatch, "image_view",
+              "a stride of at least " + std::to_string(row_values) + " values of " + std::to_string(value_size) + " bytes",
+              std::to_string(bytes) + " bytes");
+    return bytes / value_size;
+}
+
 /// H W C.
 inline std::size_t checked_size(std::size_t height, std::size_t width, std::size_t channels, std::size_t value_size) {
     return height * checked_row_stride(height, width, channels, 0, value_size);
@@ -2384,19 +2476,23 @@ inline std::size_t checked_size(std::size_t height, std::size_t width, std::size
 
 }  // namespace detail
 
+/// Distance between the starts of two rows, in bytes.
+struct byte_stride {
+    std::size_t bytes;
+};
+
 /// Non-owning view of H x W x C values, with `row_stride` values from the start of a row to the start of the next.
 /// Stages take an `image_view<const T>`, which cannot change them.
 ///
-///     ldi::image_view<const std::uint8_t> photo(mat.data, mat.rows, mat.cols, 3, mat.step);   // a cv::Mat of type CV_8UC3
+///     ldi::image_view<const std::uint8_t> photo(mat.data, mat.rows, mat.cols, 3, ldi::byte_stride{mat.step});  // CV_8UC3
 template <class Scalar>
 class image_view {
 public:
     using value_type = std::remove_const_t<Scalar>;
 
     image_view() = default;
-    /// row_stride  values from a row to the next; 0 for rows without a gap
-    ///
-    /// Raises too_large for a size that no memory has.
+    /// row_stride  values from the start of a row to the start of the next; 0 for rows without gaps. Raises too_large for
+    ///             impossible sizes
     image_view(Scalar* data, std::size_t height, std::size_t width, std::size_t channels = 1, std::size_t row_stride = 0)
         : data_(data),
           height_(height),
@@ -2405,7 +2501,11 @@ public:
           row_stride_(detail::checked_row_stride(height, width, channels, row_stride, sizeof(Scalar))) {
         LDI_ASSERT(row_stride_ >= width * channels);
     }
-    /// From a view that may change the values to one that may not.
+    /// Views rows whose starts are `stride` bytes apart, the convention of OpenCV, NumPy and graphics interfaces. Raises
+    /// mismatch unless the stride is an integer number of values, at least W C.
+    image_view(Scalar* data, std::size_t height, std::size_t width, std::size_t channels, byte_stride stride)
+        : image_view(data, height, width, channels, detail::stride_in_values(stride.bytes, width * channels, sizeof(Scalar))) {}
+    /// Converts a writable view to a read-only view.
     template <class Other>
     requires(std::is_const_v<Scalar>&& std::is_same_v<Other, value_type>) image_view(const image_view<Other>& other)
         : image_view(other.data(), other.height(), other.width(), other.channels(), other.row_stride()) {}
@@ -2416,9 +2516,9 @@ public:
     std::size_t row_stride() const { return row_stride_; }
     bool empty() const { return height_ == 0 || width_ == 0 || channels_ == 0; }
 
-    /// The first value of the first row.
+    /// Returns the first value of the first row.
     Scalar* data() const { return data_; }
-    /// The W x C values of row y, contiguous.
+    /// Returns the W x C values of row y, contiguous.
     template <std::integral Index>
     Scalar* row(Index y) const {
         return data_ + static_cast<std::size_t>(y) * row_stride_;
@@ -2435,28 +2535,28 @@ private:
     std::size_t height_ = 0, width_ = 0, channels_ = 0, row_stride_ = 0;
 };
 
-/// H x W x C values that it owns, without gaps. A size that no memory has raises too_large.
+/// An image that owns its H x W x C values, without gaps. Impossible sizes raise too_large.
 template <class Scalar>
 class image {
 public:
     using value_type = Scalar;
 
     image() = default;
-    /// Values are zero.
+    /// Initializes values to zero.
     image(std::size_t height, std::size_t width, std::size_t channels = 1) : image(height, width, channels, Scalar{}) {}
-    /// Values are not set.
+    /// Leaves values uninitialized.
     image(std::size_t height, std::size_t width, std::size_t channels, unset_t)
         : values_(detail::checked_size(height, width, channels, sizeof(Scalar)), unset),
           height_(height),
           width_(width),
           channels_(channels) {}
-    /// Every value is `value`.
+    /// Initializes every value to `value`.
     image(std::size_t height, std::size_t width, std::size_t channels, Scalar value)
         : values_(detail::checked_size(height, width, channels, sizeof(Scalar)), value),
           height_(height),
           width_(width),
           channels_(channels) {}
-    /// A copy of what a view shows.
+    /// Copies the values of a view.
     explicit image(image_view<const Scalar> view) : image(view.height(), view.width(), view.channels(), unset) {
         const std::size_t values = width_ * channels_;
         for (std::size_t y = 0; y < height_; ++y)
@@ -2480,7 +2580,7 @@ public:
     std::size_t width() const { return width_; }
     std::size_t channels() const { return channels_; }
     std::size_t row_stride() const { return width_ * channels_; }
-    /// H W C
+    /// H W C.
     std::size_t size() const { return values_.size(); }
     bool empty() const { return values_.empty(); }
 
@@ -2496,7 +2596,7 @@ public:
     Scalar* end() { return values_.end(); }
     const Scalar* end() const { return values_.end(); }
 
-    /// The W x C values of row y, contiguous.
+    /// Returns the W x C values of row y, contiguous.
     template <std::integral Index>
     Scalar* row(Index y) {
         return data() + static_cast<std::size_t>(y) * row_stride();
@@ -2536,16 +2636,16 @@ bool same_shape(const auto& a, const auto& b) {
 }}  // namespace ldi
 
 // ---- ldi/core/surface.hpp
-// The one rule for which pixels belong to one surface: a threshold on disparity that every stage asks (the paper's tau_disp).
+// The rule for whether neighboring pixels belong to one surface: a threshold on disparity (the paper's tau_disp).
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Given once, in photo3d_options or to lift(), and carried by the layered image from then on.
+/// Part of photo_facts; lift() and the stages after it must use the same rule.
 struct surface_rule {
-    /// Neighbors that differ by more than this in disparity are on different surfaces (the paper's tau_disp).
+    /// Neighbors whose disparities differ by more than this are on different surfaces (the paper's tau_disp).
     float largest_step = 0.05F;
 
-    /// Whether two neighbors with these disparities are on one surface. False if one of them is not a number.
+    /// Whether two neighbors with these disparities are on one surface. False if either is NaN.
     bool same_surface(float a, float b) const {
         const float step = a - b;
         return (step < 0 ? -step : step) <= largest_step;
@@ -2555,83 +2655,94 @@ struct surface_rule {
 }}  // namespace ldi
 
 // ---- ldi/core/photo_facts.hpp
-// Facts about a photo that its pixels don't hold. They stand beside the layered image, and stages read the part that they need.
+// Properties of a photo that its pixels don't contain. They accompany the layered image; stages read the parts that they need.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct photo_facts {
-    pinhole_camera camera;  ///< that took the photo
-    depth_range range;      ///< distances of disparity 1 and 0
-    surface_rule surface;   ///< which neighbors belong to one surface
-    /// Camera motion (render/motion.hpp) up to which hidden surfaces reach, as a share of the photo's longer side; 0: there are
-    /// no hidden surfaces.
+    pinhole_camera camera{};  ///< camera that took the photo
+    depth_range range{};      ///< distances at disparity 1 and 0
+    surface_rule surface{};   ///< rule for whether neighbors belong to one surface
+    /// Maximum camera motion (render/motion.hpp) for which hidden surfaces exist, as a share of the photo's longer side; 0:
+    /// there are no hidden surfaces.
     float motion = 0.0F;
 };
 
 }}  // namespace ldi
 
 // ---- ldi/core/window.hpp
-// Breadth-first k x k neighborhoods over the graph: which pixel lies under each element of a convolution kernel (paper, section
-// "Mapping the PConv Network to LDI", Convolution). Links are followed around silhouettes, never across them.
+// Breadth-first k x k neighborhoods over the graph: selects the pixel under each element of a convolution kernel (paper, section
+// "Mapping the PConv Network to LDI", Convolution). Exploration follows links around silhouettes, never across them.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The largest kernel that gather_window takes.
+/// Maximum kernel size of gather_window().
 inline constexpr std::int32_t largest_kernel_size = 15;
-
-namespace detail {
-/// A kernel element that exploration has reached, and the pixel found there.
-struct reached_element {
-    std::int32_t pixel, row, column;
-};
-}  // namespace detail
 
 /// Fills `window` with the pixels under a kernel centered on `pixel`.
 ///
 /// kernel_size  odd, 1 to largest_kernel_size
-/// window       kernel_size x kernel_size, row-major; element (row, column) becomes the index of a pixel that lies
-///              (column - kernel_size / 2, row - kernel_size / 2) from `pixel`, or no_pixel where no link leads inside the window
+/// window       kernel_size x kernel_size, row-major; element (row, column) becomes the index of a pixel at (column -
+///              kernel_size / 2, row - kernel_size / 2) from `pixel`, or no_pixel if no link leads there inside the window
 ///
-/// Exploration is breadth-first from the center: elements are taken up in the order in which they were reached, and from each
-/// the links up, down, left, right are followed in this order. The first pixel to reach an element keeps it; no other pixel at
-/// that position is explored. So where equally long paths lead to different layers, the one that turns up first wins, then down.
-/// The relation is not symmetric: j may lie under the kernel of i when i does not lie under that of j.
+/// Exploration is breadth-first from the center. It processes elements in the order in which they were reached, and follows the
+/// links up, down, left, right in this order. The first pixel to reach an element keeps it; no other pixel at that position is
+/// explored. If equally long paths lead to different layers, the path that starts up therefore wins, then down. The relation is
+/// not symmetric: the window of i may contain j although the window of j does not contain i.
 inline void gather_window(const graph_view& g, std::int32_t pixel, std::int32_t kernel_size, std::span<std::int32_t> window) {
     LDI_ASSERT(kernel_size >= 1 && kernel_size <= largest_kernel_size && kernel_size % 2 == 1);
     const std::size_t count = static_cast<std::size_t>(kernel_size * kernel_size);
     LDI_ASSERT(window.size() == count);
     LDI_ASSERT(pixel >= 0 && pixel < g.count());
 
-    const auto element = [&](std::int32_t row, std::int32_t column) -> std::int32_t& {
-        return window.data()[row * kernel_size + column];
-    };
-    std::array<detail::reached_element, std::size_t{largest_kernel_size} * std::size_t{largest_kernel_size}> reached;
-    std::size_t reached_count = 0;
-    const auto reach = [&](std::int32_t row, std::int32_t column, std::int32_t found) {
-        element(row, column) = found;
-        reached[reached_count++] = {found, row, column};
-    };
-
-    std::fill(window.begin(), window.end(), no_pixel);
-    reach(kernel_size / 2, kernel_size / 2, pixel);
+    // The window with a border of elements that count as reached, so that exploration ends at the border.
+    constexpr std::int32_t border = 0;
+    const std::int32_t width = kernel_size + 2, center = (kernel_size / 2 + 1) * (width + 1);
+    std::array<std::int32_t, std::size_t{largest_kernel_size + 2} * (largest_kernel_size + 2)> found;
+    std::array<std::int32_t, std::size_t{largest_kernel_size} * largest_kernel_size> reached;  // elements, in order
+    std::fill_n(found.begin(), width * width, border);
+    for (std::int32_t row = 1; row <= kernel_size; ++row) std::fill_n(found.begin() + row * width + 1, kernel_size, no_pixel);
+    const auto at = [&](std::int32_t element) -> std::int32_t& { return found[static_cast<std::size_t>(element)]; };
+    at(center) = pixel, reached[0] = center;
+    std::size_t reached_count = 1;
     for (std::size_t next = 0; next < reached_count && reached_count < count; ++next) {
-        const detail::reached_element from = reached[next];
+        const std::int32_t from = reached[next];
         for (side s : all_sides) {
-            const std::int32_t row = from.row + step_y(s), column = from.column + step_x(s);
-            if (row < 0 || row >= kernel_size || column < 0 || column >= kernel_size) continue;
-            const std::int32_t neighbor = g.neighbor(from.pixel, s);
-            if (neighbor != no_pixel && element(row, column) == no_pixel) reach(row, column, neighbor);
+            const std::int32_t to = from + step_y(s) * width + step_x(s);
+            if (at(to) != no_pixel) continue;
+            const std::int32_t neighbor = g.neighbor(at(from), s);
+            if (neighbor != no_pixel) at(to) = neighbor, reached[reached_count++] = to;
         }
     }
+    for (std::int32_t row = 0; row < kernel_size; ++row)
+        std::copy_n(found.begin() + (row + 1) * width + 1, kernel_size, window.begin() + row * kernel_size);
 }
 
 }}  // namespace ldi
 
+// ---- ldi/kernels/cpu_feature.hpp
+// Processor features that kernels require.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+enum class cpu_feature {
+    none,
+    avx2,
+    fma,
+    avx_vnni,
+    avx512,  ///< F, BW and VL
+    avx512_vnni,
+    arm_dot_product,
+    wasm_simd128,
+};
+
+}}  // namespace ldi
+
 // ---- ldi/kernels/detail/target.hpp
-// Compiles code for several instruction sets in one header, with any flags of the user's. The compiler compiles functions between
-// LDI_BEGIN_TARGET("...") and LDI_END_TARGET for those features, so every translation unit has the same code for them. Inside,
-// use no lambdas, no standard templates over vector types, and no function from outside that uses intrinsics. Write loops over
-// registers as fold expressions: g++ 12 keeps an array in registers only if every index is a constant.
+// Compiles code for several instruction sets in one header, independently of the user's flags. Functions between
+// LDI_BEGIN_TARGET("...") and LDI_END_TARGET are compiled for these features, so every translation unit has the same code for
+// them. Inside, use no lambdas, no standard templates over vector types, and no outside function that uses intrinsics. Write
+// loops over registers as fold expressions: g++ 12 keeps an array in registers only if every index is a constant.
 
 #if LDI_HAS_EXTENSIONS && (defined(__x86_64__) || defined(__i386__))
 #define LDI_HAS_X86_KERNELS 1
@@ -2661,7 +2772,7 @@ inline void gather_window(const graph_view& g, std::int32_t pixel, std::int32_t 
 #define LDI_END_TARGET LDI_PRAGMA(clang attribute pop)
 #else
 // g++ 12 warns about values that its own intrinsics leave undefined on purpose. Its partial redundancy elimination copies every
-// sum of a matrix product to the stack and halves its speed. Its scheduling before register allocation, on by default for Arm,
+// sum of a matrix product to the stack and halves the speed. Its scheduling before register allocation, on by default for Arm,
 // loads all weights of a tile early and spills them.
 #define LDI_BEGIN_TARGET(features)                            \
     LDI_PRAGMA(GCC push_options)                              \
@@ -2688,7 +2799,7 @@ inline void gather_window(const graph_view& g, std::int32_t pixel, std::int32_t 
 #endif
 
 // ---- ldi/kernels/detail/cpuid.hpp
-// x86's CPUID instruction.
+// The CPUID instruction of x86.
 
 #if LDI_HAS_X86_KERNELS
 
@@ -2707,8 +2818,7 @@ struct cpuid_leaf {
 #endif
 
 // ---- ldi/kernels/detail/dot_product_extension.hpp
-// Whether this 64-bit Arm processor has the dot product extension: optional since Armv8.2, in phones since 2018, in every Apple
-// M.
+// Detects the dot product extension of 64-bit Arm processors: optional since Armv8.2, in phones since 2018, in every Apple M.
 
 #if LDI_HAS_ARM_KERNELS
 
@@ -2722,7 +2832,7 @@ struct cpuid_leaf {
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// On systems without a query, whether the compiler's flags promise the extension.
+/// Whether the processor has the extension. On systems without a query, whether the compiler's flags assume it.
 inline bool has_dot_product_extension() {
 #if defined(__linux__)
     return (getauxval(AT_HWCAP) & HWCAP_ASIMDDP) != 0;
@@ -2742,32 +2852,20 @@ inline bool has_dot_product_extension() {
 #endif
 
 // ---- ldi/kernels/detail/cpu_features.hpp
-// Processor features that kernels need, and their detection.
+// Detects processor features.
 
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-enum class cpu_feature {
-    none,
-    avx2,
-    fma,
-    avx_vnni,
-    avx512,  ///< F, BW and VL
-    avx512_vnni,
-    arm_dot_product,
-    wasm_simd128,
-};
-
-namespace detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 #if LDI_HAS_X86_KERNELS
-/// clang 14 has no name for it. The operating system saves its registers if it saves AVX2's.
+/// Detects AVX-VNNI, for which clang 14 has no name. An operating system that saves AVX2's registers also saves those of
+/// AVX-VNNI.
 inline bool has_avx_vnni() {
     static const bool found = cpuid_leaf(0).a >= 7 && cpuid_leaf(7).a >= 1 && (cpuid_leaf(7, 1).a >> 4U & 1U) != 0;
     return found;
 }
 #endif
 
-/// False where this build of ldi has no kernels for the processor.
+/// Whether the processor has the feature; false if this build of ldi has no kernels for the processor.
 inline bool has_feature(cpu_feature feature) {
     switch (feature) {
         case cpu_feature::none: return true;
@@ -2789,34 +2887,33 @@ inline bool has_feature(cpu_feature feature) {
     }
 }
 
-}  // namespace detail
-}}  // namespace ldi
+}}}  // namespace ldi::detail
 
 // ---- ldi/kernels/isa.hpp
-// The instruction sets that kernels/ has code for: one row of `instruction_sets` each. Packing weights chooses one at run time.
-// All of them give the same bits, but for float32. The environment variable LDI_ISA forces one by its name, for tests and
-// benchmarks. To add a set, add a row here, a file in the folder of each family that it makes faster, and a row in that family's
-// table (see kernels/gemm_u8.hpp). README.md beside this file has the matrix.
+// The instruction sets that kernels/ has code for, one row of `instruction_sets` each. Packing weights selects one at run time.
+// All sets return the same bits, except for float32. The environment variable LDI_ISA forces a set by its name, for tests and
+// benchmarks. To add a set, add a row here, a file in the folder of each family that it accelerates, and a row in that family's
+// table (see kernels/gemm_u8.hpp). kernels/README.md has the matrix.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 enum class isa {
     scalar,            ///< portable C++, and the reference in tests
     avx2,              ///< AVX2 and FMA
-    avx_vnni,          ///< AVX2 with VNNI's products of bytes in 256 bits: Intel's client processors since Alder Lake
+    avx_vnni,          ///< AVX2 and 256-bit VNNI (products of bytes): Intel's client processors since Alder Lake
     avx512vnni,        ///< AVX-512 F, BW, VL and VNNI
     neon_dot_product,  ///< 64-bit Arm with the dot product extension
-    wasm_simd128,      ///< WebAssembly's 128-bit vectors: the compiler's flags decide for the whole module
+    wasm_simd128,      ///< WebAssembly's 128-bit vectors; a compiler flag enables them for the whole module
 };
 
 struct instruction_set {
     isa id;
     std::string_view name;             ///< value of LDI_ISA
-    std::array<cpu_feature, 4> needs;  ///< all of them
-    isa otherwise;                     ///< stands in where a family has no kernel for this set
+    std::array<cpu_feature, 4> needs;  ///< required features
+    isa otherwise;                     ///< replaces this set in families that have no kernel for it
 };
 
-/// Slowest first.
+/// All sets, slowest first.
 inline constexpr std::array instruction_sets{
     instruction_set{isa::scalar, "scalar", {}, isa::scalar},
     instruction_set{isa::avx2, "avx2", {cpu_feature::avx2, cpu_feature::fma}, isa::scalar},
@@ -2834,17 +2931,18 @@ constexpr const instruction_set& find_instruction_set(isa id) {
     return instruction_sets.front();
 }
 
-/// The value of LDI_ISA that names the set.
+/// Returns the name that LDI_ISA accepts for the set.
 constexpr std::string_view to_string(isa set) { return find_instruction_set(set).name; }
 
-/// Whether this processor, this operating system and this build of ldi support it.
+/// Whether the processor, the operating system and this build of ldi support the set.
 inline bool is_available(isa set) {
     for (const cpu_feature feature : find_instruction_set(set).needs)
         if (!detail::has_feature(feature)) return false;
     return true;
 }
 
-/// The one that LDI_ISA names, else the fastest available. Raises an error if LDI_ISA names one that is not available here.
+/// Returns the set that LDI_ISA names, else the fastest available one. Raises an error if LDI_ISA names a set that is not
+/// available.
 inline isa best_isa() {
     const char* const forced = std::getenv("LDI_ISA");
     const std::string_view name = forced == nullptr ? std::string_view() : std::string_view(forced);
@@ -2860,7 +2958,7 @@ inline isa best_isa() {
     return best;
 }
 
-/// The row of a family's table for this set, or for the set that stands in for it. Every table has a row for scalar.
+/// Finds the row of a family's table for this set, or for the set that replaces it. Every table has a row for scalar.
 template <class Kernel, std::size_t rows>
 constexpr const Kernel& find_kernel(const Kernel (&table)[rows], isa wanted) {
     for (isa set = wanted;; set = find_instruction_set(set).otherwise)
@@ -2872,12 +2970,12 @@ constexpr const Kernel& find_kernel(const Kernel (&table)[rows], isa wanted) {
 
 // ---- ldi/kernels/requantize.hpp
 // Exact integer requantization of an int32 accumulator, or of the sum of two 8-bit tensors, to 8 bits. The arithmetic is that of
-// QNNPACK, the engine of the published depth network, so results equal the published ones bit for bit. Every instruction set must
-// give the values of the functions here.
+// QNNPACK, the engine of the published depth network, so results equal the published ones bit for bit. Every instruction set
+// must return the values of these functions.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The meaning of an 8-bit value q: `(q - zero_point) * scale`.
+/// Meaning of an 8-bit value q: `(q - zero_point) * scale`.
 struct quantization {
     float scale = 1;
     std::uint8_t zero_point = 0;
@@ -2885,14 +2983,15 @@ struct quantization {
     friend bool operator==(const quantization&, const quantization&) = default;
 };
 
-/// From an int32 accumulator to 8 bits: multiply by `multiplier * 2^-31 * 2^-shift`, add the zero point, clamp to 0..255.
+/// Converts an int32 accumulator to 8 bits: multiplies by `multiplier * 2^-31 * 2^-shift`, adds the zero point, clamps to
+/// 0..255.
 struct requantization {
     std::int32_t multiplier = 0;  ///< 24 significant bits, in [2^30, 2^31)
     std::int32_t shift = 0;       ///< 0..31
     std::int32_t zero_point = 0;  ///< 0..255
 };
 
-/// Two 8-bit tensors to their sum in 8 bits.
+/// Adds two 8-bit tensors with an 8-bit result.
 struct quantized_addition {
     std::int32_t a_multiplier = 0, b_multiplier = 0;  ///< 0..2^22, the larger at least 2^21
     std::int32_t bias = 0;                            ///< subtracts both zero points
@@ -2908,7 +3007,7 @@ inline std::int32_t biased_exponent(float value) {
     return static_cast<std::int32_t>((bits >> 23) & 0xFF);
 }
 
-/// value / 2^shift, rounded to nearest, halves away from zero; `shift` in 0..31.
+/// Returns value / 2^shift, rounded to nearest, halves away from zero. shift  0..31
 inline std::int32_t rounding_shift(std::int32_t value, std::int32_t shift) {
     const std::int32_t mask = static_cast<std::int32_t>((std::uint32_t{1} << shift) - 1);
     const std::int32_t remainder = (value & mask) - (value < 0 ? 1 : 0);
@@ -2921,9 +3020,11 @@ inline std::uint8_t offset_and_clamp(std::int32_t value, std::int32_t zero_point
 
 }  // namespace detail
 
-/// Whether make_requantization() accepts this scale: it must lie in [2^-32, 1).
+/// Whether make_requantization() accepts this scale: it must be in [2^-32, 1).
 inline bool is_requantization_scale(float scale) { return scale >= 0x1p-32F && scale < 1.0F; }
 
+/// Computes the integer form of a scale.
+///
 /// scale  input scale * weight scale / output scale, computed in float
 inline requantization make_requantization(float scale, std::uint8_t zero_point) {
     LDI_ASSERT(is_requantization_scale(scale));
@@ -2946,7 +3047,7 @@ inline bool are_addition_ratios(float a_ratio, float b_ratio) {
     return a_ratio > 0 && b_ratio > 0 && larger >= 0x1p-10F && larger < 0x1p8F;
 }
 
-/// For `y = a + b`, each in its own quantization.
+/// Computes the constants of `y = a + b`, each in its own quantization.
 inline quantized_addition make_quantized_addition(quantization a, quantization b, quantization y) {
     const float a_ratio = a.scale / y.scale, b_ratio = b.scale / y.scale;
     LDI_ASSERT(are_addition_ratios(a_ratio, b_ratio));
@@ -2972,11 +3073,11 @@ inline std::uint8_t add_quantized(std::uint8_t a, std::uint8_t b, const quantize
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Only prepare_add_u8() makes valid ones.
+/// Constants of an addition. Valid only if prepare_add_u8() made them.
 struct add_u8_constants {
     isa target = isa::scalar;
     quantized_addition exact;
-    /// Not used by scalar and NEON: `clamp(round_to_even(fma(a, a_scale, fma(b, b_scale, offset))))`.
+    /// Constants of the float form `clamp(round_to_even(fma(a, a_scale, fma(b, b_scale, offset))))`. Unused by scalar and NEON.
     float a_scale = 0, b_scale = 0, offset = 0;
 };
 
@@ -2984,9 +3085,35 @@ struct add_u8_constants {
 struct add_u8_kernel {
     isa set;
     bool is_integer;  ///< computes `exact`, not the float form
-    /// As add_u8() of kernels/add_u8.hpp.
+    /// Same parameters as add_u8() of kernels/add_u8.hpp.
     void (*run)(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                 std::uint8_t* result);
+};
+
+}}  // namespace ldi
+
+// ---- ldi/kernels/conv_f32/weights.hpp
+// Packed weights of kernels/conv_f32.hpp and the activation after a convolution.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// Activation after the bias: x if x is positive, else negative_slope * x.
+struct activation {
+    float negative_slope;  ///< 0 to 1
+};
+inline constexpr activation no_activation{1.0F};
+inline constexpr activation relu{0.0F};
+constexpr activation leaky_relu(float negative_slope) { return {negative_slope}; }
+
+/// The weights of one layer in the order in which its kernel reads them. Valid only if pack_conv_f32() made them.
+struct conv_f32_weights {
+    using value_type = float;
+
+    isa target = isa::scalar;
+    std::size_t rows = 1, inputs = 0, outputs = 0;
+    float negative_slope = 1.0F;
+    buffer<float> values;
+    buffer<float> bias;  ///< padded with zeros to whole panels
 };
 
 }}  // namespace ldi
@@ -3012,30 +3139,11 @@ struct panel_cut {
 }}}  // namespace ldi::detail
 
 // ---- ldi/kernels/detail/conv_weights.hpp
-// Packed weights of kernels/conv_f32.hpp, and the packing that kernels/conv_u8.hpp shares with it on all instruction sets.
+// Packing of weights, which kernels/conv_f32.hpp and kernels/conv_u8.hpp share on all instruction sets.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Activation after the bias: x if x is positive, else negative_slope * x.
-struct activation {
-    float negative_slope;  ///< 0 to 1
-};
-inline constexpr activation no_activation{1.0F};
-inline constexpr activation relu{0.0F};
-constexpr activation leaky_relu(float negative_slope) { return {negative_slope}; }
-
-/// The weights of one layer in the order that its kernel reads them. Only pack_conv_f32() makes valid ones.
-struct conv_f32_weights {
-    using value_type = float;
-
-    isa target = isa::scalar;
-    std::size_t rows = 1, inputs = 0, outputs = 0;
-    float negative_slope = 1.0F;
-    buffer<float> values;
-    buffer<float> bias;  ///< padded with zeros to whole panels
-};
-
-/// The inputs of one panel of outputs.
+/// Inputs of one panel of outputs.
 template <class Value>
 struct conv_panel_input {
     const Value* const* rows;
@@ -3043,12 +3151,12 @@ struct conv_panel_input {
     const Value* weights;
 };
 
-/// Destination of one panel's results, and the constants that finish them.
+/// Destination of one panel's results, and the constants that turn sums into results.
 template <class Result>
 struct conv_panel_output {
     const float *bias, *ratios;
     float negative_slope;
-    std::size_t stride;  ///< values from pixel to pixel
+    std::size_t stride;  ///< distance between adjacent pixels, in values
     std::size_t count;   ///< remaining outputs of the layer
     Result* values;
 
@@ -3061,10 +3169,10 @@ namespace detail {
 /// Number of groups, rounded up.
 constexpr std::size_t groups_of(std::size_t count, std::size_t group) { return (count + group - 1) / group; }
 
-/// Appends weights by panel, row and group: the outputs of a panel side by side, each with the weights of one group of inputs.
-/// Pads the last group and the last panel with zeros.
+/// Appends weights by panel, row and group. Within a panel, the outputs are adjacent, each with the weights of one group of
+/// inputs. Pads the last group and the last panel with zeros.
 ///
-/// layer    its numbers of outputs, rows and inputs
+/// layer    has the numbers of outputs, rows and inputs
 /// weights  outputs x rows x inputs, row-major
 template <std::size_t group, class Layer, class Value>
 void append_panels(buffer<Value>& values, const Layer& layer, std::span<const Value> weights, std::size_t lanes,
@@ -3096,8 +3204,8 @@ inline void append_conv_panels(conv_f32_weights& packed, std::span<const float> 
 // ---- ldi/kernels/requantize_float.hpp
 // Requantization in float arithmetic with the same 8-bit values as the integer form of kernels/requantize.hpp, at a third of its
 // cost in vectors. The integer form is monotonic and has at most 256 values, so at most 255 thresholds define it. A float form
-// that agrees on both sides of each threshold agrees everywhere. The exact constants miss a few thresholds by one; moved by a few
-// units in the last place, they miss none.
+// that agrees on both sides of each threshold agrees everywhere. The exact constants miss a few thresholds by one; constants
+// that differ by a few units in the last place miss none.
 
 #include <limits>
 
@@ -3105,7 +3213,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// An integral float plus the zero point, clamped to 0..255.
+/// Adds the zero point to an integral float and clamps to 0..255.
 inline std::uint8_t offset_and_clamp(float value, std::int32_t zero_point) {
     const float clamped = (std::min)((std::max)(value, nearest_float(-zero_point)), nearest_float(255 - zero_point));
     return static_cast<std::uint8_t>(static_cast<std::int32_t>(clamped) + zero_point);
@@ -3113,8 +3221,8 @@ inline std::uint8_t offset_and_clamp(float value, std::int32_t zero_point) {
 
 }  // namespace detail
 
-/// `clamp(trunc(fma(float(acc), scale, acc < 0 ? -offset : offset)) + zero_point)`: one rounding, one truncation. With scale and
-/// offset both negated it is the same function of `-acc`.
+/// Computes `clamp(trunc(fma(float(acc), scale, acc < 0 ? -offset : offset)) + zero_point)`: one rounding, one truncation. With
+/// scale and offset both negated, it is the same function of `-acc`.
 struct float_requantization {
     float scale = 0, offset = 0;
     std::int32_t zero_point = 0;
@@ -3126,8 +3234,8 @@ struct float_requantization {
     }
 };
 
-/// The same for machines without a fused multiply-add: `clamp(round_to_even(float(acc) * scale + (acc < 0 ? -offset : offset)) +
-/// zero_point)`, the product rounded to float, then the sum.
+/// The form for machines without a fused multiply-add: `clamp(round_to_even(float(acc) * scale + (acc < 0 ? -offset : offset)) +
+/// zero_point)`, with the product rounded to float, then the sum.
 struct unfused_requantization {
     float scale = 0, offset = 0;
     std::int32_t zero_point = 0;
@@ -3141,14 +3249,14 @@ struct unfused_requantization {
 
 namespace detail {
 
-/// The accumulators on both sides of every threshold, and the ends of their range.
+/// Lists the accumulators on both sides of every threshold, and the ends of their range.
 inline buffer<std::int32_t> requantization_checkpoints(const requantization& r) {
     constexpr std::int32_t least = (std::numeric_limits<std::int32_t>::min)(), most = (std::numeric_limits<std::int32_t>::max)();
     buffer<std::int32_t> points{least, most};
     const auto result_at = [&r](std::int64_t point) { return requantize(static_cast<std::int32_t>(point), r); };
     std::int64_t below = least;  // requantizes to less than `value`
     for (int value = requantize(least, r) + 1; value <= requantize(most, r); ++value) {
-        // Thresholds lie about 1 / scale apart: the search for the next one starts there and doubles its step.
+        // Thresholds are about 1 / scale apart. The search for the next one starts at the last one and doubles its step.
         std::int64_t above = below, step = 1;
         while (result_at(above) < value) {
             below = above;
@@ -3165,7 +3273,7 @@ inline buffer<std::int32_t> requantization_checkpoints(const requantization& r) 
     return points;
 }
 
-/// A form near `scale` and `offset` that agrees with the integer form on every accumulator, if one exists.
+/// Searches close to `scale` and `offset` for a form that agrees with the integer form on every accumulator.
 template <class Form>
 std::optional<Form> search_float_form(const requantization& r, double offset) {
     const buffer<std::int32_t> points = requantization_checkpoints(r);
@@ -3175,7 +3283,7 @@ std::optional<Form> search_float_form(const requantization& r, double offset) {
 
     const float scale = static_cast<float>(std::ldexp(nearest_double(r.multiplier), -31 - r.shift));
     const float unit = scale - std::nextafter(scale, 0.0F);
-    std::size_t suspect = 0;  // the point on which the last candidate failed refutes most others
+    std::size_t suspect = 0;  // the point on which the last candidate failed; tested first, it rejects most others
     for (int offset_step = 0; offset_step <= 128; ++offset_step)
         for (int scale_step = -3; scale_step <= 3; ++scale_step) {
             const int signed_step = offset_step % 2 == 0 ? offset_step / 2 : -(offset_step + 1) / 2;
@@ -3190,12 +3298,12 @@ std::optional<Form> search_float_form(const requantization& r, double offset) {
     return std::nullopt;
 }
 
-/// Shift of the thresholds toward zero by the first of the integer form's two roundings.
+/// Distance by which the first of the integer form's two roundings moves the thresholds toward zero.
 inline double threshold_shift(const requantization& r) { return std::ldexp(1.0, -r.shift - 1); }
 
 }  // namespace detail
 
-/// Empty if no float form near the exact scale agrees with the integer form on every accumulator.
+/// Returns the float form, or nothing if no form near the exact scale agrees with the integer form on every accumulator.
 inline std::optional<float_requantization> find_float_requantization(const requantization& r) {
     return detail::search_float_form<float_requantization>(r, 0.5 + detail::threshold_shift(r));
 }
@@ -3207,7 +3315,7 @@ inline std::optional<unfused_requantization> find_unfused_requantization(const r
 }}  // namespace ldi
 
 // ---- ldi/kernels/detail/lanes_avx2.hpp
-// Shared parts of the AVX2 kernels: requantization of 32-bit sums, and the walk of convolutions.
+// Shared parts of the AVX2 kernels: requantization of 32-bit sums, and the loops of convolutions.
 
 #if LDI_HAS_X86_KERNELS
 
@@ -3222,19 +3330,19 @@ using int_lanes = __m256i;
 [[gnu::always_inline]] inline __m256i scale_and_truncate(__m256i sums, __m256 scale, __m256 offset) {
     return _mm256_cvttps_epi32(_mm256_fmadd_ps(_mm256_cvtepi32_ps(sums), scale, offset));
 }
-/// In each 128-bit lane 4 values of a, then those of b, c and d.
+/// Packs to saturated bytes: in each 128-bit lane 4 values of a, then those of b, c and d.
 [[gnu::always_inline]] inline __m256i pack_bytes(__m256i a, __m256i b, __m256i c, __m256i d) {
     return _mm256_packus_epi16(_mm256_packs_epi32(a, b), _mm256_packs_epi32(c, d));
 }
 
-/// float_requantization in registers.
+/// Applies a float_requantization to vectors.
 struct requantizer {
     __m256 scale, offset, sign;
     __m256i zero_point;
 
     explicit requantizer(const float_requantization& r)
         : scale(_mm256_set1_ps(r.scale)),
-          // With a zero point of 0, negative values become 0 with either sign of the offset.
+          // With a zero point of 0, negative values become 0 for either sign of the offset.
           offset(_mm256_set1_ps(r.zero_point == 0 && r.offset < 0 ? -r.offset : r.offset)),
           sign(_mm256_castsi256_ps(_mm256_set1_epi32(r.zero_point == 0 ? 0 : -0x7FFFFFFF - 1))),
           zero_point(_mm256_set1_epi16(static_cast<short>(r.zero_point))) {}
@@ -3245,7 +3353,7 @@ struct requantizer {
         return _mm256_cvttps_epi32(_mm256_fmadd_ps(value, scale, signed_offset));
     }
 
-    /// 32 bytes with the zero point added: in each 128-bit lane 4 values of a, then those of b, c and d.
+    /// Packs to 32 bytes and adds the zero point: in each 128-bit lane 4 values of a, then those of b, c and d.
     [[gnu::always_inline]] __m256i pack_lanes(__m256i a, __m256i b, __m256i c, __m256i d) const {
         const __m256i low = _mm256_adds_epi16(_mm256_packs_epi32(a, b), zero_point);
         const __m256i high = _mm256_adds_epi16(_mm256_packs_epi32(c, d), zero_point);
@@ -3254,14 +3362,14 @@ struct requantizer {
 };
 
 // Requantization with a zero point of 0. Each x86 instruction set includes this file inside its namespace and target region,
-// after
+// after these definitions:
 //
-//   float_lanes, int_lanes                vectors of 32-bit values
-//   spread(float)                         one value in all lanes
-//   scale_and_truncate(sums, scale, offset)   trunc(fma(float(sums), scale, offset)); offset may depend on the lane
-//   pack_bytes(a, b, c, d)                saturated bytes: in each 128-bit lane 4 values of a, then those of b, c and d
+//     float_lanes, int_lanes                   vectors of 32-bit values
+//     spread(float)                            one value in all lanes
+//     scale_and_truncate(sums, scale, offset)  trunc(fma(float(sums), scale, offset)); offset may depend on the lane
+//     pack_bytes(a, b, c, d)                   saturated bytes: in each 128-bit lane 4 values of a, then of b, c, d
 
-/// Negative values become 0 with any offset, so the offset needs no sign.
+/// Requantizes with one sign of the offset: with a zero point of 0, negative values become 0 for either sign.
 struct rectifier {
     float_lanes scale, offset;
 
@@ -3274,7 +3382,7 @@ struct rectifier {
     }
 };
 
-/// Reorders the result of pack_lanes() to all of a, then b, c and d.
+/// Reorders the result of pack_lanes(): all values of a, then those of b, c and d.
 [[gnu::always_inline]] inline __m256i gather_lanes(__m256i values) {
     return _mm256_permutevar8x32_epi32(values, _mm256_setr_epi32(0, 4, 1, 5, 2, 6, 3, 7));
 }
@@ -3300,14 +3408,14 @@ struct rectifier {
     }
 }
 
-// The walk of conv_f32 and conv_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its
-// namespace and target region. Kernel is a family's primitives there:
+// Loops of conv_f32 and conv_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its
+// namespace and target region. The template parameter Kernel provides the primitives:
 //
-//   group, width, max_vectors   inputs multiplied together; outputs per vector; vectors per panel
-//   pixels[v]                   pixels of a full tile with v + 1 vectors
-//   tile(pixels, vectors, input, first_pixel, output)   computes one tile
+//     group, width, max_vectors   inputs multiplied together; outputs per vector; vectors per panel
+//     pixels[v]                   pixels of a full tile with v + 1 vectors
+//     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
-/// Pixels first to last - 1, in tiles as large as fit.
+/// Computes pixels first to last - 1 in the largest possible tiles.
 template <class Kernel, std::size_t pixels, std::size_t vectors, class Input, class Output>
 inline void conv_panel(const Input& input, std::size_t first, std::size_t last, const Output& out) {
     for (; first + pixels <= last; first += pixels)
@@ -3316,7 +3424,8 @@ inline void conv_panel(const Input& input, std::size_t first, std::size_t last, 
         if (first < last) conv_panel<Kernel, (pixels > 4 ? 4 : pixels / 2), vectors>(input, first, last, out);
 }
 
-/// Panel by panel, each through a table: so the compiler keeps the loops of one size in a function of their own.
+/// Computes all outputs panel by panel. Calls go through a table, so that the compiler keeps the loops of each size in a
+/// separate function.
 template <class Kernel, class Weights, class Input, class Output, std::size_t... v>
 inline void conv_panels(std::index_sequence<v...>, const Weights& weights, Input input, std::size_t pixels, Output out) {
     static constexpr void (*panel_functions[])(const Input&, std::size_t, std::size_t,
@@ -3342,7 +3451,7 @@ LDI_END_TARGET
 #endif
 
 // ---- ldi/kernels/add_u8/avx2.hpp
-// kernels/add_u8.hpp with AVX2: in float, 8 values at a time, two fused multiply-adds each.
+// kernels/add_u8.hpp with AVX2: float arithmetic on 8 values per vector, two fused multiply-adds each.
 
 #if LDI_HAS_X86_KERNELS
 
@@ -3363,12 +3472,12 @@ inline constexpr std::size_t lane_count = 8;
     _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), gather_lanes(bytes));
 }
 
-// The sum of two tensors in float. Each x86 instruction set includes this file inside its namespace and target region, after
-// detail/lanes_*.hpp and
+// Adds two tensors in float. Each x86 instruction set includes this file inside its namespace and target region, after
+// detail/lanes_*.hpp and these definitions:
 //
-//   lane_count                       32-bit lanes per vector
-//   add_scaled(a, b, scales...)      one vector: round(a * a_scale + (b * b_scale + offset)), fused
-//   store_in_order(to, bytes)        stores what pack_bytes() returns, all of its first argument first
+//     lane_count                    32-bit lanes per vector
+//     add_scaled(a, b, scales...)   one vector: round(a * a_scale + (b * b_scale + offset)), fused
+//     store_in_order(to, bytes)     stores the result of pack_bytes(a, b, c, d) in the order a, b, c, d
 
 struct adder {
     static constexpr std::size_t width = 4 * lane_count;  ///< bytes per step
@@ -3385,10 +3494,10 @@ struct adder {
                                           lanes(a, b, 3 * lane_count)));
     }
 };
-// The walk of add_u8 over a row. Each instruction set includes this file inside its namespace and target region. Its `adder` has
+// Loop of add_u8 over a row. Each instruction set includes this file inside its namespace and target region, after its `adder`:
 //
-//   width                 bytes per step
-//   add(a, b, result)     adds `width` bytes
+//     width             bytes per step
+//     add(a, b, result)  adds `width` bytes
 
 inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                    std::uint8_t* result) {
@@ -3427,19 +3536,19 @@ using int_lanes = __m512i;
 [[gnu::always_inline]] inline __m512i scale_and_truncate(__m512i sums, __m512 scale, __m512 offset) {
     return _mm512_cvttps_epi32(_mm512_fmadd_ps(_mm512_cvtepi32_ps(sums), scale, offset));
 }
-/// In each 128-bit lane 4 values of a, then those of b, c and d.
+/// Packs to saturated bytes: in each 128-bit lane 4 values of a, then those of b, c and d.
 [[gnu::always_inline]] inline __m512i pack_bytes(__m512i a, __m512i b, __m512i c, __m512i d) {
     return _mm512_packus_epi16(_mm512_packs_epi32(a, b), _mm512_packs_epi32(c, d));
 }
 
-/// float_requantization in registers.
+/// Applies a float_requantization to vectors.
 struct requantizer {
     __m512 scale;
     __m512i offset, sign, zero_point;
 
     explicit requantizer(const float_requantization& r)
         : scale(_mm512_set1_ps(r.scale)),
-          // With a zero point of 0, negative values become 0 with either sign of the offset.
+          // With a zero point of 0, negative values become 0 for either sign of the offset.
           offset(_mm512_castps_si512(_mm512_set1_ps(r.zero_point == 0 && r.offset < 0 ? -r.offset : r.offset))),
           sign(_mm512_set1_epi32(r.zero_point == 0 ? 0 : -0x7FFFFFFF - 1)),
           zero_point(_mm512_set1_epi16(static_cast<short>(r.zero_point))) {}
@@ -3451,7 +3560,7 @@ struct requantizer {
         return _mm512_cvttps_epi32(_mm512_fmadd_ps(value, scale, _mm512_castsi512_ps(signed_offset)));
     }
 
-    /// 64 bytes with the zero point added: in each 128-bit lane 4 values of a, then those of b, c and d.
+    /// Packs to 64 bytes and adds the zero point: in each 128-bit lane 4 values of a, then those of b, c and d.
     [[gnu::always_inline]] __m512i pack_lanes(__m512i a, __m512i b, __m512i c, __m512i d) const {
         const __m512i low = _mm512_adds_epi16(_mm512_packs_epi32(a, b), zero_point);
         const __m512i high = _mm512_adds_epi16(_mm512_packs_epi32(c, d), zero_point);
@@ -3460,14 +3569,14 @@ struct requantizer {
 };
 
 // Requantization with a zero point of 0. Each x86 instruction set includes this file inside its namespace and target region,
-// after
+// after these definitions:
 //
-//   float_lanes, int_lanes                vectors of 32-bit values
-//   spread(float)                         one value in all lanes
-//   scale_and_truncate(sums, scale, offset)   trunc(fma(float(sums), scale, offset)); offset may depend on the lane
-//   pack_bytes(a, b, c, d)                saturated bytes: in each 128-bit lane 4 values of a, then those of b, c and d
+//     float_lanes, int_lanes                   vectors of 32-bit values
+//     spread(float)                            one value in all lanes
+//     scale_and_truncate(sums, scale, offset)  trunc(fma(float(sums), scale, offset)); offset may depend on the lane
+//     pack_bytes(a, b, c, d)                   saturated bytes: in each 128-bit lane 4 values of a, then of b, c, d
 
-/// Negative values become 0 with any offset, so the offset needs no sign.
+/// Requantizes with one sign of the offset: with a zero point of 0, negative values become 0 for either sign.
 struct rectifier {
     float_lanes scale, offset;
 
@@ -3480,7 +3589,7 @@ struct rectifier {
     }
 };
 
-/// Reorders the result of pack_lanes() to all of a, then b, c and d. It is its own inverse.
+/// Reorders the result of pack_lanes(): all values of a, then those of b, c and d. Its own inverse.
 [[gnu::always_inline]] inline __m512i swap_lanes(__m512i values) {
     return _mm512_permutexvar_epi32(_mm512_setr_epi32(0, 4, 8, 12, 1, 5, 9, 13, 2, 6, 10, 14, 3, 7, 11, 15), values);
 }
@@ -3492,7 +3601,7 @@ LDI_END_TARGET
 #endif
 
 // ---- ldi/kernels/add_u8/avx512vnni.hpp
-// kernels/add_u8.hpp with AVX-512: in float, 16 values at a time, two fused multiply-adds each.
+// kernels/add_u8.hpp with AVX-512: float arithmetic on 16 values per vector, two fused multiply-adds each.
 
 #if LDI_HAS_X86_KERNELS
 
@@ -3511,12 +3620,12 @@ inline constexpr std::size_t lane_count = 16;
 }
 [[gnu::always_inline]] inline void store_in_order(std::uint8_t* to, __m512i bytes) { _mm512_storeu_si512(to, swap_lanes(bytes)); }
 
-// The sum of two tensors in float. Each x86 instruction set includes this file inside its namespace and target region, after
-// detail/lanes_*.hpp and
+// Adds two tensors in float. Each x86 instruction set includes this file inside its namespace and target region, after
+// detail/lanes_*.hpp and these definitions:
 //
-//   lane_count                       32-bit lanes per vector
-//   add_scaled(a, b, scales...)      one vector: round(a * a_scale + (b * b_scale + offset)), fused
-//   store_in_order(to, bytes)        stores what pack_bytes() returns, all of its first argument first
+//     lane_count                    32-bit lanes per vector
+//     add_scaled(a, b, scales...)   one vector: round(a * a_scale + (b * b_scale + offset)), fused
+//     store_in_order(to, bytes)     stores the result of pack_bytes(a, b, c, d) in the order a, b, c, d
 
 struct adder {
     static constexpr std::size_t width = 4 * lane_count;  ///< bytes per step
@@ -3533,10 +3642,10 @@ struct adder {
                                           lanes(a, b, 3 * lane_count)));
     }
 };
-// The walk of add_u8 over a row. Each instruction set includes this file inside its namespace and target region. Its `adder` has
+// Loop of add_u8 over a row. Each instruction set includes this file inside its namespace and target region, after its `adder`:
 //
-//   width                 bytes per step
-//   add(a, b, result)     adds `width` bytes
+//     width             bytes per step
+//     add(a, b, result)  adds `width` bytes
 
 inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                    std::uint8_t* result) {
@@ -3558,9 +3667,9 @@ LDI_END_TARGET
 #endif
 
 // ---- ldi/kernels/detail/lanes_neon.hpp
-// Shared parts of the NEON kernels: the dot product, requantization of 32-bit sums, and the walk of convolutions. NEON has
-// instructions for each step of the integer requantization (sqrdmulh, srshl), fewer in all than the float form of other
-// instruction sets takes: 2 to 4 for 4 values. It is exact for every scale.
+// Shared parts of the NEON kernels: the dot product, requantization of 32-bit sums, and the loops of convolutions. NEON has
+// instructions for each step of the integer requantization (sqrdmulh, srshl). It costs 2 to 4 instructions for 4 values, fewer
+// than the float form of other instruction sets, and is exact for every scale.
 
 #if LDI_HAS_ARM_KERNELS
 
@@ -3568,15 +3677,15 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace neon {
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 
-// In assembly, because clang before 16 offers the intrinsics only to translation units compiled for them.
+// Assembly, because clang before 16 offers the intrinsics only to translation units compiled for them.
 
-/// Adds to each of 4 sums its four products of signed bytes.
+/// Adds four products of signed bytes to each of 4 sums.
 [[gnu::always_inline]] inline int32x4_t add_products(int32x4_t sums, int8x16_t a, int8x16_t b) {
     asm("sdot %0.4s, %1.16b, %2.16b" : "+w"(sums) : "w"(a), "w"(b));
     return sums;
 }
 
-/// The same, every sum with the same four bytes of b, from `4 * lane` on.
+/// As add_products(), but multiplies every group of four bytes of a by the same four bytes of b, from `4 * lane` on.
 template <int lane>
 [[gnu::always_inline]] inline int32x4_t add_products_with(int32x4_t sums, int8x16_t a, int8x16_t b) {
     asm("sdot %0.4s, %1.16b, %2.4b[%3]" : "+w"(sums) : "w"(a), "w"(b), "i"(lane));
@@ -3588,12 +3697,12 @@ template <int lane>
 [[gnu::always_inline]] inline int32x4_t load(const std::int32_t* from) { return vld1q_s32(from); }
 [[gnu::always_inline]] inline float32x4_t load(const float* from) { return vld1q_f32(from); }
 
-/// Activations less 128, because sdot multiplies signed bytes. Biases compensate.
+/// Subtracts 128 from activations, because sdot multiplies signed bytes. Biases compensate.
 [[gnu::always_inline]] inline int8x16_t to_signed(uint8x16_t values) {
     return vreinterpretq_s8_u8(veorq_u8(values, vdupq_n_u8(0x80)));
 }
 
-/// detail::rounding_shift() and detail::offset_and_clamp() in registers.
+/// Applies detail::rounding_shift() and detail::offset_and_clamp() to vectors.
 struct rounding_shifter {
     int32x4_t shift, away_from_zero;
     int16x8_t zero_point;
@@ -3603,7 +3712,7 @@ struct rounding_shifter {
           away_from_zero(vdupq_n_s32(right == 0 ? 0 : -1)),
           zero_point(vdupq_n_s16(static_cast<std::int16_t>(zero))) {}
 
-    /// srshl rounds halves up. Subtracting 1 from negative values first rounds their halves down.
+    /// srshl rounds halves up. Subtracting 1 from negative values first makes it round their halves down.
     [[gnu::always_inline]] int32x4_t operator()(int32x4_t values) const {
         return vrshlq_s32(vsraq_n_s32(values, vandq_s32(values, away_from_zero), 31), shift);
     }
@@ -3615,7 +3724,7 @@ struct rounding_shifter {
     }
 };
 
-/// requantize() in registers.
+/// Applies requantize() to vectors.
 struct requantizer {
     int32x4_t multiplier;
     rounding_shifter round;
@@ -3628,7 +3737,7 @@ struct requantizer {
     }
 };
 
-/// The same for a zero point of 0, where all negative values become 0 with any rounding.
+/// Requantizes with a zero point of 0: negative values become 0 with any rounding.
 struct relu_requantizer {
     int32x4_t multiplier, shift;
 
@@ -3660,14 +3769,14 @@ struct relu_requantizer {
     }
 }
 
-// The walk of conv_f32 and conv_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its
-// namespace and target region. Kernel is a family's primitives there:
+// Loops of conv_f32 and conv_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its
+// namespace and target region. The template parameter Kernel provides the primitives:
 //
-//   group, width, max_vectors   inputs multiplied together; outputs per vector; vectors per panel
-//   pixels[v]                   pixels of a full tile with v + 1 vectors
-//   tile(pixels, vectors, input, first_pixel, output)   computes one tile
+//     group, width, max_vectors   inputs multiplied together; outputs per vector; vectors per panel
+//     pixels[v]                   pixels of a full tile with v + 1 vectors
+//     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
-/// Pixels first to last - 1, in tiles as large as fit.
+/// Computes pixels first to last - 1 in the largest possible tiles.
 template <class Kernel, std::size_t pixels, std::size_t vectors, class Input, class Output>
 inline void conv_panel(const Input& input, std::size_t first, std::size_t last, const Output& out) {
     for (; first + pixels <= last; first += pixels)
@@ -3676,7 +3785,8 @@ inline void conv_panel(const Input& input, std::size_t first, std::size_t last, 
         if (first < last) conv_panel<Kernel, (pixels > 4 ? 4 : pixels / 2), vectors>(input, first, last, out);
 }
 
-/// Panel by panel, each through a table: so the compiler keeps the loops of one size in a function of their own.
+/// Computes all outputs panel by panel. Calls go through a table, so that the compiler keeps the loops of each size in a
+/// separate function.
 template <class Kernel, class Weights, class Input, class Output, std::size_t... v>
 inline void conv_panels(std::index_sequence<v...>, const Weights& weights, Input input, std::size_t pixels, Output out) {
     static constexpr void (*panel_functions[])(const Input&, std::size_t, std::size_t,
@@ -3702,7 +3812,7 @@ LDI_END_TARGET
 #endif
 
 // ---- ldi/kernels/add_u8/neon.hpp
-// kernels/add_u8.hpp with NEON: the integer form, 4 values at a time.
+// kernels/add_u8.hpp with NEON: integer arithmetic on 4 values per vector.
 
 #if LDI_HAS_ARM_KERNELS
 
@@ -3736,10 +3846,10 @@ struct adder {
     }
 };
 
-// The walk of add_u8 over a row. Each instruction set includes this file inside its namespace and target region. Its `adder` has
+// Loop of add_u8 over a row. Each instruction set includes this file inside its namespace and target region, after its `adder`:
 //
-//   width                 bytes per step
-//   add(a, b, result)     adds `width` bytes
+//     width             bytes per step
+//     add(a, b, result)  adds `width` bytes
 
 inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                    std::uint8_t* result) {
@@ -3773,22 +3883,23 @@ inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std
 }}}  // namespace ldi::scalar
 
 // ---- ldi/kernels/detail/lanes_wasm.hpp
-// Shared parts of the WebAssembly SIMD128 kernels: requantization of 32-bit sums, and the walk of convolutions.
+// Shared parts of the WebAssembly SIMD128 kernels: requantization of 32-bit sums, and the loops of convolutions.
 //
 // Engines first compile every function to slow code and switch a hot function to fast code at its next call. Hot loops are
-// therefore separate functions that are called often. The calls go through tables, because Binaryen inlines functions with a
-// single caller.
+// therefore separate functions that are called often. The calls go through tables, because Binaryen inlines functions that have
+// a single caller.
 
 #if LDI_HAS_WASM_KERNELS
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 
-/// Adding it to a float between -2^22 and 2^22 rounds to the nearest integer, halves to even, and leaves the integer in the low
-/// bits. Down to -2^23 the result still grows with the float. A conversion would take six x86 instructions.
+/// Rounding constant. Adding it to a float between -2^22 and 2^22 rounds to the nearest integer, halves to even, and leaves the
+/// integer in the low bits. Down to -2^23 the result is still monotonic. A conversion would cost six x86 instructions.
 inline constexpr float rounding_magic = 0x1.8p23F;
 inline constexpr std::int32_t rounding_magic_bits = 0x4B400000;
 
-/// unfused_requantization in registers. `positive` is for a zero point of 0: negative values become 0 whatever the offset's sign.
+/// Applies an unfused_requantization to vectors. `positive` requires a zero point of 0: negative values become 0 for either sign
+/// of the offset.
 template <bool positive>
 struct requantizer {
     v128_t scale, offset, sign, magic, magic_bits;
@@ -3800,7 +3911,7 @@ struct requantizer {
           magic(wasm_f32x4_splat(rounding_magic)),
           magic_bits(wasm_i32x4_splat(rounding_magic_bits - r.zero_point)) {}
 
-    /// With the zero point, not yet clamped.
+    /// Adds the zero point, but does not clamp.
     [[gnu::always_inline]] v128_t operator()(v128_t sums) const {
         const v128_t value = wasm_f32x4_mul(wasm_f32x4_convert_i32x4(sums), scale);
         const v128_t signed_offset = positive ? offset : wasm_v128_xor(wasm_v128_and(value, sign), offset);
@@ -3808,7 +3919,7 @@ struct requantizer {
     }
 };
 
-/// Clamps four vectors of 32-bit values to bytes, one after the other.
+/// Clamps four vectors of 32-bit values to bytes, in order.
 [[gnu::always_inline]] inline v128_t narrow(v128_t a, v128_t b, v128_t c, v128_t d) {
     return wasm_u8x16_narrow_i16x8(wasm_i16x8_narrow_i32x4(a, b), wasm_i16x8_narrow_i32x4(c, d));
 }
@@ -3823,7 +3934,7 @@ struct requantizer {
     std::memcpy(to, bytes, count);
 }
 
-/// Bytes to 16-bit values.
+/// Widens bytes to 16-bit values.
 inline void widen(const std::uint8_t* from, std::size_t count, std::int16_t* to) {
     std::size_t i = 0;
     for (; i + 16 <= count; i += 16) {
@@ -3834,14 +3945,14 @@ inline void widen(const std::uint8_t* from, std::size_t count, std::int16_t* to)
     for (; i < count; ++i) to[i] = from[i];
 }
 
-// The walk of conv_f32 and conv_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its
-// namespace and target region. Kernel is a family's primitives there:
+// Loops of conv_f32 and conv_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its
+// namespace and target region. The template parameter Kernel provides the primitives:
 //
-//   group, width, max_vectors   inputs multiplied together; outputs per vector; vectors per panel
-//   pixels[v]                   pixels of a full tile with v + 1 vectors
-//   tile(pixels, vectors, input, first_pixel, output)   computes one tile
+//     group, width, max_vectors   inputs multiplied together; outputs per vector; vectors per panel
+//     pixels[v]                   pixels of a full tile with v + 1 vectors
+//     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
-/// Pixels first to last - 1, in tiles as large as fit.
+/// Computes pixels first to last - 1 in the largest possible tiles.
 template <class Kernel, std::size_t pixels, std::size_t vectors, class Input, class Output>
 inline void conv_panel(const Input& input, std::size_t first, std::size_t last, const Output& out) {
     for (; first + pixels <= last; first += pixels)
@@ -3850,7 +3961,8 @@ inline void conv_panel(const Input& input, std::size_t first, std::size_t last, 
         if (first < last) conv_panel<Kernel, (pixels > 4 ? 4 : pixels / 2), vectors>(input, first, last, out);
 }
 
-/// Panel by panel, each through a table: so the compiler keeps the loops of one size in a function of their own.
+/// Computes all outputs panel by panel. Calls go through a table, so that the compiler keeps the loops of each size in a
+/// separate function.
 template <class Kernel, class Weights, class Input, class Output, std::size_t... v>
 inline void conv_panels(std::index_sequence<v...>, const Weights& weights, Input input, std::size_t pixels, Output out) {
     static constexpr void (*panel_functions[])(const Input&, std::size_t, std::size_t,
@@ -3874,7 +3986,7 @@ inline void conv_panels(const Weights& weights, const Input& input, std::size_t 
 #endif
 
 // ---- ldi/kernels/add_u8/wasm.hpp
-// kernels/add_u8.hpp with WebAssembly SIMD128: in float, 4 values at a time.
+// kernels/add_u8.hpp with WebAssembly SIMD128: float arithmetic on 4 values per vector.
 
 #if LDI_HAS_WASM_KERNELS
 
@@ -3899,7 +4011,8 @@ struct adder {
     }
 
 private:
-    /// Clang converts values that it knows to be positive as unsigned, which takes eight x86 instructions instead of one.
+    /// Converts to float. Hides the values' origin, because clang converts values that it knows to be positive as unsigned,
+    /// which costs eight x86 instructions instead of one.
     [[gnu::always_inline]] static v128_t to_float(v128_t values) {
         asm("" : "+r"(values));
         return wasm_f32x4_convert_i32x4(values);
@@ -3914,10 +4027,10 @@ private:
     }
 };
 
-// The walk of add_u8 over a row. Each instruction set includes this file inside its namespace and target region. Its `adder` has
+// Loop of add_u8 over a row. Each instruction set includes this file inside its namespace and target region, after its `adder`:
 //
-//   width                 bytes per step
-//   add(a, b, result)     adds `width` bytes
+//     width             bytes per step
+//     add(a, b, result)  adds `width` bytes
 
 inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                    std::uint8_t* result) {
@@ -3937,14 +4050,13 @@ inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std
 #endif
 
 // ---- ldi/kernels/add_u8.hpp
-// Addition of two 8-bit tensors, each in its own quantization. One file of add_u8/ for each instruction set, all with equal
-// results.
+// Adds two 8-bit tensors, each in its own quantization. Each instruction set has a file in add_u8/; all results are equal.
 
 #include <numeric>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The kernel of each instruction set.
+/// One kernel per instruction set.
 inline constexpr add_u8_kernel add_u8_kernels[] = {
 #if LDI_HAS_X86_KERNELS
     {isa::avx2, false, avx2::add_u8},
@@ -3960,7 +4072,7 @@ inline constexpr add_u8_kernel add_u8_kernels[] = {
 };
 static_assert(find_kernel(add_u8_kernels, isa::scalar).set == isa::scalar);
 
-/// result[i] = a[i] + b[i]. The result may be a or b itself, but may not overlap them otherwise.
+/// Adds two tensors: result[i] = a[i] + b[i]. The result may be a or b itself, but must not overlap them partially.
 inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                    std::uint8_t* result) {
     find_kernel(add_u8_kernels, sum.target).run(sum, a, b, count, result);
@@ -3968,14 +4080,13 @@ inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std
 
 namespace detail {
 
-/// 0, 1, ... 255.
 inline constexpr std::array<std::uint8_t, 256> all_bytes = [] {
     std::array<std::uint8_t, 256> bytes{};
     std::iota(bytes.begin(), bytes.end(), std::uint8_t{0});
     return bytes;
 }();
 
-/// Whether the float form with these constants gives what the integer form does, for `a` and every b.
+/// Whether the float form with these constants equals the integer form for `a` and every b.
 inline bool is_exact(const add_u8_constants& sum, std::uint8_t a, const buffer<std::uint8_t>& expected) {
     std::uint8_t as[256], found[256];
     std::memset(as, a, sizeof as);
@@ -3983,8 +4094,8 @@ inline bool is_exact(const add_u8_constants& sum, std::uint8_t a, const buffer<s
     return std::memcmp(found, expected.data() + a * 256, 256) == 0;
 }
 
-/// Whether it does for all pairs of values. `suspect` is the value on which the last candidate failed: testing it first refutes
-/// most candidates.
+/// Whether the float form equals the integer form for all pairs of values. `suspect` is the value on which the last candidate
+/// failed; testing it first rejects most candidates early.
 inline bool is_exact(const add_u8_constants& sum, const buffer<std::uint8_t>& expected, std::uint8_t& suspect) {
     if (!is_exact(sum, suspect, expected)) return false;
     for (const std::uint8_t a : all_bytes)
@@ -3997,7 +4108,9 @@ inline bool is_exact(const add_u8_constants& sum, const buffer<std::uint8_t>& ex
 
 }  // namespace detail
 
-/// target  to prepare for. If no float form agrees with the integer form on all 65,536 pairs, `result.target` is scalar
+/// Prepares an addition for add_u8().
+///
+/// target  to prepare for. If no float form agrees with the integer form on all 65,536 pairs, the result's `target` is scalar
 inline add_u8_constants prepare_add_u8(isa target, const quantized_addition& exact) {
     const add_u8_kernel& kernel = find_kernel(add_u8_kernels, target);
     add_u8_constants sum{kernel.set, exact};
@@ -4006,8 +4119,8 @@ inline add_u8_constants prepare_add_u8(isa target, const quantized_addition& exa
     expected.reserve(65536);
     for (const std::uint8_t a : detail::all_bytes)
         for (const std::uint8_t b : detail::all_bytes) expected.push_back(add_quantized(a, b, exact));
-    // Some of the 65,536 sums lie closer to a tie than float can resolve. A few constants beside the exact ones still agree on
-    // all.
+    // Some of the 65,536 sums lie closer to a tie than float can resolve, so the exact constants may fail. Some constants close
+    // to them still agree on all pairs.
     const double unit = std::ldexp(1.0, -exact.shift);
     const float a_scale = static_cast<float>(exact.a_multiplier * unit), b_scale = static_cast<float>(exact.b_multiplier * unit);
     const double offset = exact.bias * unit + exact.zero_point;
@@ -4028,23 +4141,24 @@ inline add_u8_constants prepare_add_u8(isa target, const quantized_addition& exa
 }}  // namespace ldi
 
 // ---- ldi/kernels/area_resize.hpp
-// Area averaging of 8-bit images in float: every pixel of the result is the mean of the rectangle of the source that it covers.
-// Horizontally, then vertically, and rounded half to even: the order that the published depth network's input was made in.
+// Area averaging of 8-bit images in float: each pixel of the result is the mean of the source rectangle that it covers. The mean
+// runs horizontally, then vertically, and is rounded half to even. The input of the published depth network was made in this
+// order.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// One direction: the source pixels that each result pixel covers, and the share of each.
+/// One direction: the source pixels that each result pixel covers, and their weights.
 struct area_weights {
     struct cover {
-        std::size_t first = 0;   ///< pixel of the source
-        std::size_t count = 0;   ///< of pixels
-        std::size_t weight = 0;  ///< of the first pixel, in `weights`
+        std::size_t first = 0;   ///< first source pixel
+        std::size_t count = 0;   ///< number of source pixels
+        std::size_t weight = 0;  ///< index of the first pixel's weight in `weights`
     };
-    buffer<cover> covers;   ///< one for each pixel of the result
-    buffer<float> weights;  ///< those of a cover add up to 1
+    buffer<cover> covers;   ///< one per result pixel
+    buffer<float> weights;  ///< sum 1 for each cover
 };
 
-/// Lengths are at least 1 and their product is below 2^63.
+/// Computes the weights of one direction. Lengths are at least 1 and their product is below 2^63.
 inline area_weights make_area_weights(std::size_t source_length, std::size_t result_length) {
     LDI_ASSERT(source_length > 0 && result_length > 0);
     // In units of 1 / (source_length * result_length), the borders of source and result pixels are integers.
@@ -4063,8 +4177,8 @@ inline area_weights make_area_weights(std::size_t source_length, std::size_t res
     return made;
 }
 
-// A fused multiply-add would change the last bit of some sums on machines that have it. Do not compile this with clang's
-// -ffp-contract=fast or any compiler's -ffast-math: they override it.
+// A fused multiply-add would change the last bit of some sums on machines that have it. clang's -ffp-contract=fast and
+// -ffast-math of any compiler override this pragma: do not compile with them.
 #if defined(__clang__) && LDI_HAS_EXTENSIONS
 #define LDI_NO_FUSED_MULTIPLY_ADD _Pragma("clang fp contract(off)")
 #else
@@ -4080,7 +4194,8 @@ namespace detail {
 inline float area_share(float weight, float value) {
     LDI_NO_FUSED_MULTIPLY_ADD
 #if !LDI_HAS_EXTENSIONS
-    return static_cast<float>(double{weight} * double{value});  // exact in double: fused with a sum, it would be the same
+    // exact in double, so fusing the product with a sum changes nothing
+    return static_cast<float>(double{weight} * double{value});
 #else
     return weight * value;
 #endif
@@ -4088,7 +4203,7 @@ inline float area_share(float weight, float value) {
 
 }  // namespace detail
 
-/// Adds `weight` times the horizontally averaged `source` to `sums`.
+/// Adds the horizontally averaged `source`, times `weight`, to `sums`.
 ///
 /// source  pixels x channels      sums  covers x channels
 inline void add_area_row(const area_weights& horizontal, const std::uint8_t* source, std::size_t channels, float weight,
@@ -4112,7 +4227,7 @@ inline void add_area_row(const area_weights& horizontal, const std::uint8_t* sou
 #endif
 #undef LDI_NO_FUSED_MULTIPLY_ADD
 
-/// One row of the result.
+/// Computes one row of the result.
 ///
 /// source  H x W x C       result  horizontal.covers x C
 inline void area_resize_row(const area_weights& horizontal, const area_weights& vertical, std::size_t y,
@@ -4125,8 +4240,8 @@ inline void area_resize_row(const area_weights& horizontal, const area_weights& 
     for (std::size_t i = 0; i < sums.size(); ++i) result[i] = static_cast<std::uint8_t>(std::lrint(sums[i]));
 }
 
-/// Resizes an image. An enlarged image consists of rectangles of equal color, mixed at their borders. Raises
-/// error_code::invalid_data if the source or the result has no pixel.
+/// Resizes an image by averaging over areas. An enlarged image consists of rectangles of equal color, mixed at their borders.
+/// Raises error_code::invalid_data if the source or the result has no pixel.
 template <executor Executor = const serial_executor>
 image<std::uint8_t> area_resize(image_view<const std::uint8_t> source, std::size_t result_height, std::size_t result_width,
                                 Executor&& threads = {}) {
@@ -4149,9 +4264,9 @@ image<std::uint8_t> area_resize(image_view<const std::uint8_t> source, std::size
 // ---- ldi/kernels/conv_f32/avx2.hpp
 // kernels/conv_f32.hpp with AVX2 and FMA.
 //
-// The processor starts two fused multiplications per cycle, and each takes 4 cycles: at least 8 independent sums hide the
-// latency. Tiles have 12: 12, 6 or 4 pixels with 1, 2 or 3 vectors. Two loads can start per cycle; 12 pixels with one vector need
-// nearly all of them.
+// The processor starts two fused multiply-adds per cycle, each with a latency of 4 cycles: at least 8 independent sums hide the
+// latency. Tiles have 12 sums: 12, 6 or 4 pixels with 1, 2 or 3 vectors. Two loads can start per cycle; 12 pixels with one
+// vector use nearly all of these.
 
 #if LDI_HAS_X86_KERNELS
 
@@ -4199,7 +4314,8 @@ struct conv_f32_tiles {
         __m256 sums[sizeof...(p) * sizeof...(v)] = {};
         const std::size_t stride = input.pixel_stride;
         const float* weights = input.weights;
-        const std::size_t fetch = sizeof...(p) * stride / input.inputs;  // for the prefetch, as with AVX-512
+        // prefetch distance per input, as in detail/conv_avx512.hpp
+        const std::size_t fetch = sizeof...(p) * stride / input.inputs;
         for (std::size_t r = 0; r < input.row_count; ++r) {
             const float* x = input.rows[r] + first_pixel * stride;
             const float* next_tile = x + sizeof...(p) * stride;
@@ -4216,7 +4332,8 @@ struct conv_f32_tiles {
     }
 };
 
-// conv_f32() of an instruction set, which includes this file inside its namespace and target region after its conv_f32_tiles.
+// conv_f32() of one instruction set. The set includes this file inside its namespace and target region, after its
+// conv_f32_tiles.
 
 inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                      const float* ratios, float* result) {
@@ -4232,31 +4349,31 @@ LDI_END_TARGET
 #endif
 
 // ---- ldi/kernels/detail/conv_avx512.hpp
-// The AVX-512 parts that conv_f32 and conv_u8 share.
+// AVX-512 code that conv_f32 and conv_u8 share.
 //
-// A tile is some pixels and one panel of outputs; its sums stay in registers. For each input (or group of inputs that one
-// instruction multiplies), the kernel loads the panel's weights and broadcasts each pixel's inputs; with a single vector, the
-// multiplication itself broadcasts. A tile has 24 independent sums, where 4 (Zen 4) or 8 (Intel) would hide the latency: large
-// tiles save loads of weights that do not fit the first-level cache.
+// A tile consists of some pixels and one panel of outputs; its sums stay in registers. For each input (or group of inputs that
+// one instruction multiplies), the kernel loads the panel's weights and broadcasts each pixel's inputs; with a single vector,
+// the multiplication itself broadcasts. A tile has 24 independent sums. 4 (Zen 4) or 8 (Intel) would hide the latency, but large
+// tiles save loads of weights that do not fit in the first-level cache.
 
 #if LDI_HAS_X86_KERNELS
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 
-/// Panels have up to 5 half vectors. If their number is odd, the last instruction is 256 bits wide, which takes half the time on
+/// Panels have up to 5 half vectors. If their number is odd, the last instruction is 256 bits wide; this halves its cost on
 /// processors that split 512-bit instructions in two (Zen 4).
 inline constexpr std::size_t conv_half = 8, conv_whole = 16, conv_max_halves = 5;
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 
-/// The outputs of a panel for one pixel: whole vectors, then half a vector if `half` is 1.
+/// Outputs of a panel for one pixel: whole vectors, then half a vector if `half` is 1.
 template <std::size_t vectors, std::size_t half>
 struct conv_lanes {
     __m512 whole[vectors == 0 ? 1 : vectors];
     __m256 rest;
 };
 
-/// values  32 bits per lane
+/// Loads one value per lane. values  32 bits per lane
 template <std::size_t half, std::size_t... v>
 [[gnu::always_inline]] inline conv_lanes<sizeof...(v), half> load_conv_lanes(std::index_sequence<v...>, const void* values) {
     const float* const from = static_cast<const float*>(values);
@@ -4266,8 +4383,8 @@ template <std::size_t half, std::size_t... v>
     return lanes;
 }
 
-/// The sums of a tile, whole vectors for each pixel. Storing them (in the first-level cache) lets one compiled tile serve all
-/// types of results.
+/// Sums of a tile, whole vectors for each pixel. Storing them (in the first-level cache) lets one compiled tile serve all types
+/// of results.
 struct conv_tile_sums {
     alignas(64) float lanes[24 * conv_whole];
 };
@@ -4280,10 +4397,10 @@ template <std::size_t half, std::size_t... v>
     if constexpr (half == 1) _mm512_store_ps(to + sizeof...(v) * conv_whole, _mm512_zextps256_ps512(sums.rest));
 }
 
-/// Stands in for missing ratios.
+/// Replaces missing ratios.
 inline constexpr float conv_ratio_of_one = 1.0F;
 
-/// Mask of the existing outputs among the 16 lanes of the panel from `from` on.
+/// Mask of the existing outputs among the panel's 16 lanes that start at `from`.
 template <class Output>
 [[gnu::always_inline]] inline __mmask16 existing_outputs(const Output& out, std::size_t from) {
     const std::size_t count = out.count > from ? out.count - from : 0;
@@ -4297,8 +4414,8 @@ template <class T>
     return value;
 }
 
-/// Every fourth pixel of a tile has a pointer; those between are 1, 2 or 3 strides away. So the pointers fit the general
-/// registers. Otherwise the compiler keeps an offset for each pixel, most of them in memory.
+/// Addresses of a tile's pixels. Every fourth pixel has a pointer; the pixels between are 1, 2 or 3 strides away, so that the
+/// pointers fit in the general registers. Otherwise the compiler keeps an offset for each pixel, most of them in memory.
 template <class Value, std::size_t pixels>
 struct conv_tile_pointers {
     const Value* every_fourth[(pixels + 3) / 4];
@@ -4311,7 +4428,7 @@ struct conv_tile_pointers {
     }
 };
 
-/// The sums of `pixels` pixels, `vectors` vectors each, times the pixel's ratio, plus the bias, activated.
+/// Turns the sums of `pixels` pixels, `vectors` vectors each, into results: times the pixel's ratio, plus bias, activated.
 template <class Store, class Result>
 inline void finish_floats(const conv_tile_sums& sums, std::size_t vectors, std::size_t first_pixel, std::size_t pixels,
                           const conv_panel_output<Result>& out) {
@@ -4331,7 +4448,7 @@ inline void finish_floats(const conv_tile_sums& sums, std::size_t vectors, std::
     }
 }
 
-/// One tile: sums[p] gets Kernel::multiply_add() for each group of inputs.
+/// Computes one tile: passes each group of inputs to Kernel::multiply_add().
 template <class Kernel, std::size_t half, class Value, std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void conv_tile(std::index_sequence<p...>, std::index_sequence<v...> vectors,
                                              const conv_panel_input<Value>& input, std::size_t first_pixel,
@@ -4366,7 +4483,7 @@ template <class Kernel, std::size_t half, class Value, std::size_t... p, std::si
     (store_conv_lanes<half>(vectors, sums[p], tile_sums.lanes + p * (sizeof...(v) + half) * conv_whole), ...);
 }
 
-/// Kernel::tile() and finish() for pixels first to last - 1, in tiles as large as fit.
+/// Calls Kernel::tile() and finish() for pixels first to last - 1, in the largest possible tiles.
 template <class Kernel, std::size_t pixels, std::size_t vectors, std::size_t half, class Input, class Output>
 inline void conv_panel(const Input& input, std::size_t first, std::size_t last, const Output& out) {
     static_assert(pixels * (vectors + half) <= 24);
@@ -4379,7 +4496,7 @@ inline void conv_panel(const Input& input, std::size_t first, std::size_t last, 
         if (first < last) conv_panel<Kernel, (pixels > 8 ? 8 : pixels / 2), vectors, half>(input, first, last, out);
 }
 
-/// Panel by panel.
+/// Computes all outputs panel by panel.
 template <class Kernel, class Weights, class Input, class Output>
 inline void conv_panels(const Weights& weights, Input input, std::size_t pixels, Output out) {
     const detail::panel_cut cut(weights.outputs, conv_half, conv_max_halves);
@@ -4428,7 +4545,7 @@ struct conv_f32_kernel {
             sums.rest = _mm256_fmadd_ps(_mm256_set1_ps(input), weights.rest, sums.rest);
         } else {
             __m512 x = _mm512_set1_ps(input);
-            if constexpr (half == 1) asm("" : "+v"(x));  // or clang loads it again for the half vector
+            if constexpr (half == 1) asm("" : "+v"(x));  // without this variable, clang loads it again for the half vector
             ((sums.whole[v] = _mm512_fmadd_ps(x, weights.whole[v], sums.whole[v])), ...);
             if constexpr (half == 1) sums.rest = _mm256_fmadd_ps(_mm512_castps512_ps256(x), weights.rest, sums.rest);
         }
@@ -4471,9 +4588,9 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// One instruction set's kernel: a row of `conv_f32_kernels`.
 struct conv_f32_kernel {
     isa set;
-    /// Fills `values` and `bias`; the caller has set all other members. As pack_conv_f32() of kernels/conv_f32.hpp.
+    /// Fills `values` and `bias`; the caller has set all other members. See pack_conv_f32() of kernels/conv_f32.hpp.
     void (*pack)(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias);
-    /// As conv_f32() of kernels/conv_f32.hpp.
+    /// Same parameters as conv_f32() of kernels/conv_f32.hpp.
     void (*run)(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                 const float* ratios, float* result);
 };
@@ -4483,9 +4600,9 @@ struct conv_f32_kernel {
 // ---- ldi/kernels/conv_f32/neon.hpp
 // kernels/conv_f32.hpp with NEON.
 //
-// One load fetches four inputs of a pixel; fmla by lane multiplies one of them by the weights of 4 outputs, so no instruction
+// One load fetches four inputs of a pixel. fmla by lane multiplies one of them by the weights of 4 outputs, so no instruction
 // broadcasts. The largest tile, 6 pixels by 4 vectors, keeps its sums in 24 of the 32 registers and its inputs in 6. It loads 22
-// vectors per 96 fmla (384 products): 3.1 products per instruction, where fmla alone has 4.
+// vectors per 96 fmla (384 products): 3.1 products per instruction, compared to 4 for fmla alone.
 
 #if LDI_HAS_ARM_KERNELS
 
@@ -4504,7 +4621,7 @@ template <int lane>
     return vfmaq_laneq_f32(sums, weights, inputs, lane);
 }
 
-/// One, two or four inputs, in the first lanes.
+/// Loads one, two or four inputs into the first lanes. The other lanes are not used.
 template <std::size_t inputs>
 [[gnu::always_inline]] inline float32x4_t load_inputs(const float* from) {
     if constexpr (inputs == 4) return vld1q_f32(from);
@@ -4518,14 +4635,14 @@ template <int lane, std::size_t... p>
     ((sums[p * vectors] = multiply_add<lane>(sums[p * vectors], weights, inputs[p])), ...);
 }
 
-/// One input of every pixel, one vector of weights after another, so that the weights need one register.
+/// Multiply-adds one input of every pixel. Loads one vector of weights at a time, so that weights occupy one register.
 template <int lane, std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...> pixels, std::index_sequence<v...>, float32x4_t* sums,
                                                 const float* weights, const float32x4_t* inputs) {
     (multiply_add<lane>(pixels, sums + v, sizeof...(v), load(weights + (lane * sizeof...(v) + v) * conv_width), inputs), ...);
 }
 
-/// sizeof...(lane) inputs of every pixel.
+/// Multiply-adds sizeof...(lane) inputs of every pixel.
 template <int... lane, std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void multiply_add(std::integer_sequence<int, lane...>, std::index_sequence<p...> pixels,
                                                 std::index_sequence<v...> vectors, float32x4_t* sums, const float*& weights,
@@ -4576,7 +4693,8 @@ struct conv_f32_tiles {
     }
 };
 
-// conv_f32() of an instruction set, which includes this file inside its namespace and target region after its conv_f32_tiles.
+// conv_f32() of one instruction set. The set includes this file inside its namespace and target region, after its
+// conv_f32_tiles.
 
 inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                      const float* ratios, float* result) {
@@ -4596,11 +4714,11 @@ LDI_END_TARGET
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 
-/// Outputs that lie side by side in memory. Compilers turn a loop over them into vector instructions.
+/// Number of outputs that are adjacent in memory. Compilers vectorize the loop over them.
 inline constexpr std::size_t conv_panel = 8;
 
-/// a * b + c, fused where the target has an instruction for it. Without this function, the compiler fuses in one tile and not in
-/// another, and a pixel's bits would depend on the tile it falls into.
+/// Returns a * b + c, fused on targets with an instruction for it. Without this function, the compiler would fuse in some tiles
+/// only, and a pixel's bits would depend on its tile.
 inline float multiply_add(float a, float b, float c) {
 #if defined(__FP_FAST_FMAF) || defined(__FMA__) || defined(__ARM_FEATURE_FMA)
     return std::fma(a, b, c);
@@ -4609,7 +4727,7 @@ inline float multiply_add(float a, float b, float c) {
 #endif
 }
 
-/// The sums of `pixels` pixels with one panel of weights.
+/// Computes the sums of `pixels` pixels with one panel of weights.
 template <std::size_t pixels>
 inline void conv_tile(const conv_f32_weights& weights, const float* const* rows, std::size_t offset, std::size_t pixel_stride,
                       std::size_t first_output, const float* ratios, float* result) {
@@ -4653,9 +4771,9 @@ inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, 
 // ---- ldi/kernels/conv_f32/wasm.hpp
 // kernels/conv_f32.hpp with WebAssembly's f32x4, which has no fused multiply-add: products are rounded.
 //
-// The load broadcasts an input to all lanes; the panel's vectors share it. V8 allocates 15 registers and moves loads to the
-// front: 8 sums, 2 vectors of weights, 4 of inputs. One input at a time, because V8 would load a second one before the first
-// one's products.
+// A load broadcasts an input to all lanes, and the panel's vectors share it. V8 allocates 15 registers and moves loads to the
+// front: 8 sums, 2 vectors of weights, 4 of inputs. Tiles process one input at a time, because V8 would load the second input
+// before it computes the products of the first.
 
 #if LDI_HAS_WASM_KERNELS
 
@@ -4715,7 +4833,8 @@ struct conv_f32_tiles {
     }
 };
 
-// conv_f32() of an instruction set, which includes this file inside its namespace and target region after its conv_f32_tiles.
+// conv_f32() of one instruction set. The set includes this file inside its namespace and target region, after its
+// conv_f32_tiles.
 
 inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                      const float* ratios, float* result) {
@@ -4729,16 +4848,16 @@ inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, 
 #endif
 
 // ---- ldi/kernels/conv_f32.hpp
-// k x k convolution of float32 values whose window is k pieces of contiguous memory: pixels of an image row, or pixels gathered
-// side by side. One file of conv_f32/ for each instruction set.
+// k x k convolution of float32 values. A window is k pieces of contiguous memory: pixels of an image row, or gathered pixels.
+// Each instruction set has a file in conv_f32/.
 //
-// The order of summation depends neither on the number of pixels in a call nor on their stride. So on one instruction set, a
-// pixel's result has the same bits however the caller splits the pixels into calls. Instruction sets agree to rounding: some fuse
-// multiplication and addition.
+// The order of summation depends neither on the number of pixels per call nor on their stride. On one instruction set, a pixel's
+// result therefore has the same bits for every way to split pixels into calls. Instruction sets agree to rounding, because some
+// fuse multiplication and addition.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The kernel of each instruction set.
+/// One kernel per instruction set.
 inline constexpr conv_f32_kernel conv_f32_kernels[] = {
 #if LDI_HAS_X86_KERNELS
     {isa::avx2, avx2::pack_conv_f32, avx2::conv_f32},
@@ -4754,10 +4873,12 @@ inline constexpr conv_f32_kernel conv_f32_kernels[] = {
 };
 static_assert(find_kernel(conv_f32_kernels, isa::scalar).set == isa::scalar);
 
-/// target   to pack for, one that is_available()
+/// Packs weights for conv_f32().
+///
+/// target   instruction set to pack for; must be available (is_available())
 /// weights  outputs x rows x inputs, row-major, finite
 /// bias     outputs
-/// rows     pieces of contiguous memory that hold one pixel's inputs: k for a k x k convolution, each with k pixels
+/// rows     pieces of contiguous memory per pixel: k for a k x k convolution, each with k pixels
 inline conv_f32_weights pack_conv_f32(isa target, std::span<const float> weights, std::span<const float> bias, std::size_t rows,
                                       activation after) {
     LDI_ASSERT(!bias.empty() && rows >= 1 && weights.size() % (bias.size() * rows) == 0);
@@ -4772,11 +4893,11 @@ inline conv_f32_weights pack_conv_f32(isa target, std::span<const float> weights
     return packed;
 }
 
-/// result = activation(sum of weight * input * ratio + bias)
+/// Computes result = activation(sum of weight * input * ratio + bias).
 ///
-/// rows          start of each of the first pixel's pieces of `inputs` values
+/// rows          addresses of the first pixel's pieces, each of weights.inputs values
 /// pixel_stride  distance between the pieces of adjacent pixels, in values
-/// ratios        one per pixel; nullptr stands for ones
+/// ratios        one per pixel; nullptr means 1
 /// result        pixels x outputs, row-major; must not overlap the input
 inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                      const float* ratios, float* result) {
@@ -4790,45 +4911,46 @@ inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, 
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Maximum absolute value of a weight. The sum of two products with unsigned bytes then fits 16 bits, as AVX2's vpmaddubsw needs.
+/// Maximum absolute value of a weight. The sum of two products with unsigned bytes then fits in 16 bits, as AVX2's vpmaddubsw
+/// requires.
 inline constexpr std::int32_t max_conv_u8_weight = 63;
-/// Maximum number of inputs per output, over all pieces: sums fit 32 bits.
+/// Maximum number of inputs per output over all pieces, so that sums fit in 32 bits.
 inline constexpr std::size_t max_conv_u8_inputs = std::size_t{1} << 17;
 
-/// The weights of one layer in the order that conv_u8() reads them. Only pack_conv_u8() makes valid ones.
+/// The weights of one layer in the order in which conv_u8() reads them. Valid only if pack_conv_u8() made them.
 struct conv_u8_weights {
-    using value_type = std::uint8_t;  ///< of the inputs
+    using value_type = std::uint8_t;  ///< type of the inputs
 
     isa target = isa::scalar;
     std::size_t rows = 1, inputs = 0, outputs = 0;
     float negative_slope = 1.0F;
     std::uint8_t result_zero_point = 0;
     buffer<std::int8_t> values;
-    buffer<std::int32_t> offsets;  ///< subtract the inputs' zero points; these three are padded to whole panels
+    buffer<std::int32_t> offsets;  ///< subtract the inputs' zero points; padded to whole panels, as scales and bias are
     buffer<float> scales, bias;
 };
 
 /// One instruction set's kernel: a row of `conv_u8_kernels`.
 struct conv_u8_kernel {
     isa set;
-    /// Fills `values`, `offsets`, `scales` and `bias`; the caller has set all other members. As pack_conv_u8() of
+    /// Fills `values`, `offsets`, `scales` and `bias`; the caller has set all other members. See pack_conv_u8() of
     /// kernels/conv_u8.hpp.
     void (*pack)(conv_u8_weights& packed, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
                  std::span<const float> scales, std::span<const float> bias);
-    /// As conv_u8() of kernels/conv_u8.hpp, to bytes and to float32.
+    /// Same parameters as conv_u8() of kernels/conv_u8.hpp; results are bytes in run(), float32 in run_to_float().
     void (*run)(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
                 const float* ratios, std::uint8_t* result);
     void (*run_to_float)(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride,
                          std::size_t pixels, const float* ratios, float* result);
 };
 
-/// Destination of one panel's results, and the constants that finish them.
+/// Destination of one panel's results, and the constants that turn sums into results.
 template <class Result>
 struct conv_u8_panel_output {
     const std::int32_t* offsets;
     const float *scales, *bias, *ratios;
     float negative_slope, zero_point;
-    std::size_t stride;  ///< values from pixel to pixel
+    std::size_t stride;  ///< distance between adjacent pixels, in values
     std::size_t count;   ///< remaining outputs of the layer
     Result* values;
 
@@ -4852,9 +4974,9 @@ struct conv_u8_panel_output {
 
 namespace detail {
 
-/// Packs weights as append_conv_panels() does.
+/// Packs weights in the order of append_panels(), and computes `offsets`, `scales` and `bias`.
 ///
-/// zero_points  of the inputs of one piece
+/// zero_points  one per input of a piece
 template <std::size_t group>
 inline void append_conv_u8_panels(conv_u8_weights& packed, std::span<const std::int8_t> weights,
                                   std::span<const std::uint8_t> zero_points, std::span<const float> scales,
@@ -4873,7 +4995,7 @@ inline void append_conv_u8_panels(conv_u8_weights& packed, std::span<const std::
 }}  // namespace ldi
 
 // ---- ldi/kernels/conv_u8/avx2.hpp
-// kernels/conv_u8.hpp with AVX2: vpmaddubsw adds two products in 16 bits, vpmaddwd two of these sums in 32.
+// kernels/conv_u8.hpp with AVX2: vpmaddubsw adds two products in 16 bits, vpmaddwd adds two of these sums in 32 bits.
 
 #if LDI_HAS_X86_KERNELS
 
@@ -4938,17 +5060,17 @@ inline void pack_conv_u8(conv_u8_weights& packed, std::span<const std::int8_t> w
                                                       conv_u8_set::max_vectors);
 }
 
-// The tiles of conv_u8, and its entry. Each instruction set includes this file inside its namespace and target region, after
-// its primitives in a namespace conv_u8_set:
+// Tiles and entry point of conv_u8. Each instruction set includes this file inside its namespace and target region, after its
+// primitives in a namespace conv_u8_set:
 //
-//   width, group, max_vectors, pixels[]   as in detail/generic/conv_walk.hpp
-//   sums_type                             `width` sums of 32 bits
-//   inputs_type                           one group of a pixel's inputs, repeated for each output
-//   weights_type                          a group's weights of `width` outputs
-//   load_inputs(from, count)              `count` inputs, 1 to `group`; zeros behind them
-//   load_weights(from)
-//   add_products(sums, inputs, weights)
-//   finish_vector(output, pixel, from, sums, ratio)   stores the results of outputs `from` and up
+//     width, group, max_vectors, pixels[]             as in detail/generic/conv_walk.hpp
+//     sums_type                                       `width` sums of 32 bits
+//     inputs_type                                     one group of a pixel's inputs, repeated for each output
+//     weights_type                                    a group's weights for `width` outputs
+//     load_inputs(from, count)                        loads 1 to `group` inputs and fills the group with zeros
+//     load_weights(from)
+//     add_products(sums, inputs, weights)
+//     finish_vector(output, pixel, from, sums, ratio)  stores the results of outputs `from` and up
 
 struct conv_u8_tiles {
     static constexpr std::size_t group = conv_u8_set::group, width = conv_u8_set::width, max_vectors = conv_u8_set::max_vectors;
@@ -4974,7 +5096,7 @@ struct conv_u8_tiles {
     }
 
 private:
-    /// `count` inputs of every pixel, with all vectors of weights.
+    /// Adds the products of `count` inputs of every pixel and all vectors of weights.
     template <std::size_t... p, std::size_t... v>
     [[gnu::always_inline]] static void add_groups(std::index_sequence<p...>, std::index_sequence<v...> vectors,
                                                   conv_u8_set::sums_type* sums, const std::uint8_t* inputs, std::size_t stride,
@@ -4995,7 +5117,7 @@ private:
     }
 };
 
-/// Result: float or std::uint8_t.
+/// Result  float or std::uint8_t
 template <class Result>
 void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
              const float* ratios, Result* result) {
@@ -5011,7 +5133,7 @@ LDI_END_TARGET
 #endif
 
 // ---- ldi/kernels/conv_u8/avx512vnni.hpp
-// kernels/conv_u8.hpp with AVX-512 VNNI: vpdpbusd makes four products for each lane.
+// kernels/conv_u8.hpp with AVX-512 VNNI: vpdpbusd computes four products per lane.
 
 #if LDI_HAS_X86_KERNELS
 
@@ -5035,12 +5157,13 @@ struct conv_u8_tiles {
         return four;
     }
 
-    /// Lanes hold integers, whatever their type says.
+    /// Adds the products of one group. Lanes contain integers, although their type is float.
     template <std::size_t half, std::size_t... v>
     [[gnu::always_inline]] static void multiply_add(std::index_sequence<v...>, conv_lanes<sizeof...(v), half>& sums,
                                                     std::int32_t inputs, const conv_lanes<sizeof...(v), half>& weights) {
         __m512i x = _mm512_set1_epi32(inputs);
-        if constexpr (half == 1 && sizeof...(v) > 0) asm("" : "+v"(x));  // or clang loads it again for the half vector
+        // without this variable, clang loads it again for the half vector
+        if constexpr (half == 1 && sizeof...(v) > 0) asm("" : "+v"(x));
         ((sums.whole[v] = _mm512_castsi512_ps(
               _mm512_dpbusd_epi32(_mm512_castps_si512(sums.whole[v]), x, _mm512_castps_si512(weights.whole[v])))),
          ...);
@@ -5095,7 +5218,7 @@ template <class Result>
 void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
              const float* ratios, Result* result) {
     const auto* const values =
-        reinterpret_cast<const std::uint8_t*>(weights.values.data());  // the kernel interprets them as signed
+        reinterpret_cast<const std::uint8_t*>(weights.values.data());  // the kernel reads them as signed bytes
     conv_panels<conv_u8_tiles>(weights, conv_panel_input<std::uint8_t>{rows, weights.rows, weights.inputs, pixel_stride, values},
                                pixels, conv_u8_panel_output<Result>(weights, ratios, result));
 }
@@ -5105,7 +5228,7 @@ void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, st
 #endif
 
 // ---- ldi/kernels/conv_u8/avx_vnni.hpp
-// kernels/conv_u8.hpp with AVX-VNNI: vpdpbusd makes four products for each of 8 lanes. Weights lie as for AVX2.
+// kernels/conv_u8.hpp with AVX-VNNI: vpdpbusd computes four products for each of 8 lanes. The weights have the layout of AVX2.
 
 #if LDI_HAS_X86_KERNELS
 
@@ -5128,14 +5251,14 @@ inline constexpr std::size_t pixels[] = {12, 6, 4};
 
 }  // namespace conv_u8_set
 
-// The walk of conv_f32 and conv_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its
-// namespace and target region. Kernel is a family's primitives there:
+// Loops of conv_f32 and conv_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its
+// namespace and target region. The template parameter Kernel provides the primitives:
 //
-//   group, width, max_vectors   inputs multiplied together; outputs per vector; vectors per panel
-//   pixels[v]                   pixels of a full tile with v + 1 vectors
-//   tile(pixels, vectors, input, first_pixel, output)   computes one tile
+//     group, width, max_vectors   inputs multiplied together; outputs per vector; vectors per panel
+//     pixels[v]                   pixels of a full tile with v + 1 vectors
+//     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
-/// Pixels first to last - 1, in tiles as large as fit.
+/// Computes pixels first to last - 1 in the largest possible tiles.
 template <class Kernel, std::size_t pixels, std::size_t vectors, class Input, class Output>
 inline void conv_panel(const Input& input, std::size_t first, std::size_t last, const Output& out) {
     for (; first + pixels <= last; first += pixels)
@@ -5144,7 +5267,8 @@ inline void conv_panel(const Input& input, std::size_t first, std::size_t last, 
         if (first < last) conv_panel<Kernel, (pixels > 4 ? 4 : pixels / 2), vectors>(input, first, last, out);
 }
 
-/// Panel by panel, each through a table: so the compiler keeps the loops of one size in a function of their own.
+/// Computes all outputs panel by panel. Calls go through a table, so that the compiler keeps the loops of each size in a
+/// separate function.
 template <class Kernel, class Weights, class Input, class Output, std::size_t... v>
 inline void conv_panels(std::index_sequence<v...>, const Weights& weights, Input input, std::size_t pixels, Output out) {
     static constexpr void (*panel_functions[])(const Input&, std::size_t, std::size_t,
@@ -5163,17 +5287,17 @@ inline void conv_panels(const Weights& weights, const Input& input, std::size_t 
     conv_panels<Kernel>(std::make_index_sequence<Kernel::max_vectors>{}, weights, input, pixels, out);
 }
 
-// The tiles of conv_u8, and its entry. Each instruction set includes this file inside its namespace and target region, after
-// its primitives in a namespace conv_u8_set:
+// Tiles and entry point of conv_u8. Each instruction set includes this file inside its namespace and target region, after its
+// primitives in a namespace conv_u8_set:
 //
-//   width, group, max_vectors, pixels[]   as in detail/generic/conv_walk.hpp
-//   sums_type                             `width` sums of 32 bits
-//   inputs_type                           one group of a pixel's inputs, repeated for each output
-//   weights_type                          a group's weights of `width` outputs
-//   load_inputs(from, count)              `count` inputs, 1 to `group`; zeros behind them
-//   load_weights(from)
-//   add_products(sums, inputs, weights)
-//   finish_vector(output, pixel, from, sums, ratio)   stores the results of outputs `from` and up
+//     width, group, max_vectors, pixels[]             as in detail/generic/conv_walk.hpp
+//     sums_type                                       `width` sums of 32 bits
+//     inputs_type                                     one group of a pixel's inputs, repeated for each output
+//     weights_type                                    a group's weights for `width` outputs
+//     load_inputs(from, count)                        loads 1 to `group` inputs and fills the group with zeros
+//     load_weights(from)
+//     add_products(sums, inputs, weights)
+//     finish_vector(output, pixel, from, sums, ratio)  stores the results of outputs `from` and up
 
 struct conv_u8_tiles {
     static constexpr std::size_t group = conv_u8_set::group, width = conv_u8_set::width, max_vectors = conv_u8_set::max_vectors;
@@ -5199,7 +5323,7 @@ struct conv_u8_tiles {
     }
 
 private:
-    /// `count` inputs of every pixel, with all vectors of weights.
+    /// Adds the products of `count` inputs of every pixel and all vectors of weights.
     template <std::size_t... p, std::size_t... v>
     [[gnu::always_inline]] static void add_groups(std::index_sequence<p...>, std::index_sequence<v...> vectors,
                                                   conv_u8_set::sums_type* sums, const std::uint8_t* inputs, std::size_t stride,
@@ -5220,7 +5344,7 @@ private:
     }
 };
 
-/// Result: float or std::uint8_t.
+/// Result  float or std::uint8_t
 template <class Result>
 void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
              const float* ratios, Result* result) {
@@ -5236,8 +5360,8 @@ LDI_END_TARGET
 #endif
 
 // ---- ldi/kernels/conv_u8/neon.hpp
-// kernels/conv_u8.hpp with NEON: sdot makes four products of signed bytes for each of 4 lanes. The kernel subtracts 128 from the
-// inputs; `offsets` adds it back.
+// kernels/conv_u8.hpp with NEON: sdot computes four products of signed bytes for each of 4 lanes. The kernel subtracts 128 from
+// the inputs; `offsets` compensates.
 
 #if LDI_HAS_ARM_KERNELS
 
@@ -5304,17 +5428,17 @@ inline void pack_conv_u8(conv_u8_weights& packed, std::span<const std::int8_t> w
     }
 }
 
-// The tiles of conv_u8, and its entry. Each instruction set includes this file inside its namespace and target region, after
-// its primitives in a namespace conv_u8_set:
+// Tiles and entry point of conv_u8. Each instruction set includes this file inside its namespace and target region, after its
+// primitives in a namespace conv_u8_set:
 //
-//   width, group, max_vectors, pixels[]   as in detail/generic/conv_walk.hpp
-//   sums_type                             `width` sums of 32 bits
-//   inputs_type                           one group of a pixel's inputs, repeated for each output
-//   weights_type                          a group's weights of `width` outputs
-//   load_inputs(from, count)              `count` inputs, 1 to `group`; zeros behind them
-//   load_weights(from)
-//   add_products(sums, inputs, weights)
-//   finish_vector(output, pixel, from, sums, ratio)   stores the results of outputs `from` and up
+//     width, group, max_vectors, pixels[]             as in detail/generic/conv_walk.hpp
+//     sums_type                                       `width` sums of 32 bits
+//     inputs_type                                     one group of a pixel's inputs, repeated for each output
+//     weights_type                                    a group's weights for `width` outputs
+//     load_inputs(from, count)                        loads 1 to `group` inputs and fills the group with zeros
+//     load_weights(from)
+//     add_products(sums, inputs, weights)
+//     finish_vector(output, pixel, from, sums, ratio)  stores the results of outputs `from` and up
 
 struct conv_u8_tiles {
     static constexpr std::size_t group = conv_u8_set::group, width = conv_u8_set::width, max_vectors = conv_u8_set::max_vectors;
@@ -5340,7 +5464,7 @@ struct conv_u8_tiles {
     }
 
 private:
-    /// `count` inputs of every pixel, with all vectors of weights.
+    /// Adds the products of `count` inputs of every pixel and all vectors of weights.
     template <std::size_t... p, std::size_t... v>
     [[gnu::always_inline]] static void add_groups(std::index_sequence<p...>, std::index_sequence<v...> vectors,
                                                   conv_u8_set::sums_type* sums, const std::uint8_t* inputs, std::size_t stride,
@@ -5361,7 +5485,7 @@ private:
     }
 };
 
-/// Result: float or std::uint8_t.
+/// Result  float or std::uint8_t
 template <class Result>
 void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
              const float* ratios, Result* result) {
@@ -5381,7 +5505,7 @@ LDI_END_TARGET
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 
-/// Outputs that lie side by side in memory, so that compilers vectorize the loop over them.
+/// Number of outputs that are adjacent in memory, so that compilers vectorize the loop over them.
 inline constexpr std::size_t conv_u8_panel = 8;
 
 inline void pack_conv_u8(conv_u8_weights& packed, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
@@ -5389,11 +5513,11 @@ inline void pack_conv_u8(conv_u8_weights& packed, std::span<const std::int8_t> w
     detail::append_conv_u8_panels<1>(packed, weights, zero_points, scales, bias, conv_u8_panel, 1);
 }
 
-/// A sum without zero points to a result.
+/// Converts a sum, zero points already subtracted, to a result.
 template <class Result>
 Result finish_conv_u8(std::int32_t sum, float scale, float bias, float negative_slope, float zero_point) {
     const float value = detail::fused_multiply_add(detail::nearest_float(sum), scale, bias);
-    // Fused on every machine, so that no compiler decides.
+    // Fused on every machine, so that the result does not depend on the compiler.
     const float activated = value > 0.0F ? value + zero_point : detail::fused_multiply_add(value, negative_slope, zero_point);
     if constexpr (std::is_same_v<Result, float>)
         return activated;
@@ -5401,7 +5525,7 @@ Result finish_conv_u8(std::int32_t sum, float scale, float bias, float negative_
         return static_cast<Result>(std::nearbyint(std::clamp(activated, 0.0F, 255.0F)));
 }
 
-/// The sums of `pixels` pixels with one panel of weights.
+/// Computes `pixels` pixels with one panel of weights.
 template <std::size_t pixels, class Result>
 void conv_u8_tile(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t first_pixel,
                   std::size_t pixel_stride, std::size_t first_output, const conv_u8_panel_output<Result>& out) {
@@ -5424,7 +5548,7 @@ void conv_u8_tile(const conv_u8_weights& weights, const std::uint8_t* const* row
     }
 }
 
-/// Result: float or std::uint8_t.
+/// Result  float or std::uint8_t
 template <class Result>
 void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
              const float* ratios, Result* result) {
@@ -5440,8 +5564,8 @@ void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, st
 }}}  // namespace ldi::scalar
 
 // ---- ldi/kernels/conv_u8/wasm.hpp
-// kernels/conv_u8.hpp with WebAssembly's i32x4.dot_i16x8_s: two products for each of 4 lanes. SIMD128 has no fused multiplication
-// and addition, so that the portable code finishes the sums, with equal bits.
+// kernels/conv_u8.hpp with WebAssembly's i32x4.dot_i16x8_s: two products for each of 4 lanes. SIMD128 has no fused multiply-add,
+// so portable code converts the sums to results, with equal bits.
 
 #if LDI_HAS_WASM_KERNELS
 
@@ -5481,17 +5605,17 @@ inline void pack_conv_u8(conv_u8_weights& packed, std::span<const std::int8_t> w
                                                       conv_u8_set::max_vectors);
 }
 
-// The tiles of conv_u8, and its entry. Each instruction set includes this file inside its namespace and target region, after
-// its primitives in a namespace conv_u8_set:
+// Tiles and entry point of conv_u8. Each instruction set includes this file inside its namespace and target region, after its
+// primitives in a namespace conv_u8_set:
 //
-//   width, group, max_vectors, pixels[]   as in detail/generic/conv_walk.hpp
-//   sums_type                             `width` sums of 32 bits
-//   inputs_type                           one group of a pixel's inputs, repeated for each output
-//   weights_type                          a group's weights of `width` outputs
-//   load_inputs(from, count)              `count` inputs, 1 to `group`; zeros behind them
-//   load_weights(from)
-//   add_products(sums, inputs, weights)
-//   finish_vector(output, pixel, from, sums, ratio)   stores the results of outputs `from` and up
+//     width, group, max_vectors, pixels[]             as in detail/generic/conv_walk.hpp
+//     sums_type                                       `width` sums of 32 bits
+//     inputs_type                                     one group of a pixel's inputs, repeated for each output
+//     weights_type                                    a group's weights for `width` outputs
+//     load_inputs(from, count)                        loads 1 to `group` inputs and fills the group with zeros
+//     load_weights(from)
+//     add_products(sums, inputs, weights)
+//     finish_vector(output, pixel, from, sums, ratio)  stores the results of outputs `from` and up
 
 struct conv_u8_tiles {
     static constexpr std::size_t group = conv_u8_set::group, width = conv_u8_set::width, max_vectors = conv_u8_set::max_vectors;
@@ -5517,7 +5641,7 @@ struct conv_u8_tiles {
     }
 
 private:
-    /// `count` inputs of every pixel, with all vectors of weights.
+    /// Adds the products of `count` inputs of every pixel and all vectors of weights.
     template <std::size_t... p, std::size_t... v>
     [[gnu::always_inline]] static void add_groups(std::index_sequence<p...>, std::index_sequence<v...> vectors,
                                                   conv_u8_set::sums_type* sums, const std::uint8_t* inputs, std::size_t stride,
@@ -5538,7 +5662,7 @@ private:
     }
 };
 
-/// Result: float or std::uint8_t.
+/// Result  float or std::uint8_t
 template <class Result>
 void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
              const float* ratios, Result* result) {
@@ -5552,15 +5676,15 @@ void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, st
 #endif
 
 // ---- ldi/kernels/conv_u8.hpp
-// k x k convolution of unsigned bytes: kernels/conv_f32.hpp in a quarter of the memory, with every stored value rounded to 8
-// bits. One file of conv_u8/ for each instruction set, all with equal results.
+// k x k convolution of unsigned bytes: like kernels/conv_f32.hpp with a quarter of the memory, every stored value rounded to 8
+// bits. Each instruction set has a file in conv_u8/; all results are equal.
 //
-// A byte x of an input stands for (x - zero point) * its scale. Sums are exact; scale, ratio, bias and activation are float32,
-// and every instruction set uses the same fused multiply-adds.
+// An input byte x represents (x - zero point) * scale. Sums are exact. Scale, ratio, bias and activation are float32, and every
+// instruction set computes the same fused multiply-adds.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The kernel of each instruction set.
+/// One kernel per instruction set.
 inline constexpr conv_u8_kernel conv_u8_kernels[] = {
 #if LDI_HAS_X86_KERNELS
     {isa::avx2, avx2::pack_conv_u8, avx2::conv_u8<std::uint8_t>, avx2::conv_u8<float>},
@@ -5577,13 +5701,15 @@ inline constexpr conv_u8_kernel conv_u8_kernels[] = {
 };
 static_assert(find_kernel(conv_u8_kernels, isa::scalar).set == isa::scalar);
 
-/// target             to pack for, one that is_available()
+/// Packs weights for conv_u8().
+///
+/// target             instruction set to pack for; must be available (is_available())
 /// weights            outputs x rows x inputs, row-major, at most max_conv_u8_weight in absolute value; rows x inputs at most
 ///                    max_conv_u8_inputs
-/// zero_points        of the inputs of one piece
-/// scales, bias       outputs: the factor of a sum and the value added to the product, in units of the result's scale
-/// rows               pieces of contiguous memory that hold one pixel's inputs: k for a k x k convolution, each with k pixels
-/// result_zero_point  of results that are bytes
+/// zero_points        one per input of a piece
+/// scales, bias       outputs: factor of the sum, then summand, in units of the result's scale
+/// rows               pieces of contiguous memory per pixel: k for a k x k convolution, each with k pixels
+/// result_zero_point  zero point of results that are bytes
 inline conv_u8_weights pack_conv_u8(isa target, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
                                     std::span<const float> scales, std::span<const float> bias, std::size_t rows,
                                     activation after, std::uint8_t result_zero_point) {
@@ -5603,12 +5729,12 @@ inline conv_u8_weights pack_conv_u8(isa target, std::span<const std::int8_t> wei
     return packed;
 }
 
-/// result = activation(sum of weight * (input - zero point) * (scale * ratio) + bias); for bytes plus the result's zero point,
-/// rounded half to even and clamped
+/// Computes result = activation(sum of weight * (input - zero point) * (scale * ratio) + bias). For bytes, adds the result's
+/// zero point, rounds half to even and clamps.
 ///
-/// rows          start of each of the first pixel's pieces of `inputs` values
+/// rows          addresses of the first pixel's pieces, each of weights.inputs values
 /// pixel_stride  distance between the pieces of adjacent pixels, in values
-/// ratios        one per pixel; nullptr stands for ones
+/// ratios        one per pixel; nullptr means 1
 /// result        pixels x outputs, row-major, std::uint8_t or float; must not overlap the input
 template <class Result>
 void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
@@ -5623,7 +5749,7 @@ void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, st
 }}  // namespace ldi
 
 // ---- ldi/kernels/detail/choose_target.hpp
-// Chooses the instruction set to pack 8-bit weights for: not every kernel is exact for all weights.
+// Chooses the instruction set to pack 8-bit weights for, because not every kernel is exact for all weights.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -5636,10 +5762,10 @@ inline signed_range range_of(std::span<const std::uint8_t> weights, std::uint8_t
     return {*least - int{zero_point}, *most - int{zero_point}};
 }
 
-/// Maximum number of inputs of kernels that round products and sums separately: they widen inputs into a buffer first.
+/// Maximum number of inputs of kernels without a fused multiply-add: they first widen inputs into a buffer.
 inline constexpr std::size_t max_unfused_inputs = 4096;
 
-/// Whether kernels without a fused multiply-add are exact. Their rounding needs sums of at least -2^23 / scale.
+/// Whether kernels without a fused multiply-add are exact. Their rounding requires sums of at least -2^23 / scale.
 inline bool fits_unfused(std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
                          std::span<const std::int32_t> bias, const requantization& output, float_requantization& fast) {
     const std::size_t inputs = weights.size() / bias.size();
@@ -5653,9 +5779,9 @@ inline bool fits_unfused(std::span<const std::uint8_t> weights, std::uint8_t wei
     return (510 * largest_weight * nearest_double(inputs) + largest_bias) * double{found->scale} < 0x1p23;
 }
 
-/// The fastest set up to `wanted` that is exact for these weights. x86 and NEON multiply by signed bytes; weights in -127..128 (a
-/// zero point of 127) fit after negation, and the requantization then reads negated sums. AVX2 accepts wider weights, too. NEON
-/// requantizes in integers.
+/// Returns the fastest instruction set up to `wanted` that is exact for these weights. x86 and NEON multiply by signed bytes.
+/// Weights in -127..128 (zero point 127) fit after negation; the requantization then reads negated sums. AVX2 also accepts wider
+/// weights. NEON requantizes in integers.
 inline isa choose_target(isa wanted, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
                          std::span<const std::int32_t> bias, const requantization& output, float_requantization& fast) {
     if (wanted == isa::scalar) return isa::scalar;
@@ -5681,17 +5807,18 @@ inline bool is_negated(const float_requantization& fast) { return fast.scale < 0
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The weights of one layer in the order that depthwise_u8() reads them. Only pack_depthwise_u8() makes valid ones.
+/// The weights of one layer in the order in which depthwise_u8() reads them. Valid only if pack_depthwise_u8() made them.
 struct depthwise_u8_weights {
     static constexpr std::size_t taps = 9;
 
     isa target = isa::scalar;
     std::size_t channels = 0;
     std::size_t stride = 1;
-    std::uint8_t padding = 0;     ///< the input's zero point: the value of pixels outside the image
-    buffer<std::int16_t> wide;    ///< scalar, WebAssembly: weight minus its zero point
-    buffer<std::int8_t> narrow;   ///< AVX2, VNNI: the same, or its negative, see `fast`; NEON: see `output`
-    buffer<std::uint32_t> order;  ///< AVX2: terms that the weights of each unit are split into
+    std::uint8_t padding = 0;   ///< the input's zero point: the value of pixels outside the image
+    buffer<std::int16_t> wide;  ///< scalar, WebAssembly: weight minus its zero point
+    /// AVX2, VNNI: weight minus its zero point, or the negative of it (see `fast`); NEON: see `output`
+    buffer<std::int8_t> narrow;
+    buffer<std::uint32_t> order;  ///< AVX2: number of terms that the weights of each unit are split into
     buffer<std::int32_t> bias;    ///< zero points folded in, in the order of the sums
     requantization output;        ///< as in gemm_u8_weights
     float_requantization fast;    ///< as in gemm_u8_weights
@@ -5699,7 +5826,7 @@ struct depthwise_u8_weights {
 
 namespace detail {
 
-/// The weights of one depthwise layer before packing, less their zero point.
+/// The weights of one depthwise layer before packing.
 struct depthwise_source {
     std::span<const std::uint8_t> weights;  // channels x 9
     std::span<const std::int32_t> bias;
@@ -5721,9 +5848,9 @@ struct depthwise_source {
 /// One instruction set's kernel: a row of `depthwise_u8_kernels`.
 struct depthwise_u8_kernel {
     isa set;
-    /// Appends to `wide`, `narrow`, `order` and `bias` whatever run() reads; the caller has set all other members.
+    /// Appends to `wide`, `narrow`, `order` and `bias` the data that run() reads; the caller has set all other members.
     void (*pack)(depthwise_u8_weights& packed, const detail::depthwise_source& source);
-    /// As depthwise_u8() of kernels/depthwise_u8.hpp.
+    /// Same parameters as depthwise_u8() of kernels/depthwise_u8.hpp.
     void (*run)(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width, std::size_t repeat,
                 std::uint8_t* result);
 };
@@ -5731,8 +5858,8 @@ struct depthwise_u8_kernel {
 }}  // namespace ldi
 
 // ---- ldi/kernels/depthwise_u8/stretches.hpp
-// Units and stretches of a row, for kernels that keep a depthwise convolution's unfinished windows in registers. A row's channels
-// are cut into units that fill the vectors; a unit with fewer channels processes several stretches of the row together.
+// Units and stretches of a row, for kernels that keep a depthwise convolution's unfinished windows in registers. The channels of
+// a row are split into units that fill the vectors; a unit with fewer channels processes several stretches of the row together.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -5741,7 +5868,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 struct depthwise_unit {
     std::size_t first, channels;
 
-    /// The unit after the first `done` of `all` channels.
+    /// Selects the unit that follows the first `done` of `all` channels.
     depthwise_unit(std::size_t all, std::size_t done, std::size_t most) {
         const std::size_t left = all - done;
         channels = left > 48 ? 64 : left > 16 ? 32 : 16;
@@ -5751,7 +5878,6 @@ struct depthwise_unit {
     std::size_t end() const { return first + channels; }
 };
 
-/// The arguments of depthwise_u8().
 struct depthwise_call {
     const depthwise_u8_weights& weights;
     const std::uint8_t* const* rows;
@@ -5767,11 +5893,11 @@ struct depthwise_call {
     std::size_t result_width() const { return (width * repeat - 1) / weights.stride + 1; }
 };
 
-/// One pixel of each stretch, in the three rows.
+/// Addresses of one pixel in each stretch and each of the three rows.
 template <std::size_t stretches>
 struct depthwise_position {
     const std::uint8_t* at[3][stretches];
-    std::size_t moves[3];  ///< mask of an offset: all bits for rows, none for padding
+    std::size_t moves[3];  ///< masks for offsets: all bits for rows, none for padding
 
     const std::uint8_t* find(std::size_t row, std::size_t stretch, std::size_t offset) const {
         return at[row][stretch] + (offset & moves[row]);
@@ -5783,13 +5909,13 @@ struct depthwise_stretches {
     const depthwise_call& call;
     std::size_t first_channel, length, starts[stretches];
 
-    /// Cuts `all` pixels of the rows or of the result; the last stretch may overlap the one before it.
+    /// Splits `all` pixels of the rows or of the result; the last stretch may overlap the one before it.
     depthwise_stretches(const depthwise_call& what, std::size_t channel, std::size_t all)
         : call(what), first_channel(channel), length((all + stretches - 1) / stretches) {
         for (std::size_t s = 0; s < stretches; ++s) starts[s] = s * length + length <= all ? s * length : all - length;
     }
 
-    /// One column for each stretch; padding outside the row.
+    /// Addresses of one column per stretch; padding outside the row.
     depthwise_position<stretches> at(const std::size_t (&columns)[stretches]) const {
         depthwise_position<stretches> found;
         for (std::size_t r = 0; r < 3; ++r) {
@@ -5801,22 +5927,22 @@ struct depthwise_stretches {
         }
         return found;
     }
-    /// The columns that lie `column` (from -1 on) behind `scale` times the start of each stretch.
+    /// Addresses of column `scale` * start + `column` for each stretch; `column` is at least -1.
     depthwise_position<stretches> at(std::ptrdiff_t column, std::size_t scale) const {
-        std::size_t columns[stretches];  // -1 wraps to more than any width
+        std::size_t columns[stretches];  // -1 wraps to a value larger than any width
         for (std::size_t s = 0; s < stretches; ++s) columns[s] = starts[s] * scale + static_cast<std::size_t>(column);
         return at(columns);
     }
-    /// Column `tap`, 0 to 2, of the window around pixel x of each stretch of the result, for any repetition.
+    /// Addresses of column `tap`, 0 to 2, of the window around pixel x of each stretch of the result, for any repetition.
     depthwise_position<stretches> at_tap(std::size_t x, std::size_t tap) const {
         std::size_t columns[stretches];
         for (std::size_t s = 0; s < stretches; ++s) {
-            const std::size_t enlarged = (starts[s] + x) * call.weights.stride + tap;  // plus one
+            const std::size_t enlarged = (starts[s] + x) * call.weights.stride + tap;  // column index plus one
             columns[s] = enlarged == 0 ? call.width : (enlarged - 1) / call.repeat;
         }
         return at(columns);
     }
-    /// Start of a stretch's results, with `scale` results per pixel.
+    /// Address of a stretch's results, with `scale` results per pixel.
     std::uint8_t* result(std::size_t stretch, std::size_t scale) const {
         return call.result + starts[stretch] * scale * call.weights.channels + first_channel;
     }
@@ -5825,18 +5951,18 @@ struct depthwise_stretches {
 }}}  // namespace ldi::detail
 
 // ---- ldi/kernels/detail/unsaturated_pairs.hpp
-// Weights that vpmaddubsw multiplies exactly. It adds two products of a byte and a signed byte in 16 bits and saturates:
-// 255 * 127 * 2 does not fit. Products are exact for all inputs if the positive weights that meet in one 16-bit sum add up to at
-// most 128, and the negative ones to at least -128. Few weights of a trained network are larger; the part that does not fit one
-// sum goes into another.
+// Splits weights so that vpmaddubsw multiplies them exactly. The instruction adds two products of a byte and a signed byte in 16
+// bits and saturates, because 255 * 127 * 2 does not fit. Products are exact for all inputs if the positive weights in one
+// 16-bit sum add up to at most 128, and the negative ones to at least -128. Few weights of a trained network are larger; the
+// excess goes to another sum.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
-/// The weights that one 16-bit sum still has room for.
+/// Remaining capacity of one 16-bit sum for weights.
 struct sum_room {
     int most = 128, least = -128;
 
-    /// Removes from `rest` as much as fits, and returns it.
+    /// Removes the largest part that fits from `rest`, and returns it.
     std::int8_t take(int& rest) {
         const int part = std::clamp(rest, (std::max)(least, -128), (std::min)(most, 127));
         most -= (std::max)(part, 0);
@@ -5846,7 +5972,7 @@ struct sum_room {
     }
 };
 
-/// Whether these weights are signed bytes that may meet in one 16-bit sum. Two of different signs always may.
+/// Whether these weights are signed bytes that fit in one 16-bit sum. Signed bytes of opposite signs always fit.
 inline bool fit_one_sum(int a, int b) { return a >= -128 && a <= 127 && b >= -128 && b <= 127 && a + b >= -128 && a + b <= 128; }
 
 }}}  // namespace ldi::avx2
@@ -5856,9 +5982,9 @@ inline bool fit_one_sum(int a, int b) { return a >= -128 && a <= 127 && b >= -12
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
-inline constexpr std::size_t depthwise_max_channels = 32;  ///< of a unit
+inline constexpr std::size_t depthwise_max_channels = 32;  ///< maximum per unit
 
-/// Weights of one channel in one column that no term holds yet.
+/// Weights of one channel in one column that are not yet assigned to a term.
 struct depthwise_rest {
     int rows[3];
 
@@ -5870,8 +5996,8 @@ struct depthwise_rest {
     }
 };
 
-/// Unit by unit: in `order` its number of terms; in `narrow` term by term, column by column of the window, 4 vectors of 8
-/// channels x 4 bytes: of each 16 channels that a 128-bit lane holds, 4 in each vector.
+/// Packs weights unit by unit. `order` gets the number of terms of each unit. `narrow` gets, for each term and each column of
+/// the window, 4 vectors of 8 channels x 4 bytes; of the 16 channels in a 128-bit lane, each vector contains 4.
 inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     for (std::size_t done = 0; done < packed.channels;) {
@@ -5906,11 +6032,12 @@ inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthw
 // ---- ldi/kernels/depthwise_u8/avx2.hpp
 // kernels/depthwise_u8.hpp with vpmaddubsw and vpmaddwd.
 //
-// The kernel interleaves the bytes of three rows: four bytes hold one channel of one column (rows 0, 1, 2 and row 1 again). A
-// column of a window then takes two multiplications and an addition for 8 channels. The weight of row 1 is split between its two
-// places so that vpmaddubsw cannot saturate (detail/unsaturated_pairs.hpp); where that does not suffice, a unit has more terms.
+// The kernel interleaves the bytes of three rows: four bytes contain one channel of one column (rows 0, 1, 2 and row 1 again).
+// One column of a window then costs two multiplications and an addition for 8 channels. The weight of row 1 is split between its
+// two places, so that vpmaddubsw cannot saturate (detail/unsaturated_pairs.hpp). If this does not suffice, a unit has more
+// terms.
 //
-// Each column is interleaved once, in registers, and added at once to every window that contains it.
+// Each column is interleaved only once, in registers, and immediately added to all windows that contain it.
 
 #if LDI_HAS_X86_KERNELS
 
@@ -5918,12 +6045,12 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
 
-/// One column of the window, interleaved, or one sum for each of 32 channels.
+/// One interleaved column of the window, or one sum for each of 32 channels.
 struct depthwise_vectors {
     __m256i v[4];
 };
 
-/// Existing channels of each 16.
+/// Number of existing channels in each group of 16.
 using depthwise_lanes = std::size_t;
 
 inline depthwise_lanes existing_lanes(std::size_t channels) { return channels < 16 ? channels : 16; }
@@ -5934,7 +6061,7 @@ struct depthwise_rows {
     detail::depthwise_position<32 / channels> position;
     depthwise_lanes held;
 
-    /// 16 channels.
+    /// Loads 16 channels.
     [[gnu::always_inline]] __m128i load_half(const std::uint8_t* from) const {
         if (held == 16) return _mm_loadu_si128(reinterpret_cast<const __m128i*>(from));
         if (held == 8) return _mm_loadl_epi64(reinterpret_cast<const __m128i*>(from));
@@ -5942,7 +6069,7 @@ struct depthwise_rows {
         std::memcpy(bytes, from, held);
         return _mm_load_si128(reinterpret_cast<const __m128i*>(bytes));
     }
-    /// 32 bytes of one row.
+    /// Loads 32 bytes of one row.
     [[gnu::always_inline]] __m256i load(std::size_t row, std::size_t offset) const {
         if constexpr (channels == 32)
             return _mm256_loadu_si256(reinterpret_cast<const __m256i*>(position.find(row, 0, offset)));
@@ -5951,7 +6078,7 @@ struct depthwise_rows {
                                            load_half(position.find(row, 1, offset)), 1);
     }
 
-    /// `offset` bytes further on.
+    /// Loads and interleaves the column at `offset` bytes after the position.
     [[gnu::always_inline]] depthwise_vectors column(std::size_t offset) const {
         const __m256i a = load(0, offset), b = load(1, offset), c = load(2, offset);
         const __m256i ab_low = _mm256_unpacklo_epi8(a, b), ab_high = _mm256_unpackhi_epi8(a, b);
@@ -5968,25 +6095,9 @@ struct depthwise_sums {
     const std::int32_t* bias;
     std::size_t terms;
 
-    /// sum plus the products of this column as the left, middle or right one of a window.
-    [[gnu::always_inline]] depthwise_vectors left(const depthwise_vectors& sum, const depthwise_vectors& column) const {
-        return add<0>(sum, column);
-    }
-    [[gnu::always_inline]] depthwise_vectors middle(const depthwise_vectors& sum, const depthwise_vectors& column) const {
-        return add<1>(sum, column);
-    }
-    [[gnu::always_inline]] depthwise_vectors right(const depthwise_vectors& sum, const depthwise_vectors& column) const {
-        return add<2>(sum, column);
-    }
     [[gnu::always_inline]] depthwise_vectors start() const {
         const __m256i* const from = reinterpret_cast<const __m256i*>(bias);
         return {{_mm256_load_si256(from), _mm256_load_si256(from + 1), _mm256_load_si256(from + 2), _mm256_load_si256(from + 3)}};
-    }
-
-private:
-    [[gnu::always_inline]] static __m256i add(__m256i sum, __m256i column, const std::int8_t* at) {
-        const __m256i pairs = _mm256_maddubs_epi16(column, _mm256_load_si256(reinterpret_cast<const __m256i*>(at)));
-        return _mm256_add_epi32(sum, _mm256_madd_epi16(pairs, _mm256_set1_epi16(1)));
     }
     template <std::size_t k>
     [[gnu::always_inline]] depthwise_vectors add(const depthwise_vectors& sum, const depthwise_vectors& column) const {
@@ -6000,9 +6111,15 @@ private:
         } while (has_further_terms && --rest > 0);
         return result;
     }
+
+private:
+    [[gnu::always_inline]] static __m256i add(__m256i sum, __m256i column, const std::int8_t* at) {
+        const __m256i pairs = _mm256_maddubs_epi16(column, _mm256_load_si256(reinterpret_cast<const __m256i*>(at)));
+        return _mm256_add_epi32(sum, _mm256_madd_epi16(pairs, _mm256_set1_epi16(1)));
+    }
 };
 
-/// The row of the result, and the start of each stretch in it.
+/// Addresses of the result for each stretch.
 template <std::size_t channels>
 struct depthwise_result {
     std::uint8_t* at[32 / channels];
@@ -6021,17 +6138,20 @@ struct depthwise_result {
     }
 };
 
-// The walk of depthwise_u8/avx2.hpp and depthwise_u8/avx512vnni.hpp along a row. Each of them includes this file inside its
-// namespace and target region, after its primitives:
+// Loop of depthwise_u8/avx2.hpp and depthwise_u8/avx512vnni.hpp along a row. Both include this file inside their namespace and
+// target region, after these primitives:
 //
-//   depthwise_max_channels      channels of a full unit
-//   depthwise_vectors           one column of the window, interleaved, or one sum for each channel
-//   depthwise_lanes             the channels that exist, from existing_lanes()
-//   depthwise_rows<channels>    loads columns
-//   depthwise_sums              the weights of a unit: start() is the bias; left(), middle() and right() add a column
-//   depthwise_result<channels>  requantizes and stores
+//     depthwise_max_channels      channels of a full unit
+//     depthwise_vectors           one interleaved column of the window, or one sum per channel
+//     depthwise_lanes             the existing channels, from existing_lanes()
+//     depthwise_rows<channels>    loads columns
+//     depthwise_sums              the weights of a unit: start() is the bias; add<window_left>(sum, column), and likewise
+//                                 window_middle and window_right, adds the products of a column at that place of a window
+//     depthwise_result<channels>  requantizes and stores
 
-/// Computes one unit.
+inline constexpr std::size_t window_left = 0, window_middle = 1, window_right = 2;
+
+/// Computes one unit of channels along a row.
 template <std::size_t channels, class Sums>
 struct depthwise_run {
     static constexpr std::size_t stretch_count = depthwise_max_channels / channels;
@@ -6041,7 +6161,7 @@ struct depthwise_run {
     std::size_t pixel_stride;
     depthwise_lanes lanes;
 
-    /// all  pixels to be cut into stretches
+    /// all  number of pixels to split into stretches
     depthwise_run(const detail::depthwise_call& call, const Sums& sums, std::size_t first_channel, std::size_t all)
         : stretches(call, first_channel, all),
           packed(sums),
@@ -6058,77 +6178,79 @@ struct depthwise_run {
         return found;
     }
 
-    /// Each column ends one window, is the middle of the next and begins the one after it.
+    /// Each column is the right column of one window, the middle column of the next, and the left column of the one after.
     void stride_1() const {
         const Sums sums = packed;  // in registers
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_rows<channels> rows = rows_at(0, 1);
         const depthwise_result<channels> result = result_at(1);
-        depthwise_vectors next = sums.left(sums.start(), rows_at(-1, 1).column(0));
+        depthwise_vectors next = sums.template add<window_left>(sums.start(), rows_at(-1, 1).column(0));
         depthwise_vectors column = rows.column(0);
-        depthwise_vectors current = sums.middle(next, column);
-        next = sums.left(sums.start(), column);
+        depthwise_vectors current = sums.template add<window_middle>(next, column);
+        next = sums.template add<window_left>(sums.start(), column);
         for (std::size_t x = 1; x < length; ++x) {
             column = rows.column(x * pixel_bytes);
-            result.store(sums.right(current, column), (x - 1) * pixel_bytes);
-            current = sums.middle(next, column);
-            next = sums.left(sums.start(), column);
+            result.store(sums.template add<window_right>(current, column), (x - 1) * pixel_bytes);
+            current = sums.template add<window_middle>(next, column);
+            next = sums.template add<window_left>(sums.start(), column);
         }
         column = rows_at(static_cast<std::ptrdiff_t>(length), 1).column(0);
-        result.store(sums.right(current, column), (length - 1) * pixel_bytes);
+        result.store(sums.template add<window_right>(current, column), (length - 1) * pixel_bytes);
     }
 
-    /// Stride 2. Each pair of columns completes one window, as its middle and right columns. The second column is also the left
-    /// one of the next window.
+    /// Stride 2. Each pair of columns completes one window, as its middle and right columns. The second column of the pair is
+    /// also the left column of the next window.
     void stride_2() const {
         const Sums sums = packed;
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_rows<channels> rows = rows_at(0, 2);
         const depthwise_result<channels> result = result_at(1);
-        depthwise_vectors current = sums.left(sums.start(), rows_at(-1, 2).column(0));
+        depthwise_vectors current = sums.template add<window_left>(sums.start(), rows_at(-1, 2).column(0));
         for (std::size_t x = 0; x + 1 < length; ++x) {
-            current = sums.middle(current, rows.column(2 * x * pixel_bytes));
+            current = sums.template add<window_middle>(current, rows.column(2 * x * pixel_bytes));
             const depthwise_vectors column = rows.column((2 * x + 1) * pixel_bytes);
-            result.store(sums.right(current, column), x * pixel_bytes);
-            current = sums.left(sums.start(), column);
+            result.store(sums.template add<window_right>(current, column), x * pixel_bytes);
+            current = sums.template add<window_left>(sums.start(), column);
         }
         const std::ptrdiff_t last = static_cast<std::ptrdiff_t>(2 * length) - 1;
-        current = sums.middle(current, rows_at(last - 1, 2).column(0));
-        result.store(sums.right(current, rows_at(last, 2).column(0)), (length - 1) * pixel_bytes);
+        current = sums.template add<window_middle>(current, rows_at(last - 1, 2).column(0));
+        result.store(sums.template add<window_right>(current, rows_at(last, 2).column(0)), (length - 1) * pixel_bytes);
     }
 
-    /// Every column counts twice: it ends the window around the second half of the column before it, is two thirds of the windows
-    /// around its own halves, and begins the one around the first half of the column behind it.
+    /// Repeats each column c twice. Column c is the right column of the window around the second copy of column c - 1, fills two
+    /// of three columns of the windows around its own copies, and is the left column of the window around the first copy of
+    /// column c + 1.
     void enlarged_twice() const {
         const Sums sums = packed;
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_rows<channels> rows = rows_at(0, 1);
         const depthwise_result<channels> result = result_at(2);
-        depthwise_vectors first = sums.left(sums.start(), rows_at(-1, 1).column(0));
+        depthwise_vectors first = sums.template add<window_left>(sums.start(), rows_at(-1, 1).column(0));
         depthwise_vectors column = rows.column(0);
-        result.store(sums.right(sums.middle(first, column), column), 0);
-        first = sums.left(sums.start(), column);
-        depthwise_vectors second = sums.middle(first, column);
+        result.store(sums.template add<window_right>(sums.template add<window_middle>(first, column), column), 0);
+        first = sums.template add<window_left>(sums.start(), column);
+        depthwise_vectors second = sums.template add<window_middle>(first, column);
         for (std::size_t x = 1; x < length; ++x) {
             column = rows.column(x * pixel_bytes);
-            result.store(sums.right(second, column), (2 * x - 1) * pixel_bytes);
-            result.store(sums.right(sums.middle(first, column), column), 2 * x * pixel_bytes);
-            first = sums.left(sums.start(), column);
-            second = sums.middle(first, column);
+            result.store(sums.template add<window_right>(second, column), (2 * x - 1) * pixel_bytes);
+            result.store(sums.template add<window_right>(sums.template add<window_middle>(first, column), column),
+                         2 * x * pixel_bytes);
+            first = sums.template add<window_left>(sums.start(), column);
+            second = sums.template add<window_middle>(first, column);
         }
         column = rows_at(static_cast<std::ptrdiff_t>(length), 1).column(0);
-        result.store(sums.right(second, column), (2 * length - 1) * pixel_bytes);
+        result.store(sums.template add<window_right>(second, column), (2 * length - 1) * pixel_bytes);
     }
 
-    /// Any stride and repetition: three columns for each window.
+    /// Any stride and repetition: loads three columns per window.
     void any() const {
         const Sums sums = packed;
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_result<channels> result = result_at(1);
         for (std::size_t x = 0; x < length; ++x) {
-            depthwise_vectors sum = sums.left(sums.start(), rows_at_tap(x, 0).column(0));
-            sum = sums.middle(sum, rows_at_tap(x, 1).column(0));
-            result.store(sums.right(sum, rows_at_tap(x, 2).column(0)), x * pixel_bytes);
+            depthwise_vectors sum = sums.template add<window_left>(sums.start(), rows_at_tap(x, 0).column(0));
+            sum = sums.template add<window_middle>(sum, rows_at_tap(x, 1).column(0));
+            result.store(sums.template add<window_right>(sum, rows_at_tap(x, 2).column(0)), x * pixel_bytes);
         }
     }
 };
@@ -6183,22 +6305,23 @@ LDI_END_TARGET
 // ---- ldi/kernels/depthwise_u8/avx512vnni.hpp
 // kernels/depthwise_u8.hpp with vpdpbusd.
 //
-// The kernel interleaves the bytes of three rows: four bytes hold one channel of one column (the fourth has weight 0). A column
-// of a window then takes one vpdpbusd for 16 channels. Each column is interleaved once, in registers, and added at once to every
-// window that contains it. Weights and the sums of incomplete windows (two at a time) stay in registers. 64 channels of a pixel
-// take 8 shuffles, 12 multiplications and 22 instructions of requantization.
+// The kernel interleaves the bytes of three rows: four bytes contain one channel of one column (the fourth has weight 0). One
+// column of a window then costs one vpdpbusd for 16 channels. Each column is interleaved only once, in registers, and
+// immediately added to all windows that contain it. Weights and the sums of incomplete windows (two at a time) stay in
+// registers. 64 channels of a pixel cost 8 shuffles, 12 multiplications and 22 instructions of requantization.
 //
-// Rows are cut into units of 64, 32 or 16 channels. A unit of fewer than 64 fills its vectors from two or four stretches of the
-// row.
+// Channels are split into units of 64, 32 or 16. A unit with fewer than 64 channels fills its vectors from two or four stretches
+// of the row.
 
 #if LDI_HAS_X86_KERNELS
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 
-inline constexpr std::size_t depthwise_max_channels = 64;  ///< of a unit
+inline constexpr std::size_t depthwise_max_channels = 64;  ///< maximum per unit
 
-/// Unit by unit, column by column of the window, 4 vectors of 16 channels x 4 rows: of each 16 channels that a 128-bit lane
-/// holds, 4 in each vector, as interleaving leaves them and packing four vectors of sums puts them in order.
+/// Packs weights unit by unit, column by column of the window, in 4 vectors of 16 channels x 4 rows. Of the 16 channels in a
+/// 128-bit lane, each vector contains 4: interleaving produces this order, and packing four vectors of sums restores the
+/// original order.
 inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     for (std::size_t done = 0; done < packed.channels;) {
@@ -6217,12 +6340,12 @@ inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthw
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 
-/// One column of the window, interleaved, or one sum for each of 64 channels.
+/// One interleaved column of the window, or one sum for each of 64 channels.
 struct depthwise_vectors {
     __m512i v[4];
 };
 
-/// The lanes of existing channels, in units of 16.
+/// Mask of the existing channels in each group of 16.
 using depthwise_lanes = __mmask16;
 
 inline depthwise_lanes existing_lanes(std::size_t channels) {
@@ -6235,7 +6358,7 @@ struct depthwise_rows {
     detail::depthwise_position<64 / channels> position;
     depthwise_lanes mask;
 
-    /// 64 bytes of one row.
+    /// Loads 64 bytes of one row.
     [[gnu::always_inline]] __m512i load(std::size_t row, std::size_t offset) const {
         if constexpr (channels == 64) {
             return _mm512_loadu_si512(position.find(row, 0, offset));
@@ -6254,7 +6377,7 @@ struct depthwise_rows {
         }
     }
 
-    /// `offset` bytes further on.
+    /// Loads and interleaves the column at `offset` bytes after the position.
     [[gnu::always_inline]] depthwise_vectors column(std::size_t offset) const {
         const __m512i a = load(0, offset), b = load(1, offset), c = load(2, offset);
         const __m512i ab_low = _mm512_unpacklo_epi8(a, b), ab_high = _mm512_unpackhi_epi8(a, b);
@@ -6272,22 +6395,10 @@ struct depthwise_sums {
     [[gnu::always_inline]] depthwise_sums(const std::int8_t* values, const std::int32_t* biases)
         : depthwise_sums(values, biases, std::make_index_sequence<12>{}) {}
 
-    /// sum plus the products of this column as the left, middle or right one of a window.
-    [[gnu::always_inline]] depthwise_vectors left(const depthwise_vectors& sum, const depthwise_vectors& column) const {
-        return add<0>(sum, column);
-    }
-    [[gnu::always_inline]] depthwise_vectors middle(const depthwise_vectors& sum, const depthwise_vectors& column) const {
-        return add<1>(sum, column);
-    }
-    [[gnu::always_inline]] depthwise_vectors right(const depthwise_vectors& sum, const depthwise_vectors& column) const {
-        return add<2>(sum, column);
-    }
     [[gnu::always_inline]] depthwise_vectors start() const {
         return {
             {_mm512_load_si512(bias), _mm512_load_si512(bias + 16), _mm512_load_si512(bias + 32), _mm512_load_si512(bias + 48)}};
     }
-
-private:
     template <std::size_t k>
     [[gnu::always_inline]] depthwise_vectors add(const depthwise_vectors& sum, const depthwise_vectors& column) const {
         return {{_mm512_dpbusd_epi32(sum.v[0], column.v[0], weights[4 * k]),
@@ -6296,12 +6407,13 @@ private:
                  _mm512_dpbusd_epi32(sum.v[3], column.v[3], weights[4 * k + 3])}};
     }
 
+private:
     template <std::size_t... i>
     [[gnu::always_inline]] depthwise_sums(const std::int8_t* values, const std::int32_t* biases, std::index_sequence<i...>)
         : weights{_mm512_load_si512(values + i * 64)...}, bias(biases) {}
 };
 
-/// The row of the result, and the start of each stretch in it.
+/// Addresses of the result for each stretch.
 template <std::size_t channels>
 struct depthwise_result {
     std::uint8_t* at[64 / channels];
@@ -6325,17 +6437,20 @@ struct depthwise_result {
     }
 };
 
-// The walk of depthwise_u8/avx2.hpp and depthwise_u8/avx512vnni.hpp along a row. Each of them includes this file inside its
-// namespace and target region, after its primitives:
+// Loop of depthwise_u8/avx2.hpp and depthwise_u8/avx512vnni.hpp along a row. Both include this file inside their namespace and
+// target region, after these primitives:
 //
-//   depthwise_max_channels      channels of a full unit
-//   depthwise_vectors           one column of the window, interleaved, or one sum for each channel
-//   depthwise_lanes             the channels that exist, from existing_lanes()
-//   depthwise_rows<channels>    loads columns
-//   depthwise_sums              the weights of a unit: start() is the bias; left(), middle() and right() add a column
-//   depthwise_result<channels>  requantizes and stores
+//     depthwise_max_channels      channels of a full unit
+//     depthwise_vectors           one interleaved column of the window, or one sum per channel
+//     depthwise_lanes             the existing channels, from existing_lanes()
+//     depthwise_rows<channels>    loads columns
+//     depthwise_sums              the weights of a unit: start() is the bias; add<window_left>(sum, column), and likewise
+//                                 window_middle and window_right, adds the products of a column at that place of a window
+//     depthwise_result<channels>  requantizes and stores
 
-/// Computes one unit.
+inline constexpr std::size_t window_left = 0, window_middle = 1, window_right = 2;
+
+/// Computes one unit of channels along a row.
 template <std::size_t channels, class Sums>
 struct depthwise_run {
     static constexpr std::size_t stretch_count = depthwise_max_channels / channels;
@@ -6345,7 +6460,7 @@ struct depthwise_run {
     std::size_t pixel_stride;
     depthwise_lanes lanes;
 
-    /// all  pixels to be cut into stretches
+    /// all  number of pixels to split into stretches
     depthwise_run(const detail::depthwise_call& call, const Sums& sums, std::size_t first_channel, std::size_t all)
         : stretches(call, first_channel, all),
           packed(sums),
@@ -6362,77 +6477,79 @@ struct depthwise_run {
         return found;
     }
 
-    /// Each column ends one window, is the middle of the next and begins the one after it.
+    /// Each column is the right column of one window, the middle column of the next, and the left column of the one after.
     void stride_1() const {
         const Sums sums = packed;  // in registers
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_rows<channels> rows = rows_at(0, 1);
         const depthwise_result<channels> result = result_at(1);
-        depthwise_vectors next = sums.left(sums.start(), rows_at(-1, 1).column(0));
+        depthwise_vectors next = sums.template add<window_left>(sums.start(), rows_at(-1, 1).column(0));
         depthwise_vectors column = rows.column(0);
-        depthwise_vectors current = sums.middle(next, column);
-        next = sums.left(sums.start(), column);
+        depthwise_vectors current = sums.template add<window_middle>(next, column);
+        next = sums.template add<window_left>(sums.start(), column);
         for (std::size_t x = 1; x < length; ++x) {
             column = rows.column(x * pixel_bytes);
-            result.store(sums.right(current, column), (x - 1) * pixel_bytes);
-            current = sums.middle(next, column);
-            next = sums.left(sums.start(), column);
+            result.store(sums.template add<window_right>(current, column), (x - 1) * pixel_bytes);
+            current = sums.template add<window_middle>(next, column);
+            next = sums.template add<window_left>(sums.start(), column);
         }
         column = rows_at(static_cast<std::ptrdiff_t>(length), 1).column(0);
-        result.store(sums.right(current, column), (length - 1) * pixel_bytes);
+        result.store(sums.template add<window_right>(current, column), (length - 1) * pixel_bytes);
     }
 
-    /// Stride 2. Each pair of columns completes one window, as its middle and right columns. The second column is also the left
-    /// one of the next window.
+    /// Stride 2. Each pair of columns completes one window, as its middle and right columns. The second column of the pair is
+    /// also the left column of the next window.
     void stride_2() const {
         const Sums sums = packed;
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_rows<channels> rows = rows_at(0, 2);
         const depthwise_result<channels> result = result_at(1);
-        depthwise_vectors current = sums.left(sums.start(), rows_at(-1, 2).column(0));
+        depthwise_vectors current = sums.template add<window_left>(sums.start(), rows_at(-1, 2).column(0));
         for (std::size_t x = 0; x + 1 < length; ++x) {
-            current = sums.middle(current, rows.column(2 * x * pixel_bytes));
+            current = sums.template add<window_middle>(current, rows.column(2 * x * pixel_bytes));
             const depthwise_vectors column = rows.column((2 * x + 1) * pixel_bytes);
-            result.store(sums.right(current, column), x * pixel_bytes);
-            current = sums.left(sums.start(), column);
+            result.store(sums.template add<window_right>(current, column), x * pixel_bytes);
+            current = sums.template add<window_left>(sums.start(), column);
         }
         const std::ptrdiff_t last = static_cast<std::ptrdiff_t>(2 * length) - 1;
-        current = sums.middle(current, rows_at(last - 1, 2).column(0));
-        result.store(sums.right(current, rows_at(last, 2).column(0)), (length - 1) * pixel_bytes);
+        current = sums.template add<window_middle>(current, rows_at(last - 1, 2).column(0));
+        result.store(sums.template add<window_right>(current, rows_at(last, 2).column(0)), (length - 1) * pixel_bytes);
     }
 
-    /// Every column counts twice: it ends the window around the second half of the column before it, is two thirds of the windows
-    /// around its own halves, and begins the one around the first half of the column behind it.
+    /// Repeats each column c twice. Column c is the right column of the window around the second copy of column c - 1, fills two
+    /// of three columns of the windows around its own copies, and is the left column of the window around the first copy of
+    /// column c + 1.
     void enlarged_twice() const {
         const Sums sums = packed;
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_rows<channels> rows = rows_at(0, 1);
         const depthwise_result<channels> result = result_at(2);
-        depthwise_vectors first = sums.left(sums.start(), rows_at(-1, 1).column(0));
+        depthwise_vectors first = sums.template add<window_left>(sums.start(), rows_at(-1, 1).column(0));
         depthwise_vectors column = rows.column(0);
-        result.store(sums.right(sums.middle(first, column), column), 0);
-        first = sums.left(sums.start(), column);
-        depthwise_vectors second = sums.middle(first, column);
+        result.store(sums.template add<window_right>(sums.template add<window_middle>(first, column), column), 0);
+        first = sums.template add<window_left>(sums.start(), column);
+        depthwise_vectors second = sums.template add<window_middle>(first, column);
         for (std::size_t x = 1; x < length; ++x) {
             column = rows.column(x * pixel_bytes);
-            result.store(sums.right(second, column), (2 * x - 1) * pixel_bytes);
-            result.store(sums.right(sums.middle(first, column), column), 2 * x * pixel_bytes);
-            first = sums.left(sums.start(), column);
-            second = sums.middle(first, column);
+            result.store(sums.template add<window_right>(second, column), (2 * x - 1) * pixel_bytes);
+            result.store(sums.template add<window_right>(sums.template add<window_middle>(first, column), column),
+                         2 * x * pixel_bytes);
+            first = sums.template add<window_left>(sums.start(), column);
+            second = sums.template add<window_middle>(first, column);
         }
         column = rows_at(static_cast<std::ptrdiff_t>(length), 1).column(0);
-        result.store(sums.right(second, column), (2 * length - 1) * pixel_bytes);
+        result.store(sums.template add<window_right>(second, column), (2 * length - 1) * pixel_bytes);
     }
 
-    /// Any stride and repetition: three columns for each window.
+    /// Any stride and repetition: loads three columns per window.
     void any() const {
         const Sums sums = packed;
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_result<channels> result = result_at(1);
         for (std::size_t x = 0; x < length; ++x) {
-            depthwise_vectors sum = sums.left(sums.start(), rows_at_tap(x, 0).column(0));
-            sum = sums.middle(sum, rows_at_tap(x, 1).column(0));
-            result.store(sums.right(sum, rows_at_tap(x, 2).column(0)), x * pixel_bytes);
+            depthwise_vectors sum = sums.template add<window_left>(sums.start(), rows_at_tap(x, 0).column(0));
+            sum = sums.template add<window_middle>(sum, rows_at_tap(x, 1).column(0));
+            result.store(sums.template add<window_right>(sum, rows_at_tap(x, 2).column(0)), x * pixel_bytes);
         }
     }
 };
@@ -6479,29 +6596,49 @@ LDI_END_TARGET
 
 #endif
 
-// ---- ldi/kernels/depthwise_u8/columns.hpp
-// The columns of the stored rows that one piece of a depthwise convolution's result reads.
+// ---- ldi/kernels/depthwise_u8/blocks.hpp
+// Blocks of 16 channels, for kernels that first interleave the columns of three rows in memory.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Result pixels first .. first + count - 1 of a row. Their inputs lie in slots, one per stored column, in order; the columns
-/// outside the image (-1 and `width`) have slots, too.
+inline constexpr std::size_t depthwise_block = 16;
+
+inline std::size_t depthwise_blocks(const depthwise_u8_weights& weights) {
+    return (weights.channels + depthwise_block - 1) / depthwise_block;
+}
+
+/// First channel of a block. The last block overlaps the one before it, so that it is full.
+inline std::size_t block_start(std::size_t channels, std::size_t block) {
+    if (channels < depthwise_block) return 0;
+    return block * depthwise_block + depthwise_block <= channels ? block * depthwise_block : channels - depthwise_block;
+}
+
+}}}  // namespace ldi::detail
+
+// ---- ldi/kernels/depthwise_u8/columns.hpp
+// Selects the columns of the stored rows that one piece of a depthwise convolution's result reads.
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+/// Result pixels first .. first + count - 1 of a row. Their inputs occupy slots, one per stored column, in order; the columns
+/// outside the image (-1 and `width`) also have slots.
 struct depthwise_columns {
-    /// The slots and the rows they are filled from fit together into a first-level cache of 32 KiB.
+    /// Limited so that the slots and the rows that fill them fit in a first-level cache of 32 KiB.
     static constexpr std::size_t max_slots = 40, max_taps = 4 * max_slots;
 
     std::size_t first = 0, count = 0;
-    std::size_t first_column = 0;  ///< column in slot 0, plus one
+    std::size_t first_column = 0;  ///< column of slot 0, plus one
     std::size_t slot_count = 0;
-    /// Slot of column first + i - 1 of the enlarged rows, at stride 1; a window reads three in a row.
+    /// Slot of column first + i - 1 of the enlarged rows, at stride 1; a window reads three consecutive entries.
     std::uint16_t slot_of[max_taps];
 
-    /// Number of result pixels that fit at any position.
+    /// Maximum number of result pixels that fit at any position.
     static std::size_t max_pixels(std::size_t stride, std::size_t repeat) { return (max_slots - 3) * repeat / stride; }
 
     depthwise_columns(std::size_t first_pixel, std::size_t pixels, std::size_t stride, std::size_t repeat)
         : first(first_pixel), count(pixels) {
-        const auto column = [repeat](std::size_t enlarged) { return (enlarged + repeat - 1) / repeat; };  // both plus one
+        // argument and result are column indices plus one
+        const auto column = [repeat](std::size_t enlarged) { return (enlarged + repeat - 1) / repeat; };
         const std::size_t begin = first * stride, end = (first + count - 1) * stride + 2;
         first_column = column(begin);
         for (std::size_t i = begin; i <= end; ++i) slot_of[i - begin] = static_cast<std::uint16_t>(column(i) - first_column);
@@ -6514,28 +6651,19 @@ struct depthwise_columns {
 // ---- ldi/kernels/depthwise_u8/neon.hpp
 // kernels/depthwise_u8.hpp with sdot, 16 channels at a time.
 //
-// The kernel first interleaves the bytes of three rows: four bytes hold one channel of one column (the fourth has weight 0). Each
-// of the three columns of a window then takes one sdot for 4 channels. 16 channels of a pixel (144 products) take 12 sdot, and 11
-// instructions to interleave the new column; widening multiplications (smlal) would take 36 and 6. Requantization and stores
-// bring the total to about 90.
+// The kernel first interleaves the bytes of three rows: four bytes contain one channel of one column (the fourth has weight 0).
+// Each of the three columns of a window then costs one sdot for 4 channels. 16 channels of a pixel (144 products) cost 12 sdot,
+// and 11 instructions to interleave the new column; widening multiplications (smlal) would cost 36 and 6. Requantization and
+// stores bring the total to about 90.
 
 #if LDI_HAS_ARM_KERNELS
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace neon {
 
-inline constexpr std::size_t depthwise_block = 16, depthwise_slot = 64;
+using detail::block_start, detail::depthwise_block, detail::depthwise_blocks;
+inline constexpr std::size_t depthwise_slot = 64;
 
-inline std::size_t depthwise_blocks(const depthwise_u8_weights& weights) {
-    return (weights.channels + depthwise_block - 1) / depthwise_block;
-}
-
-/// The first channel of a block: the last one overlaps the one before.
-inline std::size_t block_start(std::size_t channels, std::size_t block) {
-    if (channels < depthwise_block) return 0;
-    return block * depthwise_block + depthwise_block <= channels ? block * depthwise_block : channels - depthwise_block;
-}
-
-/// Block by block, column by column of the window, 4 vectors of 4 channels x 4 rows.
+/// Packs weights block by block, column by column of the window, in 4 vectors of 4 channels x 4 rows.
 inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
     const int sign = detail::range_of(source.weights, source.weight_zero_point).most > 127 ? -1 : 1;
     packed.output.multiplier *= sign;
@@ -6555,7 +6683,7 @@ inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthw
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 
-/// 16 channels, or as many as there are; `padding` where there is no row.
+/// Loads 16 channels, or fewer if the row has fewer; `padding` for a row outside the image.
 [[gnu::always_inline]] inline int8x16_t load_channels(const std::uint8_t* row, std::size_t offset, std::size_t channels,
                                                       std::uint8_t padding) {
     if (row == nullptr) return to_signed(vdupq_n_u8(padding));
@@ -6565,7 +6693,7 @@ LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
     return to_signed(vld1q_u8(bytes));
 }
 
-/// 16 channels of three rows to 16 x 4 bytes.
+/// Interleaves 16 channels of three rows to 16 x 4 bytes.
 [[gnu::always_inline]] inline void fill_slot(int8x16_t a, int8x16_t b, int8x16_t c, std::int8_t* slot) {
     const int16x8_t ab_low = vreinterpretq_s16_s8(vzip1q_s8(a, b)), ab_high = vreinterpretq_s16_s8(vzip2q_s8(a, b));
     const int16x8_t c_low = vreinterpretq_s16_s8(vzip1q_s8(c, c)), c_high = vreinterpretq_s16_s8(vzip2q_s8(c, c));
@@ -6575,7 +6703,7 @@ LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
     vst1q_s8(slot + 48, vreinterpretq_s8_s16(vzip2q_s16(ab_high, c_high)));
 }
 
-/// The weights and biases of one block: of each column of the window 4 vectors.
+/// Weights and biases of one block: 4 vectors for each column of the window.
 struct depthwise_block_weights {
     int8x16_t columns[12];
     int32x4_t bias[4];
@@ -6613,7 +6741,7 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const Requantizer&
         for (std::size_t block = 0; block < depthwise_blocks(weights); ++block) {
             const std::size_t start = block_start(channels, block);
             for (std::size_t s = 0; s < columns.slot_count; ++s) {
-                const std::size_t column = columns.first_column + s;  // plus one
+                const std::size_t column = columns.first_column + s;  // column index plus one
                 const bool outside = column == 0 || column > width;
                 const std::size_t offset = outside ? 0 : (column - 1) * channels + start;
                 fill_slot(load_channels(outside ? nullptr : rows[0], offset, channels, weights.padding),
@@ -6656,17 +6784,17 @@ LDI_END_TARGET
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 
-/// Channels summed together. Compilers vectorize a loop over this many 8-bit values, but not shorter ones.
+/// Number of channels summed together. Compilers vectorize a loop over this many 8-bit values, but not shorter loops.
 inline constexpr std::size_t depthwise_block = 16;
 
-/// Tap by tap, the weights of all channels.
+/// Packs tap by tap the weights of all channels.
 inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
     for (std::size_t t = 0; t < depthwise_u8_weights::taps; ++t)
         for (std::size_t c = 0; c < packed.channels; ++c) packed.wide.push_back(static_cast<std::int16_t>(source.weight(c, t)));
     for (std::size_t c = 0; c < packed.channels; ++c) packed.bias.push_back(source.folded_bias(c));
 }
 
-/// The result at one pixel, `count` channels from `first` on; with `count` known to the compiler the loops become vectors.
+/// Computes `count` channels of one pixel, starting at `first`. A compile-time `count` lets the compiler vectorize the loops.
 template <class Count>
 inline void depthwise_u8_channels(const depthwise_u8_weights& weights, const std::uint8_t* const* taps, std::size_t first,
                                   Count count, std::uint8_t* result) {
@@ -6688,7 +6816,7 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
     for (std::size_t x = 0; x < result_width; ++x, result += channels) {
         const std::uint8_t* taps[depthwise_u8_weights::taps];
         for (std::size_t t = 0; t < depthwise_u8_weights::taps; ++t) {
-            const std::size_t column = x * weights.stride + t % 3;  // one more than the column that is read
+            const std::size_t column = x * weights.stride + t % 3;  // index of the column that is read, plus one
             const bool outside = rows[t / 3] == nullptr || column == 0 || column > width * repeat;
             taps[t] = outside ? nullptr : rows[t / 3] + (column - 1) / repeat * channels;
         }
@@ -6708,29 +6836,21 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
 // ---- ldi/kernels/depthwise_u8/wasm.hpp
 // kernels/depthwise_u8.hpp with i32x4.dot_i16x8_s, 16 channels at a time.
 //
-// The kernel first widens rows to 16 bits and stores them column by column, already enlarged: the first two rows interleaved, and
-// the third row's column beside its next one. The 9 products of a window then take 5 multiplications for 4 channels.
+// The kernel first widens the rows to 16 bits and stores them column by column, already enlarged: the first two rows
+// interleaved, and each column of the third row beside the next one. The 9 products of a window then cost 5 multiplications for
+// 4 channels.
 
 #if LDI_HAS_WASM_KERNELS
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 
-inline constexpr std::size_t depthwise_block = 16;
+using detail::block_start, detail::depthwise_block, detail::depthwise_blocks;
 inline constexpr std::size_t depthwise_slot = 4 * depthwise_block;  // 16-bit values of one column
 inline constexpr std::size_t depthwise_max_slots = 66;              // 8 KiB
-inline constexpr std::size_t depthwise_dots = 5;                    // for each vector of 4 channels
+inline constexpr std::size_t depthwise_dots = 5;                    // per vector of 4 channels
 
-inline std::size_t depthwise_blocks(const depthwise_u8_weights& weights) {
-    return (weights.channels + depthwise_block - 1) / depthwise_block;
-}
-
-/// The first channel of a block: the last one overlaps the one before.
-inline std::size_t block_start(std::size_t channels, std::size_t block) {
-    if (channels < depthwise_block) return 0;
-    return block * depthwise_block + depthwise_block <= channels ? block * depthwise_block : channels - depthwise_block;
-}
-
-/// Block by block, 4 channels by 4 channels: rows 0 and 1 of each column, then row 2 of columns 0 and 1, and of column 2 alone.
+/// Packs weights block by block, 4 channels by 4 channels: rows 0 and 1 of each column, then row 2 of columns 0 and 1, then row
+/// 2 of column 2 alone.
 inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
     constexpr std::size_t none = depthwise_u8_weights::taps;
     constexpr std::size_t taps[depthwise_dots][2] = {{0, 3}, {1, 4}, {2, 5}, {6, 7}, {8, none}};
@@ -6746,7 +6866,7 @@ inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthw
     }
 }
 
-/// 16 channels of two rows or columns to pairs of 16-bit values.
+/// Interleaves 16 channels of two rows or columns to pairs of 16-bit values.
 [[gnu::always_inline]] inline void store_pairs(v128_t a, v128_t b, std::int16_t* to) {
     const v128_t low = wasm_i8x16_shuffle(a, b, 0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
     const v128_t high = wasm_i8x16_shuffle(a, b, 8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13, 29, 14, 30, 15, 31);
@@ -6756,10 +6876,10 @@ inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthw
     wasm_v128_store(to + 24, wasm_u16x8_extend_high_u8x16(high));
 }
 
-/// Writes one column after another. Overwrites the slot before the first.
+/// Writes columns to consecutive slots. Also overwrites the second half of the slot before the first.
 struct slot_writer {
     std::int16_t* slot;
-    v128_t third = wasm_i32x4_splat(0);  // row of the column before
+    v128_t third = wasm_i32x4_splat(0);  // third row of the previous column
 
     [[gnu::always_inline]] void operator()(v128_t a, v128_t b, v128_t c) {
         store_pairs(third, c, slot - depthwise_slot / 2);
@@ -6767,11 +6887,11 @@ struct slot_writer {
         third = c;
         slot += depthwise_slot;
     }
-    /// The last column's neighbor has weight 0.
+    /// Completes the last slot with an arbitrary neighbor, whose weight is 0.
     void end() { store_pairs(third, third, slot - depthwise_slot / 2); }
 };
 
-/// 16 channels, or as many as there are.
+/// Loads 16 channels, or fewer if `all` is false.
 template <bool all>
 [[gnu::always_inline]] inline v128_t load_channels(const std::uint8_t* from, std::size_t channels) {
     if (all) return wasm_v128_load(from);
@@ -6780,14 +6900,14 @@ template <bool all>
     return wasm_v128_load(bytes);
 }
 
-/// Some rows of an image, enlarged.
+/// Three rows of an image, to be enlarged.
 struct depthwise_rows {
-    const std::uint8_t* rows[3];  // nullptr for one that is outside
+    const std::uint8_t* rows[3];  // nullptr for a row outside the image
     std::size_t channels, width, repeat;
     std::uint8_t padding;
 };
 
-/// Slots for the enlarged columns `first` - 1 and so on, at most one of them outside on each side.
+/// Fills slots with the enlarged columns from `first` - 1 on. At most one column on each side may lie outside the image.
 template <bool all>
 inline void fill_slots(const depthwise_rows& from, std::size_t first, std::size_t count, std::size_t first_channel,
                        std::int16_t* slot_values) {
@@ -6813,7 +6933,7 @@ inline void fill_slots(const depthwise_rows& from, std::size_t first, std::size_
     write.end();
 }
 
-/// The weights of 4 channels.
+/// Weights of 4 channels.
 struct depthwise_vector {
     v128_t bias, dots[depthwise_dots];
 
@@ -6897,13 +7017,13 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
 #endif
 
 // ---- ldi/kernels/depthwise_u8.hpp
-// Depthwise 3 x 3 convolution of 8-bit activations, requantized to 8 bits, one row of the result at a time. It can read its
-// input enlarged by repetition, without anybody having to write that out. One file of depthwise_u8/ for each
-// instruction set, all with equal results.
+// Depthwise 3 x 3 convolution of 8-bit activations, requantized to 8 bits, one row of the result per call. The input can be
+// enlarged by repeating pixels, and the enlarged image is never stored. Each instruction set has a file in depthwise_u8/; all
+// results are equal.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The kernel of each instruction set.
+/// One kernel per instruction set.
 inline constexpr depthwise_u8_kernel depthwise_u8_kernels[] = {
 #if LDI_HAS_X86_KERNELS
     {isa::avx2, avx2::pack_depthwise_u8, avx2::depthwise_u8},
@@ -6919,11 +7039,13 @@ inline constexpr depthwise_u8_kernel depthwise_u8_kernels[] = {
 };
 static_assert(find_kernel(depthwise_u8_kernels, isa::scalar).set == isa::scalar);
 
-/// target            as for pack_gemm_u8()
-/// weights           channels x 3 x 3, row-major
-/// bias              channels, in units of input scale * weight scale; |bias| must be below 2^30
-/// stride            1 or 2
-/// input_zero_point  of the activations, and the value of pixels outside the image
+/// Packs weights for depthwise_u8().
+///
+/// target             as for pack_gemm_u8()
+/// weights            channels x 3 x 3, row-major
+/// bias               channels, in units of input scale * weight scale; |bias| must be below 2^30
+/// stride             1 or 2
+/// input_zero_point   zero point of the activations, and the value of pixels outside the image
 inline depthwise_u8_weights pack_depthwise_u8(isa target, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
                                               std::span<const std::int32_t> bias, std::size_t stride,
                                               std::uint8_t input_zero_point, const requantization& output) {
@@ -6945,8 +7067,10 @@ inline std::size_t depthwise_result_width(const depthwise_u8_weights& weights, s
     return (width * repeat - 1) / weights.stride + 1;
 }
 
-/// rows    the rows above, at and below the result's row, width x channels each; nullptr for a row outside the image. Vertically
-///         the choice of rows does what stride and repeat do horizontally
+/// Computes one row of the result.
+///
+/// rows    the rows above, at and below the result's row, width x channels each; nullptr for a row outside the image. The caller
+///         applies stride and repeat vertically by its choice of rows
 /// repeat  1 to 4: repetitions of each pixel
 /// result  depthwise_result_width() x channels; must not overlap the rows
 inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
@@ -6957,14 +7081,14 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
 }}  // namespace ldi
 
 // ---- ldi/base/stable_sort.hpp
-// A stable sort whose scratch memory is a buffer: std::stable_sort takes its own from elsewhere.
+// A stable sort whose scratch memory is a buffer; std::stable_sort allocates from the heap.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Sorts by `before(a, b)`; equal values stay in their order. K log K comparisons, merging from the bottom up.
+/// Sorts by `before(a, b)`; equal values keep their order. K log K comparisons, merging bottom-up.
 template <class T, class Before>
 void stable_sort(buffer<T>& values, Before before) {
-    constexpr std::size_t shortest = 16;  // below it insertion beats merging; chosen by trial
+    constexpr std::size_t shortest = 16;  // for shorter ranges, insertion is faster than merging; tuned by experiment
     const std::size_t count = values.size();
     for (std::size_t first = 0; first < count; first += shortest)  // by insertion
         for (std::size_t i = first + 1; i < (std::min)(first + shortest, count); ++i)
@@ -6989,47 +7113,49 @@ void stable_sort(buffer<T>& values, Before before) {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The weights of one layer in the order that gemm_u8() reads them. Only pack_gemm_u8() makes valid ones.
+/// The weights of one layer in the order in which gemm_u8() reads them. Valid only if pack_gemm_u8() made them.
 struct gemm_u8_weights {
     static constexpr std::size_t max_segments = 7;
 
     isa target = isa::scalar;
     std::size_t segments = 1, inputs = 0, outputs = 0;
-    buffer<std::int16_t> wide;    ///< scalar, WebAssembly, a single output with AVX2: weight minus its zero point
-    buffer<std::int8_t> narrow;   ///< AVX2, VNNI: the same, or its negative, see `fast`; NEON: see `output`
-    buffer<std::uint32_t> order;  ///< AVX2: the order of the inputs
+    buffer<std::int16_t> wide;  ///< scalar, WebAssembly, a single output with AVX2: weight minus its zero point
+    /// AVX2, VNNI: weight minus its zero point, or the negative of it (see `fast`); NEON: see `output`
+    buffer<std::int8_t> narrow;
+    buffer<std::uint32_t> order;  ///< AVX2: pairs of terms, and the first input of each term
     buffer<std::int32_t> bias;    ///< zero points folded in; padded with zeros to whole vectors
-    requantization output;        ///< NEON: its multiplier is negated where `narrow` and `bias` are
-    /// Not used by scalar and NEON; negated where `narrow` and `bias` are. On WebAssembly the constants of an
-    /// unfused_requantization.
+    requantization output;        ///< NEON: the multiplier is negated if `narrow` and `bias` are
+    /// Negated if `narrow` and `bias` are. On WebAssembly, the constants of an unfused_requantization. Unused by scalar and
+    /// NEON.
     float_requantization fast;
 
-    /// Whether the lanes hold inputs instead of outputs: for one output and enough inputs to fill a vector.
+    /// Whether lanes contain inputs instead of outputs: for a single output with enough inputs to fill a vector.
     bool is_single_output() const { return outputs == 1 && inputs >= 64; }
 };
 
 /// One instruction set's kernel: a row of `gemm_u8_kernels`.
 struct gemm_u8_kernel {
     isa set;
-    std::size_t min_outputs;  ///< with fewer, lanes are empty, and the set that stands in for this one is faster
-    /// Appends to `wide`, `narrow` and `order` whatever run() reads; the caller has set all other members. As pack_gemm_u8() of
-    /// kernels/gemm_u8.hpp.
+    /// with fewer outputs, the kernel of `otherwise` (kernels/isa.hpp) is faster, because lanes stay empty
+    std::size_t min_outputs;
+    /// Appends to `wide`, `narrow` and `order` the data that run() reads; the caller has set all other members. See
+    /// pack_gemm_u8() of kernels/gemm_u8.hpp.
     void (*pack)(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point);
-    /// As gemm_u8() of kernels/gemm_u8.hpp.
+    /// Same parameters as gemm_u8() of kernels/gemm_u8.hpp.
     void (*run)(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride, std::size_t pixels,
                 std::uint8_t* result);
 };
 
 namespace detail {
 
-/// Inputs per instruction of VNNI and NEON.
+/// Number of inputs that one VNNI or NEON instruction multiplies per output.
 inline constexpr std::size_t gemm_group = 4;
 
 /// Number of groups of four inputs, rounded up.
 constexpr std::size_t groups_of_four(std::size_t inputs) { return (inputs + gemm_group - 1) / gemm_group; }
 
-/// Panel by panel, segment by segment, four inputs by four inputs: vectors of `lanes` outputs x 4 inputs, zero where there are
-/// none.
+/// Appends weights panel by panel, segment by segment, in groups of four inputs: vectors of `lanes` outputs x 4 inputs, padded
+/// with zeros.
 ///
 /// sign  -1 for negated weights
 inline void append_groups_of_four(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, int weight_zero_point, int sign,
@@ -7051,7 +7177,7 @@ inline void append_groups_of_four(gemm_u8_weights& packed, std::span<const std::
     }
 }
 
-/// Sets `bias` so that sums of `input * (weight - zero point)` start from it.
+/// Folds the zero points into `bias`, the start value of each sum of `input * (weight - zero point)`.
 inline void fold_zero_points(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
                              std::span<const std::int32_t> bias, std::uint8_t input_zero_point) {
     constexpr std::size_t largest_vector = 16;
@@ -7072,15 +7198,16 @@ inline void fold_zero_points(gemm_u8_weights& packed, std::span<const std::uint8
 // Packs weights for gemm_u8/avx2.hpp.
 //
 // 16-bit sums saturate, but not for small weights (detail/unsaturated_pairs.hpp). Most weights are so small that the products of
-// two groups of four inputs fit into one 16-bit sum before it is widened. For each panel of 16 outputs, this header finds groups
+// two groups of four inputs fit in one 16-bit sum before it is widened. For each panel of 16 outputs, this header finds groups
 // that can share a sum, and weights that must be split in two.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
-inline constexpr std::size_t gemm_lanes = 8, gemm_max_vectors = 2;
+inline constexpr std::size_t gemm_lanes = 8, gemm_max_vectors = 2, gemm_tile_pixels[] = {8, 4};
 using detail::gemm_group;
 
-/// A single output would use one lane of 8: its weights lie as the inputs do, segment by segment in whole vectors.
+/// Packs the weights of a single output, which would fill one of 8 lanes, in the order of the inputs, each segment padded to
+/// whole vectors.
 inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     const std::size_t padded = (packed.inputs + 15) / 16 * 16;
@@ -7090,16 +7217,16 @@ inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uin
                 i < packed.inputs ? sign * (weights[s * packed.inputs + i] - int{weight_zero_point}) : 0));
 }
 
-/// Weights of four inputs for the outputs of a panel, none of which can saturate a sum; several make up one group's.
+/// Weights of four inputs for the outputs of a panel that cannot saturate a sum. A group is the sum of one or more terms.
 struct gemm_term {
     static constexpr std::size_t max_weights = gemm_max_vectors * gemm_lanes * gemm_group;
 
     std::uint32_t first_input = 0;
-    int heaviest = 0;                       ///< of `load`
+    int heaviest = 0;                       ///< maximum of `load`
     std::int8_t weights[max_weights] = {};  ///< outputs x 4
-    std::uint8_t load[max_weights] = {};    ///< half of what meets in each 16-bit sum: outputs x 2 x (positive, negative)
+    std::uint8_t load[max_weights] = {};    ///< half of the weights in each 16-bit sum: outputs x 2 x (positive, negative)
 
-    /// Whether no sum could saturate if the products of both met in it, eight of them at a time.
+    /// Whether the products of both terms can share their 16-bit sums. Compares eight bytes at a time.
     bool fits(const gemm_term& other) const {
         constexpr std::uint64_t most = 64, each = 0x0101010101010101;
         for (std::size_t i = 0; i < max_weights; i += 8) {
@@ -7111,7 +7238,7 @@ struct gemm_term {
     }
 };
 
-/// Splits `rest`, the weights of one group, outputs x 4.
+/// Splits the weights of one group into terms. rest  outputs x 4
 inline void split_group(std::span<int> rest, std::size_t first_input, buffer<gemm_term>& terms) {
     bool is_empty = false;
     while (!is_empty) {
@@ -7136,13 +7263,13 @@ inline void split_group(std::span<int> rest, std::size_t first_input, buffer<gem
     }
 }
 
-/// An order of the terms that begins with pairs that may share their sums, and the number of these pairs.
+/// An order of the terms that starts with pairs that share their sums, and the number of these pairs.
 struct paired_terms {
     buffer<const gemm_term*> order;
     std::size_t pairs = 0;
 
     explicit paired_terms(const buffer<gemm_term>& terms) {
-        buffer<const gemm_term*> rest, singles;  // the lightest last
+        buffer<const gemm_term*> rest, singles;  // sorted by descending weight
         for (const gemm_term& term : terms) rest.push_back(&term);
         stable_sort(rest, [](const gemm_term* a, const gemm_term* b) { return a->heaviest > b->heaviest; });
         for (std::size_t i = 0; i < rest.size(); ++i) {
@@ -7160,7 +7287,7 @@ struct paired_terms {
     }
 
 private:
-    /// `i` if there is none among the lightest, which are the likeliest.
+    /// Searches the lightest terms, the most likely to fit; returns `i` if none does.
     static std::size_t find_partner(const buffer<const gemm_term*>& rest, std::size_t i) {
         constexpr std::size_t tries = 8;
         for (std::size_t t = 0; t < tries && rest.size() - 1 - t > i; ++t)
@@ -7169,8 +7296,8 @@ private:
     }
 };
 
-/// Panel by panel, segment by segment: in `order` the number of pairs of terms and of single terms and the first input of each;
-/// in `narrow` vectors of 8 outputs x 4 inputs, all of one term, then all of the next.
+/// Packs weights panel by panel, segment by segment. `order` gets the number of pairs of terms, the number of single terms, and
+/// the first input of each term. `narrow` gets vectors of 8 outputs x 4 inputs, term by term.
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     if (packed.is_single_output()) return pack_single_output(packed, weights, weight_zero_point);
     const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_max_vectors);
@@ -7205,8 +7332,8 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
 
 // ---- ldi/kernels/gemm_u8/avx2.hpp
 // kernels/gemm_u8.hpp with vpmaddubsw, which adds two products of a byte and a signed byte in 16 bits, and vpmaddwd, which adds
-// two of these sums to each of 8 sums of 32 bits. avx2_packing.hpp finds which products may meet in 16 bits: 5 instructions for
-// 64 of them, where vpmaddwd on inputs of 16 bits, which never saturates, takes 8.
+// two of these sums to each of 8 sums of 32 bits. avx2_packing.hpp selects products that may share a 16-bit sum. 64 products
+// cost 5 instructions; vpmaddwd on 16-bit inputs, which never saturates, would cost 8.
 
 #if LDI_HAS_X86_KERNELS
 
@@ -7214,7 +7341,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
 
-/// The arguments of gemm_u8() for one panel.
+/// Arguments of gemm_u8() for one panel.
 struct gemm_panel {
     const std::uint8_t* const* segments;
     std::size_t segment_count, pixel_stride, pixels;
@@ -7222,7 +7349,15 @@ struct gemm_panel {
     const std::int8_t* weights;
     const std::int32_t* bias;
     std::uint8_t* result;
-    std::size_t outputs, held;  ///< of the layer; of the panel
+    std::size_t outputs, held = 0;  ///< outputs of the layer; outputs of the panel
+
+    void skip(std::size_t lanes) {
+        for (std::size_t s = 0; s < segment_count; ++s) {
+            const std::size_t terms = 2 * order[0] + order[1];
+            order += 2 + terms;
+            weights += terms * lanes * gemm_group;
+        }
+    }
 };
 
 [[gnu::always_inline]] inline __m256i spread_four(const std::uint8_t* inputs) {
@@ -7269,7 +7404,7 @@ template <std::size_t... v>
     ((to[v] = from[v]), ...);
 }
 
-/// The results of 32 / outputs pixels, of 8 or 16 outputs each.
+/// Stores 32 / outputs pixels with 8 or 16 outputs each.
 template <std::size_t vectors, class Requantizer>
 [[gnu::always_inline]] inline void store_four(const __m256i* sums, const Requantizer& requantize, std::uint8_t* result,
                                               std::size_t outputs) {
@@ -7326,14 +7461,24 @@ struct gemm_kernel {
     }
 };
 
-// The walk of gemm_u8 over the pixels of one panel of outputs. Each x86 instruction set includes this file inside its namespace
-// and target region. Kernel::tile(pixels, vectors, panel, requantize, first) computes one tile of the set.
+using gemm_half_kernel = gemm_kernel;
 
-/// All pixels of a panel, in tiles of `pixels` pixels.
-template <class Kernel, std::size_t pixels, std::size_t vectors, class Requantizer, class Panel>
-inline void gemm_u8_tiles(const Panel& given, const float_requantization& output) {
-    const Panel panel = given;  // a local copy: results cannot alias it
+// Loops of gemm_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its namespace
+// and target region, after
+//
+//     gemm_lanes, gemm_max_vectors   outputs per vector; vectors per panel
+//     gemm_tile_pixels[v]            pixels of a full tile with v + 1 vectors
+//     gemm_panel                     arguments of one panel: pixels, bias, result, outputs of the layer, outputs held by
+//                                    the panel; skip(lanes) moves the weights to the next panel
+//     gemm_kernel                    tile(pixels, vectors, panel, requantize, first) computes one tile
+//     gemm_half_kernel               computes a tile whose last vector is at most half full; gemm_kernel in sets without one
+
+/// Computes all pixels of a panel.
+template <class Kernel, std::size_t vectors, class Requantizer, class Output>
+inline void gemm_u8_tiles(const gemm_panel& given, const Output& output) {
+    const gemm_panel panel = given;  // a local copy, which results cannot alias
     const Requantizer requantize(output);
+    constexpr std::size_t pixels = gemm_tile_pixels[vectors - 1];
     constexpr std::make_index_sequence<vectors> wide{};
     if (panel.pixels < pixels) {
         for (std::size_t p = 0; p < panel.pixels; ++p) Kernel::tile(std::index_sequence<0>{}, wide, panel, requantize, p);
@@ -7345,13 +7490,39 @@ inline void gemm_u8_tiles(const Panel& given, const float_requantization& output
     }
 }
 
-template <std::size_t pixels, std::size_t vectors>
-inline void gemm_u8_panel(const gemm_panel& panel, const float_requantization& output) {
-    output.zero_point == 0 ? gemm_u8_tiles<gemm_kernel, pixels, vectors, rectifier>(panel, output)
-                           : gemm_u8_tiles<gemm_kernel, pixels, vectors, requantizer>(panel, output);
+template <std::size_t vectors, class Requantizer, class Output>
+inline void gemm_u8_panel(const gemm_panel& panel, const Output& output) {
+    if constexpr (!std::is_same_v<gemm_kernel, gemm_half_kernel>)
+        if (panel.held <= vectors * gemm_lanes - gemm_lanes / 2)
+            return gemm_u8_tiles<gemm_half_kernel, vectors, Requantizer>(panel, output);
+    gemm_u8_tiles<gemm_kernel, vectors, Requantizer>(panel, output);
 }
 
-/// The sum of one pixel and one output.
+/// Computes all panels. Calls go through a table, so that the compiler keeps the loops of each size in a separate function.
+template <class Rectifier, class Requantizer, class Output, std::size_t... v>
+inline void gemm_u8_panels(std::index_sequence<v...>, std::size_t outputs, const Output& output, gemm_panel panel) {
+    static constexpr void (*panel_functions[2][sizeof...(v)])(const gemm_panel&, const Output&) = {
+        {gemm_u8_panel<v + 1, Requantizer, Output>...}, {gemm_u8_panel<v + 1, Rectifier, Output>...}};
+    const detail::panel_cut cut(outputs, gemm_lanes, gemm_max_vectors);
+    std::size_t rest = outputs;
+    for (std::size_t i = 0; i < cut.panels; ++i) {
+        const std::size_t vectors = cut.vectors_in(i), lanes = vectors * gemm_lanes;
+        panel.held = rest < lanes ? rest : lanes;
+        panel_functions[output.zero_point == 0][vectors - 1](panel, output);
+        rest -= panel.held;
+        panel.bias += lanes;
+        panel.result += lanes;
+        panel.skip(lanes);
+    }
+}
+
+/// Rectifier  requantizer for a zero point of 0
+template <class Rectifier, class Requantizer, class Output>
+inline void gemm_u8_panels(std::size_t outputs, const Output& output, const gemm_panel& panel) {
+    gemm_u8_panels<Rectifier, Requantizer>(std::make_index_sequence<gemm_max_vectors>{}, outputs, output, panel);
+}
+
+/// Computes the sum of one pixel and one output.
 [[gnu::always_inline]] inline std::int32_t single_output_sum(const gemm_u8_weights& weights, const std::uint8_t* const* segments,
                                                              std::size_t offset) {
     __m256i sums = _mm256_setzero_si256();
@@ -7391,34 +7562,9 @@ inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uin
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
     if (weights.is_single_output()) return gemm_u8_single_output(weights, segments, pixel_stride, pixels, result);
-    const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_max_vectors);
-    gemm_panel panel{segments,
-                     weights.segments,
-                     pixel_stride,
-                     pixels,
-                     weights.order.data(),
-                     weights.narrow.data(),
-                     weights.bias.data(),
-                     result,
-                     weights.outputs,
-                     0};
-    std::size_t rest = weights.outputs;
-    for (std::size_t i = 0; i < cut.panels; ++i) {
-        const std::size_t vectors = cut.vectors_in(i), lanes = vectors * gemm_lanes;
-        panel.held = rest < lanes ? rest : lanes;
-        if (vectors == 1)
-            gemm_u8_panel<8, 1>(panel, weights.fast);
-        else
-            gemm_u8_panel<4, 2>(panel, weights.fast);
-        rest -= panel.held;
-        panel.bias += lanes;
-        panel.result += panel.held;
-        for (std::size_t s = 0; s < weights.segments; ++s) {
-            const std::size_t terms = 2 * panel.order[0] + panel.order[1];
-            panel.order += 2 + terms;
-            panel.weights += terms * lanes * gemm_group;
-        }
-    }
+    gemm_u8_panels<rectifier, requantizer>(weights.outputs, weights.fast,
+                                           {segments, weights.segments, pixel_stride, pixels, weights.order.data(),
+                                            weights.narrow.data(), weights.bias.data(), result, weights.outputs});
 }
 
 LDI_END_TARGET
@@ -7430,17 +7576,19 @@ LDI_END_TARGET
 // ---- ldi/kernels/gemm_u8/avx512vnni.hpp
 // kernels/gemm_u8.hpp with vpdpbusd, which adds four products of a byte and a signed byte to each of 16 sums, exactly.
 //
-// An instruction takes 5 cycles (Intel) or 4 (Zen 4), and two can start per cycle: at least 10 independent sums hide the latency.
-// Tiles have 12 to 16. A tile of 4 pixels and 4 vectors makes 8 loads for 16 multiplications; larger tiles are no faster.
+// An instruction has a latency of 5 cycles (Intel) or 4 (Zen 4), and two can start per cycle: at least 10 independent sums hide
+// the latency. Tiles have 12 to 16 sums. A tile of 4 pixels and 4 vectors costs 8 loads for 16 multiplications; larger tiles are
+// not faster.
 
 #if LDI_HAS_X86_KERNELS
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 
-inline constexpr std::size_t gemm_lanes = 16, gemm_max_vectors = 4;
+inline constexpr std::size_t gemm_lanes = 16, gemm_max_vectors = 4, gemm_tile_pixels[] = {12, 6, 4, 4};
 using detail::gemm_group;
 
-/// Weights of a single output, which would fill one lane of 16: in the inputs' order, each segment padded to whole vectors.
+/// Packs the weights of a single output, which would fill one of 16 lanes, in the order of the inputs, each segment padded to
+/// whole vectors.
 inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     const std::size_t padded = (packed.inputs + 63) / 64 * 64;
@@ -7458,15 +7606,16 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 
-/// The arguments of gemm_u8() for one panel.
+/// Arguments of gemm_u8() for one panel.
 struct gemm_panel {
     const std::uint8_t* const* segments;
     std::size_t segment_count, groups, pixel_stride, pixels;
     const std::int8_t* weights;
     const std::int32_t* bias;
     std::uint8_t* result;
-    std::size_t outputs;  ///< distance between adjacent pixels' results
-    __mmask64 mask;       ///< the panel's existing outputs
+    std::size_t outputs, held = 0;  ///< outputs of the layer; outputs of the panel
+
+    void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
 };
 
 [[gnu::always_inline]] inline __m512i spread_four(const std::uint8_t* inputs) {
@@ -7475,7 +7624,7 @@ struct gemm_panel {
     return _mm512_set1_epi32(four);
 }
 
-/// With `half`, only the first 8 sums: a 512-bit vector occupies Zen 4's units for two cycles.
+/// With `half`, computes only the first 8 sums: a 512-bit vector occupies Zen 4's units for two cycles.
 template <bool half>
 [[gnu::always_inline]] inline __m512i multiply_add(__m512i sums, __m512i inputs, __m512i weights) {
     if constexpr (half)
@@ -7491,7 +7640,7 @@ template <bool last_is_half, std::size_t... v>
     ((sums[v] = multiply_add < last_is_half && v + 1 == sizeof...(v) > (sums[v], inputs, weights[v])), ...);
 }
 
-/// Four inputs of every pixel times all vectors of weights.
+/// Multiply-adds four inputs of every pixel and all vectors of weights.
 template <bool last_is_half, std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...>, std::index_sequence<v...> vectors, __m512i* sums,
                                                 const std::uint8_t* inputs, std::size_t stride, const std::int8_t* weights) {
@@ -7528,7 +7677,7 @@ template <class Requantizer, std::size_t... i>
 }
 
 template <bool last_is_half>
-struct gemm_kernel {
+struct gemm_kernel_of {
     template <class Requantizer, std::size_t... p, std::size_t... v>
     [[gnu::always_inline]] static void tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
                                             const gemm_panel& panel, const Requantizer& requantize, std::size_t first) {
@@ -7551,18 +7700,30 @@ struct gemm_kernel {
         if constexpr (can_fill)
             if (panel.outputs == sizeof...(v) * gemm_lanes)
                 return store_filled(std::make_index_sequence<sizeof...(p) * sizeof...(v) / 4>{}, sums, requantize, result);
-        (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, panel.mask, result + p * panel.outputs), ...);
+        (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, first_bytes(panel.held), result + p * panel.outputs),
+         ...);
     }
 };
 
-// The walk of gemm_u8 over the pixels of one panel of outputs. Each x86 instruction set includes this file inside its namespace
-// and target region. Kernel::tile(pixels, vectors, panel, requantize, first) computes one tile of the set.
+using gemm_kernel = gemm_kernel_of<false>;
+using gemm_half_kernel = gemm_kernel_of<true>;
 
-/// All pixels of a panel, in tiles of `pixels` pixels.
-template <class Kernel, std::size_t pixels, std::size_t vectors, class Requantizer, class Panel>
-inline void gemm_u8_tiles(const Panel& given, const float_requantization& output) {
-    const Panel panel = given;  // a local copy: results cannot alias it
+// Loops of gemm_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its namespace
+// and target region, after
+//
+//     gemm_lanes, gemm_max_vectors   outputs per vector; vectors per panel
+//     gemm_tile_pixels[v]            pixels of a full tile with v + 1 vectors
+//     gemm_panel                     arguments of one panel: pixels, bias, result, outputs of the layer, outputs held by
+//                                    the panel; skip(lanes) moves the weights to the next panel
+//     gemm_kernel                    tile(pixels, vectors, panel, requantize, first) computes one tile
+//     gemm_half_kernel               computes a tile whose last vector is at most half full; gemm_kernel in sets without one
+
+/// Computes all pixels of a panel.
+template <class Kernel, std::size_t vectors, class Requantizer, class Output>
+inline void gemm_u8_tiles(const gemm_panel& given, const Output& output) {
+    const gemm_panel panel = given;  // a local copy, which results cannot alias
     const Requantizer requantize(output);
+    constexpr std::size_t pixels = gemm_tile_pixels[vectors - 1];
     constexpr std::make_index_sequence<vectors> wide{};
     if (panel.pixels < pixels) {
         for (std::size_t p = 0; p < panel.pixels; ++p) Kernel::tile(std::index_sequence<0>{}, wide, panel, requantize, p);
@@ -7574,18 +7735,39 @@ inline void gemm_u8_tiles(const Panel& given, const float_requantization& output
     }
 }
 
-template <std::size_t pixels, std::size_t vectors>
-inline void gemm_u8_panel(const gemm_panel& panel, std::size_t outputs, const float_requantization& output) {
-    const bool last_is_half = outputs <= vectors * gemm_lanes - gemm_lanes / 2;
-    if (output.zero_point == 0)
-        last_is_half ? gemm_u8_tiles<gemm_kernel<true>, pixels, vectors, rectifier>(panel, output)
-                     : gemm_u8_tiles<gemm_kernel<false>, pixels, vectors, rectifier>(panel, output);
-    else
-        last_is_half ? gemm_u8_tiles<gemm_kernel<true>, pixels, vectors, requantizer>(panel, output)
-                     : gemm_u8_tiles<gemm_kernel<false>, pixels, vectors, requantizer>(panel, output);
+template <std::size_t vectors, class Requantizer, class Output>
+inline void gemm_u8_panel(const gemm_panel& panel, const Output& output) {
+    if constexpr (!std::is_same_v<gemm_kernel, gemm_half_kernel>)
+        if (panel.held <= vectors * gemm_lanes - gemm_lanes / 2)
+            return gemm_u8_tiles<gemm_half_kernel, vectors, Requantizer>(panel, output);
+    gemm_u8_tiles<gemm_kernel, vectors, Requantizer>(panel, output);
 }
 
-/// 16 partial sums of one pixel and one output.
+/// Computes all panels. Calls go through a table, so that the compiler keeps the loops of each size in a separate function.
+template <class Rectifier, class Requantizer, class Output, std::size_t... v>
+inline void gemm_u8_panels(std::index_sequence<v...>, std::size_t outputs, const Output& output, gemm_panel panel) {
+    static constexpr void (*panel_functions[2][sizeof...(v)])(const gemm_panel&, const Output&) = {
+        {gemm_u8_panel<v + 1, Requantizer, Output>...}, {gemm_u8_panel<v + 1, Rectifier, Output>...}};
+    const detail::panel_cut cut(outputs, gemm_lanes, gemm_max_vectors);
+    std::size_t rest = outputs;
+    for (std::size_t i = 0; i < cut.panels; ++i) {
+        const std::size_t vectors = cut.vectors_in(i), lanes = vectors * gemm_lanes;
+        panel.held = rest < lanes ? rest : lanes;
+        panel_functions[output.zero_point == 0][vectors - 1](panel, output);
+        rest -= panel.held;
+        panel.bias += lanes;
+        panel.result += lanes;
+        panel.skip(lanes);
+    }
+}
+
+/// Rectifier  requantizer for a zero point of 0
+template <class Rectifier, class Requantizer, class Output>
+inline void gemm_u8_panels(std::size_t outputs, const Output& output, const gemm_panel& panel) {
+    gemm_u8_panels<Rectifier, Requantizer>(std::make_index_sequence<gemm_max_vectors>{}, outputs, output, panel);
+}
+
+/// Computes 16 partial sums of one pixel and one output.
 [[gnu::always_inline]] inline __m512i single_output_sums(const gemm_u8_weights& weights, const std::uint8_t* const* segments,
                                                          std::size_t offset) {
     __m512i sums = _mm512_setzero_si512();
@@ -7611,7 +7793,7 @@ inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uin
         alignas(64) std::int32_t sums[16] = {};
         for (std::size_t i = 0; i < 16 && first + i < pixels; i += 4) {
             __m128i four[4];
-            for (std::size_t p = 0; p < 4; ++p) {  // repeats the last pixel
+            for (std::size_t p = 0; p < 4; ++p) {  // repeats the last pixel at the end
                 const std::size_t pixel = first + i + p < pixels ? first + i + p : pixels - 1;
                 four[p] = add_quarters(single_output_sums(weights, segments, pixel * pixel_stride));
             }
@@ -7628,25 +7810,9 @@ inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uin
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
     if (weights.is_single_output()) return gemm_u8_single_output(weights, segments, pixel_stride, pixels, result);
-    const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_max_vectors);
-    const std::size_t groups = detail::groups_of_four(weights.inputs);
-    gemm_panel panel{segments, weights.segments, groups, pixel_stride, pixels, weights.narrow.data(), weights.bias.data(),
-                     result,   weights.outputs,  0};
-    std::size_t rest = weights.outputs;
-    for (std::size_t i = 0; i < cut.panels; ++i) {
-        const std::size_t vectors = cut.vectors_in(i), held = vectors * gemm_lanes, outputs = rest < held ? rest : held;
-        panel.mask = first_bytes(outputs);
-        switch (vectors) {
-            case 1: gemm_u8_panel<12, 1>(panel, outputs, weights.fast); break;
-            case 2: gemm_u8_panel<6, 2>(panel, outputs, weights.fast); break;
-            case 3: gemm_u8_panel<4, 3>(panel, outputs, weights.fast); break;
-            default: gemm_u8_panel<4, 4>(panel, outputs, weights.fast); break;
-        }
-        rest -= outputs;
-        panel.weights += weights.segments * groups * held * gemm_group;
-        panel.bias += held;
-        panel.result += held;
-    }
+    gemm_u8_panels<rectifier, requantizer>(weights.outputs, weights.fast,
+                                           {segments, weights.segments, detail::groups_of_four(weights.inputs), pixel_stride,
+                                            pixels, weights.narrow.data(), weights.bias.data(), result, weights.outputs});
 }
 
 LDI_END_TARGET
@@ -7657,16 +7823,16 @@ LDI_END_TARGET
 
 // ---- ldi/kernels/gemm_u8/avx_vnni.hpp
 // kernels/gemm_u8.hpp with AVX-VNNI's vpdpbusd, which adds four products of a byte and a signed byte to each of 8 sums, exactly:
-// 32 products an instruction, where AVX2 makes 64 with five.
+// 32 products per instruction, compared to 64 with five instructions of AVX2.
 //
-// An instruction takes 5 cycles, and two can start per cycle (Alder Lake): at least 10 independent sums hide the latency. Tiles
-// have 12, which with two vectors of weights and one of inputs leaves one of the 16 registers.
+// An instruction has a latency of 5 cycles, and two can start per cycle (Alder Lake): at least 10 independent sums hide the
+// latency. Tiles have 12 sums, which with two vectors of weights and one of inputs leaves one of the 16 registers free.
 
 #if LDI_HAS_X86_KERNELS
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx_vnni {
 
-inline constexpr std::size_t gemm_lanes = 8, gemm_max_vectors = 2;
+inline constexpr std::size_t gemm_lanes = 8, gemm_max_vectors = 2, gemm_tile_pixels[] = {12, 6};
 using detail::gemm_group;
 
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
@@ -7676,14 +7842,16 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
 
 LDI_BEGIN_TARGET(LDI_AVX_VNNI_FEATURES)
 
-/// The arguments of gemm_u8() for one panel.
+/// Arguments of gemm_u8() for one panel.
 struct gemm_panel {
     const std::uint8_t* const* segments;
     std::size_t segment_count, groups, pixel_stride, pixels;
     const std::int8_t* weights;
     const std::int32_t* bias;
     std::uint8_t* result;
-    std::size_t outputs, held;  ///< of the layer; of the panel
+    std::size_t outputs, held = 0;  ///< outputs of the layer; outputs of the panel
+
+    void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
 };
 
 template <std::size_t... v>
@@ -7692,7 +7860,7 @@ template <std::size_t... v>
     ((sums[v] = _mm256_dpbusd_avx_epi32(sums[v], inputs, weights[v])), ...);
 }
 
-/// Four inputs of every pixel times all vectors of weights.
+/// Multiply-adds four inputs of every pixel and all vectors of weights.
 template <std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...>, std::index_sequence<v...> vectors, __m256i* sums,
                                                 const std::uint8_t* inputs, std::size_t stride, const __m256i* weights) {
@@ -7724,14 +7892,24 @@ struct gemm_kernel {
     }
 };
 
-// The walk of gemm_u8 over the pixels of one panel of outputs. Each x86 instruction set includes this file inside its namespace
-// and target region. Kernel::tile(pixels, vectors, panel, requantize, first) computes one tile of the set.
+using gemm_half_kernel = gemm_kernel;
 
-/// All pixels of a panel, in tiles of `pixels` pixels.
-template <class Kernel, std::size_t pixels, std::size_t vectors, class Requantizer, class Panel>
-inline void gemm_u8_tiles(const Panel& given, const float_requantization& output) {
-    const Panel panel = given;  // a local copy: results cannot alias it
+// Loops of gemm_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its namespace
+// and target region, after
+//
+//     gemm_lanes, gemm_max_vectors   outputs per vector; vectors per panel
+//     gemm_tile_pixels[v]            pixels of a full tile with v + 1 vectors
+//     gemm_panel                     arguments of one panel: pixels, bias, result, outputs of the layer, outputs held by
+//                                    the panel; skip(lanes) moves the weights to the next panel
+//     gemm_kernel                    tile(pixels, vectors, panel, requantize, first) computes one tile
+//     gemm_half_kernel               computes a tile whose last vector is at most half full; gemm_kernel in sets without one
+
+/// Computes all pixels of a panel.
+template <class Kernel, std::size_t vectors, class Requantizer, class Output>
+inline void gemm_u8_tiles(const gemm_panel& given, const Output& output) {
+    const gemm_panel panel = given;  // a local copy, which results cannot alias
     const Requantizer requantize(output);
+    constexpr std::size_t pixels = gemm_tile_pixels[vectors - 1];
     constexpr std::make_index_sequence<vectors> wide{};
     if (panel.pixels < pixels) {
         for (std::size_t p = 0; p < panel.pixels; ++p) Kernel::tile(std::index_sequence<0>{}, wide, panel, requantize, p);
@@ -7743,31 +7921,44 @@ inline void gemm_u8_tiles(const Panel& given, const float_requantization& output
     }
 }
 
-template <std::size_t pixels, std::size_t vectors>
-inline void gemm_u8_panel(const gemm_panel& panel, const float_requantization& output) {
-    output.zero_point == 0 ? gemm_u8_tiles<gemm_kernel, pixels, vectors, avx2::rectifier>(panel, output)
-                           : gemm_u8_tiles<gemm_kernel, pixels, vectors, avx2::requantizer>(panel, output);
+template <std::size_t vectors, class Requantizer, class Output>
+inline void gemm_u8_panel(const gemm_panel& panel, const Output& output) {
+    if constexpr (!std::is_same_v<gemm_kernel, gemm_half_kernel>)
+        if (panel.held <= vectors * gemm_lanes - gemm_lanes / 2)
+            return gemm_u8_tiles<gemm_half_kernel, vectors, Requantizer>(panel, output);
+    gemm_u8_tiles<gemm_kernel, vectors, Requantizer>(panel, output);
+}
+
+/// Computes all panels. Calls go through a table, so that the compiler keeps the loops of each size in a separate function.
+template <class Rectifier, class Requantizer, class Output, std::size_t... v>
+inline void gemm_u8_panels(std::index_sequence<v...>, std::size_t outputs, const Output& output, gemm_panel panel) {
+    static constexpr void (*panel_functions[2][sizeof...(v)])(const gemm_panel&, const Output&) = {
+        {gemm_u8_panel<v + 1, Requantizer, Output>...}, {gemm_u8_panel<v + 1, Rectifier, Output>...}};
+    const detail::panel_cut cut(outputs, gemm_lanes, gemm_max_vectors);
+    std::size_t rest = outputs;
+    for (std::size_t i = 0; i < cut.panels; ++i) {
+        const std::size_t vectors = cut.vectors_in(i), lanes = vectors * gemm_lanes;
+        panel.held = rest < lanes ? rest : lanes;
+        panel_functions[output.zero_point == 0][vectors - 1](panel, output);
+        rest -= panel.held;
+        panel.bias += lanes;
+        panel.result += lanes;
+        panel.skip(lanes);
+    }
+}
+
+/// Rectifier  requantizer for a zero point of 0
+template <class Rectifier, class Requantizer, class Output>
+inline void gemm_u8_panels(std::size_t outputs, const Output& output, const gemm_panel& panel) {
+    gemm_u8_panels<Rectifier, Requantizer>(std::make_index_sequence<gemm_max_vectors>{}, outputs, output, panel);
 }
 
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
-    const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_max_vectors);
-    const std::size_t groups = detail::groups_of_four(weights.inputs);
-    gemm_panel panel{segments, weights.segments, groups, pixel_stride, pixels, weights.narrow.data(), weights.bias.data(),
-                     result,   weights.outputs,  0};
-    std::size_t rest = weights.outputs;
-    for (std::size_t i = 0; i < cut.panels; ++i) {
-        const std::size_t vectors = cut.vectors_in(i), lanes = vectors * gemm_lanes;
-        panel.held = rest < lanes ? rest : lanes;
-        if (vectors == 1)
-            gemm_u8_panel<12, 1>(panel, weights.fast);
-        else
-            gemm_u8_panel<6, 2>(panel, weights.fast);
-        rest -= panel.held;
-        panel.weights += weights.segments * groups * lanes * gemm_group;
-        panel.bias += lanes;
-        panel.result += panel.held;
-    }
+    gemm_u8_panels<avx2::rectifier, avx2::requantizer>(
+        weights.outputs, weights.fast,
+        {segments, weights.segments, detail::groups_of_four(weights.inputs), pixel_stride, pixels, weights.narrow.data(),
+         weights.bias.data(), result, weights.outputs});
 }
 
 LDI_END_TARGET
@@ -7779,15 +7970,15 @@ LDI_END_TARGET
 // ---- ldi/kernels/gemm_u8/neon.hpp
 // kernels/gemm_u8.hpp with sdot, which adds four products of signed bytes to each of 4 sums, exactly.
 //
-// One load fetches sixteen inputs of a pixel; sdot by lane multiplies four of them by the weights of 4 outputs, so no instruction
-// broadcasts. The largest tile, 6 pixels by 4 vectors, keeps its sums in 24 of the 32 registers. Per 96 sdot (1536 products) it
-// loads 22 times and converts 6 vectors to signed: 12 products per instruction, where sdot alone has 16.
+// One load fetches sixteen inputs of a pixel. sdot by lane multiplies four of them by the weights of 4 outputs, so no
+// instruction broadcasts. The largest tile, 6 pixels by 4 vectors, keeps its sums in 24 of the 32 registers. Per 96 sdot (1536
+// products) it loads 22 vectors and converts 6 to signed: 12 products per instruction, compared to 16 for sdot alone.
 
 #if LDI_HAS_ARM_KERNELS
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace neon {
 
-inline constexpr std::size_t gemm_lanes = 4, gemm_max_vectors = 4;
+inline constexpr std::size_t gemm_lanes = 4, gemm_max_vectors = 4, gemm_tile_pixels[] = {12, 8, 7, 6};
 using detail::gemm_group;
 
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
@@ -7804,12 +7995,19 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 
-struct gemm_tile_input {
+/// Arguments of gemm_u8() for one panel.
+struct gemm_panel {
     const std::uint8_t* const* segments;
-    std::size_t segment_count, groups, pixel_stride;
+    std::size_t segment_count, groups, pixel_stride, pixels;
+    const std::int8_t* weights;
+    const std::int32_t* bias;
+    std::uint8_t* result;
+    std::size_t outputs, held = 0;  ///< outputs of the layer; outputs of the panel
+
+    void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
 };
 
-/// 4, 8 or 16 inputs, in the first lanes.
+/// Loads 4, 8 or 16 inputs into the first lanes.
 template <std::size_t groups>
 [[gnu::always_inline]] inline int8x16_t load_inputs(const std::uint8_t* from) {
     if constexpr (groups == 4) return to_signed(vld1q_u8(from));
@@ -7825,14 +8023,14 @@ template <int group, std::size_t... p>
     ((sums[p * vectors] = add_products_with<group>(sums[p * vectors], weights, inputs[p])), ...);
 }
 
-/// Four inputs of every pixel, one vector of weights after another, so that the weights need one register.
+/// Multiply-adds four inputs of every pixel. Loads one vector of weights at a time, so that weights occupy one register.
 template <int group, std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...> pixels, std::index_sequence<v...>, int32x4_t* sums,
                                                 const std::int8_t* weights, const int8x16_t* inputs) {
     (multiply_add<group>(pixels, sums + v, sizeof...(v), load(weights + (group * sizeof...(v) + v) * 16), inputs), ...);
 }
 
-/// Four inputs of every pixel for each group.
+/// Multiply-adds sizeof...(group) groups of four inputs for every pixel.
 template <int... group, std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void multiply_add(std::integer_sequence<int, group...>, std::index_sequence<p...> pixels,
                                                 std::index_sequence<v...> vectors, int32x4_t* sums, const std::int8_t*& weights,
@@ -7855,70 +8053,95 @@ template <std::size_t vectors, class Requantizer>
     store_first(result, requantize(sums[0], sums[b], sums[c], sums[d]), held);
 }
 
-template <class Requantizer, std::size_t... p, std::size_t... v>
-inline void gemm_u8_tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors, const gemm_tile_input& input,
-                         std::size_t first_pixel, const std::int8_t* weights, const std::int32_t* bias,
-                         const Requantizer& requantize, std::size_t outputs, std::size_t held, std::uint8_t* result) {
-    int32x4_t sums[sizeof...(p) * sizeof...(v)];
-    const int32x4_t start[] = {load(bias + v * gemm_lanes)...};
-    (copy(vectors, sums + p * sizeof...(v), start), ...);
-    const std::size_t stride = input.pixel_stride;
-    for (std::size_t s = 0; s < input.segment_count; ++s) {
-        const std::uint8_t* x = input.segments[s] + first_pixel * stride;
-        for (std::size_t g = input.groups / 4; g > 0; --g)
-            multiply_add(std::make_integer_sequence<int, 4>{}, pixels, vectors, sums, weights, x, stride);
-        if (input.groups % 4 >= 2) multiply_add(std::make_integer_sequence<int, 2>{}, pixels, vectors, sums, weights, x, stride);
-        if (input.groups % 2 == 1) multiply_add(std::make_integer_sequence<int, 1>{}, pixels, vectors, sums, weights, x, stride);
+struct gemm_kernel {
+    template <class Requantizer, std::size_t... p, std::size_t... v>
+    [[gnu::always_inline]] static void tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
+                                            const gemm_panel& panel, const Requantizer& requantize, std::size_t first) {
+        int32x4_t sums[sizeof...(p) * sizeof...(v)];
+        const int32x4_t start[] = {load(panel.bias + v * gemm_lanes)...};
+        (copy(vectors, sums + p * sizeof...(v), start), ...);
+        const std::int8_t* weights = panel.weights;
+        const std::size_t stride = panel.pixel_stride;
+        for (std::size_t s = 0; s < panel.segment_count; ++s) {
+            const std::uint8_t* x = panel.segments[s] + first * stride;
+            for (std::size_t g = panel.groups / 4; g > 0; --g)
+                multiply_add(std::make_integer_sequence<int, 4>{}, pixels, vectors, sums, weights, x, stride);
+            if (panel.groups % 4 >= 2)
+                multiply_add(std::make_integer_sequence<int, 2>{}, pixels, vectors, sums, weights, x, stride);
+            if (panel.groups % 2 == 1)
+                multiply_add(std::make_integer_sequence<int, 1>{}, pixels, vectors, sums, weights, x, stride);
+        }
+        std::uint8_t* const result = panel.result + first * panel.outputs;
+        (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, panel.held, result + p * panel.outputs), ...);
     }
-    (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, held, result + p * outputs), ...);
-}
+};
+using gemm_half_kernel = gemm_kernel;
 
-template <std::size_t pixels, std::size_t vectors, class Requantizer>
-inline void gemm_u8_panel(const gemm_tile_input& input, std::size_t count, const std::int8_t* weights, const std::int32_t* bias,
-                          const Requantizer& requantize, std::size_t outputs, std::size_t held, std::uint8_t* result) {
-    constexpr std::make_index_sequence<pixels> tile{};
+// Loops of gemm_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its namespace
+// and target region, after
+//
+//     gemm_lanes, gemm_max_vectors   outputs per vector; vectors per panel
+//     gemm_tile_pixels[v]            pixels of a full tile with v + 1 vectors
+//     gemm_panel                     arguments of one panel: pixels, bias, result, outputs of the layer, outputs held by
+//                                    the panel; skip(lanes) moves the weights to the next panel
+//     gemm_kernel                    tile(pixels, vectors, panel, requantize, first) computes one tile
+//     gemm_half_kernel               computes a tile whose last vector is at most half full; gemm_kernel in sets without one
+
+/// Computes all pixels of a panel.
+template <class Kernel, std::size_t vectors, class Requantizer, class Output>
+inline void gemm_u8_tiles(const gemm_panel& given, const Output& output) {
+    const gemm_panel panel = given;  // a local copy, which results cannot alias
+    const Requantizer requantize(output);
+    constexpr std::size_t pixels = gemm_tile_pixels[vectors - 1];
     constexpr std::make_index_sequence<vectors> wide{};
-    std::size_t p = 0;
-    for (; p + pixels <= count; p += pixels)
-        gemm_u8_tile(tile, wide, input, p, weights, bias, requantize, outputs, held, result + p * outputs);
-    if (p < count && count >= pixels) {  // the last tile overlaps the one before it
-        p = count - pixels;
-        gemm_u8_tile(tile, wide, input, p, weights, bias, requantize, outputs, held, result + p * outputs);
+    if (panel.pixels < pixels) {
+        for (std::size_t p = 0; p < panel.pixels; ++p) Kernel::tile(std::index_sequence<0>{}, wide, panel, requantize, p);
         return;
     }
-    for (; p < count; ++p)
-        gemm_u8_tile(std::index_sequence<0>{}, wide, input, p, weights, bias, requantize, outputs, held, result + p * outputs);
+    for (std::size_t p = 0; p < panel.pixels; p += pixels) {  // the last tile may overlap the one before it
+        const std::size_t first = p + pixels <= panel.pixels ? p : panel.pixels - pixels;
+        Kernel::tile(std::make_index_sequence<pixels>{}, wide, panel, requantize, first);
+    }
 }
 
-template <class Requantizer>
-inline void gemm_u8(const gemm_u8_weights& weights, const Requantizer& requantize, const std::uint8_t* const* segments,
-                    std::size_t pixel_stride, std::size_t pixels, std::uint8_t* result) {
-    const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_max_vectors);
-    const gemm_tile_input input{segments, weights.segments, detail::groups_of_four(weights.inputs), pixel_stride};
-    const std::int8_t* values = weights.narrow.data();
-    std::size_t first = 0;
-    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
-        const std::size_t vectors = cut.vectors_in(panel), outputs = weights.outputs;
-        const std::int32_t* const bias = weights.bias.data() + first;
-        const std::size_t all = vectors * gemm_lanes, held = outputs - first < all ? outputs - first : all;
-        std::uint8_t* const to = result + first;
-        switch (vectors) {
-            case 1: gemm_u8_panel<12, 1>(input, pixels, values, bias, requantize, outputs, held, to); break;
-            case 2: gemm_u8_panel<8, 2>(input, pixels, values, bias, requantize, outputs, held, to); break;
-            case 3: gemm_u8_panel<7, 3>(input, pixels, values, bias, requantize, outputs, held, to); break;
-            default: gemm_u8_panel<6, 4>(input, pixels, values, bias, requantize, outputs, held, to); break;
-        }
-        first += all;
-        values += input.segment_count * input.groups * all * gemm_group;
+template <std::size_t vectors, class Requantizer, class Output>
+inline void gemm_u8_panel(const gemm_panel& panel, const Output& output) {
+    if constexpr (!std::is_same_v<gemm_kernel, gemm_half_kernel>)
+        if (panel.held <= vectors * gemm_lanes - gemm_lanes / 2)
+            return gemm_u8_tiles<gemm_half_kernel, vectors, Requantizer>(panel, output);
+    gemm_u8_tiles<gemm_kernel, vectors, Requantizer>(panel, output);
+}
+
+/// Computes all panels. Calls go through a table, so that the compiler keeps the loops of each size in a separate function.
+template <class Rectifier, class Requantizer, class Output, std::size_t... v>
+inline void gemm_u8_panels(std::index_sequence<v...>, std::size_t outputs, const Output& output, gemm_panel panel) {
+    static constexpr void (*panel_functions[2][sizeof...(v)])(const gemm_panel&, const Output&) = {
+        {gemm_u8_panel<v + 1, Requantizer, Output>...}, {gemm_u8_panel<v + 1, Rectifier, Output>...}};
+    const detail::panel_cut cut(outputs, gemm_lanes, gemm_max_vectors);
+    std::size_t rest = outputs;
+    for (std::size_t i = 0; i < cut.panels; ++i) {
+        const std::size_t vectors = cut.vectors_in(i), lanes = vectors * gemm_lanes;
+        panel.held = rest < lanes ? rest : lanes;
+        panel_functions[output.zero_point == 0][vectors - 1](panel, output);
+        rest -= panel.held;
+        panel.bias += lanes;
+        panel.result += lanes;
+        panel.skip(lanes);
     }
+}
+
+/// Rectifier  requantizer for a zero point of 0
+template <class Rectifier, class Requantizer, class Output>
+inline void gemm_u8_panels(std::size_t outputs, const Output& output, const gemm_panel& panel) {
+    gemm_u8_panels<Rectifier, Requantizer>(std::make_index_sequence<gemm_max_vectors>{}, outputs, output, panel);
 }
 
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
-    if (weights.output.zero_point == 0)
-        gemm_u8(weights, relu_requantizer(weights.output), segments, pixel_stride, pixels, result);
-    else
-        gemm_u8(weights, requantizer(weights.output), segments, pixel_stride, pixels, result);
+    gemm_u8_panels<relu_requantizer, requantizer>(
+        weights.outputs, weights.output,
+        {segments, weights.segments, detail::groups_of_four(weights.inputs), pixel_stride, pixels, weights.narrow.data(),
+         weights.bias.data(), result, weights.outputs});
 }
 
 LDI_END_TARGET
@@ -7932,7 +8155,7 @@ LDI_END_TARGET
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 
-/// Outputs whose weights lie side by side for each input, so that compilers vectorize the loop over them.
+/// Number of outputs whose weights are adjacent for each input, so that compilers vectorize the loop over them.
 inline constexpr std::size_t gemm_panel = 8;
 
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
@@ -7944,7 +8167,7 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
                 static_cast<std::int16_t>(weights[o * inputs + i] - weight_zero_point);
 }
 
-/// The sums of `pixels` pixels with one panel of weights, requantized.
+/// Computes `pixels` pixels with one panel of weights, requantized.
 template <std::size_t pixels>
 inline void gemm_u8_tile(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t first_pixel,
                          std::size_t pixel_stride, std::size_t first_output, std::uint8_t* result) {
@@ -7981,17 +8204,18 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
 // ---- ldi/kernels/gemm_u8/wasm.hpp
 // kernels/gemm_u8.hpp with i32x4.dot_i16x8_s, which adds two products of 16 bits to each of 4 sums, exactly.
 //
-// The kernel first widens as many pixels as fit the first-level cache to 16 bits. A load then broadcasts two inputs, which the
-// panel's vectors share. V8 allocates 15 registers and moves loads to the front: 8 sums, 2 vectors of weights, 4 of inputs.
+// The kernel first widens to 16 bits as many pixels as fit in the first-level cache. A load then broadcasts two inputs, which
+// the panel's vectors share. V8 allocates 15 registers and moves loads to the front: 8 sums, 2 vectors of weights, 4 of inputs.
 
 #if LDI_HAS_WASM_KERNELS
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 
-inline constexpr std::size_t gemm_lanes = 4, gemm_max_vectors = 2, gemm_tile = 4, gemm_group = 2;
-inline constexpr std::size_t gemm_widened = 4 * detail::max_unfused_inputs;  // values at a time
+inline constexpr std::size_t gemm_lanes = 4, gemm_max_vectors = 2, gemm_tile_pixels[] = {4, 4}, gemm_group = 2;
+inline constexpr std::size_t gemm_widened = 4 * detail::max_unfused_inputs;  // values widened at a time
 
-/// Weights of a single output, which would fill one lane of 4: in the inputs' order, each segment padded to whole vectors.
+/// Packs the weights of a single output, which would fill one of 4 lanes, in the order of the inputs, each segment padded to
+/// whole vectors.
 inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const std::size_t padded = (packed.inputs + 7) / 8 * 8;
     for (std::size_t s = 0; s < packed.segments; ++s)
@@ -8000,7 +8224,7 @@ inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uin
                 static_cast<std::int16_t>(i < packed.inputs ? weights[s * packed.inputs + i] - int{weight_zero_point} : 0));
 }
 
-/// Panel by panel, segment by segment, two inputs by two inputs, vector by vector: of 4 outputs both inputs.
+/// Packs weights panel by panel, segment by segment, in pairs of inputs: vectors of 4 outputs x 2 inputs.
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     if (packed.is_single_output()) return pack_single_output(packed, weights, weight_zero_point);
     const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_max_vectors);
@@ -8020,7 +8244,7 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
     }
 }
 
-/// Some pixels in 16 bits.
+/// Pixels widened to 16 bits.
 struct widened_pixels {
     std::int16_t values[gemm_widened];
     std::size_t segment_count, segment_stride, pixel_stride, pairs, most;
@@ -8028,11 +8252,11 @@ struct widened_pixels {
     widened_pixels(const gemm_u8_weights& weights, std::size_t input_stride)
         : segment_count(weights.segments),
           segment_stride(gemm_widened / weights.segments),
-          // Keeps overlapping and adjacent windows as they are.
+          // Overlapping and adjacent windows keep their distance.
           pixel_stride(input_stride <= weights.inputs ? input_stride : weights.inputs),
           pairs((weights.inputs + gemm_group - 1) / gemm_group) {
         const std::size_t fit = (segment_stride - weights.inputs - 1) / pixel_stride + 1;
-        most = fit < gemm_tile ? fit : fit / gemm_tile * gemm_tile;
+        most = fit < gemm_tile_pixels[0] ? fit : fit / gemm_tile_pixels[0] * gemm_tile_pixels[0];
     }
 
     void fill(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t input_stride, std::size_t first,
@@ -8049,12 +8273,16 @@ struct widened_pixels {
     }
 };
 
-/// The arguments of all tiles of some pixels and one panel.
+/// Arguments of gemm_u8() for some pixels and one panel.
 struct gemm_panel {
     const widened_pixels& input;
-    const gemm_u8_weights& weights;
-    const std::int16_t* values;
-    std::size_t first_output, held;
+    std::size_t pixels;
+    const std::int16_t* weights;
+    const std::int32_t* bias;
+    std::uint8_t* result;
+    std::size_t outputs, held = 0;  ///< outputs of the layer; outputs of the panel
+
+    void skip(std::size_t lanes) { weights += input.segment_count * input.pairs * lanes * gemm_group; }
 };
 
 template <std::size_t... v>
@@ -8076,68 +8304,104 @@ template <std::size_t vectors, bool positive>
     store_first(result, narrow(a, b, a, b), held);
 }
 
-template <std::size_t... p, std::size_t... v, bool positive>
-inline void gemm_u8_tile(std::index_sequence<p...>, std::index_sequence<v...> vectors, const gemm_panel& panel,
-                         std::size_t first_pixel, const requantizer<positive>& requantize, std::uint8_t* result) {
-    v128_t sums[sizeof...(p) * sizeof...(v)];
-    const std::int32_t* const bias = panel.weights.bias.data() + panel.first_output;
-    const v128_t start[] = {wasm_v128_load(bias + v * gemm_lanes)...};
-    (copy(vectors, sums + p * sizeof...(v), start), ...);
-    const widened_pixels& input = panel.input;
-    const std::int16_t* weights = panel.values;
-    const std::size_t stride = input.pixel_stride;
-    for (std::size_t s = 0; s < input.segment_count; ++s) {
-        const std::int16_t* x = input.values + s * input.segment_stride + first_pixel * stride;
-        for (std::size_t pair = 0; pair < input.pairs; ++pair) {
-            const v128_t w[] = {wasm_v128_load(weights + v * gemm_lanes * gemm_group)...};
-            (multiply_add(vectors, sums + p * sizeof...(v), x + p * stride, w), ...);
-            x += gemm_group;
-            weights += sizeof...(v) * gemm_lanes * gemm_group;
+struct gemm_kernel {
+    template <bool positive, std::size_t... p, std::size_t... v>
+    [[gnu::always_inline]] static void tile(std::index_sequence<p...>, std::index_sequence<v...> vectors, const gemm_panel& panel,
+                                            const requantizer<positive>& requantize, std::size_t first) {
+        v128_t sums[sizeof...(p) * sizeof...(v)];
+        const v128_t start[] = {wasm_v128_load(panel.bias + v * gemm_lanes)...};
+        (copy(vectors, sums + p * sizeof...(v), start), ...);
+        const widened_pixels& input = panel.input;
+        const std::int16_t* weights = panel.weights;
+        const std::size_t stride = input.pixel_stride;
+        for (std::size_t s = 0; s < input.segment_count; ++s) {
+            const std::int16_t* x = input.values + s * input.segment_stride + first * stride;
+            for (std::size_t pair = 0; pair < input.pairs; ++pair) {
+                const v128_t w[] = {wasm_v128_load(weights + v * gemm_lanes * gemm_group)...};
+                (multiply_add(vectors, sums + p * sizeof...(v), x + p * stride, w), ...);
+                x += gemm_group;
+                weights += sizeof...(v) * gemm_lanes * gemm_group;
+            }
         }
+        std::uint8_t* const result = panel.result + first * panel.outputs;
+        (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, panel.held, result + p * panel.outputs), ...);
     }
-    (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, panel.held, result + p * panel.weights.outputs), ...);
-}
+};
+using gemm_half_kernel = gemm_kernel;
 
-template <std::size_t vectors, bool positive>
-inline void gemm_u8_panel(const gemm_panel& panel, std::size_t count, std::uint8_t* result) {
-    constexpr std::make_index_sequence<gemm_tile> tile{};
+// Loops of gemm_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its namespace
+// and target region, after
+//
+//     gemm_lanes, gemm_max_vectors   outputs per vector; vectors per panel
+//     gemm_tile_pixels[v]            pixels of a full tile with v + 1 vectors
+//     gemm_panel                     arguments of one panel: pixels, bias, result, outputs of the layer, outputs held by
+//                                    the panel; skip(lanes) moves the weights to the next panel
+//     gemm_kernel                    tile(pixels, vectors, panel, requantize, first) computes one tile
+//     gemm_half_kernel               computes a tile whose last vector is at most half full; gemm_kernel in sets without one
+
+/// Computes all pixels of a panel.
+template <class Kernel, std::size_t vectors, class Requantizer, class Output>
+inline void gemm_u8_tiles(const gemm_panel& given, const Output& output) {
+    const gemm_panel panel = given;  // a local copy, which results cannot alias
+    const Requantizer requantize(output);
+    constexpr std::size_t pixels = gemm_tile_pixels[vectors - 1];
     constexpr std::make_index_sequence<vectors> wide{};
-    const requantizer<positive> requantize(panel.weights.fast);
-    const std::size_t outputs = panel.weights.outputs;
-    std::size_t p = 0;
-    for (; p + gemm_tile <= count; p += gemm_tile) gemm_u8_tile(tile, wide, panel, p, requantize, result + p * outputs);
-    if (p < count && count >= gemm_tile) {  // the last tile overlaps the one before it
-        p = count - gemm_tile;
-        gemm_u8_tile(tile, wide, panel, p, requantize, result + p * outputs);
+    if (panel.pixels < pixels) {
+        for (std::size_t p = 0; p < panel.pixels; ++p) Kernel::tile(std::index_sequence<0>{}, wide, panel, requantize, p);
         return;
     }
-    for (; p < count; ++p) gemm_u8_tile(std::index_sequence<0>{}, wide, panel, p, requantize, result + p * outputs);
+    for (std::size_t p = 0; p < panel.pixels; p += pixels) {  // the last tile may overlap the one before it
+        const std::size_t first = p + pixels <= panel.pixels ? p : panel.pixels - pixels;
+        Kernel::tile(std::make_index_sequence<pixels>{}, wide, panel, requantize, first);
+    }
 }
 
-inline void gemm_u8_panels(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
-                           std::size_t pixels, std::uint8_t* result) {
-    static constexpr void (*panel_functions[2][gemm_max_vectors])(const gemm_panel&, std::size_t, std::uint8_t*) = {
-        {gemm_u8_panel<1, false>, gemm_u8_panel<2, false>}, {gemm_u8_panel<1, true>, gemm_u8_panel<2, true>}};
-    const auto& functions = panel_functions[weights.output.zero_point == 0];
-    const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_max_vectors);
+template <std::size_t vectors, class Requantizer, class Output>
+inline void gemm_u8_panel(const gemm_panel& panel, const Output& output) {
+    if constexpr (!std::is_same_v<gemm_kernel, gemm_half_kernel>)
+        if (panel.held <= vectors * gemm_lanes - gemm_lanes / 2)
+            return gemm_u8_tiles<gemm_half_kernel, vectors, Requantizer>(panel, output);
+    gemm_u8_tiles<gemm_kernel, vectors, Requantizer>(panel, output);
+}
+
+/// Computes all panels. Calls go through a table, so that the compiler keeps the loops of each size in a separate function.
+template <class Rectifier, class Requantizer, class Output, std::size_t... v>
+inline void gemm_u8_panels(std::index_sequence<v...>, std::size_t outputs, const Output& output, gemm_panel panel) {
+    static constexpr void (*panel_functions[2][sizeof...(v)])(const gemm_panel&, const Output&) = {
+        {gemm_u8_panel<v + 1, Requantizer, Output>...}, {gemm_u8_panel<v + 1, Rectifier, Output>...}};
+    const detail::panel_cut cut(outputs, gemm_lanes, gemm_max_vectors);
+    std::size_t rest = outputs;
+    for (std::size_t i = 0; i < cut.panels; ++i) {
+        const std::size_t vectors = cut.vectors_in(i), lanes = vectors * gemm_lanes;
+        panel.held = rest < lanes ? rest : lanes;
+        panel_functions[output.zero_point == 0][vectors - 1](panel, output);
+        rest -= panel.held;
+        panel.bias += lanes;
+        panel.result += lanes;
+        panel.skip(lanes);
+    }
+}
+
+/// Rectifier  requantizer for a zero point of 0
+template <class Rectifier, class Requantizer, class Output>
+inline void gemm_u8_panels(std::size_t outputs, const Output& output, const gemm_panel& panel) {
+    gemm_u8_panels<Rectifier, Requantizer>(std::make_index_sequence<gemm_max_vectors>{}, outputs, output, panel);
+}
+
+inline void gemm_u8_widened(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+                            std::size_t pixels, std::uint8_t* result) {
     widened_pixels input(weights, pixel_stride);
     for (std::size_t done = 0; done < pixels;) {
         const std::size_t count = pixels - done < input.most ? pixels - done : input.most;
         input.fill(weights, segments, pixel_stride, done, count);
-        gemm_panel panel{input, weights, weights.wide.data(), 0, 0};
-        for (std::size_t i = 0; i < cut.panels; ++i) {
-            const std::size_t vectors = cut.vectors_in(i), all = vectors * gemm_lanes,
-                              rest = weights.outputs - panel.first_output;
-            panel.held = rest < all ? rest : all;
-            functions[vectors - 1](panel, count, result + done * weights.outputs + panel.first_output);
-            panel.first_output += all;
-            panel.values += input.segment_count * input.pairs * all * gemm_group;
-        }
+        gemm_u8_panels<requantizer<true>, requantizer<false>>(
+            weights.outputs, weights.fast,
+            {input, count, weights.wide.data(), weights.bias.data(), result + done * weights.outputs, weights.outputs});
         done += count;
     }
 }
 
-/// The sum of one pixel and one output.
+/// Computes the sum of one pixel and one output.
 [[gnu::always_inline]] inline std::int32_t single_output_sum(const gemm_u8_weights& weights, const std::uint8_t* const* segments,
                                                              std::size_t offset) {
     v128_t sums = wasm_i32x4_splat(0);
@@ -8172,8 +8436,10 @@ inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uin
 
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
-    static constexpr auto kinds = {gemm_u8_panels, gemm_u8_single_output};
-    kinds.begin()[weights.is_single_output()](weights, segments, pixel_stride, pixels, result);
+    // a table, because Binaryen inlines functions with a single caller
+    static constexpr void (*kinds[])(const gemm_u8_weights&, const std::uint8_t* const*, std::size_t, std::size_t,
+                                     std::uint8_t*) = {gemm_u8_widened, gemm_u8_single_output};
+    kinds[weights.is_single_output()](weights, segments, pixel_stride, pixels, result);
 }
 
 }}}  // namespace ldi::wasm_simd128
@@ -8181,13 +8447,13 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
 #endif
 
 // ---- ldi/kernels/gemm_u8.hpp
-// Matrix product of 8-bit activations and 8-bit weights, requantized to 8 bits: the 1 x 1 convolution, and any dense k x k one,
-// whose windows are k stretches of image rows and need no copying. One file of gemm_u8/ for each instruction set, all with equal
-// results.
+// Matrix product of 8-bit activations and 8-bit weights, requantized to 8 bits. It computes 1 x 1 convolutions, and dense k x k
+// convolutions whose windows are k stretches of image rows, read without copying. Each instruction set has a file in gemm_u8/;
+// all results are equal.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The kernel of each instruction set.
+/// One kernel per instruction set.
 inline constexpr gemm_u8_kernel gemm_u8_kernels[] = {
 #if LDI_HAS_X86_KERNELS
     {isa::avx2, 1, avx2::pack_gemm_u8, avx2::gemm_u8},
@@ -8204,12 +8470,14 @@ inline constexpr gemm_u8_kernel gemm_u8_kernels[] = {
 };
 static_assert(find_kernel(gemm_u8_kernels, isa::scalar).set == isa::scalar);
 
-/// target            to pack for. Where it cannot be exact (weights beyond 8 signed bits for VNNI and NEON; on x86 no
-///                   float form of the requantization), the function packs for a slower set: `result.target`
-/// weights           outputs x segments x inputs, row-major
-/// bias              outputs, in units of input scale * weight scale
-/// segments          pieces of contiguous memory that hold one pixel's inputs: 1, or k for a k x k convolution; at most 7
-/// input_zero_point  of the activations
+/// Packs weights for gemm_u8().
+///
+/// target             instruction set to pack for. If it cannot be exact (weights beyond 8 signed bits for VNNI and NEON; on x86
+///                    no float form of the requantization), the function packs for a slower set, the result's `target`
+/// weights            outputs x segments x inputs, row-major
+/// bias               outputs, in units of input scale * weight scale
+/// segments           pieces of contiguous memory per pixel: 1, or k for a k x k convolution; at most 7
+/// input_zero_point   zero point of the activations
 ///
 /// For every output, `510 * sum |weight - zero point| + |bias|` must be below 2^31, so that no order of summation overflows.
 inline gemm_u8_weights pack_gemm_u8(isa target, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
@@ -8230,8 +8498,11 @@ inline gemm_u8_weights pack_gemm_u8(isa target, std::span<const std::uint8_t> we
     return packed;
 }
 
-/// segments      start of each of the first pixel's pieces of `inputs` values; 3 more bytes behind each pixel's must be readable
-/// pixel_stride  distance between adjacent pixels' segments, in bytes
+/// Computes the requantized matrix product.
+///
+/// segments      addresses of the first pixel's pieces, each of weights.inputs values; 3 more bytes after each piece must be
+///               readable
+/// pixel_stride  distance between the pieces of adjacent pixels, in bytes
 /// result        pixels x outputs, row-major; must not overlap the input
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
@@ -8255,16 +8526,16 @@ inline void repeat_pixels_u8(const std::uint8_t* row, std::size_t width, std::si
 }}  // namespace ldi
 
 // ---- ldi/nn/ldi/detail/regular_pixels.hpp
-// Finds the pixels of a graph with an image-like k x k window: k rows of k pixels that are adjacent in memory.
+// Finds the pixels of a graph whose k x k window is image-like: k rows of k pixels that are adjacent in memory.
 
 #include <bit>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// One bit per pixel. Bits outside are zero. Shifts and masks replace / 64 and % 64, which are slower for signed numbers.
+/// One bit per pixel; bits outside are zero. Shifts and masks replace / 64 and % 64, which are slower for signed numbers.
 class pixel_bits {
 public:
-    explicit pixel_bits(std::size_t count) : words_(count / 64 + 3, 0) {}  // one word before and two after stay zero
+    explicit pixel_bits(std::size_t count) : words_(count / 64 + 3, 0) {}  // one zero word before and two after
 
     std::int32_t word_count() const { return words_.count() - 2; }
     std::uint64_t& word(std::int32_t index) { return words_[index + 1]; }
@@ -8272,14 +8543,14 @@ public:
 
     bool operator[](std::int32_t i) const { return (word(i >> 6) >> (i & 63) & 1) != 0; }
 
-    /// Bits i to i + 63; i from -64 to the last pixel.
+    /// Returns bits i to i + 63, where i ranges from -64 to the last pixel.
     std::uint64_t from(std::int32_t i) const {
         const std::int32_t at = i + 64, shift = at & 63;
         const std::uint64_t low = words_[at >> 6] >> shift;
         return shift == 0 ? low : low | words_[(at >> 6) + 1] << (64 - shift);
     }
 
-    /// Sets the bits of [first, first + count) that are set at [source_first, ...) of `source`, another object.
+    /// Sets bits [first, first + count) where bits [source_first, ...) of `source`, another object, are set.
     void copy(std::int32_t first, std::int32_t count, const pixel_bits& source, std::int32_t source_first) {
         for (const std::int32_t last = first + count; first < last;) {
             const std::int32_t here = (std::min)(64 - (first & 63), last - first);
@@ -8313,9 +8584,9 @@ struct pixel_strip {
     std::int32_t first, count, target;
 };
 
-/// The first index from `i` on, i > 0, whose value is not one more than the value before it.
+/// Returns the first index at or after `i` whose value is not the previous value plus one. i  at least 1
 inline std::int32_t end_of_strip(std::span<const std::int32_t> links, std::size_t i) {
-    // Values compared together: strips are as long as image rows, and these loops read every link.
+    // Compares values in blocks: strips are as long as image rows, and these loops read every link.
     constexpr std::size_t block = 16;
     for (; i + block <= links.size(); i += block) {
         std::int32_t different = 0;
@@ -8326,7 +8597,7 @@ inline std::int32_t end_of_strip(std::span<const std::int32_t> links, std::size_
     return static_cast<std::int32_t>(i);
 }
 
-/// All pixels with a neighbor in a column of links, in as few strips as possible.
+/// Splits the pixels that have a neighbor in a column of links into as few strips as possible.
 inline buffer<pixel_strip> strips_of(array_view<const std::int32_t> links) {
     buffer<pixel_strip> strips;
     for (std::int32_t first = 0, last; first < links.count(); first = last) {
@@ -8338,38 +8609,37 @@ inline buffer<pixel_strip> strips_of(array_view<const std::int32_t> links) {
     return strips;
 }
 
-/// The strips of a graph's links: found once for all kernel sizes.
+/// Strips of a graph's links, computed once for all kernel sizes.
 struct link_strips {
     buffer<pixel_strip> up, down, right;
 
     explicit link_strips(const graph_view& g) : up(strips_of(g.up())), down(strips_of(g.down())), right(strips_of(g.right())) {}
 };
 
-/// A pixel is regular if, with r = kernel_size / 2, r links lead straight up from it and r straight down (the spine), and from
-/// each pixel of the spine r links lead left and r right (a rib), to pixels side by side in memory. Then its window is its ribs,
-/// whatever other links there are.
+/// A pixel is regular if it has a spine and ribs. With r = kernel_size / 2, the spine consists of r pixels straight up and r
+/// straight down from it; from each pixel of the spine, a rib of r pixels extends to the left and r to the right, adjacent in
+/// memory. The window of a regular pixel consists of its ribs, whatever other links exist.
 ///
-/// Proof. An element (x, y) of the window, seen from the center, is reached along spine and rib in |x| + |y| steps, and in fewer
-/// along no path, so exploration reaches it in round d = |x| + |y|. Claim: in each round the elements are taken up in this order,
-/// and each holds its rib's pixel: those above the center, farthest up first; those below, farthest down first; then (-d, 0) and
-/// (d, 0). It is so in round 0. Suppose it is in round d, and look at an element (x, y) of round d + 1. If x = 0, only (0, y -+
-/// 1) of round d borders on it, and that is the spine. If y = 0, only (x -+ 1, 0) of round d does, and that is the rib. Else two
-/// do: the next one on the rib, towards the spine, and the one nearer to the center's row, (x, y -+ 1). Of the two the rib's lies
-/// farther from the center's row (or the other is (x, 0) itself), so it is taken up first, and its link along the rib
-/// exists: (x, y) gets the rib's pixel. So each element is reached from the element before it on its spine or rib, those of
-/// one row in the order in which their predecessors are; and (0, y -+ 1), taken up first on its side, reaches first what lies
-/// farthest up or down (it has no more sides but those of its own row, which come next). That is the claimed order in round d
-/// + 1.
+/// Proof. An element (x, y) of the window, relative to the center, lies |x| + |y| steps away along spine and rib, and no path is
+/// shorter. Exploration therefore reaches it in round d = |x| + |y|. Claim: each round appends its elements in the following
+/// order, each with the pixel of its rib: those above the center, topmost first; those below, bottommost first; then (-d, 0) and
+/// (d, 0). Round 0 satisfies the claim. Suppose round d does, and consider an element (x, y) of round d + 1. If x = 0, its only
+/// neighbor in round d is (0, y -+ 1), on the spine. If y = 0, its only neighbor is (x -+ 1, 0), on the rib. Otherwise it has
+/// two: the one on the same rib, closer to the spine, and the one in the row closer to the center, (x, y -+ 1). The former is
+/// farther from the center's row (or the latter is (x, 0)), so it was appended first, and its link along the rib exists: (x, y)
+/// gets the pixel of the rib. Hence each element is reached from the previous element of its spine or rib. Elements of one row
+/// keep the order of their predecessors. (0, y -+ 1) was appended first on its side, so round d + 1 begins with the topmost or
+/// bottommost element; its other neighbors are in its own row and follow. This is the claimed order of round d + 1.
 ///
-/// Links beside spine and ribs do not matter, so a fold or a silhouette there changes nothing. A few other windows are
-/// contiguous, too, where exploration goes around a gap in the spine or a rib; they are gathered like all the rest.
+/// Links beside spine and ribs are irrelevant, so a fold or a silhouette there changes nothing. Some other windows are also
+/// contiguous, where exploration bypasses a gap in the spine or a rib; they are gathered like all irregular windows.
 class regular_pixels {
 public:
     regular_pixels(const graph_view& g, std::int32_t kernel_size) : regular_pixels(g, kernel_size, link_strips(g)) {}
 
     regular_pixels(const graph_view& g, std::int32_t kernel_size, const link_strips& strips)
         : radius_(kernel_size / 2), g_(g), regular_(g.size()), goes_on_(g.size()) {
-        pixel_bits has_right(g.size());  // the right neighbor is next in memory
+        pixel_bits has_right(g.size());  // whether the right neighbor is the next pixel in memory
         for (const pixel_strip& strip : strips.right)
             if (strip.target == strip.first + 1) has_right.set(strip.first, strip.count, true);
         goes_on_ = has_right;
@@ -8383,8 +8653,8 @@ public:
 
     bool contains(std::int32_t pixel) const { return regular_[pixel]; }
 
-    /// Calls `visit(first, count, rows)` for each run of regular pixels whose windows are adjacent, too; `rows` are the
-    /// kernel_size pixels of the first one's spine. Pixels for which `visit` returns false become irregular.
+    /// Calls `visit(first, count, rows)` for each run of regular pixels whose windows are adjacent as well; `rows` is the spine
+    /// of the run's first pixel, kernel_size pixels. Pixels for which `visit` returns false become irregular.
     template <class Visit>
     void for_each_segment(Visit&& visit) {
         buffer<std::int32_t> firsts, lasts, rows(static_cast<std::size_t>(2 * radius_ + 1));
@@ -8404,7 +8674,7 @@ public:
         }
     }
 
-    /// Calls `visit(pixel)` for every pixel that is not regular, in ascending order.
+    /// Calls `visit(pixel)` for every irregular pixel, in ascending order.
     template <class Visit>
     void for_each_other(Visit&& visit) const {
         buffer<std::int32_t> pixels;
@@ -8418,7 +8688,7 @@ private:
         for (; bits != 0; bits &= bits - 1) pixels.push_back(word * 64 + std::countr_zero(bits));
     }
 
-    /// Keeps the pixels with the half of the spine that leads to one side, and ribs along it.
+    /// Removes pixels without a spine on one side, or without ribs along it. strips  links to that side
     void follow(std::span<const pixel_strip> strips, const pixel_bits& ribs) {
         pixel_bits with_rib = ribs, side_by_side(g_.size());
         for (const pixel_strip& strip : strips) side_by_side.set(strip.first, strip.count - 1, true);
@@ -8430,7 +8700,7 @@ private:
         }
     }
 
-    /// At each pixel the bit of its neighbor, zero where there is none.
+    /// For each pixel the bit of its neighbor; zero without a neighbor.
     pixel_bits as_seen_from_neighbors(const pixel_bits& bits, std::span<const pixel_strip> strips) const {
         pixel_bits seen(g_.size());
         for (const pixel_strip& strip : strips) seen.copy(strip.first, strip.count, bits, strip.target);
@@ -8447,16 +8717,16 @@ private:
 
 // ---- ldi/nn/ldi/convolution_plan.hpp
 // Plans the memory accesses of a k x k convolution on a layered depth image. Most of an LDI consists of ordinary image rows,
-// where a window is k pointers into memory. Only near silhouettes does the plan explore windows link by link (core/window.hpp). A
-// plan depends on the graph and the kernel's size alone; all layers of a level share it.
+// where a window is k pointers into memory. Only near silhouettes does the plan explore windows link by link (core/window.hpp).
+// A plan depends only on the graph and the kernel size; all layers of a level share it.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Outputs are the pixels of the graph, or with stride 2 those of the coarse graph. Every output lies in one segment or is
-/// irregular. restrict_to() makes plans in which some outputs are neither; convolutions skip these.
+/// Outputs are the pixels of the graph, or with stride 2 those of the coarse graph. Every output of a full plan belongs to one
+/// segment or is irregular. restrict_to() leaves outputs out; convolutions skip these.
 struct convolution_plan {
-    /// Outputs first, first + 1, ... with ordinary windows. With `row = rows[s * kernel_size + r]` of segment s, row r of the
-    /// window of output first + i is the kernel_size pixels centered at pixel `row + stride * i`.
+    /// A run of outputs first, first + 1, ... with ordinary windows. Row r of the window of output first + i consists of the
+    /// kernel_size pixels centered at pixel `rows[s * kernel_size + r] + stride * i`, where s is the index of the segment.
     struct segment {
         std::int32_t first, count;
     };
@@ -8471,7 +8741,7 @@ struct convolution_plan {
 
     /// kernel_size as std::size_t.
     std::size_t k() const { return static_cast<std::size_t>(kernel_size); }
-    /// Elements of a window.
+    /// Number of pixels per window.
     std::size_t elements() const { return k() * k(); }
     /// The kernel_size rows of a segment.
     std::span<const std::int32_t> rows_of(std::size_t s) const { return std::span(rows).subspan(s * k(), k()); }
@@ -8480,7 +8750,7 @@ struct convolution_plan {
         return std::span(windows).subspan(i * elements(), elements());
     }
 
-    /// Allocated memory.
+    /// Allocated memory in bytes.
     std::size_t bytes() const {
         return segments.capacity() * sizeof(segment) +
                (rows.capacity() + irregular.capacity() + windows.capacity()) * sizeof(std::int32_t);
@@ -8489,7 +8759,7 @@ struct convolution_plan {
 
 namespace detail {
 
-/// Minimum outputs of a segment. Shorter ones are gathered, to share tiles with others.
+/// Minimum number of outputs per segment. Shorter segments are gathered, so that their pixels can share the kernels' tiles.
 inline constexpr std::int32_t shortest_segment = 4;
 
 inline void add_segment(convolution_plan& plan, convolution_plan::segment s, std::span<const std::int32_t> rows,
@@ -8537,22 +8807,23 @@ inline convolution_plan plan_kept(const graph_view& g, std::int32_t kernel_size,
 
 }  // namespace detail
 
-/// kernel_size  odd, 1 to largest_kernel_size
+/// Plans a convolution with stride 1. Any order of pixels works; the canonical order (core/canonical_order.hpp) is the fastest.
 ///
-/// Pixels may be in any order; the canonical one (core/canonical_order.hpp) is the fastest.
+/// kernel_size  odd, 1 to largest_kernel_size
 inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size) {
     return detail::plan_all(g, kernel_size, detail::regular_pixels(g, kernel_size));
 }
 
-/// With stride 2: the outputs are the pixels of `coarse`, which is coarsen(g).
+/// Plans a convolution with stride 2. Outputs are the pixels of `coarse`, which is coarsen(g).
 inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size, const coarsened& coarse) {
     return detail::plan_kept(g, kernel_size, coarse, detail::regular_pixels(g, kernel_size));
 }
 
-/// The same plan for some outputs only.
-///
-/// outputs  ascending, each of them an output of the plan
-inline convolution_plan restrict_to(const convolution_plan& plan, std::span<const std::int32_t> outputs) {
+namespace detail {
+
+/// Restricts a plan to some outputs, and renumbers them: outputs[i] becomes output number(i).
+template <class Number>
+convolution_plan restrict_and_number(const convolution_plan& plan, std::span<const std::int32_t> outputs, Number&& number) {
     convolution_plan result;
     result.kernel_size = plan.kernel_size, result.stride = plan.stride;
     result.input_count = plan.input_count, result.output_count = plan.output_count;
@@ -8563,7 +8834,7 @@ inline convolution_plan restrict_to(const convolution_plan& plan, std::span<cons
         if (s == plan.segments.size() || plan.segments[s].first > output) {
             while (irregular < plan.irregular.size() && plan.irregular[irregular] < output) ++irregular;
             LDI_ASSERT(irregular < plan.irregular.size() && plan.irregular[irregular] == output);
-            result.irregular.push_back(output);
+            result.irregular.push_back(number(i));
             const std::span<const std::int32_t> window = plan.window_of(irregular);
             result.windows.append(window.begin(), window.end());
             ++i;
@@ -8574,11 +8845,11 @@ inline convolution_plan restrict_to(const convolution_plan& plan, std::span<cons
         while (last < outputs.size() && outputs[last] == outputs[last - 1] + 1 && outputs[last] < from.first + from.count) ++last;
         const std::int32_t count = static_cast<std::int32_t>(last - i), shift = plan.stride * (output - from.first);
         const std::span<const std::int32_t> rows = plan.rows_of(s);
-        if (count >= detail::shortest_segment)
-            detail::add_segment(result, {output, count}, rows, shift);
+        if (count >= shortest_segment)
+            add_segment(result, {number(i), count}, rows, shift);
         else
             for (std::int32_t o = 0; o < count; ++o) {
-                result.irregular.push_back(output + o);
+                result.irregular.push_back(number(i) + o);
                 for (const std::int32_t row : rows)
                     for (std::int32_t x = 0; x < plan.kernel_size; ++x)
                         result.windows.push_back(row + shift + plan.stride * o + x - plan.kernel_size / 2);
@@ -8588,16 +8859,33 @@ inline convolution_plan restrict_to(const convolution_plan& plan, std::span<cons
     return result;
 }
 
-/// Marks all pixels in windows of the plan: the inputs of its outputs.
+}  // namespace detail
+
+/// Returns the plan restricted to some outputs.
 ///
-/// marks  input_count
+/// outputs  ascending outputs of the plan
+inline convolution_plan restrict_to(const convolution_plan& plan, std::span<const std::int32_t> outputs) {
+    return detail::restrict_and_number(plan, outputs, [&](std::size_t i) { return outputs[i]; });
+}
+
+/// Restricts a plan to some outputs, and numbers them in their order: outputs[i] becomes output i.
+inline convolution_plan restrict_and_renumber(const convolution_plan& plan, std::span<const std::int32_t> outputs) {
+    convolution_plan result =
+        detail::restrict_and_number(plan, outputs, [](std::size_t i) { return static_cast<std::int32_t>(i); });
+    result.output_count = outputs.size();
+    return result;
+}
+
+/// Marks all pixels that the plan's outputs read.
+///
+/// marks  plan.input_count; the function sets marks to 1 and clears none
 inline void mark_needed_inputs(const convolution_plan& plan, std::span<std::uint8_t> marks) {
     LDI_ASSERT(marks.size() == plan.input_count);
     for (std::size_t s = 0; s < plan.segments.size(); ++s)
         for (const std::int32_t row : plan.rows_of(s)) {
             std::uint8_t* const first = marks.data() + (row - plan.kernel_size / 2);
             const std::int32_t count = plan.stride * (plan.segments[s].count - 1) + plan.kernel_size;
-            // Windows of a segment overlap or touch, except those of a single pixel with stride 2.
+            // Windows of a segment overlap or touch, except 1 x 1 windows with stride 2.
             if (plan.kernel_size > 1 || plan.stride == 1)
                 std::fill_n(first, count, std::uint8_t{1});
             else
@@ -8607,7 +8895,7 @@ inline void mark_needed_inputs(const convolution_plan& plan, std::span<std::uint
         if (pixel != no_pixel) marks[static_cast<std::size_t>(pixel)] = 1;
 }
 
-/// The same pixels, ascending.
+/// Lists all pixels that the plan's outputs read, ascending.
 inline buffer<std::int32_t> needed_inputs(const convolution_plan& plan) {
     buffer<std::uint8_t> marks(plan.input_count, 0);
     mark_needed_inputs(plan, marks);
@@ -8620,23 +8908,22 @@ inline buffer<std::int32_t> needed_inputs(const convolution_plan& plan) {
 }}  // namespace ldi
 
 // ---- ldi/nn/ldi/feature_map.hpp
-// Feature maps: the values of a network's layer at each pixel of a layered image (paper, section "Mapping the PConv Network to
-// LDI").
+// Feature maps: one layer's values at each pixel of a layered image (paper, section "Mapping the PConv Network to LDI").
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Non-owning view of a feature map, with an optional index map: nearest upsampling without a copy.
 ///
-/// Value  float or std::uint8_t, as the weights' kernel reads it
+/// Value  float or std::uint8_t
 template <class Value>
 struct basic_feature_view {
     std::span<const Value> values;  ///< rows x channels
     std::size_t channels = 0;
     std::span<const std::int32_t> rows;  ///< row per pixel of the graph; no_pixel reads as zeros; empty: pixel i has row i
     std::span<const std::uint8_t> mask;  ///< 1 or 0 per row; empty: all 1
-    Value zero = {};                     ///< the value that represents zero: the zero point of bytes
+    Value zero = {};                     ///< value that represents zero: the zero point of bytes
 
-    /// Pixels of the graph.
+    /// Number of pixels of the graph.
     std::size_t pixels() const { return rows.empty() && channels > 0 ? values.size() / channels : rows.size(); }
 
     /// The row of a pixel, or no_pixel if it is missing or masked.
@@ -8647,23 +8934,25 @@ struct basic_feature_view {
         return no_pixel;
     }
 
-    /// The channels of a row, side by side.
+    /// The adjacent channels of a row.
     const Value* values_of(std::int32_t row) const { return values.data() + static_cast<std::size_t>(row) * channels; }
 };
 
 using feature_view = basic_feature_view<float>;
 
-/// Pixels x channels, row-major, pixels in the graph's order.
+/// Values of pixels x channels, row-major, pixels in the graph's order.
 template <class Value>
 struct basic_feature_map {
     std::size_t channels = 0;
     buffer<Value> values;
-    Value zero = {};  ///< the value that represents zero: the zero point of bytes
+    Value zero = {};  ///< value that represents zero: the zero point of bytes
 
     basic_feature_map() = default;
-    /// Leaves the values uninitialized.
+    /// Leaves the values uninitialized. Raises too_large for a size that no memory has.
     basic_feature_map(std::size_t pixel_count, std::size_t channel_count, Value stands_for_zero = {})
-        : channels(channel_count), values(pixel_count * channel_count, unset), zero(stands_for_zero) {}
+        : channels(channel_count),
+          values(detail::checked_size(1, pixel_count, channel_count, sizeof(Value)), unset),
+          zero(stands_for_zero) {}
 
     std::size_t pixels() const { return channels > 0 ? values.size() / channels : 0; }
 
@@ -8689,7 +8978,7 @@ private:
 
 using feature_map = basic_feature_map<float>;
 
-/// View of a coarse map on the finer graph: each pixel has the channels of its parent, or zeros without one. Copies nothing; the
+/// Views a coarse map on the finer graph without a copy: each pixel has the channels of its parent, or zeros without one. The
 /// map and the parents must outlive the view.
 ///
 /// parent  coarsened::parent, one per pixel of the finer graph
@@ -8700,7 +8989,7 @@ basic_feature_view<Value> upsample(const basic_feature_map<Value>& coarse, std::
 
 namespace detail {
 
-/// A loop, because rows are short and calls of memmove() cost more than the copies.
+/// Loops instead of calling memmove(), because rows are short and a call costs more than the copy.
 template <class Value>
 void copy_row(const Value* from, std::size_t count, Value* to) {
     constexpr std::size_t step = 4;
@@ -8709,7 +8998,7 @@ void copy_row(const Value* from, std::size_t count, Value* to) {
     for (; i < count; ++i) to[i] = from[i];
 }
 
-/// Copies a pixel's channels, and returns the number of unmasked ones.
+/// Copies a pixel's channels and returns the number of unmasked channels.
 template <class Value>
 std::size_t copy_pixel(std::span<const basic_feature_view<Value>> sources, std::int32_t pixel, Value* to) {
     std::size_t counted = 0;
@@ -8731,12 +9020,11 @@ std::size_t copy_pixel(std::span<const basic_feature_view<Value>> sources, std::
 }}  // namespace ldi
 
 // ---- ldi/nn/ldi/detail/convolution_block.hpp
-// Computes one block of a convolution's outputs: regular segments in place where possible, everything else from windows gathered
-// in a small buffer. Both use the same kernel and order of summation.
+// Computes one block of a convolution's outputs: regular segments in place where possible, all other outputs from windows
+// gathered in a small buffer. Both ways use the same kernel and order of summation.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Calls the kernel that the weights are packed for.
 inline void multiply(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                      const float* ratios, float* result) {
     conv_f32(weights, rows, pixel_stride, pixels, ratios, result);
@@ -8747,7 +9035,7 @@ void multiply(const conv_u8_weights& weights, const std::uint8_t* const* rows, s
     conv_u8(weights, rows, pixel_stride, pixels, ratios, result);
 }
 
-/// The value that represents zero in results of these weights.
+/// Result value that represents zero.
 template <class Result, class Weights>
 Result zero_of_results(const Weights& weights) {
     if constexpr (std::is_same_v<Result, std::uint8_t>)
@@ -8756,7 +9044,7 @@ Result zero_of_results(const Weights& weights) {
         return Result{};
 }
 
-/// The arguments that all blocks of a convolution share.
+/// Arguments that all blocks of a convolution share.
 template <class Weights, class Result>
 struct convolution_job {
     using value_type = typename Weights::value_type;
@@ -8774,7 +9062,7 @@ struct convolution_job {
     bool reads_memory_as_it_is() const { return sources.size() == 1 && sources[0].rows.empty() && sources[0].mask.empty(); }
 };
 
-/// The working memory of a thread.
+/// Computes blocks; one object per thread with its working memory.
 template <class Job>
 class convolution_block {
 public:
@@ -8812,7 +9100,7 @@ private:
     using result_type = typename Job::result_type;
     using row_starts = std::array<const value_type*, largest_kernel_size>;
 
-    static constexpr std::size_t largest_buffer = 8192, largest_batch = 96;  // values, about; outputs
+    static constexpr std::size_t largest_buffer = 8192, largest_batch = 96;  // approximate limit in values; limit in outputs
 
     /// Rounds up to a multiple of the kernels' tiles.
     static std::size_t whole_tiles(std::size_t outputs) {
@@ -8831,7 +9119,7 @@ private:
 
     using row_pixels = std::array<std::int32_t, largest_kernel_size>;
 
-    /// Whether the kernel can read these pixels in place: a single source without a map, with all pixels present.
+    /// Whether the kernel can read these pixels in place: one source without an index map, and no pixel masked.
     bool is_whole(const row_pixels& rows, std::size_t first, std::size_t pixels) const {
         const auto& source = job_.sources[0];
         if (job_.sources.size() != 1 || !source.rows.empty()) return false;
@@ -8849,7 +9137,7 @@ private:
         if (!job_.result_mask.empty()) std::fill_n(job_.result_mask.data() + output, count, std::uint8_t{1});
     }
 
-    /// rows  the pixel under the upper left element of the first output's window, and those below it
+    /// rows  pixels under the first column of the first output's window, top to bottom
     void run_segment(std::size_t output, std::size_t count, const row_pixels& rows) {
         if (job_.reads_memory_as_it_is()) return run_in_place(output, count, rows, 0);
         row_starts starts{};
@@ -8903,7 +9191,7 @@ private:
         return counted == 0 ? 0.0F : nearest_float(job_.plan.elements() * job_.channels) / nearest_float(counted);
     }
 
-    /// Sets results to zero if the whole window is masked: not even the bias applies.
+    /// Sets results to zero if the whole window is masked; the bias is not added either.
     void finish(std::size_t output, float ratio) const {
         if (!job_.is_partial) return;
         if (ratio == 0.0F) std::fill_n(result_of(output), job_.weights.outputs, zero_of_results<result_type>(job_.weights));
@@ -8911,11 +9199,11 @@ private:
     }
 
     const Job& job_;
-    std::size_t batch_ = 0, stretch_ = 0;  // outputs per call: gathered; copied from a segment
+    std::size_t batch_ = 0, stretch_ = 0;  // outputs per kernel call: gathered ones; ones copied from a segment
     buffer<value_type> values_;
     buffer<result_type> results_;
     buffer<float> ratios_;
-    buffer<std::size_t> counts_;  // unmasked channels per column of a segment's rows
+    buffer<std::size_t> counts_;  // unmasked channels per column of a segment
 };
 
 template <class Weights, class Result, executor Executor>
@@ -8934,7 +9222,7 @@ void run_convolution(const convolution_plan& plan, const Weights& weights,
     LDI_ASSERT(result_mask.empty() || result_mask.size() == plan.output_count);
     const convolution_job<Weights, Result> job{plan, weights, sources, is_partial, result, result_mask, channels};
 
-    // Gathered outputs follow the segments of their block while the inputs are still in the cache.
+    // Each block computes its gathered outputs right after its segments, while the inputs are still in the cache.
     constexpr std::size_t block = 4096;
     parallel_for(threads, (plan.output_count + block - 1) / block, 1, [&](std::size_t first, std::size_t last) {
         convolution_block thread(job);
@@ -8956,7 +9244,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// outputs x inputs x k x k to outputs x k x k x inputs.
+/// Transposes outputs x inputs x k x k to outputs x k x k x inputs.
 inline buffer<float> channels_last(std::span<const float> weights, std::size_t outputs, std::size_t elements) {
     LDI_ASSERT(outputs > 0 && weights.size() % (outputs * elements) == 0);
     const std::size_t inputs = weights.size() / (outputs * elements);
@@ -8970,24 +9258,24 @@ inline buffer<float> channels_last(std::span<const float> weights, std::size_t o
 
 }  // namespace detail
 
-/// Weights as PyTorch stores them, in the order that conv_f32() reads.
+/// Packs PyTorch weights for conv_f32().
 ///
 /// weights  outputs x inputs x kernel_size x kernel_size, row-major, finite; batch normalization folded in
 /// bias     outputs
-/// inputs   channels; of a convolution with several sources, the channels of all of them, concatenated
+/// inputs   sum of the channels of all sources, in order
 inline conv_f32_weights pack_convolution(isa target, std::span<const float> weights, std::span<const float> bias,
                                          std::int32_t kernel_size, activation after) {
     const std::size_t k = static_cast<std::size_t>(kernel_size);
     return pack_conv_f32(target, detail::channels_last(weights, bias.size(), k * k), bias, k, after);
 }
 
-/// The meaning of a source's bytes.
+/// Channels and quantization of a source of bytes.
 struct quantized_source {
     std::size_t channels = 0;
     quantization values;
 };
 
-/// The same in the order that conv_u8() reads, rounded to 7 bits: the largest weight of each output becomes 63.
+/// Packs PyTorch weights for conv_u8(), rounded to 7 bits: the largest weight of each output becomes 63.
 ///
 /// sources  quantization of the sources that the convolution will read; their zero points must equal basic_feature_view::zero
 /// result   quantization of byte results; float results are in units of result.scale
@@ -9020,11 +9308,11 @@ inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> 
     return pack_conv_u8(target, rounded, zero_points, scales, result_bias, k, after, result.zero_point);
 }
 
-/// result = activation(weights * window + bias); missing pixels count as zero.
+/// Computes result = activation(weights * window + bias); missing pixels count as zero.
 ///
 /// sources  the input channels, concatenated. Their masks must be empty
-/// result   plan.output_count x weights.outputs; rows of outputs outside the plan stay unchanged. Must not overlap
-///          a source. A vector or span of float, or of the sources' type
+/// result   plan.output_count x weights.outputs, a vector or span of float or of the sources' type. Rows outside the plan stay
+///          unchanged. Must not overlap a source
 ///
 /// The bits of an output depend on its window alone: not on the plan (whole or restricted) and not on the executor.
 template <class Weights, class Result, executor Executor = const serial_executor>
@@ -9035,10 +9323,11 @@ void convolve(const convolution_plan& plan, const Weights& weights,
     detail::run_convolution(plan, weights, sources, false, std::span(result), {}, threads);
 }
 
-/// result = activation(weights * (window . mask) * (C k^2 / sum of mask) + bias) where the mask's sum is positive, else 0.
+/// Computes result = activation(weights * (window . mask) * (C k^2 / sum of mask) + bias) where the mask's sum is positive, else
+/// 0.
 ///
-/// A pixel's channels count as masked if the pixel does not exist, its row is no_pixel, or its mask is 0. The mask's sum runs
-/// over all channels of all sources. Without masks, only missing pixels are left out.
+/// A pixel's channels are masked if the pixel does not exist, its row is no_pixel, or its mask is 0. The mask's sum runs over
+/// all channels of all sources. Without masks, only missing pixels are excluded.
 ///
 /// result_mask  plan.output_count: 1 where the mask's sum is positive, else 0; may be empty
 template <class Weights, class Result, executor Executor = const serial_executor>
@@ -9052,8 +9341,8 @@ void convolve_partially(const convolution_plan& plan, const Weights& weights,
 
 // ---- ldi/nn/ldi/convolution_layer.hpp
 // A convolution layer with its weights, the building block of networks on layered images. One layer serves any number of graphs:
-// the plan names the graph, and whether the result lies on the coarser one. Float32; nn/ldi/convolution.hpp has bytes, masks and
-// results in the caller's memory.
+// the plan selects the graph and, with stride 2, the coarser graph of the result. Float32; nn/ldi/convolution.hpp offers bytes,
+// masks and results in memory of the caller.
 //
 //     const ldi::coarsened half = ldi::coarsen(g);
 //     const ldi::feature_map fine = first(ldi::plan_convolution(g, 3), input);
@@ -9064,8 +9353,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct convolution_options {
     std::int32_t kernel_size = 3;      ///< odd, 1 to largest_kernel_size
-    activation after = no_activation;  ///< activation: relu, leaky_relu(0.2F), ...
-    bool is_partial = false;           ///< leaves missing pixels out of the sum and rescales it; otherwise they count as zero
+    activation after = no_activation;  ///< no_activation, relu, leaky_relu(0.2F), ...
+    bool is_partial = false;           ///< excludes missing pixels from the sum and rescales it; otherwise they count as zero
     isa target = best_isa();           ///< the instruction set to pack weights for; results agree to rounding
 };
 
@@ -9077,12 +9366,12 @@ public:
         : weights_(pack_convolution(options.target, weights, bias, options.kernel_size, options.after)),
           is_partial_(options.is_partial) {}
 
-    /// plan    of this layer's kernel size
-    /// inputs  maps whose concatenated channels are the layer's inputs; nothing is copied. Their masks must be empty unless the
-    ///         layer is partial
+    /// Convolves the inputs. Returns the result at the plan's outputs: the pixels of the graph, or with stride 2 those of the
+    /// coarser graph. A pixel's bits depend on its window only, not on the executor.
     ///
-    /// Returns the result at the plan's outputs: the pixels of the graph, or with stride 2 those of the coarser one. A pixel's
-    /// bits depend on its window alone, not on the executor.
+    /// plan    a plan of this layer's kernel size
+    /// inputs  maps whose concatenated channels are the layer's inputs; none is copied. Their masks must be empty unless the
+    ///         layer is partial
     template <executor Executor = const serial_executor>
     feature_map operator()(const convolution_plan& plan, std::initializer_list<feature_view> inputs,
                            Executor&& threads = {}) const {
@@ -9108,7 +9397,7 @@ private:
 }}  // namespace ldi
 
 // ---- ldi/nn/ldi/elementwise.hpp
-// Elementwise operators on feature maps: addition, concatenation, activations.
+// Elementwise operators on feature maps: addition, concatenation, activations, conversion between floats and bytes.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -9125,9 +9414,9 @@ basic_feature_map<Value> for_each_value(basic_feature_map<Value> values, Executo
 
 }  // namespace detail
 
-/// a + b. Pass `std::move(a)` to reuse its memory.
+/// Returns a + b. Pass `std::move(a)` to reuse its memory.
 ///
-/// b  of as many pixels and channels; it may be upsampled. Its missing pixels count as zero
+/// b  same number of pixels and channels; may be upsampled. Its missing pixels count as zero
 template <executor Executor = const serial_executor>
 feature_map add(feature_map a, const feature_view& b, Executor&& threads = {}) {
     LDI_ASSERT(b.pixels() == a.pixels() && b.channels == a.channels);
@@ -9144,9 +9433,9 @@ feature_map add(feature_map a, const feature_view& b, Executor&& threads = {}) {
     return a;
 }
 
-/// The same in 8 bits, each map in its own quantization.
+/// Returns a + b in 8 bits, each map in its own quantization.
 ///
-/// sum  prepare_add_u8() (kernels/add_u8.hpp) of the two quantizations and that of the result
+/// sum  result of prepare_add_u8() (kernels/add_u8.hpp) for the quantizations of a, b and the sum
 template <executor Executor = const serial_executor>
 basic_feature_map<std::uint8_t> add(basic_feature_map<std::uint8_t> a, const basic_feature_view<std::uint8_t>& b,
                                     const add_u8_constants& sum, Executor&& threads = {}) {
@@ -9191,10 +9480,10 @@ basic_feature_map<Value> concatenate(std::span<const basic_feature_view<Value>> 
 
 }  // namespace detail
 
-/// Concatenates the channels of the maps. A single upsampled map is written out.
+/// Concatenates the channels of the maps. A single upsampled map is written out. A convolution reads several maps directly,
+/// which is faster.
 ///
-/// maps  at least one, all with the same number of pixels; maps of bytes in one quantization. A convolution reads several maps
-///       directly, which is faster
+/// maps  at least one, all with the same number of pixels; maps of bytes in one quantization
 template <executor Executor = const serial_executor>
 feature_map concatenate(std::initializer_list<feature_view> maps, Executor&& threads = {}) {
     return detail::concatenate(std::span<const feature_view>(maps.begin(), maps.size()), threads);
@@ -9205,13 +9494,7 @@ basic_feature_map<std::uint8_t> concatenate(std::initializer_list<basic_feature_
     return detail::concatenate(std::span<const basic_feature_view<std::uint8_t>>(maps.begin(), maps.size()), threads);
 }
 
-/// relu of a map of bytes: nothing below its zero.
-template <executor Executor = const serial_executor>
-basic_feature_map<std::uint8_t> relu_u8(basic_feature_map<std::uint8_t> x, Executor&& threads = {}) {
-    return detail::for_each_value(std::move(x), threads, [zero = x.zero](std::uint8_t v) { return (std::max)(v, zero); });
-}
-
-/// relu, leaky_relu(slope) as an operator of its own, for use after an addition; a convolution_layer has its own.
+/// Applies relu or leaky_relu(slope), for example after an addition; a convolution_layer has its own activation.
 template <executor Executor = const serial_executor>
 feature_map activate(feature_map x, activation by, Executor&& threads = {}) {
     return detail::for_each_value(std::move(x), threads, [by](float v) {
@@ -9219,13 +9502,39 @@ feature_map activate(feature_map x, activation by, Executor&& threads = {}) {
     });
 }
 
-/// 1 / (1 + exp(-x)), to the rounding of the standard library.
+/// Applies relu to a map of bytes: raises values to at least the zero point. Bytes support no other activation.
+template <executor Executor = const serial_executor>
+basic_feature_map<std::uint8_t> activate(basic_feature_map<std::uint8_t> x, activation by, Executor&& threads = {}) {
+    LDI_ASSERT(by.negative_slope == 0.0F);
+    const std::uint8_t zero = x.zero;
+    return detail::for_each_value(std::move(x), threads, [zero](std::uint8_t v) { return (std::max)(v, zero); });
+}
+
+/// Converts a map to bytes: the nearest multiples of `to.scale`, clamped to the range of bytes. NaN becomes the zero point.
+inline basic_feature_map<std::uint8_t> quantize(const feature_map& x, const quantization& to) {
+    basic_feature_map<std::uint8_t> result(x.pixels(), x.channels, to.zero_point);
+    std::transform(x.values.begin(), x.values.end(), result.values.begin(), [&](float v) {
+        const double steps = std::isnan(v) ? 0.0 : std::clamp(double{v} / double{to.scale}, -255.0, 255.0);
+        return static_cast<std::uint8_t>(std::clamp<std::int64_t>(detail::nearest_whole(steps) + to.zero_point, 0, 255));
+    });
+    return result;
+}
+
+/// Converts a map of bytes to floats.
+inline feature_map dequantize(const basic_feature_map<std::uint8_t>& x, const quantization& from) {
+    feature_map result(x.pixels(), x.channels);
+    std::transform(x.values.begin(), x.values.end(), result.values.begin(),
+                   [&](std::uint8_t v) { return static_cast<float>(v - from.zero_point) * from.scale; });
+    return result;
+}
+
+/// Computes 1 / (1 + exp(-x)) with the rounding of the standard library.
 template <executor Executor = const serial_executor>
 feature_map sigmoid(feature_map x, Executor&& threads = {}) {
     return detail::for_each_value(std::move(x), threads, [](float v) { return 1.0F / (1.0F + std::exp(-v)); });
 }
 
-/// The hyperbolic tangent, to the rounding of the standard library.
+/// Computes the hyperbolic tangent with the rounding of the standard library.
 template <executor Executor = const serial_executor>
 feature_map tanh(feature_map x, Executor&& threads = {}) {
     return detail::for_each_value(std::move(x), threads, [](float v) { return std::tanh(v); });
@@ -9234,16 +9543,17 @@ feature_map tanh(feature_map x, Executor&& threads = {}) {
 }}  // namespace ldi
 
 // ---- ldi/nn/ldi/from_column.hpp
-// From a column of a layered image to a feature map, and back.
+// Converts a column of a layered image to a feature map, and back.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// K pixels with the channels of the column. `Value` is float or std::uint8_t; bytes require a column of bytes.
+/// Copies a column to a feature map of K pixels and the column's channels. `Value` is float or std::uint8_t; bytes require a
+/// column of bytes.
 ///
 ///     const feature_map colors = from_column<color_column>(layers, 1.0F / 255.0F);
 ///     const auto bytes = from_column<color_column, std::uint8_t>(layers);
 ///
-/// scale  float maps: every scalar is multiplied by it
+/// scale  float maps: factor of every value
 template <payload_column Column, class Value = float, has_column<Column> Layers>
 basic_feature_map<Value> from_column(const Layers& layers, float scale = 1.0F) {
     static_assert(std::same_as<Value, float> || std::same_as<Value, typename Column::scalar>);
@@ -9257,11 +9567,11 @@ basic_feature_map<Value> from_column(const Layers& layers, float scale = 1.0F) {
     return map;
 }
 
-/// Writes a feature map to a column. Scalars that are integers are rounded to the nearest and clamped to their range; NaN becomes
-/// 0.
+/// Writes a feature map to a column. Values for integer scalars are rounded to nearest and clamped to the range of the scalar;
+/// NaN becomes 0.
 ///
-/// map    as many pixels as the layers have, and the channels of the column
-/// scale  float maps: every value is multiplied by it before it is rounded
+/// map    as many pixels as the layers, as many channels as the column
+/// scale  float maps: factor of every value, applied before rounding
 template <payload_column Column, class Value, has_column<Column> Layers>
 void to_column(const basic_feature_map<Value>& map, Layers& layers, float scale = 1.0F) {
     using scalar = typename Column::scalar;
@@ -9283,18 +9593,18 @@ void to_column(const basic_feature_map<Value>& map, Layers& layers, float scale 
 }}  // namespace ldi
 
 // ---- ldi/nn/ldi/pixel_subset.hpp
-// Some pixels of a graph, numbered from 0. A network that needs values at some pixels only stores rows for these alone.
+// A subset of a graph's pixels, numbered from 0. A network that needs values only at some pixels stores rows for these alone.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The pixels, and the row of each pixel of the graph among them.
+/// Pixels of a subset, and the reverse lookup.
 struct pixel_subset {
     buffer<std::int32_t> pixels;  ///< ascending
     buffer<std::int32_t> row_of;  ///< per pixel of the graph: its index in `pixels`, or no_pixel
 
     std::size_t size() const { return pixels.size(); }
 
-    /// The pixels whose mark is not 0.
+    /// Collects the pixels with nonzero marks.
     static pixel_subset marked(std::span<const std::uint8_t> marks) {
         pixel_subset subset;
         subset.row_of.resize(marks.size());
@@ -9309,22 +9619,37 @@ struct pixel_subset {
     }
 };
 
-/// Renumbers a plan for tensors that hold rows of subsets only.
+namespace detail {
+
+inline void renumber(std::int32_t& pixel, const pixel_subset& subset) {
+    if (pixel == no_pixel) return;
+    pixel = subset.row_of[pixel];
+    LDI_ASSERT(pixel != no_pixel);
+}
+
+}  // namespace detail
+
+/// Renumbers a plan's inputs for a tensor that stores only the rows of a subset.
 ///
-/// outputs, inputs  hold all outputs of the plan, and all pixels of their windows
+/// inputs  contains all pixels that the plan's outputs read
+inline void renumber_inputs(convolution_plan& plan, const pixel_subset& inputs) {
+    LDI_ASSERT(inputs.row_of.size() == plan.input_count);
+    // Pixels of a segment's rows are consecutive in the subset, too, because the subset contains all of them.
+    for (std::int32_t& pixel : plan.rows) detail::renumber(pixel, inputs);
+    for (std::int32_t& pixel : plan.windows) detail::renumber(pixel, inputs);
+    plan.input_count = inputs.size();
+}
+
+/// Renumbers a plan for tensors that store only the rows of subsets.
+///
+/// outputs  contains all outputs of the plan
+/// inputs   contains all pixels of their windows
 inline convolution_plan on_subsets(convolution_plan plan, const pixel_subset& outputs, const pixel_subset& inputs) {
-    LDI_ASSERT(outputs.row_of.size() == plan.output_count && inputs.row_of.size() == plan.input_count);
-    const auto renumber = [](std::int32_t& pixel, const pixel_subset& subset) {
-        if (pixel == no_pixel) return;
-        pixel = subset.row_of[pixel];
-        LDI_ASSERT(pixel != no_pixel);
-    };
-    // Pixels of a segment and of its rows are consecutive in the subsets, too, because the subsets hold all of them.
-    for (convolution_plan::segment& s : plan.segments) renumber(s.first, outputs);
-    for (std::int32_t& pixel : plan.rows) renumber(pixel, inputs);
-    for (std::int32_t& output : plan.irregular) renumber(output, outputs);
-    for (std::int32_t& pixel : plan.windows) renumber(pixel, inputs);
-    plan.output_count = outputs.size(), plan.input_count = inputs.size();
+    LDI_ASSERT(outputs.row_of.size() == plan.output_count);
+    renumber_inputs(plan, inputs);
+    for (convolution_plan::segment& s : plan.segments) detail::renumber(s.first, outputs);
+    for (std::int32_t& output : plan.irregular) detail::renumber(output, outputs);
+    plan.output_count = outputs.size();
     return plan;
 }
 
@@ -9412,11 +9737,11 @@ basic_feature_map<Value> max_pool(const basic_feature_map<Value>& fine, const co
 }}  // namespace ldi
 
 // ---- ldi/base/printable.hpp
-// Names that come out of files, numbers and sizes, in messages.
+// Formats names from files, numbers and sizes for messages.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// A name from a file, fit for a message: short, and in printable characters.
+/// Shortens a name from a file and replaces unprintable characters.
 inline std::string printable(std::string_view name) {
     if (name.empty()) return "an empty name";
     constexpr std::size_t most = 80;
@@ -9426,7 +9751,7 @@ inline std::string printable(std::string_view name) {
     return result + (name.size() > most ? "..." : "");
 }
 
-/// A number with as many digits as matter: 0.05, 1e-45, inf, nan.
+/// Formats a number with seven significant digits: 0.05, 1e-45, inf, nan.
 inline std::string to_text(double value) {
     if (std::isnan(value)) return "nan";
     char digits[32];
@@ -9434,13 +9759,13 @@ inline std::string to_text(double value) {
     return digits;
 }
 
-/// "480 x 640 x 3", of an image or view.
+/// Formats the size of an image or view: "480 x 640 x 3".
 inline std::string shape_text(const auto& picture) {
     return std::to_string(picture.height()) + " x " + std::to_string(picture.width()) + " x " +
            std::to_string(picture.channels());
 }
 
-/// Something of a file, or of none, as messages name it.
+/// Names a part of a file, or only the part if the file has no name.
 inline std::string place_in(const std::string& file, const std::string& what) { return file.empty() ? what : file + ", " + what; }
 
 }}}  // namespace ldi::detail
@@ -9516,7 +9841,7 @@ void check_no_others(const named_tensors& from, const Names& names) {
         bool is_named = false;
         for (const auto& known : names) is_named = is_named || known == name;
         if (!is_named)
-            raise(error_code::mismatch, detail::tensor_place(from, name), "only tensors that the network has", "one more");
+            raise(error_code::mismatch, detail::tensor_place(from, name), "only tensors of the network", "an unexpected tensor");
     }
 }
 
@@ -9528,9 +9853,16 @@ void check_no_others(const named_tensors& from, const Names& names) {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// Height and width of a tensor.
+struct tensor_size {
+    std::size_t height = 0, width = 0;
+
+    friend bool operator==(const tensor_size&, const tensor_size&) = default;
+};
+
 /// A convolution with `kernel / 2` pixels of padding on each side, filled with the input's zero point.
 struct convolution_description {
-    std::size_t input = 0;   ///< a tensor
+    std::size_t input = 0;   ///< index of a tensor
     std::size_t kernel = 1;  ///< side of the window, odd
     std::size_t stride = 1;
     bool depthwise = false;        ///< each output channel reads its own input channel only
@@ -9546,12 +9878,12 @@ struct addition_description {
 
 /// Every pixel repeated `factor` times in both directions.
 struct nearest_resize_description {
-    std::size_t input = 0;  ///< a tensor
+    std::size_t input = 0;  ///< index of a tensor
     std::size_t factor = 1;
 };
 
 struct operator_description {
-    std::string name;  ///< of its result, for messages and for intermediate results
+    std::string name;  ///< name of the result, for messages and observers
     quantization output;
     std::variant<convolution_description, addition_description, nearest_resize_description> kind;
 };
@@ -9562,8 +9894,8 @@ struct network_description {
     std::size_t input_channels = 0;
     quantization input;
     buffer<operator_description> operators;
-    std::size_t output = 0;  ///< the tensor that is the network's result
-    std::string where = {};  ///< the file it comes from, for messages; may be empty
+    std::size_t output = 0;  ///< index of the tensor that is the network's result
+    std::string where = {};  ///< source file for messages; may be empty
 };
 
 }}  // namespace ldi
@@ -9576,12 +9908,12 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 inline constexpr std::size_t max_channels = 65536, max_kernel = 7, max_stride = 2, max_resize_factor = 4;
 
-/// Factor from an accumulator's unit to the output's. The order of operations decides the last bit.
+/// Factor from the accumulator's unit to the output's unit. The order of the operations determines the last bit.
 inline float requantization_scale(quantization input, quantization weights, quantization output) {
     return input.scale * weights.scale / output.scale;
 }
 
-/// Facts about a tensor that has passed the checks.
+/// Properties of a tensor that has passed the checks.
 struct checked_tensor {
     quantization values;
     std::size_t channels;
@@ -9594,11 +9926,11 @@ inline void check_scale(const std::string& name, float scale) {
 
 inline const checked_tensor& checked_input(const std::string& name, const buffer<checked_tensor>& tensors, std::size_t input) {
     if (input >= tensors.size())
-        raise(error_code::invalid_data, name, "inputs that an earlier operator makes", "tensor " + std::to_string(input));
+        raise(error_code::invalid_data, name, "the result of an earlier operator as input", "tensor " + std::to_string(input));
     return tensors[input];
 }
 
-/// Raises an error unless every output's sums fit 32 bits, in any order of summation, with the input's zero point folded into
+/// Raises an error unless every output's sum fits in 32 bits in any order of summation, with the input's zero point folded into
 /// the bias.
 inline void check_accumulators(const std::string& name, const convolution_description& c) {
     const std::size_t inputs = c.weights.size() / c.bias.size();
@@ -9625,7 +9957,7 @@ inline std::size_t check_operator(const std::string& place, quantization output,
     if (c.stride == 0 || c.stride > max_stride)
         raise(error_code::unsupported, place, "a stride of 1 or 2", std::to_string(c.stride));
     if (c.depthwise && outputs != input.channels)
-        raise(error_code::mismatch, place, std::to_string(input.channels) + " channels, as the input has",
+        raise(error_code::mismatch, place, std::to_string(input.channels) + " channels, as in the input",
               std::to_string(outputs));
     const std::uint64_t weights = std::uint64_t{outputs} * c.kernel * c.kernel * (c.depthwise ? 1 : input.channels);
     if (c.weights.size() != weights)
@@ -9648,7 +9980,7 @@ inline std::size_t check_operator(const std::string& place, quantization output,
     const float a_ratio = a.values.scale / output.scale, b_ratio = b.values.scale / output.scale;
     if (!are_addition_ratios(a_ratio, b_ratio))
         raise(error_code::unsupported, place, "ratios of input scale to output scale of which the larger is in [2^-10, 2^8)",
-              std::to_string(a_ratio) + " and " + std::to_string(b_ratio));
+              to_text(a_ratio) + " and " + to_text(b_ratio));
     return a.channels;
 }
 
@@ -9657,7 +9989,7 @@ inline std::size_t check_operator(const std::string& place, quantization output,
     const checked_tensor& input = checked_input(place, tensors, r.input);
     if (r.factor == 0 || r.factor > max_resize_factor)
         raise(error_code::unsupported, place, "a factor of 1 to " + std::to_string(max_resize_factor), std::to_string(r.factor));
-    if (output != input.values) raise(error_code::mismatch, place, "the input's scale and zero point", "others");
+    if (output != input.values) raise(error_code::mismatch, place, "the input's scale and zero point", "different values");
     return input.channels;
 }
 
@@ -9676,7 +10008,7 @@ inline void check_network(const network_description& network) {
         tensors.push_back({op.output, channels});
     }
     if (network.output >= tensors.size())
-        raise(error_code::invalid_data, input, "a result that an operator makes", "tensor " + std::to_string(network.output));
+        raise(error_code::invalid_data, input, "the result of an operator as output", "tensor " + std::to_string(network.output));
 }
 
 }}}  // namespace ldi::detail
@@ -9684,16 +10016,7 @@ inline void check_network(const network_description& network) {
 // ---- ldi/nn/dense/detail/packed_layer.hpp
 // The layers of a quantized_network, packed for the kernels.
 
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-/// Height and width of a tensor.
-struct tensor_size {
-    std::size_t height = 0, width = 0;
-
-    friend bool operator==(const tensor_size&, const tensor_size&) = default;
-};
-
-namespace detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 struct dense_layer {
     std::size_t kernel, stride;
@@ -9717,13 +10040,13 @@ struct resize_layer {
 
 struct packed_layer {
     std::string name;
-    quantization values;         ///< of the layer's result
-    std::size_t channels = 0;    ///< of the layer's result
-    buffer<std::size_t> inputs;  ///< tensors; two for an addition
+    quantization values;         ///< quantization of the layer's result
+    std::size_t channels = 0;    ///< channels of the layer's result
+    buffer<std::size_t> inputs;  ///< indices of tensors; two for an addition
     std::variant<resize_layer, dense_layer, depthwise_layer, addition_layer> kind;
 };
 
-/// `description` has passed check_network(). `inputs` are the tensors that op.inputs number.
+/// Packs an operator that has passed check_network(). values, channels  per tensor
 inline packed_layer pack_layer(isa target, const operator_description& op, const buffer<quantization>& values,
                                const buffer<std::size_t>& channels) {
     packed_layer packed{op.name, op.output, 0, {}, resize_layer{1}};
@@ -9783,13 +10106,13 @@ struct row_range {
 /// One layer of a chain and the shapes around it.
 struct chain_stage {
     const packed_layer* layer = nullptr;
-    tensor_size input, output;  ///< as stored, before the enlargement by `repeat`
+    tensor_size input, output;  ///< stored sizes, before the enlargement by `repeat`
     std::size_t input_channels = 0;
     std::size_t repeat = 1;        ///< depthwise only: enlargement of the input
     std::size_t other = 0;         ///< addition only: the tensor from outside the chain
-    bool chain_is_second = false;  ///< addition only
-    std::size_t rows = 0;          ///< computed at a time
-    std::size_t ring_rows = 0;     ///< rows of its result in the ring; 0 for the last stage
+    bool chain_is_second = false;  ///< addition only: the chain computes the second operand
+    std::size_t rows = 0;          ///< rows computed per step
+    std::size_t ring_rows = 0;     ///< rows of the result that the ring keeps; 0 for the last stage
 
     std::size_t output_row_bytes() const { return output.width * layer->channels; }
     std::size_t input_row_bytes() const { return input.width * input_channels; }
@@ -9803,13 +10126,13 @@ struct chain_stage {
         const auto* d = std::get_if<depthwise_layer>(&layer->kind);
         return d == nullptr ? 1 : d->weights.stride;
     }
-    /// Vertical enlargement by a resize, alone or fused with a depthwise convolution.
+    /// Vertical enlargement by a resize, on its own or fused with a depthwise convolution.
     std::size_t enlargement() const {
         const auto* r = std::get_if<resize_layer>(&layer->kind);
         return r == nullptr ? repeat : r->factor;
     }
 
-    /// The rows of the input that these rows of the result depend on.
+    /// Rows of the input that the given rows of the result depend on.
     row_range needs(row_range result) const {
         const std::size_t margin = kernel() / 2, height = input.height * enlargement();
         const std::size_t first = result.first * stride(), last = (result.end - 1) * stride() + margin;
@@ -9831,7 +10154,8 @@ struct chain_stage {
     static constexpr std::size_t slack = 64;  ///< readable bytes after the last value, which kernels require
 };
 
-inline constexpr std::size_t wanted_pixels = 64;  ///< pixels per step: enough to reuse packed weights while they are in the cache
+/// minimum pixels per step: enough to reuse packed weights while they are in the cache
+inline constexpr std::size_t wanted_pixels = 64;
 
 /// Decides how many rows each stage computes per step, and how many its ring keeps.
 inline void plan_rings(buffer<chain_stage>& chain) {
@@ -9845,7 +10169,7 @@ inline void plan_rings(buffer<chain_stage>& chain) {
 
 inline std::size_t round_up(std::size_t bytes) { return (bytes + buffer_alignment - 1) / buffer_alignment * buffer_alignment; }
 
-/// Working memory of one strip.
+/// Bytes of working memory per strip.
 inline std::size_t chain_bytes(const buffer<chain_stage>& chain) {
     std::size_t bytes = 0;
     for (const chain_stage& stage : chain) bytes += round_up(stage.ring_bytes()) + round_up(stage.padded_bytes());
@@ -9853,11 +10177,12 @@ inline std::size_t chain_bytes(const buffer<chain_stage>& chain) {
 }
 
 /// Addresses of a tensor's rows: `middle` in the tensor itself, the rows before and after it in copies, because other strips may
-/// overwrite them.
+/// overwrite the originals.
 struct row_source {
-    const std::uint8_t *rows = nullptr, *before = nullptr, *behind = nullptr;  ///< of row 0, of row middle.first, ...
+    /// addresses of row 0, row middle.first - reach and row middle.end
+    const std::uint8_t *rows = nullptr, *before = nullptr, *behind = nullptr;
     row_range middle;
-    std::size_t reach = 0, row_bytes = 0;  ///< copied rows on each side of a cut
+    std::size_t reach = 0, row_bytes = 0;  ///< reach: number of copied rows on each side of a cut
 
     const std::uint8_t* row(std::size_t y) const {
         if (y < middle.first) return before + (y + reach - middle.first) * row_bytes;
@@ -9870,7 +10195,7 @@ struct row_source {
     }
 };
 
-/// Computes rows of a chain's result. One object per strip.
+/// Computes rows of a chain's result; one object per strip.
 class chain_runner {
 public:
     /// memory   chain_bytes() bytes, aligned to a cache line
@@ -9900,10 +10225,10 @@ private:
     struct stage_state {
         std::uint8_t *ring = nullptr, *padded = nullptr;
         std::size_t made = 0;         // rows before this one are computed
-        std::size_t next_padded = 0;  // rows of the input before this one have been copied
+        std::size_t next_padded = 0;  // rows of the input before this one are copied
     };
 
-    /// Computes the rows of a stage before `end`.
+    /// Computes the rows of a stage up to `end`.
     void make(std::size_t s, std::size_t end) {
         const chain_stage& stage = chain_[s];
         while (state_[s].made < end) {
@@ -9919,7 +10244,7 @@ private:
         const std::size_t bytes = chain_[s].output_row_bytes();
         return s + 1 == chain_.size() ? result_ + y * bytes : state_[s].ring + y % chain_[s].ring_rows * bytes;
     }
-    /// Number of contiguous rows from y on in a stage's result.
+    /// Number of contiguous rows of a stage's result from y on.
     std::size_t run_of_output(std::size_t s, std::size_t y) const {
         return s + 1 == chain_.size() ? ~std::size_t{0} : chain_[s].ring_rows - y % chain_[s].ring_rows;
     }
@@ -9957,10 +10282,10 @@ private:
         }
         std::array<const std::uint8_t*, gemm_u8_weights::max_segments> segments{};
         for (std::size_t k = 0; k < layer.kernel; ++k) {
-            const std::size_t row = y * layer.stride + k;  // plus the margin
+            const std::size_t row = y * layer.stride + k;  // with the margin added
             if (row >= margin && row < height + margin) {
                 segments[k] = state.padded + (row - margin) % layer.kernel * row_bytes;
-            } else {  // at least one row inside is missing from the window, so its slot is free
+            } else {  // the window misses at least one row of the image, so its slot is free
                 std::uint8_t* const free = state.padded + (row + layer.kernel - margin) % layer.kernel * row_bytes;
                 std::memset(free, layer.padding, row_bytes);
                 segments[k] = free;
@@ -9975,7 +10300,7 @@ private:
         for (std::size_t y = rows.first; y < rows.end; ++y) {
             const std::uint8_t* window[3];
             for (std::size_t k = 0; k < 3; ++k) {
-                const std::size_t row = y * layer.weights.stride + k;  // plus one
+                const std::size_t row = y * layer.weights.stride + k;  // with the margin of 1 added
                 window[k] = row == 0 || row > height ? nullptr : input_row(s, (row - 1) / stage.repeat);
             }
             depthwise_u8(layer.weights, window, stage.input.width, stage.repeat, output_row(s, y));
@@ -10009,11 +10334,11 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/nn/dense/detail/schedule.hpp
-// Groups the layers of a network into chains, and places their tensors in one block of memory.
+// Groups the layers of a network into chains and places their tensors in one block of memory.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Layers that run as one chain. The first reads tensor `input`; the last makes tensor `layers.back() + 1`.
+/// Layers that run as one chain. The first layer reads tensor `input`; the last layer writes tensor `layers.back() + 1`.
 struct schedule_step {
     std::size_t input = 0;
     buffer<std::size_t> layers;
@@ -10021,7 +10346,7 @@ struct schedule_step {
     std::size_t output() const { return layers.back() + 1; }
 };
 
-/// Number of readers of each tensor; the network's result has one more.
+/// Number of readers of each tensor. The network's result counts one extra reader.
 inline buffer<std::size_t> count_readers(const buffer<packed_layer>& layers, std::size_t output) {
     buffer<std::size_t> readers(layers.size() + 1);
     for (const packed_layer& layer : layers)
@@ -10035,7 +10360,7 @@ inline const dense_layer* pointwise(const packed_layer& layer) {
     return d != nullptr && d->is_pointwise() ? d : nullptr;
 }
 
-/// Whether to recompute a layer for each of its readers: a dense convolution with few inputs, read by 1 x 1 convolutions only,
+/// Whether to recompute a layer for each of its readers. A dense convolution with few inputs that only 1 x 1 convolutions read
 /// costs less to recompute than to store and load.
 inline bool is_cheap_head(const buffer<packed_layer>& layers, std::size_t layer, std::size_t output) {
     constexpr std::size_t few = 64;
@@ -10061,14 +10386,14 @@ inline bool continues(const packed_layer& layer, const packed_layer& next) {
     return pointwise(next) != nullptr && std::holds_alternative<depthwise_layer>(layer.kind);
 }
 
-/// One layer per step.
+/// Schedules one layer per step.
 inline buffer<schedule_step> layer_by_layer(const buffer<packed_layer>& layers) {
     buffer<schedule_step> steps;
     for (std::size_t i = 0; i < layers.size(); ++i) steps.push_back({layers[i].inputs[0], {i}});
     return steps;
 }
 
-/// Steps such that as few tensors as possible leave their chain.
+/// Groups layers so that as few tensors as possible leave their chain.
 inline buffer<schedule_step> fuse(const buffer<packed_layer>& layers, std::size_t output) {
     const buffer<std::size_t> readers = count_readers(layers, output);
     buffer<schedule_step> steps;
@@ -10094,7 +10419,7 @@ inline buffer<schedule_step> fuse(const buffer<packed_layer>& layers, std::size_
     return steps;
 }
 
-/// The tensors that a step reads from memory.
+/// Tensors that a step reads from memory.
 inline buffer<std::size_t> tensors_read(const buffer<packed_layer>& layers, const schedule_step& step) {
     buffer<std::size_t> read{step.input};
     std::size_t brought = step.input;
@@ -10109,18 +10434,18 @@ inline buffer<std::size_t> tensors_read(const buffer<packed_layer>& layers, cons
     return read;
 }
 
-/// A step for an input of a certain size.
+/// A step for one input size.
 struct planned_step {
     buffer<chain_stage> chain;
     std::size_t input = 0, output = 0;
     bool overwrites_input = false;  ///< the result replaces the input in memory
-    std::size_t reach = 0;          ///< rows of the input above and below that a row of the result depends on, if it overwrites
+    std::size_t reach = 0;  ///< rows of the input above and below that a row of the result depends on; 0 unless overwrites_input
 };
 
 struct schedule_plan {
     buffer<planned_step> steps;
-    buffer<std::size_t> offsets;   ///< of each tensor that is stored
-    std::size_t tensor_bytes = 0;  ///< of all of them together
+    buffer<std::size_t> offsets;   ///< of each stored tensor
+    std::size_t tensor_bytes = 0;  ///< sum over all tensors
     std::size_t strip_bytes = 0;   ///< working memory of one strip
     std::size_t cut_bytes = 0;     ///< copied rows around one cut between strips
 };
@@ -10153,7 +10478,7 @@ inline buffer<chain_stage> plan_chain(const buffer<packed_layer>& layers, const 
     return chain;
 }
 
-/// Whether the result of a chain may overwrite `tensor`, which its last addition reads and nothing reads later.
+/// Lets the result of a chain overwrite `tensor`, which the chain's last addition is the last to read.
 inline void plan_overwriting(planned_step& step, std::size_t tensor) {
     if (tensor != step.input || step.chain.size() == 1) return;
     std::size_t reach = 0;
@@ -10166,13 +10491,13 @@ inline bool can_overwrite(const planned_step& step, std::size_t tensor) {
     const chain_stage& last = step.chain.back();
     if (!std::holds_alternative<addition_layer>(last.layer->kind) || last.other != tensor) return false;
     if (tensor != step.input || step.chain.size() == 1) return true;
-    // The chain overwrites rows of the input soon after it reads them, so each may be read only once, apart from the addition.
+    // The chain overwrites input rows soon after reading them, so only the addition may read them a second time.
     for (const chain_stage& stage : step.chain)
         if (stage.stride() != 1 || stage.repeat != 1) return false;
     return std::holds_alternative<dense_layer>(step.chain.front().layer->kind);
 }
 
-/// A piece of memory for one tensor after another.
+/// Memory that holds several tensors in succession.
 struct tensor_block {
     std::size_t bytes = 0, first_step = 0, last_step = 0, offset = 0;
 };
@@ -10200,7 +10525,7 @@ inline std::size_t place(buffer<tensor_block>& blocks) {
     return highest;
 }
 
-/// sizes, channels  of all tensors
+/// Plans memory for an input size. sizes, channels  per tensor
 inline schedule_plan plan_schedule(const buffer<packed_layer>& layers, const buffer<schedule_step>& schedule,
                                    const buffer<tensor_size>& sizes, const buffer<std::size_t>& channels, std::size_t output,
                                    bool overwrite) {
@@ -10242,18 +10567,21 @@ inline schedule_plan plan_schedule(const buffer<packed_layer>& layers, const buf
 
 // ---- ldi/nn/dense/quantized_network.hpp
 // Runs a network of 8-bit convolutions, additions and nearest-neighbor enlargements (paper, section "Depth Estimation",
-// "Quantization"). Built once from a description, which it checks in full; running it then can only fail on the input's size.
+// "Quantization"). Construction checks the description completely; running can then fail only on the size of the input.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// An 8-bit network, ready to run. run() does not change it, so one object serves any number of threads at once.
+/// An 8-bit network, ready to run. run() is const and stateless, so any number of threads may share an object.
 class quantized_network {
 public:
-    /// Maximum bytes of the tensors that are alive at the same time, with each layer run on its own.
+    /// Maximum total bytes of tensors that are alive at the same time when layers run one by one.
     static constexpr std::uint64_t max_bytes = std::uint64_t{1} << 29;
 
+    /// Checks the description and packs its weights.
+    ///
     /// target  the instruction set to pack weights for; it must be available. Results do not depend on it
-    /// Raises an error that names the tensor if the description is not a network that ldi can run.
+    ///
+    /// Raises an error that names the tensor if ldi cannot run the network.
     explicit quantized_network(const network_description& description, isa target = best_isa()) : target_(target) {
         LDI_ASSERT(is_available(target));
         detail::check_network(description);
@@ -10278,23 +10606,23 @@ public:
     std::size_t layer_count() const { return layers_.size(); }
     isa target() const { return target_; }
 
-    /// The size of the result for an input of this size. Raises an error if the network does not accept it.
+    /// Returns the size of the result for an input size. Raises an error if the network does not accept the input size.
     tensor_size output_size(tensor_size input) const { return sizes(input)[output_]; }
 
-    /// Bytes of working memory of run(), beside its input and result.
+    /// Working memory of run() in bytes, without its input and its result.
     std::size_t working_bytes(tensor_size input, std::size_t threads) const {
         return bytes_of(plan(input, fused_, true), std::max<std::size_t>(threads, 1));
     }
 
-    /// One step of run() and its cost, for measurements: some layers that run as one chain.
+    /// Cost of one step of run(), a chain of layers, for measurements.
     struct step_description {
-        std::string_view name;  ///< of its last layer's result
-        tensor_size size;       ///< of that tensor
+        std::string_view name;  ///< name of the last layer's result
+        tensor_size size;       ///< size of the last layer's result
         std::size_t layers = 0;
-        std::uint64_t dense_products = 0, depthwise_products = 0;  ///< multiplications of its convolutions
+        std::uint64_t dense_products = 0, depthwise_products = 0;  ///< multiplications
     };
 
-    /// In the order in which run() calls `progress`.
+    /// Lists the steps in the order in which run() calls `progress`.
     buffer<step_description> describe_steps(tensor_size input) const {
         buffer<step_description> described;
         for (const detail::planned_step& step : plan(input, fused_, true).steps) {
@@ -10312,15 +10640,17 @@ public:
         return described;
     }
 
-    /// The default listener of run().
+    /// Default progress callback of run().
     struct ignore_progress {
         void operator()(float) const {}
     };
 
+    /// Runs the network. Returns the result in output_quantization().
+    ///
     /// input     H x W x input_channels(), in input_quantization()
-    /// progress  called as progress(fraction) on the calling thread after each step, at last with 1; an exception from it ends
-    /// the run memory    working memory of at least working_bytes(); if empty, the run allocates it Returns the result in
-    /// output_quantization().
+    /// progress  called as progress(fraction) on the calling thread after each step, finally with 1; an exception from it ends
+    ///           the run
+    /// memory    working memory of at least working_bytes(); if empty, the run allocates it
     template <executor Executor, class Progress = ignore_progress>
     image<std::uint8_t> run(const image<std::uint8_t>& input, Executor& threads, Progress&& progress = {},
                             std::span<std::byte> memory = {}) const {
@@ -10332,7 +10662,7 @@ public:
         return run_steps(input, threads, planned, memory, after_step);
     }
 
-    /// Computes the same result layer by layer, slower, to show intermediate results.
+    /// Runs the network layer by layer, with the same result but slower, to show intermediate results.
     ///
     /// observe  called as observe(layer, name, tensor) on the calling thread with each layer's result; an exception from it ends
     ///          the run
@@ -10358,7 +10688,7 @@ private:
     void find_last_uses() {
         buffer<std::size_t> last(layers_.size() + 1);
         for (std::size_t i = 0; i < layers_.size(); ++i) {
-            last[i + 1] = i;  // a tensor without readers is freed at once
+            last[i + 1] = i;  // frees a tensor without readers immediately
             for (std::size_t t : layers_[i].inputs) last[t] = i;
         }
         last_uses_.resize(layers_.size());
@@ -10366,7 +10696,7 @@ private:
             if (t != output_) last_uses_[last[t]].push_back(t);
     }
 
-    /// The size of every tensor, computed before any allocation.
+    /// Computes the size of every tensor before any allocation.
     buffer<tensor_size> sizes(tensor_size input) const {
         if (input.height == 0 || input.width == 0)
             raise(error_code::invalid_data, input_name_, "at least one pixel",
@@ -10391,7 +10721,7 @@ private:
         return found;
     }
 
-    /// Bytes of a tensor, or more than max_bytes if that overflows.
+    /// Bytes of a tensor; more than max_bytes on overflow.
     std::uint64_t bytes(std::size_t tensor, tensor_size size) const {
         std::uint64_t product = channels_[tensor];
         for (std::uint64_t factor : {std::uint64_t{size.height}, std::uint64_t{size.width}})
@@ -10456,9 +10786,10 @@ private:
             std::size_t rows, strips;
 
             std::size_t start(std::size_t strip) const { return strip * rows / strips; }
-            std::uint8_t* cut(std::size_t strip) const { return cuts + strip * planned.cut_bytes; }  // before the strip
+            // copied rows around the start of the strip
+            std::uint8_t* cut(std::size_t strip) const { return cuts + strip * planned.cut_bytes; }
 
-            /// The rows around each cut, which one strip overwrites while another needs them.
+            /// Copies the rows around each cut, because one strip overwrites them while its neighbor still needs them.
             void save_cuts() const {
                 const std::size_t row_bytes = step.chain.front().input_row_bytes();
                 for (std::size_t strip = 1; strip < strips; ++strip)
@@ -10482,7 +10813,7 @@ private:
                     .run(range);
             }
         };
-        const std::size_t min_rows = std::max<std::size_t>(2 * step.reach, 1);  // keeps the copies around cuts apart
+        const std::size_t min_rows = std::max<std::size_t>(2 * step.reach, 1);  // keeps copies around different cuts apart
         const std::size_t strips = std::clamp<std::size_t>(rows / min_rows, 1, std::max<std::size_t>(threads.concurrency(), 1));
         const std::size_t all_strips = std::max<std::size_t>(threads.concurrency(), 1);
         strip_task task{step, tensors, memory, memory + all_strips * planned.strip_bytes, planned, rows, strips};
@@ -10494,10 +10825,10 @@ private:
 
     isa target_;
     std::string input_name_;
-    buffer<quantization> values_;   ///< of each tensor; 0 is the input, i + 1 the result of layer i
-    buffer<std::size_t> channels_;  ///< of each tensor
+    buffer<quantization> values_;   ///< per tensor; 0 is the input, i + 1 the result of layer i
+    buffer<std::size_t> channels_;  ///< per tensor
     buffer<detail::packed_layer> layers_;
-    buffer<buffer<std::size_t>> last_uses_;  ///< tensors that no later layer reads
+    buffer<buffer<std::size_t>> last_uses_;  ///< per layer the tensors that no later layer reads
     buffer<detail::schedule_step> fused_, unfused_;
     std::size_t output_ = 0;
 };
@@ -10505,12 +10836,13 @@ private:
 }}  // namespace ldi
 
 // ---- ldi/nn/dense/quantized_weights.hpp
-// Reads an 8-bit network from a weight file that holds its operators beside their weights, as
-// examples/training/tiefenrausch_small writes it. formats/safetensors.hpp reads the file.
+// Reads an 8-bit network from a weight file that stores operators and weights, as examples/training/tiefenrausch_small writes
+// it. formats/safetensors.hpp reads the file.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// file  holds n operators; tensor 0 of the network is its input, tensor i + 1 the result of operator i:
+/// Reads the description of a network with n operators from the tensors of a file. Tensor 0 of the network is its input, tensor
+/// i + 1 the result of operator i. The file has these tensors:
 ///
 ///     operators                            int32  n x 5   kind, first input, second input, kernel, stride or factor
 ///     scales, zero_points                  float, uint8   n + 1, of the tensors
@@ -10585,7 +10917,7 @@ private:
         return names;
     }
 
-    /// A number of the table that must lie in [least, most].
+    /// Returns a number of the operator table. Raises an error unless it lies in [least, most].
     std::size_t row(std::size_t i, std::size_t column, std::size_t least, std::size_t most) const {
         const std::int32_t value = rows_[i * columns + column];
         if (value < 0 || static_cast<std::size_t>(value) < least || static_cast<std::size_t>(value) > most)
@@ -10615,7 +10947,7 @@ private:
         const std::string &weight = used_[used_.size() - 2], &bias = used_.back();
         const buffer<std::size_t>& shape = shape_of(weight);
         if (shape.size() != 4) raise(error_code::mismatch, tensor_place(file_, weight), "four dimensions", shape_text(shape));
-        // Only the weights of the input's readers tell its number of channels.
+        // The file does not store the number of input channels; the weights of the operators that read the input determine it.
         if (channels_[c.input] == 0 && c.input == 0) channels_[0] = c.depthwise ? shape[0] : shape[3];
         c.weights =
             tensor_values<std::uint8_t>(file_, weight, {shape[0], c.kernel, c.kernel, c.depthwise ? 1 : channels_[c.input]});
@@ -10629,7 +10961,7 @@ private:
     const buffer<float>&scales_, &weight_scales_;
     const buffer<std::uint8_t>&zero_points_, &weight_zero_points_;
     std::vector<std::string> used_{"operators", "scales", "zero_points", "weight_scales", "weight_zero_points"};
-    buffer<std::size_t> channels_;  ///< of each tensor
+    buffer<std::size_t> channels_;  ///< per tensor
     network_description result_;
 };
 
@@ -10642,17 +10974,17 @@ inline network_description read_quantized_network(const named_tensors& file) {
 }}  // namespace ldi
 
 // ---- ldi/networks/detail/network_input.hpp
-// Input of an inpainting network and results of its layers: feature maps, with a mask for networks that ignore missing colors.
+// Inputs and layer results of an inpainting network: feature maps, with a mask for networks that ignore missing colors.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// The network's input at the pixels that it reads.
+/// The network's input, one row per pixel that it reads.
 struct network_input {
     buffer<float> values;       ///< rows x channels
-    buffer<std::uint8_t> mask;  ///< for each row 1 or 0; empty: all 1
+    buffer<std::uint8_t> mask;  ///< 1 or 0 per row; empty: all 1
 };
 
-/// Red, green, blue in [0, 1] of what is known; the rest is masked.
+/// Scales known colors to [0, 1] and masks the others.
 inline network_input masked_input(array_view<const std::uint8_t> colors, array_view<const std::uint8_t> known,
                                   const pixel_subset& read) {
     network_input input{buffer<float>(3 * read.size()), buffer<std::uint8_t>(read.size())};
@@ -10669,16 +11001,16 @@ inline network_input masked_input(array_view<const std::uint8_t> colors, array_v
 template <class Value>
 struct masked_map {
     basic_feature_map<Value> map;
-    buffer<std::uint8_t> mask;  ///< one per row: 1, or 0 where the layer's window had no known value; empty: all 1
+    buffer<std::uint8_t> mask;  ///< per row 0 where the layer's window had no known value, else 1; empty: all 1
 
-    /// The map must live, and keep its size, as long as the view.
+    /// The map must outlive the view and keep its size.
     basic_feature_view<Value> view() const {
         basic_feature_view<Value> result = map;
         result.mask = mask;
         return result;
     }
 
-    /// As the pixels of the finer graph see it (feature_map.hpp, upsample()).
+    /// View on the finer graph (feature_map.hpp, upsample()).
     basic_feature_view<Value> upsampled(std::span<const std::int32_t> rows) const {
         basic_feature_view<Value> result = upsample(map, rows);
         result.mask = mask;
@@ -10689,32 +11021,32 @@ struct masked_map {
 }}}  // namespace ldi::detail
 
 // ---- ldi/networks/inpainting_architecture.hpp
-// The architectures of the inpainting networks that a file of weights may hold (networks/farbrausch.hpp): Farbrausch, and the
-// full-size PartialConv that the paper compares it with. And the arithmetic to run them in.
+// Architectures of inpainting networks that networks/farbrausch.hpp runs: Farbrausch, and the full-size PartialConv that the
+// paper compares it with.
 //
-// Both are U-Nets of partial convolutions. Encoder stage i reads level i of a layered image and gives `channels[i]` on the next,
-// coarser one: stride 2, ReLU. The decoder goes back: a 3 x 3 convolution at each level reads what is below it, upsampled, and
-// then what the encoder read there; it gives as many channels as the latter has, through a leaky ReLU, and in the end red, green,
-// blue.
+// Both are U-Nets of partial convolutions. Encoder stage i (stride 2, ReLU) reads level i of a layered image and computes
+// `channels[i]` channels on the next, coarser level. Each decoder stage is a 3 x 3 convolution: it reads the upsampled result of
+// the coarser level and the encoder's input of this level, and computes as many channels as that input has, with a leaky ReLU.
+// The last stage computes red, green, blue.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Treatment of pixels without a color.
 enum class missing_colors {
-    filled,  ///< a smooth fill replaces them, a fourth input channel marks them, and the network's result is added to the fill
-    masked,  ///< partial convolutions skip them; a layer has a result wherever its window has a value
+    filled,  ///< a smooth fill replaces them, a fourth input channel marks them, and the network's output is added to the fill
+    masked,  ///< partial convolutions skip them; a layer has a result wherever its window contains a value
 };
 
-/// The facts about a network that come with its weights. The defaults are Farbrausch as examples/training/farbrausch trains it:
-/// 0.38 M weights, 2.67 G multiplications at 512 x 512.
+/// Properties of a network that are stored with its weights. The defaults are Farbrausch as examples/training/farbrausch trains
+/// it: 0.38 M weights, 2.67 G multiplications at 512 x 512.
 struct inpainting_architecture {
-    buffer<std::size_t> channels{20, 40, 56, 72, 80};  ///< of each encoder stage's result
-    buffer<std::int32_t> kernels{7, 5, 5, 3, 3};       ///< of each encoder stage; the decoder's are 3
-    int growth = 4;                                    ///< passes that carry fills on at the coarsest level
-    float leak = 0.2F;                                 ///< of the decoder's activation, below 0
+    buffer<std::size_t> channels{20, 40, 56, 72, 80};  ///< outputs of each encoder stage
+    buffer<std::int32_t> kernels{7, 5, 5, 3, 3};       ///< kernel size of each encoder stage; the decoder's kernel size is 3
+    int growth = 4;                                    ///< passes that spread fills on the coarsest level
+    float leak = 0.2F;                                 ///< negative slope of the decoder's activation
     missing_colors missing = missing_colors::filled;
 
-    /// Channels that encoder stage i reads: of the network's input, or of the stage before.
+    /// Input channels of encoder stage i.
     std::size_t inputs(std::size_t i) const {
         if (i > 0) return channels[i - 1];
         return missing == missing_colors::filled ? 4 : 3;
@@ -10731,14 +11063,13 @@ inline inpainting_architecture partial_convolution_architecture() {
             .missing = missing_colors::masked};
 }
 
-/// The numbers that a network computes with. Inpainted colors differ from those in float32 by less than can be seen:
-/// bench/README.md has figures.
+/// Number format of a network's computation. The formats' inpainted colors differ invisibly: see bench/README.md.
 enum class arithmetic {
     float32,
-    int8,  ///< values of 8 bits, weights of 7: faster, for weights that come with the ranges of values
+    int8,  ///< 8-bit values and 7-bit weights: faster, but requires weights with value ranges
 };
 
-/// The name as options of programs spell it.
+/// Returns the format's name in command-line options.
 constexpr std::string_view to_string(arithmetic kind) {
     switch (kind) {
         case arithmetic::float32: return "float32";
@@ -10749,8 +11080,9 @@ constexpr std::string_view to_string(arithmetic kind) {
 
 namespace detail {
 
-/// file  it comes from, for messages; may be empty
 /// Raises unsupported for an architecture out of bounds.
+///
+/// file  name for error messages; may be empty
 inline void check_architecture(const inpainting_architecture& a, const std::string& file) {
     constexpr std::size_t max_levels = 8, max_filters = 1024;
     constexpr int max_growth = 64;
@@ -10768,14 +11100,14 @@ inline void check_architecture(const inpainting_architecture& a, const std::stri
         expect(size >= 3 && size <= largest_kernel_size && size % 2 == 1, "kernels", "odd numbers from 3 to 15",
                std::to_string(size));
     expect(a.growth >= 0 && a.growth <= max_growth, "growth", "0 to 64", std::to_string(a.growth));
-    expect(a.leak >= 0.0F && a.leak <= 1.0F, "leak", "0 to 1", std::to_string(a.leak));
+    expect(a.leak >= 0.0F && a.leak <= 1.0F, "leak", "0 to 1", to_text(a.leak));
 }
 
 }  // namespace detail
 }}  // namespace ldi
 
 // ---- ldi/networks/detail/farbrausch_weights.hpp
-// The inpainting network's convolutions, packed for an arithmetic from the tensors of a file.
+// Packs the inpainting network's convolutions from the tensors of a file, in float32 or int8.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -10811,14 +11143,14 @@ masked_map<Value> converted(network_input input, std::size_t channels, const far
     return result;
 }
 
-/// One convolution per level: from it to the next, and back.
+/// One encoder and one decoder convolution per level.
 template <class Weights>
 struct farbrausch_convolutions {
     buffer<Weights> encoder, decoder;
     farbrausch_input<typename Weights::value_type> input;
 };
 
-/// Takes the tensors, checks them and packs them; what it raises is the constructor's of farbrausch.
+/// Checks the tensors and packs them. Raises the errors that the constructor of farbrausch documents.
 class farbrausch_packer {
 public:
     farbrausch_packer(const named_tensors& file, const inpainting_architecture& architecture, isa target)
@@ -10860,7 +11192,7 @@ private:
         std::size_t outputs;
         std::int32_t kernel;
         activation after;
-        std::string result;  ///< whose range it has; empty: floats
+        std::string result;  ///< key of the result's range in the file; empty: float results
 
         std::size_t inputs() const {
             std::size_t sum = 0;
@@ -10874,7 +11206,7 @@ private:
 
     std::size_t depth() const { return architecture_.channels.size(); }
 
-    /// The encoder's result at a level.
+    /// The encoder's output that the decoder of this level reads.
     ranged_tensor skip(std::size_t level) const {
         return {level == 0 ? "input" : encoder(level - 1), architecture_.inputs(level)};
     }
@@ -10910,7 +11242,7 @@ private:
     const values& finite(const std::string& name, const buffer<std::size_t>& shape) const {
         const values& found = tensor_values<float>(file_, name, shape);
         if (!std::all_of(found.begin(), found.end(), [](float v) { return std::isfinite(v); }))
-            raise(error_code::invalid_data, tensor_place(file_, name), "finite values", "others");
+            raise(error_code::invalid_data, tensor_place(file_, name), "finite values", "infinite values or NaN");
         return found;
     }
 
@@ -10936,28 +11268,30 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/networks/detail/farbrausch_work.hpp
-// The work of the inpainting network: the levels of detail of a layered depth image, and at each the pixels that the
-// wanted ones need, found backwards through the network.
+// Plans the inpainting network's work: the levels of detail of a layered image, and the pixels per level that the wanted pixels
+// depend on, traced backward through the network.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// A level of detail, and the network's work there.
+/// A level of detail and the network's work on it.
 struct farbrausch_level {
-    std::size_t pixel_count = 0;      ///< of the level's graph
-    buffer<std::int32_t> above;       ///< for each pixel the one of the next level above it, or no_pixel; of the last level empty
+    std::size_t pixel_count = 0;      ///< pixels of the level's graph
+    buffer<std::int32_t> above;       ///< per pixel its parent on the next coarser level, or no_pixel; empty on the last level
     convolution_plan average;         ///< 3 x 3 windows of all pixels
-    convolution_plan average_coarse;  ///< 3 x 3 windows of the pixels that the next level keeps
+    convolution_plan average_coarse;  ///< 3 x 3 windows of the pixels that remain on the next level
 
-    pixel_subset read;                   ///< pixels at which the network reads values: its input, or the encoder's result
-    pixel_subset decoded;                ///< pixels at which the decoder gives a result
-    convolution_plan encode;             ///< from `read` here to `read` of the next level
+    pixel_subset read;                   ///< level 0 only: pixels at which the network reads its input
+    buffer<std::int32_t> decoded;        ///< level 0 only: pixels at which the decoder computes a result
+    convolution_plan encode;             ///< from `read` of this level to `read` of the next level
     convolution_plan decode;             ///< from `read` to `decoded`
-    buffer<std::int32_t> decoded_above;  ///< for each pixel of `read` its row in `decoded` of the next level, or no_pixel
+    buffer<std::int32_t> decoded_above;  ///< per pixel of `read` its row in `decoded` of the next level, or no_pixel
 };
 
+/// Plans all levels, from the finest to the coarsest.
+///
 /// finest   level 0, in canonical order
 /// kernels  sizes of the encoder's convolutions, one per level
-/// wanted   where the network's result is asked for, one for each pixel of `finest`
+/// wanted   one per pixel of `finest`, nonzero where the network's result is requested
 inline buffer<farbrausch_level> plan_farbrausch(const graph_view& finest, std::span<const std::int32_t> kernels,
                                                 std::span<const std::uint8_t> wanted) {
     const std::size_t depth = kernels.size();
@@ -10979,45 +11313,49 @@ inline buffer<farbrausch_level> plan_farbrausch(const graph_view& finest, std::s
         coarse = std::move(next.topology);
     }
 
-    // The decoder, from its result down to the coarsest level.
+    // The decoder, in reverse order: from its final result to the coarsest level.
     buffer<buffer<std::uint8_t>> read_marks(depth);
-    levels[0].decoded = pixel_subset::marked(wanted);
+    buffer<pixel_subset> decoded(depth + 1);
+    decoded[0] = pixel_subset::marked(wanted);
     for (std::size_t i = 0; i < depth; ++i) {
         farbrausch_level& level = levels[i];
-        level.decode = restrict_to(level.average, level.decoded.pixels);
+        level.decode = restrict_to(level.average, decoded[i].pixels);
         read_marks[i].assign(level.pixel_count, 0);
         mark_needed_inputs(level.decode, read_marks[i]);
         buffer<std::uint8_t> above_marks(levels[i + 1].pixel_count, 0);
         for (std::size_t pixel = 0; pixel < level.pixel_count; ++pixel)
             if (read_marks[i][pixel] != 0 && level.above[pixel] != no_pixel) above_marks[level.above[pixel]] = 1;
-        levels[i + 1].decoded = pixel_subset::marked(above_marks);
+        decoded[i + 1] = pixel_subset::marked(above_marks);
     }
-    // The encoder, from the coarsest level back up: what it makes for the decoder, and for its own next stage.
-    levels[depth].read = levels[depth].decoded;
+    // The encoder, from the coarsest level to the finest: its results for the decoder and for the next encoder stage.
+    pixel_subset read = decoded[depth];
     for (std::size_t i = depth; i-- > 0;) {
-        farbrausch_level &level = levels[i], &next = levels[i + 1];
-        level.encode = restrict_to(kernels[i] == 3 ? level.average_coarse : encode[i], next.read.pixels);
+        farbrausch_level& level = levels[i];
+        level.encode = restrict_to(kernels[i] == 3 ? level.average_coarse : encode[i], read.pixels);
         encode[i] = {};
         mark_needed_inputs(level.encode, read_marks[i]);
-        level.read = pixel_subset::marked(read_marks[i]);
+        pixel_subset read_here = pixel_subset::marked(read_marks[i]);
         read_marks[i] = {};
-        level.encode = on_subsets(std::move(level.encode), next.read, level.read);
-        level.decode = on_subsets(std::move(level.decode), level.decoded, level.read);
-        level.decoded_above.reserve(level.read.size());
-        for (const std::int32_t pixel : level.read.pixels) {
+        level.encode = on_subsets(std::move(level.encode), read, read_here);
+        level.decode = on_subsets(std::move(level.decode), decoded[i], read_here);
+        level.decoded_above.reserve(read_here.size());
+        for (const std::int32_t pixel : read_here.pixels) {
             const std::int32_t above = level.above[pixel];
-            level.decoded_above.push_back(above == no_pixel ? no_pixel : next.decoded.row_of[above]);
+            level.decoded_above.push_back(above == no_pixel ? no_pixel : decoded[i + 1].row_of[above]);
         }
+        decoded[i + 1] = {};
+        read = std::move(read_here);
     }
+    levels[0].read = std::move(read), levels[0].decoded = std::move(decoded[0].pixels);
     return levels;
 }
 
 }}}  // namespace ldi::detail
 
 // ---- ldi/base/four_floats.hpp
-// Four floats side by side: one register on every processor that ldi has kernels for. GCC and clang have this type on x86 and
-// Arm; it is spelled out because their code for ordinary loops with comparisons depends on version and flags. Other compilers,
-// and LDI_STANDARD_ONLY, get a struct with the same operations and the same results.
+// Four adjacent floats: one register on every processor that ldi has kernels for. GCC and clang have this vector type on x86 and
+// Arm. It is used explicitly, because auto-vectorization of loops with comparisons depends on version and flags. Other
+// compilers, and LDI_STANDARD_ONLY, use a struct with the same operations and the same results.
 
 #if LDI_HAS_EXTENSIONS && defined(__SSE__)
 #include <xmmintrin.h>
@@ -11029,20 +11367,20 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespac
 
 using four_floats = float __attribute__((vector_size(16)));
 
-/// a where the comparison holds, else b.
+/// Selects a where the comparison holds, otherwise b.
 template <class Comparison>
 four_floats select(Comparison holds, four_floats a, four_floats b) {
     return holds ? a : b;
 }
 
-/// Whether a comparison holds for all four.
+/// Whether a comparison holds for all four floats.
 template <class Comparison>
 bool all_of(Comparison holds) {
     return (holds[0] & holds[1] & holds[2] & holds[3]) != 0;
 }
 
 #if defined(__SSE__)
-// GCC does not see that the comparisons below are one instruction each.
+// GCC does not recognize that the comparisons below are one instruction each.
 inline four_floats smaller(four_floats a, four_floats b) { return _mm_min_ps(a, b); }
 inline four_floats larger(four_floats a, four_floats b) { return _mm_max_ps(a, b); }
 #else
@@ -11117,15 +11455,15 @@ inline void store(float* to, four_floats v) { std::memcpy(to, &v, sizeof v); }
 }}}}  // namespace ldi::detail::lanes
 
 // ---- ldi/networks/detail/smooth_fills.hpp
-// The smooth colors that the inpainting network starts from: pyramids of masked 3 x 3 averages over the links of a layered
-// image. examples/training/farbrausch/README.md says what they are, step by step.
+// Computes the smooth colors that the inpainting network starts from: pyramids of masked 3 x 3 averages along the links of a
+// layered image. examples/training/farbrausch/README.md explains the steps.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// red, green, blue, and 1 where there is a color; four zeros where there is none.
+/// Red, green, blue, 1 for a known color; four zeros for an unknown color.
 using masked_color = lanes::four_floats;
 
-/// Masked colors side by side.
+/// A contiguous array of masked colors.
 class masked_colors {
 public:
     masked_colors() = default;
@@ -11145,7 +11483,7 @@ private:
     buffer<float> values_;
 };
 
-/// The average of `count = sum[3]` colors whose sum this is.
+/// Averages `count = sum[3]` colors, given their sum.
 inline masked_color average_of(masked_color sum) {
     static constexpr std::array<float, 10> reciprocals{0.0F,     1.0F,     1.0F / 2, 1.0F / 3, 1.0F / 4,
                                                        1.0F / 5, 1.0F / 6, 1.0F / 7, 1.0F / 8, 1.0F / 9};
@@ -11155,8 +11493,8 @@ inline masked_color average_of(masked_color sum) {
     return average;
 }
 
-/// Calls `store(output, average)` for every output of a plan of 3 x 3 windows, with the average of those `value(pixel)` in its
-/// window that are colors. Sums are taken column by column wherever the window lies, so results don't depend on the plan.
+/// Calls `store(output, average)` for every output of a plan of 3 x 3 windows. The average is over the known colors of
+/// `value(pixel)` in the window. Sums run column by column for every kind of window, so results don't depend on the plan.
 template <executor Executor, class Value, class Store>
 void average_windows(const convolution_plan& plan, Executor& threads, Value&& value, Store&& store) {
     LDI_ASSERT(plan.kernel_size == 3);
@@ -11194,11 +11532,10 @@ void average_windows(const convolution_plan& plan, Executor& threads, Value&& va
     });
 }
 
-/// The network's input and the colors that it corrects.
+/// The network's input, and the fill that the network corrects.
 struct smooth_fills {
-    buffer<float>
-        input;  ///< in rows of `read` of level 0: red, green, blue of fill - tone, and 1 where the color is known, else 0
-    buffer<float> fill;  ///< in rows of `decoded` of level 0: red, green, blue
+    buffer<float> input;  ///< rows of `read` of level 0: red, green, blue of fill - tone, and 1 for a known color, else 0
+    buffer<float> fill;   ///< rows of `decoded` of level 0: red, green, blue
 };
 
 template <executor Executor>
@@ -11212,7 +11549,7 @@ public:
 
     smooth_fills run() {
         const std::size_t depth = levels_.size() - 1;
-        buffer<masked_colors> known(depth + 1);  // of level 0 it is the photo itself
+        buffer<masked_colors> known(depth + 1);  // level 0 stays empty: the photo replaces it
         for (std::size_t i = 0; i < depth; ++i) {
             known[i + 1] = masked_colors(levels_[i + 1].pixel_count);
             const auto store = [&](std::int32_t output, masked_color c) { known[i + 1].set(output, c); };
@@ -11242,7 +11579,7 @@ private:
         return masked_color{unit_[color[0]], unit_[color[1]], unit_[color[2]], 1.0F};
     }
 
-    /// The known colors, and elsewhere the color above.
+    /// The known colors; unknown pixels get the color of their parent.
     masked_colors from_above(const masked_colors& coarse, const buffer<std::int32_t>& above, const masked_colors& known) const {
         masked_colors result = known;
         parallel_for(threads_, above.size(), 4096, [&](std::size_t first, std::size_t last) {
@@ -11253,25 +11590,28 @@ private:
         return result;
     }
 
-    /// Averages what is not known, `passes` times.
+    /// Averages the unknown pixels, `passes` times.
     void spread(masked_colors& colors, const convolution_plan& windows, const masked_colors& known, int passes) {
         buffer<std::int32_t> unknown;
         for (std::int32_t i = 0; i < known.count(); ++i)
             if (!known.has(i)) unknown.push_back(i);
-        spread_at(colors, restrict_to(windows, unknown), passes);
+        spread_at(colors, restrict_and_renumber(windows, unknown), unknown, passes);
     }
 
-    void spread_at(masked_colors& colors, const convolution_plan& unknown, int passes) {
-        masked_colors next = colors;
+    /// windows  windows of the colors `places`, in this order
+    void spread_at(masked_colors& colors, const convolution_plan& windows, std::span<const std::int32_t> places, int passes) {
+        masked_colors next(places.size());
         for (int pass = 0; pass < passes; ++pass) {
             average_windows(
-                unknown, threads_, [&](std::int32_t p) { return colors[p]; },
+                windows, threads_, [&](std::int32_t p) { return colors[p]; },
                 [&](std::int32_t output, masked_color c) { next.set(output, c); });
-            std::swap(colors, next);
+            parallel_for(threads_, places.size(), 4096, [&](std::size_t first, std::size_t last) {
+                for (std::size_t i = first; i < last; ++i) colors.set(places[i], next[static_cast<std::int32_t>(i)]);
+            });
         }
     }
 
-    /// The color above where there is one, else what is known; averaged once.
+    /// The parent's color, or the known color if there is no parent; averaged once.
     masked_colors average_from_above(const masked_colors& coarse, std::size_t level, const masked_colors& known) {
         const buffer<std::int32_t>& above = levels_[level].above;
         masked_colors result(levels_[level].pixel_count);
@@ -11293,23 +11633,25 @@ private:
         return otherwise();
     }
 
-    /// Level 0, at the pixels that the network reads.
+    /// Computes level 0 at the pixels that the network reads.
     smooth_fills finest(const masked_colors& fill_above, const masked_colors& tone_above) {
         const farbrausch_level& level = levels_[0];
         const pixel_subset& read = level.read;
         masked_colors fill(read.size());
-        buffer<std::int32_t> unknown;
+        buffer<std::int32_t> unknown, rows;
         for (std::int32_t row = 0; row < fill.count(); ++row) {
             const std::int32_t pixel = read.pixels[row];
-            if (known_[pixel] == 0) unknown.push_back(pixel);
+            if (known_[pixel] == 0) unknown.push_back(pixel), rows.push_back(row);
             fill.set(row, base_color(pixel, fill_above));
         }
-        spread_at(fill, on_subsets(restrict_to(level.average, unknown), read, read), 2);
+        convolution_plan windows = restrict_and_renumber(level.average, unknown);
+        renumber_inputs(windows, read);
+        spread_at(fill, windows, rows, 2);
         color_along_links(fill, fill_above);
         smooth_fills result;
         result.fill.resize(3 * level.decoded.size());
         for (std::size_t d = 0; d < level.decoded.size(); ++d) {
-            const std::int32_t row = read.row_of[level.decoded.pixels[d]];
+            const std::int32_t row = read.row_of[level.decoded[d]];
             const masked_color color = fill.has(row) ? fill[row] : mean();
             for (std::size_t c = 0; c < 3; ++c) result.fill[3 * d + c] = color[c];
         }
@@ -11327,8 +11669,9 @@ private:
         return result;
     }
 
-    /// Colors what no level has a color for, by links: waves run inwards from what has one, each pixel taking the average of its
-    /// neighbors. On coarser levels a surface that few pixels link to the rest may be on its own.
+    /// Colors pixels that have no color on any level. Waves run along links from colored pixels, and each pixel becomes the
+    /// average of its colored neighbors. Such pixels exist where few links connect a surface to the rest: coarser levels may cut
+    /// them.
     void color_along_links(masked_colors& fill, const masked_colors& fill_above) {
         for (std::int32_t row = 0; row < fill.count(); ++row) {
             if (fill.has(row)) continue;
@@ -11337,7 +11680,7 @@ private:
         }
     }
 
-    /// Colors all isolated pixels, also those that nobody reads, so that a color does not depend on the set of pixels read.
+    /// Colors all isolated pixels, also those that are never read, so that no color depends on the set of pixels read.
     void run_waves(const masked_colors& fill_above) {
         const buffer<std::int32_t>& above = levels_[0].above;
         for (std::int32_t p = 0; p < above.count(); ++p)
@@ -11361,7 +11704,8 @@ private:
         }
     }
 
-    /// Before neighbors' colors are mixed in. Inlined: in WebAssembly a call that exceptions may leave returns no vectors.
+    /// The color before averaging with neighbors. Inlined, because in WebAssembly a call that an exception may leave cannot
+    /// return vectors.
     [[gnu::always_inline]] masked_color base_color(std::int32_t pixel, const masked_colors& fill_above) const {
         if (known_[pixel] != 0) return photo(pixel);
         const std::int32_t above = levels_[0].above[pixel];
@@ -11371,7 +11715,7 @@ private:
                                                         : masked_color{};
     }
 
-    /// The average of all known colors, for surfaces that no link leads from to any.
+    /// Mean of all known colors, for surfaces that no link connects to a known color.
     masked_color mean() {
         std::call_once(mean_is_known_, [&] {
             std::array<std::uint64_t, 3> sum{};
@@ -11393,7 +11737,7 @@ private:
     int growth_;
     Executor& threads_;
     std::array<float, 256> unit_{};
-    buffer<std::int32_t> alone_;  // pixels of level 0 that no level has a color for
+    buffer<std::int32_t> alone_;  // pixels of level 0 without a color on any level
     masked_colors alone_colors_;
     std::once_flag mean_is_known_;
     masked_color mean_{};
@@ -11402,45 +11746,52 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/networks/farbrausch.hpp
-// Farbrausch, the inpainting network of the paper (section "LDI Inpainting"): a partial-convolution U-Net trained on images and
-// run on the links of a layered image. examples/training/farbrausch/README.md says what it computes, step by step;
-// io/farbrausch_file.hpp loads it from a file. The full-size PartialConv, which the paper compares it with, is another
-// architecture on the same layers (networks/inpainting_architecture.hpp).
+// Farbrausch, the inpainting network of the paper (section "LDI Inpainting"): a partial-convolution U-Net, trained on images and
+// run on the links of a layered image. examples/training/farbrausch/README.md describes the network step by step;
+// io/farbrausch_file.hpp loads its weights. The same class runs PartialConv, the full-size network that the paper compares with
+// (networks/inpainting_architecture.hpp).
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A color_inpainter (photo3d.hpp). All members are const and keep no state: one object serves any number of threads at once.
+/// Inpaints colors; a color_inpainter (photo3d.hpp). All members are const and stateless: any number of threads may share an
+/// object.
 class farbrausch {
 public:
+    /// Checks and packs the weights.
+    ///
     /// weights  for each stage `encoder.I.weight`, outputs x inputs x k x k, and `encoder.I.bias`, batch normalization folded
-    ///          in; the same for `decoder.I`, which reads the channels of the coarser level first, then the encoder's. For int8
-    ///          also `input.range`, `encoder.I.range` and, but for the last, `decoder.I.range`: the least and the greatest value
-    ///          to be told apart, which examples/training/farbrausch/export.py finds
-    /// kind     the numbers it computes with
+    ///          in; the same for `decoder.I`, which reads the channels of the coarser level first, then the encoder's. Int8 also
+    ///          requires `input.range`, `encoder.I.range` and, except for the last, `decoder.I.range`: the minimum and maximum
+    ///          of the quantized values, which examples/training/farbrausch/export.py measures
+    /// kind     the number format of the computation
     /// target   the instruction set to pack weights for; results agree to rounding
     ///
-    /// Raises mismatch, naming the tensor that is missing, of another type or shape, or one too many; invalid_data for weights
-    /// that are not finite; unsupported for an architecture out of bounds.
+    /// Raises mismatch, naming the tensor, if a tensor is missing, unexpected, or of another type or shape; invalid_data for
+    /// weights that are not finite; unsupported for an architecture out of bounds.
     explicit farbrausch(const named_tensors& weights, inpainting_architecture architecture = {},
                         arithmetic kind = arithmetic::float32, isa target = best_isa());
 
-    /// layers  in canonical order; the color of every pixel whose known_column is 0 is set
-    /// progress  is told of stage "color inpainting"
+    /// Inpaints every pixel whose known_column is 0.
+    ///
+    /// layers    in canonical order
+    /// progress  receives the stage "color inpainting"
     template <has_columns<color_column, known_column> Layers, executor Executor = const serial_executor>
     void inpaint(Layers& layers, const progress_listener& progress = {}, Executor&& threads = {}) const;
 
+    /// Returns the image with every unknown color inpainted. The image counts as a single, fully linked layer.
+    ///
     /// color  H x W x 3, red, green, blue, 0 to 255
     /// known  H x W x 1, 0 where the color is to be inpainted
-    /// Returns the image with every color that is not known inpainted: the same network on a single, fully linked layer.
     template <executor Executor = const serial_executor>
     image<std::uint8_t> inpaint(image_view<const std::uint8_t> color, image_view<const std::uint8_t> known,
                                 const progress_listener& progress = {}, Executor&& threads = {}) const;
 
-    /// The network's own result, not clamped: for each pixel whose place in `wanted` is not 0, in their order, red, green and
-    /// blue, in [0, 1] as it learned them. Of a surface where nothing is known: one color, with masked colors black.
+    /// Unclamped output of the network: red, green, blue in about [0, 1] for each pixel with wanted[i] != 0, in order. A surface
+    /// without any known pixel gets one constant color (black with masked colors).
     ///
-    /// wanted  K, one per pixel; not 0 wherever known_column is 0
-    /// The bits of a pixel's result do not depend on which others are wanted.
+    /// wanted  K, one per pixel; must be nonzero wherever known_column is 0
+    ///
+    /// A pixel's bits do not depend on which other pixels are wanted.
     template <has_columns<color_column, known_column> Layers, executor Executor = const serial_executor>
     buffer<float> colors(const Layers& layers, std::span<const std::uint8_t> wanted, const progress_listener& progress = {},
                          Executor&& threads = {}) const;
@@ -11453,7 +11804,7 @@ private:
 
     std::size_t depth() const { return architecture_.channels.size(); }
 
-    /// The last layer's results, in rows of `decoded` of level 0.
+    /// Output of the last layer, in rows of `decoded` of level 0.
     template <class Weights, executor Executor, class Report>
     buffer<float> run_layers(const detail::farbrausch_convolutions<Weights>& layers, detail::network_input input,
                              buffer<detail::farbrausch_level>& levels, Executor& threads, Report&& report) const;
@@ -11481,7 +11832,7 @@ buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint
     const array_view<const std::uint8_t> color = layers.template column<color_column>();
     const array_view<const std::uint8_t> known = layers.template column<known_column>();
     detail::network_input input;
-    buffer<float> fill;  // what the last layer's results are added to
+    buffer<float> fill;  // base color that the network's output is added to
     if (architecture_.missing == missing_colors::masked) {
         input = detail::masked_input(color, known, levels[0].read);
     } else {
@@ -11492,10 +11843,10 @@ buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint
     }
     for (detail::farbrausch_level& level : levels) {
         level.average = level.average_coarse = {};
-        level.above = {};
+        level.above = {}, level.read = {};
     }
 
-    // Progress by multiplications, roughly: the fine levels take most of the time.
+    // Equal steps per layer, although the fine levels cost most of the time.
     float done = 0.2F;
     const float step = (1.0F - done) / detail::nearest_float(2 * depth());
     const auto report = [&] { progress.report(stage_name, done = (std::min)(done + step, 1.0F)); };
@@ -11575,13 +11926,13 @@ image<std::uint8_t> farbrausch::inpaint(image_view<const std::uint8_t> color, im
 }}  // namespace ldi
 
 // ---- ldi/networks/detail/depth_layout.hpp
-// Merges the depth that a network estimates from a small and a large version of the photo: the layout comes from both, the edges
-// from the large one. Networks are consistent on small pictures and crisp on large ones (Miangoleh et al., Boosting Monocular
-// Depth Estimation Models to High-Resolution via Content-Adaptive Multi-Resolution Merging, CVPR 2021, sections 3 and 5).
+// Merges two depth estimates of one photo, from a small and a large version: the layout is the mean of both, the edges come from
+// the large one. Networks are consistent on small pictures and crisp on large ones (Miangoleh et al., Boosting Monocular Depth
+// Estimation Models to High-Resolution via Content-Adaptive Multi-Resolution Merging, CVPR 2021, sections 3 and 5).
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// H x W x C, left and right exchanged.
+/// Mirrors an image horizontally. source  H x W x C
 template <class T>
 image<T> mirrored(const image<T>& source) {
     image<T> result(source.height(), source.width(), source.channels(), unset);
@@ -11591,10 +11942,10 @@ image<T> mirrored(const image<T>& source) {
     return result;
 }
 
-/// The two neighboring samples of a row between which a value of a longer or shorter row lies.
+/// Two neighboring samples of a row, between which a sample of the resized row lies.
 struct sample_place {
     std::size_t first, second;
-    float share;  ///< of `second`
+    float share;  ///< weight of `second`; `first` has the rest
 };
 inline sample_place place_of_sample(std::size_t i, std::size_t count, std::size_t from_count) {
     const float at = (nearest_float(i) + 0.5F) * nearest_float(from_count) / nearest_float(count) - 0.5F;
@@ -11603,7 +11954,7 @@ inline sample_place place_of_sample(std::size_t i, std::size_t count, std::size_
     return {first, (std::min)(first + 1, from_count - 1), inside - nearest_float(first)};
 }
 
-/// H x W x 1 at another size: the weighted mean of the four samples around. Smaller ones are not averaged over areas.
+/// Resizes H x W x 1 by bilinear interpolation. Does not average over areas when it shrinks.
 inline image<float> interpolated(const image<float>& source, std::size_t height, std::size_t width) {
     image<float> result(height, width, 1, unset);
     const auto mean = [](float a, float b, float share) { return a + (b - a) * share; };
@@ -11620,7 +11971,7 @@ inline image<float> interpolated(const image<float>& source, std::size_t height,
     return result;
 }
 
-/// The means of squares of `side` pixels. source  H x W x 1, both multiples of `side`; the result is H / side x W / side x 1.
+/// Averages squares of `side` x `side` pixels. source  H x W x 1, H and W multiples of `side`; result H / side x W / side x 1.
 inline image<float> square_means(const image<float>& source, std::size_t side) {
     image<float> result(source.height() / side, source.width() / side);
     for (std::size_t y = 0; y < source.height(); ++y)
@@ -11629,9 +11980,10 @@ inline image<float> square_means(const image<float>& source, std::size_t side) {
     return result;
 }
 
-/// details  H x W x 1, both multiples of 16
+/// Replaces structures of `details` that are coarser than 16 pixels by the mean of both maps.
+///
+/// details  H x W x 1, H and W multiples of 16
 /// layout   h x w x 1, any size, in the same unit
-/// Returns `details`, of which what is coarser than 16 pixels has become the mean of both.
 inline image<float> with_layout(image<float> details, const image<float>& layout) {
     constexpr std::size_t coarse = 16;
     image<float> change = interpolated(layout, details.height(), details.width());
@@ -11644,13 +11996,13 @@ inline image<float> with_layout(image<float> details, const image<float>& layout
 }}}  // namespace ldi::detail
 
 // ---- ldi/networks/detail/exponential.hpp
-// exp in float, the same bits on every machine: only operations that IEEE 754 rounds exactly. It is the approximation of NumPy
-// (reduction by ln 2 in two parts, then a rational function), because the published disparity of Tiefenrausch was computed with
-// it.
+// exp() in float with the same bits on every machine: it uses only operations that IEEE 754 rounds exactly. The method is
+// NumPy's (reduction by ln 2 in two parts, then a rational function), because the published disparity of Tiefenrausch was
+// computed with NumPy.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// x  in [-87, 88]; the result is within 3 units in the last place of exp(x)
+/// Returns exp(x) within 3 units in the last place. x  in [-87, 88]
 inline float exponential(float x) {
     const float power = std::nearbyint(x * 1.442695040888963407F);
     float r = fused_multiply_add(power, -6.93145752e-1F, x);
@@ -11668,36 +12020,41 @@ inline float exponential(float x) {
 }}}  // namespace ldi::detail
 
 // ---- ldi/networks/tiefenrausch.hpp
-// Tiefenrausch, the depth network of the paper (section "Depth Estimation"), with the weights its authors published, and any
-// other that takes a photo to disparity of the same size in 8 bits: examples/models has one. Build it from what
-// io/caffe2.hpp or nn/dense/quantized_weights.hpp reads.
+// Runs Tiefenrausch, the depth network of the paper (section "Depth Estimation"), or any other network that maps a photo to
+// 8-bit disparity of the same size. io/caffe2.hpp reads the published weights, nn/dense/quantized_weights.hpp those in
+// examples/models.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The meaning of a depth network's result.
+/// Meaning of a depth network's output.
 enum class network_output {
-    log_disparity,  ///< its logarithm, as the published network: known up to a factor of disparity
-    disparity,      ///< disparity itself, 0 infinitely far: known up to scale, and up to shift as far as one can guess
+    log_disparity,  ///< logarithm of disparity, as in the published network; disparity is known up to a factor
+    disparity,      ///< disparity, 0 at infinity; known up to scale and a rough shift
 };
 
-/// The long sides that a photo has where a depth network sees it, in pixels, multiples of 32. The paper's network sees it once.
+/// Long sides, in pixels, to which a photo is resized for a depth network. Multiples of 32. The paper's network runs once per
+/// photo.
 struct depth_network_sizes {
-    std::size_t details = 384;  ///< and the result's
-    /// If not 0, the network sees the mirrored photo at this size, too, and how things lie is the mean of both (what is coarser
-    /// than 16 samples of the result).
+    std::size_t details = 384;  ///< size of the main pass and of the result
+    /// If not 0, a second pass at this size reads the mirrored photo, and structures coarser than 16 samples of the result
+    /// become the mean of both passes.
     std::size_t layout = 0;
 };
 
-/// Estimates disparity from one photo. All members are const and keep no state: one object serves any number of threads at once.
+/// Estimates disparity from one photo. All members are const and stateless: any number of threads may share an object.
 class tiefenrausch {
 public:
-    static constexpr std::size_t long_side = 384;  ///< of the image that the paper's network sees
-    static constexpr std::size_t alignment = 32;   ///< each side is a multiple of this: the network halves its input five times
+    static constexpr std::size_t long_side = 384;  ///< input size of the paper's network
+    /// sides are multiples of this number, because the network halves its input five times
+    static constexpr std::size_t alignment = 32;
 
+    /// Packs the network.
+    ///
     /// target  the instruction set to pack weights for; results do not depend on it
-    /// sizes   at which disparity() shows a photo to the network
-    /// Raises an error if the network is not one that turns a color image into a single channel of the same size, or if a size is
-    /// no multiple of 32 up to 4096.
+    /// sizes   input sizes of disparity()
+    ///
+    /// Raises an error unless the network maps a color image to one channel of the same size and the sizes are multiples of 32
+    /// up to 4096.
     explicit tiefenrausch(const network_description& description, isa target = best_isa(),
                           network_output output = network_output::log_disparity, depth_network_sizes sizes = {})
         : network_(description, target), output_(output), sizes_(sizes) {
@@ -11720,9 +12077,9 @@ public:
 
     depth_network_sizes sizes() const { return sizes_; }
 
-    /// The size that a photo is brought to: each side is rounded down to a multiple of 32, at least 32.
+    /// Returns the size to which a photo is resized: each side rounded down to a multiple of 32, at least 32.
     ///
-    /// to  the long side, a multiple of 32, in pixels
+    /// to  the long side in pixels, a multiple of 32
     static tensor_size network_size(tensor_size photo, std::size_t to = long_side) {
         const std::size_t longer = (std::max)(photo.height, photo.width);
         const auto side = [&](std::size_t length) {
@@ -11732,8 +12089,9 @@ public:
         return {side(photo.height), side(photo.width)};
     }
 
+    /// Resizes a photo to network_size() by averaging over areas.
+    ///
     /// photo  H x W x 3, red, green, blue, 0 to 255
-    /// Returns the photo at network_size(), averaged over areas.
     template <executor Executor>
     static image<std::uint8_t> resize_for_network(image_view<const std::uint8_t> photo, Executor& threads,
                                                   std::size_t to = long_side) {
@@ -11743,9 +12101,10 @@ public:
         return area_resize(photo, size.height, size.width, threads);
     }
 
-    /// rgb       H' x W' x 3, 0 to 255, both sides multiples of 32
+    /// Runs the network once. Returns H' x W' x 1 in the quantization level_quantization().
+    ///
+    /// rgb               H' x W' x 3, 0 to 255, both sides multiples of 32
     /// progress, memory  as in quantized_network::run
-    /// Returns the network's own result, H' x W' x 1: log disparity in the quantization level_quantization().
     template <executor Executor, class Progress = quantized_network::ignore_progress>
     image<std::uint8_t> levels(const image<std::uint8_t>& rgb, Executor& threads, Progress&& progress = {},
                                std::span<std::byte> memory = {}) const {
@@ -11753,7 +12112,7 @@ public:
         return network_.run(quantized_color(rgb), threads, progress, memory);
     }
 
-    /// The same, layer by layer.
+    /// As levels(), but layer by layer.
     ///
     /// observe  as in quantized_network::run_observed
     template <executor Executor, class Observe>
@@ -11767,12 +12126,14 @@ public:
 
     isa target() const { return network_.target(); }
 
-    /// Bytes that levels() works in, beside its input and its result.
+    /// Working memory of levels() in bytes, without its input and its result.
     std::size_t working_bytes(tensor_size rgb, std::size_t threads) const { return network_.working_bytes(rgb, threads); }
 
-    /// photo   H x W x 3, red, green, blue, 0 to 255, of any size
-    /// progress  is told of stage "depth estimation"
-    /// Returns H' x W' x 1, H' x W' as network_size() says for sizes().details: positive, larger is nearer, known up to a factor.
+    /// Estimates disparity: positive, larger is nearer, known up to a factor. Returns H' x W' x 1, with H' x W' = network_size()
+    /// for sizes().details.
+    ///
+    /// photo     H x W x 3, red, green, blue, 0 to 255, of any size
+    /// progress  receives the stage "depth estimation"
     template <executor Executor = const serial_executor>
     image<float> disparity(image_view<const std::uint8_t> photo, const progress_listener& progress = {},
                            Executor&& threads = {}) const {
@@ -11791,7 +12152,7 @@ public:
         return details;
     }
 
-    /// The disparities that the values of levels() stand for, same shape.
+    /// Converts results of levels() to disparity. Same shape.
     image<float> disparity_of(const image<std::uint8_t>& levels) const {
         const std::array<float, 256> table = disparity_table();
         image<float> result(levels.height(), levels.width(), levels.channels(), unset);
@@ -11799,7 +12160,7 @@ public:
         return result;
     }
 
-    /// Color as the first layer reads it: in [0, 1], in the quantization of the network's input. Same shape as `rgb`.
+    /// Quantizes color in [0, 1] as the network's input. Same shape as `rgb`.
     image<std::uint8_t> quantized_color(const image<std::uint8_t>& rgb) const {
         const quantization q = network_.input_quantization();
         std::array<std::uint8_t, 256> table{};
@@ -11814,8 +12175,8 @@ public:
 
     quantization level_quantization() const { return network_.output_quantization(); }
 
-    /// The ratio of neighboring values of disparity(): a difference of this size may be rounding, not an edge. Where steps are
-    /// equal in disparity itself, their ratio is that of the two nearest values.
+    /// Ratio of two consecutive values of disparity(); a difference of this size may be rounding, not an edge. For networks with
+    /// equal steps in disparity, the ratio of the two largest values.
     float quantization_step() const {
         const std::array<float, 256> table = disparity_table();
         return output_ == network_output::log_disparity ? detail::exponential(level_quantization().scale)
@@ -11824,7 +12185,7 @@ public:
 
 private:
     static constexpr std::size_t max_long_side = 4096;
-    static constexpr float max_scale = 0.25F;  ///< disparity would leave the range of float beyond it
+    static constexpr float max_scale = 0.25F;  ///< a larger scale would exceed the range of float
 
     /// Share of the detail pass in the time of both passes.
     float details_share() const {
@@ -11838,7 +12199,7 @@ private:
                   std::to_string(rgb.height()) + " x " + std::to_string(rgb.width()) + " x " + std::to_string(rgb.channels()));
     }
 
-    /// The disparity that each 8-bit result of the network stands for. None is 0 or less: half a step stands for all of these.
+    /// Disparity of each 8-bit output. Outputs at or below 0 become half a step, so that disparity is positive.
     std::array<float, 256> disparity_table() const {
         const quantization q = level_quantization();
         std::array<float, 256> table{};
@@ -11861,17 +12222,17 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// One side of a pixel with a discontinuity.
+/// A side of a pixel where depth is discontinuous.
 struct discontinuity {
-    std::int32_t back;   ///< the pixel on the far side
-    std::int32_t front;  ///< the pixel on the near side
-    side towards_front;  ///< the side of `back` that `front` lies on
+    std::int32_t back;   ///< pixel on the far side
+    std::int32_t front;  ///< pixel on the near side
+    side towards_front;  ///< direction from `back` to `front`
 };
 
 }}  // namespace ldi
 
 // ---- ldi/depth/trace_curves.hpp
-// Discontinuities of a depth map followed along the sides of pixels, from corner to corner of the lattice.
+// Traces the discontinuities of a depth map along the sides of pixels, from corner to corner of the lattice.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespace curves {
 
@@ -11919,7 +12280,7 @@ private:
     buffer<std::int32_t> used_;
 };
 
-// A curve as it is traced: its corners, one more than its sides.
+// A traced curve: its sides, and its corners, one more than its sides.
 struct trace {
     buffer<std::int32_t> corners;
     buffer<discontinuity> sides;
@@ -11928,8 +12289,8 @@ struct trace {
 
 class tracer {
 public:
-    // disparity          width x height values, outlives the tracer
-    // is_cut(pixel, s)   whether there is a discontinuity on the right or lower side of a pixel, inside the photo
+    // disparity         width x height values; must outlive the tracer
+    // is_cut(pixel, s)  whether there is a discontinuity on the right or lower side of a pixel, inside the photo
     template <class IsCut>
     tracer(std::int32_t width, std::int32_t height, const float* disparity, surface_rule surface, IsCut&& is_cut)
         : width_(width), disparity_(disparity), surface_(surface), all_(width, height) {
@@ -11943,7 +12304,7 @@ public:
         }
     }
 
-    // Removes what branches off a curve and ends after fewer than `shortest_length` sides, so that the curve runs on past it.
+    // Removes branches that end after fewer than `shortest_length` sides, so that the curve continues past them.
     void prune_spurs(std::size_t shortest_length) {
         buffer<std::pair<std::int32_t, side>> spur;
         for (std::int32_t end : all_.used()) {
@@ -11965,7 +12326,7 @@ public:
         }
     }
 
-    // Calls visit(trace) for every curve: first those that start at an end or a junction, then the closed ones.
+    // Calls visit(trace) for every curve: first those that start at an end or a junction, then the closed curves.
     template <class Visit>
     void for_each_curve(Visit&& visit) const {
         corner_map left = all_;
@@ -11980,15 +12341,15 @@ public:
 
     const corner_map& corners() const { return all_; }
 
-    // The pixels around a corner that is not on the border: two above, two below, each from the left.
+    // Returns the pixels around a corner inside the photo: two above, then two below, each from left to right.
     std::array<std::int32_t, 4> pixels_around(std::int32_t corner) const {
         const std::int32_t below_right = all_.y(corner) * width_ + all_.x(corner);
         return {below_right - width_ - 1, below_right - width_, below_right - 1, below_right};
     }
 
 private:
-    // Whether a corner is the end of a curve or a junction. Where two pixels of a front surface touch at a corner, across from
-    // two of a back surface, two curves pass each other.
+    // Whether a corner is the end of a curve or a junction. If two front pixels and two back pixels meet diagonally at a corner,
+    // two curves pass each other there, without a junction.
     bool ends_curves(std::int32_t corner) const {
         const int degree = all_.degree(corner);
         return degree != 2 && !(degree == 4 && is_checkered(corner));
@@ -11998,8 +12359,8 @@ private:
         return surface_.same_surface(disparity_[around[0]], disparity_[around[3]]) &&
                surface_.same_surface(disparity_[around[1]], disparity_[around[2]]);
     }
-    // The way on for a curve that came to the corner from the side `from`. Curves that pass each other turn around the pixel of
-    // the back surface that both their sides have: pixels of the front surface hold together.
+    // Returns the next side of a curve that arrives at the corner from the side `from`. Curves that pass each other turn around
+    // a pixel of the back surface, because the pixels of the front surface stay connected.
     side onward(std::int32_t corner, side from) const {
         if (all_.degree(corner) == 2) {
             for (side s : all_sides)
@@ -12007,7 +12368,7 @@ private:
         }
         const std::array<std::int32_t, 4> around = pixels_around(corner);
         const bool falling =
-            disparity_[around[0]] > disparity_[around[1]];  // the front's pixels lie at the upper left and lower right
+            disparity_[around[0]] > disparity_[around[1]];  // the front's pixels are at the upper left and lower right
         switch (from) {
             case side::left: return falling ? side::down : side::up;
             case side::down: return falling ? side::left : side::right;
@@ -12034,7 +12395,7 @@ private:
         }
     }
 
-    // The two pixels on either side of the lattice edge that leaves `corner`.
+    // Returns the two pixels on either side of the lattice edge that leaves `corner`.
     discontinuity discontinuity_between(std::int32_t corner, side towards) const {
         const bool vertical = towards == side::up || towards == side::down;
         const std::int32_t x = all_.x(corner) - (towards == side::left ? 1 : 0),
@@ -12055,7 +12416,7 @@ private:
 
 // ---- ldi/depth/detail/straightened_curve.hpp
 // The band of pixels around a discontinuity curve, straightened: one row per corner of the curve, from the back across the curve
-// to the front. Pixels outside the band's uncertain middle show the colors of both surfaces.
+// to the front. Pixels outside the band's uncertain middle have the colors of the two surfaces.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespace curves {
 
@@ -12063,16 +12424,16 @@ struct point {
     float x = 0, y = 0;
 };
 
-// A curve as points of the plane, where pixel (x, y) covers [x, x + 1) x [y, y + 1), and where "across" is from back to front.
+// A curve as points in the plane, where pixel (x, y) covers [x, x + 1) x [y, y + 1). "Across" means from back to front.
 struct plane_curve {
     buffer<point> corners;  // as traced
-    buffer<point> smooth;   // without the lattice's stairs; ends stay
+    buffer<point> smooth;   // without the lattice's stair steps; ends stay in place
     buffer<point> across;   // unit vectors
 };
 
-// reach  corners to either side that are averaged
+// reach  number of corners on either side to average
 inline plane_curve make_plane_curve(const trace& t, const corner_map& lattice, std::int32_t reach) {
-    const std::int32_t count = t.corners.count(), period = count - 1;  // a closed curve ends in the corner that it starts from
+    const std::int32_t count = t.corners.count(), period = count - 1;  // the last corner of a closed curve equals its first
     plane_curve result;
     for (std::int32_t corner : t.corners)
         result.corners.push_back({nearest_float(lattice.x(corner)), nearest_float(lattice.y(corner))});
@@ -12095,7 +12456,7 @@ inline plane_curve make_plane_curve(const trace& t, const corner_map& lattice, s
         result.smooth[k] = {sum.x / size, sum.y / size};
         result.across[k] = {front.x / length, front.y / length};
     }
-    // At the photo's border a curve slides along it, so that no corner of the band is left behind.
+    // At the photo's border a curve slides along the border, so that the band has no gap there.
     for (const std::int32_t k : {std::int32_t{0}, period}) {
         const std::int32_t corner = t.corners[k];
         if (t.is_closed || !lattice.on_border(corner)) continue;
@@ -12129,7 +12490,7 @@ struct color_model {
     std::array<float, 3> mean{}, precision{};
     float log_scale = 0;
 
-    // noise  standard deviation in gray levels that any surface has at least
+    // noise  minimum standard deviation of any surface, in gray levels
     color_model(const color_sums& of, float noise) {
         for (std::size_t c = 0; c < 3; ++c) {
             mean[c] = of.sum[c] / of.count;
@@ -12151,7 +12512,7 @@ struct color_model {
 // The rows of the band.
 class band {
 public:
-    // radius  pixels to either side that are uncertain; as many beyond them tell about front and back
+    // radius  number of uncertain pixels on either side; as many pixels beyond them are models of front and back
     band(const plane_curve& curve, const trace& t, image_view<const std::uint8_t> photo, image_view<const float> disparity,
          std::int32_t radius)
         : photo_(photo), disparity_(disparity), radius_(radius), width_(nearest_int(photo.width())) {
@@ -12168,13 +12529,13 @@ public:
 
     std::int32_t radius() const { return radius_; }
     std::int32_t size() const { return rows_.count(); }
-    // Cuts of row k that leave something of both surfaces: -back to front.
+    // Smallest cut of row k (-back to front) at which both surfaces remain.
     std::int32_t min_cut(std::int32_t k) const { return -rows_[k].back; }
     std::int32_t largest_cut(std::int32_t k) const { return rows_[k].front; }
     const color_sums& sums(std::int32_t k, bool of_front) const {
         return of_front ? rows_[k].front_colors : rows_[k].back_colors;
     }
-    // offset  from -2 radius to 2 radius - 1: between the cuts offset and offset + 1
+    // offset  from -2 radius to 2 radius - 1: the pixel between cuts `offset` and `offset` + 1
     const std::uint8_t* color(std::int32_t k, std::int32_t offset) const {
         const std::int32_t i = pixels_[static_cast<std::size_t>(k * 4 * radius_ + offset + 2 * radius_)];
         return i == no_pixel ? nullptr : photo_.row(i / width_) + 3 * (i % width_);
@@ -12198,8 +12559,8 @@ private:
         return static_cast<std::int32_t>(y) * width_ + static_cast<std::int32_t>(x);
     }
 
-    // Measures how far the front and back surfaces extend across the band, and averages their colors outside its middle. Thin
-    // objects have fewer pixels to average.
+    // Measures how far the front and back surfaces extend across the band, and averages their colors outside the uncertain
+    // middle. Thin objects have fewer pixels to average.
     void measure(std::int32_t k) {
         row& r = rows_[k];
         std::int32_t front = 0, back = 0;
@@ -12209,7 +12570,7 @@ private:
         const auto is_back = [&](std::int32_t offset) {
             return pixel(k, offset) != no_pixel && at(pixel(k, offset)) <= r.middle;
         };
-        // The smooth curve may leave a pixel of the other side beside itself.
+        // The pixels next to the smooth curve may belong to the other side.
         while (front < 2 * radius_ && (is_front(front) || front < 2)) ++front;
         while (back < 2 * radius_ && (is_back(-back - 1) || back < 2)) ++back;
         r.front = (std::min)(radius_, front / 2), r.back = (std::min)(radius_, back / 2);
@@ -12229,38 +12590,39 @@ private:
 }}}}  // namespace ldi::detail::curves
 
 // ---- ldi/depth/align_silhouettes.hpp
-// Moves silhouettes onto the photo's edges. Depth is coarser than the photo and off by a sample or two, so that a rim of the
-// background sticks to what is in front of it, or a rim of the front is left behind; both are seen as soon as the camera moves.
+// Moves silhouettes to the photo's edges. Depth is coarser than the photo and off by a sample or two, so that a strip of the
+// background sticks to the foreground, or a strip of the foreground to the background; both become visible when the camera
+// moves.
 //
-// Along every discontinuity curve runs a band as wide as depth is uncertain. Colors beyond it, on either side, tell what front
-// and back look like there. The cut of the band that leaves the front's colors on the front's side, follows the contrast, and
-// does not jump is a shortest path, found by dynamic programming, after the contours of Rother et al., "GrabCut" (SIGGRAPH 2004),
-// section "Border matting". Ends and junctions stay. Pixels between the old curve and the new one change sides.
+// A band surrounds each discontinuity curve, as wide as depth is uncertain. Colors outside the band, on both sides, are models
+// of the front and back surface. The best cut through the band separates front colors from back colors, follows contrast, and
+// has no jumps. It is a shortest path, found by dynamic programming, after the contours of Rother et al., "GrabCut" (SIGGRAPH
+// 2004), section "Border matting". Ends and junctions of curves stay. Pixels between the old curve and the new one change sides.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The defaults were chosen by trial, on true depth degraded as networks do.
+/// Defaults tuned by experiment on true depth, degraded as networks degrade it.
 struct alignment_options {
-    /// Maximum distance between a silhouette and its edge in the photo, in pixels, 0 to 256. 0 moves nothing. For depth maps with
-    /// samples larger than a pixel, make_photo3d() multiplies it and shortest_length by the sample's side.
+    /// Maximum distance between a silhouette and its edge in the photo, in pixels, 0 to 256. 0 moves nothing. For depth maps
+    /// with samples larger than a pixel, make_photo3d() multiplies this option and shortest_length by the side of a sample.
     float uncertainty = 3.0F;
-    /// Cost of moving sideways by one pixel between neighboring places of a curve, at least 0. Larger values keep silhouettes
+    /// Cost of a sideways move by one pixel between neighboring points of a curve, at least 0. Larger values keep silhouettes
     /// straighter.
     float stiffness = 1.5F;
-    /// Curves with fewer pixel sides than this stay where they are.
+    /// Curves with fewer pixel sides than this do not move.
     std::size_t shortest_length = 20;
 };
 
 namespace detail::curves {
 
-// Cost of cutting each row of a band at each place, and the cheapest path along the band.
+// Computes the cost of cutting each row of a band at each position, and the cheapest path along the band.
 class band_cut {
 public:
-    // is_closed  the band's last row repeats its first
+    // is_closed  whether the band's last row repeats its first row
     band_cut(const band& b, float stiffness, bool is_closed)
         : radius_(b.radius()), rows_(b.size() - (is_closed ? 1 : 0)), stiffness_(stiffness) {
         costs_.assign(static_cast<std::size_t>(rows_) * places(), impossible);
-        const std::int32_t reach = 2 * radius_;  // rows to either side that tell about colors
+        const std::int32_t reach = 2 * radius_;  // rows on either side whose colors are averaged
         color_sums front, back;
         for (std::int32_t k = 0; k < (std::min)(reach, rows_); ++k) front.add(b.sums(k, true), 1), back.add(b.sums(k, false), 1);
         for (std::int32_t k = 0; k < rows_; ++k) {
@@ -12275,7 +12637,7 @@ public:
             if (c != cut) cost(row, c) = impossible;
     }
 
-    // The cuts of `steps` rows, from `first` on and going round.
+    // Returns the cheapest cuts of `steps` rows, starting at row `first` and wrapping around.
     buffer<std::int32_t> cheapest(std::int32_t first, std::int32_t steps) const {
         const std::size_t count = places();
         buffer<std::int8_t> came_by(static_cast<std::size_t>(steps) * count, 0);
@@ -12303,8 +12665,8 @@ public:
 
 private:
     static constexpr float impossible = 1e6F;
-    static constexpr float noise = 6.0F;             // of a camera and of JPEG, in gray levels
-    static constexpr float largest_evidence = 3.0F;  // of one pixel, so that an outlier does not decide
+    static constexpr float noise = 6.0F;             // standard deviation of camera and JPEG noise, in gray levels
+    static constexpr float largest_evidence = 3.0F;  // maximum per pixel, so that an outlier does not decide
     static constexpr float contrast_weight = 3.0F;
     static constexpr float distance_weight = 1.0F;
 
@@ -12337,7 +12699,7 @@ private:
         const float share = nearest_float(cut) / nearest_float(radius_);
         return distance_weight * share * share;
     }
-    // The share of the way from the back's color to the front's that is gone within four pixels around a cut.
+    // Share of the difference between back and front color that lies within four pixels around a cut.
     float contrast(const band& b, std::int32_t k, std::int32_t cut, const std::array<float, 3>& direction, float squared) const {
         const std::uint8_t *before = b.color(k, cut - 2), *behind = b.color(k, cut + 1);
         if (before == nullptr || behind == nullptr) return 0.0F;
@@ -12358,7 +12720,7 @@ inline buffer<std::int32_t> cheapest_cut(const band& b, const trace& t, const co
         if (!lattice.on_border(t.corners.back())) cut.fix(b.size() - 1, 0);
         return cut.cheapest(0, b.size());
     }
-    // The way must end where it begins. It begins half way round, at the place that a way without this condition has there.
+    // The path must end where it starts. It starts half way along the curve, at the cut that an unconstrained path has there.
     const std::int32_t period = b.size() - 1, middle = period / 2;
     cut.fix(middle, cut.cheapest(0, period)[middle]);
     const buffer<std::int32_t> round = cut.cheapest(middle, period + 1);
@@ -12367,7 +12729,7 @@ inline buffer<std::int32_t> cheapest_cut(const band& b, const trace& t, const co
     return result;
 }
 
-// A pixel that a curve passed over, and the curve's side that it belongs to.
+// A pixel between the old and the new curve, and the curve side that it belongs to.
 struct swept_pixel {
     std::int32_t pixel, of_side;
     friend bool operator<(const swept_pixel& a, const swept_pixel& b) {
@@ -12379,7 +12741,7 @@ struct swept_pixel {
 inline void sweep(const std::array<point, 4>& corners, std::int32_t width, std::int32_t height, std::int32_t of_side,
                   buffer<swept_pixel>& swept) {
     const auto [top, bottom] = std::minmax_element(corners.begin(), corners.end(), [](point a, point b) { return a.y < b.y; });
-    // The first row, or column, whose middle does not lie before a place.
+    // First row, or column, whose center is at or after a position.
     const auto first_from = [](float place, std::int32_t count) {
         return static_cast<std::int32_t>(std::clamp(std::ceil(place - 0.5F), 0.0F, nearest_float(count)));
     };
@@ -12391,7 +12753,7 @@ inline void sweep(const std::array<point, 4>& corners, std::int32_t width, std::
             const point a = corners[i], b = corners[(i + 1) % 4];
             if ((a.y <= at_y) == (b.y <= at_y)) continue;
             const float crossing = a.x + (at_y - a.y) / (b.y - a.y) * (b.x - a.x);
-            std::size_t place = count++;  // sorted
+            std::size_t place = count++;  // insertion sort
             for (; place > 0 && crossings[place - 1] > crossing; --place) crossings[place] = crossings[place - 1];
             crossings[place] = crossing;
         }
@@ -12401,11 +12763,11 @@ inline void sweep(const std::array<point, 4>& corners, std::int32_t width, std::
     }
 }
 
-// The pixels that a curve passes over on its way, once, or there and back and there again.
+// Lists the pixels that a curve passes over when it moves. A pixel that it passes over twice remains on its side.
 inline buffer<swept_pixel> swept_pixels(const plane_curve& curve, const buffer<std::int32_t>& cut, std::int32_t reach,
                                         const corner_map& lattice) {
     const auto moved = [&](std::int32_t k) {
-        // Cuts are whole pixels: their mean over a few corners takes the stairs off. Ends stay where they are.
+        // Cuts are whole pixels; averaging over some corners removes the stair steps. Ends stay in place.
         const std::int32_t even = (std::min)({reach, k, cut.count() - 1 - k});
         float distance = 0.0F;
         for (std::int32_t i = k - even; i <= k + even; ++i) distance += nearest_float(cut[i]) / nearest_float(2 * even + 1);
@@ -12422,7 +12784,8 @@ inline buffer<swept_pixel> swept_pixels(const plane_curve& curve, const buffer<s
     return result;
 }
 
-// Pixels of the front get the back's disparity beside the curve and the other way round; those of third surfaces keep theirs.
+// Sets front pixels to the disparity of the back beside the curve, and back pixels to that of the front. Pixels of third
+// surfaces do not change.
 inline void change_sides(const trace& t, const buffer<swept_pixel>& swept, const image<float>& before,
                          image_view<float> disparity) {
     const auto at = [&](std::int32_t pixel) { return before.data()[pixel]; };
@@ -12436,7 +12799,7 @@ inline void change_sides(const trace& t, const buffer<swept_pixel>& swept, const
     }
 }
 
-// The curves that may move.
+// Traces the curves that may move.
 inline buffer<trace> long_curves(const image<float>& disparity, surface_rule surface, std::size_t shortest_length) {
     const std::int32_t width = static_cast<std::int32_t>(disparity.width()),
                        height = static_cast<std::int32_t>(disparity.height());
@@ -12465,11 +12828,13 @@ inline void check_alignment(image_view<const float> disparity, image_view<const 
 
 }  // namespace detail::curves
 
-/// disparity  H x W x 1, finite, with steps where one thing hides another; changed in place
+/// Moves the silhouettes of a disparity map to the edges of the photo, in place.
+///
+/// disparity  H x W x 1, finite, with steps where one surface hides another
 /// photo      H x W x 3
 ///
-/// Raises error_code::mismatch if the images differ in size, error_code::invalid_option if the uncertainty is not from 0 to 256
-/// or the stiffness is below 0. Time is linear in the pixels and in the length of all curves times the uncertainty. Memory is 10
+/// Raises error_code::mismatch if the images differ in size, error_code::invalid_option if the uncertainty is not in [0, 256] or
+/// the stiffness is below 0. Time is linear in the pixels and in the length of all curves times the uncertainty. Memory is 10
 /// bytes per pixel, 8 per pixel that a curve passes over, and 26 times the uncertainty per pixel side of the longest curve.
 template <executor Executor = const serial_executor>
 void align_silhouettes(image_view<float> disparity, image_view<const std::uint8_t> photo, surface_rule surface = {},
@@ -12496,8 +12861,8 @@ void align_silhouettes(image_view<float> disparity, image_view<const std::uint8_
 }}  // namespace ldi
 
 // ---- ldi/depth/middle_components.hpp
-// Removes what the weighted median leaves behind: isolated features at middle values, between a foreground and a background
-// (paper, section "Depth Pre-processing", connected components).
+// Removes artifacts of the weighted median: isolated features at middle values, between a foreground and a background (paper,
+// section "Depth Pre-processing", connected components).
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -12508,12 +12873,12 @@ struct middle_component_options {
 
 namespace detail {
 
-// Pixels of the photo that are connected, as runs and the component of each run. Pixel (x, y) has index y * columns + x.
+// Connected components of the photo's pixels, as runs with the component of each run. Pixel (x, y) has index y * columns + x.
 struct image_components {
     std::int32_t columns = 0;
     buffer<pixel_run> runs;
-    buffer<std::int32_t> row_start;  // the first run of each row, and one past the last
-    buffer<std::int32_t> label;      // the component of each run
+    buffer<std::int32_t> row_start;  // first run of each row, then the number of runs
+    buffer<std::int32_t> label;      // component of each run
 
     std::int32_t at(std::int32_t x, std::int32_t y) const {
         const auto first = runs.begin() + row_start[y], last = runs.begin() + row_start[y + 1];
@@ -12525,7 +12890,7 @@ struct image_components {
 
 // End of the run of linked pixels that starts at `first`.
 inline std::int32_t end_of_run(const float* row, std::int32_t first, std::int32_t columns, surface_rule surface) {
-    constexpr std::int32_t step = 16;  // together, as most of them are linked: compilers make vectors of that
+    constexpr std::int32_t step = 16;  // compared in blocks, because most pixels are linked: compilers vectorize the inner loop
     std::int32_t end = first + 1;
     for (; end + step <= columns; end += step) {
         std::int32_t linked = 0;
@@ -12552,7 +12917,7 @@ inline image_components find_components(image_view<const float> disparity, surfa
             found.runs.push_back({y * columns + start, y * columns + end});
             sets.add();
         }
-        // Runs of two rows that overlap are connected if any pair of pixels in the overlap is.
+        // Overlapping runs of two rows are connected if any pair of pixels in the overlap is.
         for (std::int32_t above = above_first, run = first; above < above_last && run < found.runs.count();) {
             const pixel_run &a = found.runs[above], &b = found.runs[run];
             const float* over = disparity.row(y - 1);
@@ -12573,14 +12938,14 @@ inline image_components find_components(image_view<const float> disparity, surfa
     return found;
 }
 
-// The components that are small, and their runs.
+// Small components and their runs.
 struct small_components {
     buffer<std::int32_t> labels;
     buffer<pixel_run> runs;         // component by component
     buffer<std::size_t> first_run;  // component i has runs [first_run[i], first_run[i + 1])
 };
 
-// The components with fewer pixels than `smallest_size`, in the order of their first pixels.
+// Finds the components with fewer pixels than `smallest_size`, in the order of their first pixels.
 inline small_components find_small_components(const image_components& components, std::int32_t smallest_size) {
     buffer<std::int32_t> size, run_count;
     for (std::size_t r = 0; r < components.runs.size(); ++r) {
@@ -12589,7 +12954,7 @@ inline small_components find_small_components(const image_components& components
         size[label] += components.runs[r].size(), ++run_count[label];
     }
     small_components result;
-    buffer<std::size_t> next(size.size());  // the place of a component's next run
+    buffer<std::size_t> next(size.size());  // index of a component's next run
     std::size_t total = 0;
     for (std::int32_t label = 0; label < size.count(); ++label) {
         if (size[label] >= smallest_size) continue;
@@ -12607,7 +12972,7 @@ inline small_components find_small_components(const image_components& components
     return result;
 }
 
-// Merges one component after the other.
+// Merges components one by one.
 class component_merger {
 public:
     component_merger(const image_components& components, const small_components& small_ones, image_view<float> disparity)
@@ -12615,7 +12980,7 @@ public:
         if (!small_ones.labels.empty()) reached_.resize(disparity.height() * disparity.width());
     }
 
-    // False if the component is no middle value and stays.
+    // Merges a component. Returns false if it is not a middle value and stays.
     bool merge(std::size_t component) {
         std::int32_t nearer = 0, farther = 0;
         for_each_contact(component,
@@ -12636,7 +13001,7 @@ private:
         float disparity;
     };
 
-    // The pixels beside (x, y).
+    // Visits the neighbors of (x, y).
     template <class Visit>
     void for_each_neighbor(std::int32_t x, std::int32_t y, Visit&& visit) const {
         for (side s : all_sides) {
@@ -12645,7 +13010,7 @@ private:
         }
     }
 
-    // Every pixel side on the component's boundary, with the disparity across it.
+    // Visits every pixel side on the component's boundary, with the disparity across it.
     template <class Visit>
     void for_each_contact(std::size_t component, Visit&& visit) const {
         const std::int32_t columns = components_.columns, label = small_.labels[component];
@@ -12656,13 +13021,13 @@ private:
                 });
     }
 
-    // A pixel takes the value that reaches it first.
+    // Assigns a value to a pixel unless it already has one.
     void reach(std::int32_t x, std::int32_t y, float disparity) {
         std::uint8_t& reached = reached_[std::int64_t{y} * components_.columns + x];
         if (reached == 0) reached = 1, queue_.push_back({x, y, disparity});
     }
 
-    // Breadth first from the reached pixels on.
+    // Spreads values breadth-first from the reached pixels.
     void spread(std::int32_t label) {
         for (std::size_t i = 0; i < queue_.size(); ++i) {
             const assignment a = queue_[i];
@@ -12677,17 +13042,19 @@ private:
     const small_components& small_;
     image_view<float> disparity_;
     buffer<assignment> queue_;
-    buffer<std::uint8_t> reached_;  // of each pixel of the photo
+    buffer<std::uint8_t> reached_;  // per pixel of the photo
 };
 
 }  // namespace detail
 
+/// Merges small components at middle values with a neighboring surface. Returns the number of merged components.
+///
 /// disparity  H x W x 1, changed in place
 ///
-/// A component of fewer than `smallest_size` pixels that touches both nearer and farther pixels takes the disparity of the side
-/// that it touches along more pixel sides (the farther one where they are equal), spreading inwards from there. One that touches
-/// only one side is no middle value (a small thing in front, or a small hole) and stays. Returns the number of components merged.
-/// Linear time, but for a binary search in a row per pixel of a small component; up to 60 bytes per pixel.
+/// A component of fewer than `smallest_size` pixels that touches both nearer and farther pixels gets the disparity of the side
+/// with more contacts (the farther side if equal), spread inward from these contacts. A component that touches only one side is
+/// not a middle value (a small foreground object, or a small hole) and stays. Linear time, except for a binary search in a row
+/// per pixel of a small component; up to 60 bytes per pixel.
 inline std::size_t merge_middle_components(image_view<float> disparity, surface_rule surface = {},
                                            const middle_component_options& options = {}) {
     const detail::image_components components = detail::find_components(disparity, surface);
@@ -12702,39 +13069,39 @@ inline std::size_t merge_middle_components(image_view<float> disparity, surface_
 }}  // namespace ldi
 
 // ---- ldi/depth/normalize.hpp
-// Disparity as it comes (a network's, a phone's, a file's) to disparity in [0, 1], which every threshold of the paper is about.
+// Normalizes disparity from any source (network, phone, file) to [0, 1], the range that every threshold of the paper assumes.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct normalize_options {
-    /// This share of the pixels, from 0 to less than a half, may lie beyond either end; they are clamped. Keeps a few wild values
-    /// from squeezing all others. Chosen by trial.
+    /// Share of the pixels, from 0 to less than a half, that is clamped at either end, so that a few outliers do not squeeze all
+    /// other values. Tuned by experiment.
     float clipped_share = 0.001F;
-    /// The difference between two neighboring steps of a quantized source, as a share of their value: exp(0.0187) - 1 for
-    /// Tiefenrausch, whose 8 bits are log disparity; 0 for a source with fine steps.
+    /// Relative difference between two neighboring steps of a quantized source: exp(0.0187) - 1 for Tiefenrausch, whose 8 bits
+    /// are log disparity; 0 for a source with fine steps.
     float relative_step = 0.0F;
-    /// A step of the source never becomes more than this, well below the discontinuity threshold of 0.05. In a scene as flat as a
-    /// wall, where one step is much of the whole range, disparity therefore does not reach down to 0.
+    /// Maximum size of a source's step in the result, well below the discontinuity threshold of 0.05. In a scene as flat as a
+    /// wall, where one step is a large part of the range, disparity therefore does not reach 0.
     float largest_step = 0.02F;
-    /// True where the source is 1 / depth up to scale, so that ratios of distances are known. False where it is known only up to
-    /// scale and shift: then distances are a guess, `assumed_range`.
+    /// Whether the source is 1 / depth up to scale, so that ratios of distances are known. If false, it is known only up to
+    /// scale and shift, and distances are a guess, `assumed_range`.
     bool is_inverse_depth = true;
-    /// True where the source is 1 / depth in meters, so that distances themselves are known. Needs is_inverse_depth.
+    /// Whether the source is 1 / depth in meters, so that distances are known. Requires is_inverse_depth.
     bool is_metric = false;
-    /// In meters; used where distances are not known.
+    /// In meters; used if distances are unknown.
     depth_range assumed_range = {};
-    /// The farthest surface is put at most this many times as far as the nearest: at the horizon, disparity is noise.
+    /// Maximum ratio of the farthest to the nearest distance: at the horizon, disparity is noise.
     float largest_depth_ratio = 50.0F;
 };
 
 struct normalized_disparity {
     image<float> disparity;  ///< H x W x 1, in [0, 1]; 1 is the nearest surface
-    depth_range range;       ///< the distances that 1 and 0 stand for
+    depth_range range;       ///< distances at disparity 1 and 0
 };
 
 namespace detail {
 
-/// Distances, in meters, at which positions and their inverses stay far from the ends of float.
+/// Limits on distances, in meters, that keep positions and their inverses far from the limits of float.
 inline constexpr double min_distance = 1e-6, max_distance = 1e9;
 
 inline void check(const normalize_options& options) {
@@ -12751,7 +13118,7 @@ inline void check(const normalize_options& options) {
               to_text(range.z_near) + " to " + to_text(range.z_far));
 }
 
-/// The values in unspecified order. Raises invalid_data if they cannot be disparities.
+/// Returns the values in unspecified order. Raises invalid_data if they cannot be disparities.
 inline buffer<float> checked_values(image_view<const float> source, bool is_inverse_depth) {
     if (source.empty() || source.channels() != 1)
         raise(error_code::mismatch, "disparity", "h x w x 1 values, at least one", shape_text(source));
@@ -12767,14 +13134,16 @@ inline buffer<float> checked_values(image_view<const float> source, bool is_inve
 
 }  // namespace detail
 
-/// source  H x W x 1, finite, larger is nearer. Inverse depth is 0 or more: 0 is infinitely far, and put as far away as
-///         largest_depth_ratio allows. Where 0 stands for an unknown value, fill it in before.
+/// Normalizes disparity to [0, 1] and computes the range of distances.
 ///
-/// Disparity = 1 - (highest - value) / span, clamped. `highest` and `lowest` are the values that clipped_share leaves out at
-/// either end; span is highest - lowest, or more where a step of the source would exceed largest_step. Raises
-/// error_code::mismatch for another shape; error_code::invalid_data if a value is not finite, inverse depth is below 0 or nowhere
-/// above it, or the nearest surface is not between 1e-6 and 1e9 meters away; error_code::invalid_option. Linear time; 8 bytes per
-/// sample.
+/// source  H x W x 1, finite, larger is nearer. Inverse depth must be 0 or more; 0 is infinitely far and becomes the maximum
+///         distance that largest_depth_ratio allows. If 0 means unknown, fill these pixels first.
+///
+/// Disparity = 1 - (highest - value) / span, clamped. `highest` and `lowest` are the extreme values after clipped_share is
+/// removed at either end; span is highest - lowest, or more if a step of the source would exceed largest_step. Raises
+/// error_code::mismatch for another shape; error_code::invalid_data if a value is not finite, inverse depth is below 0 or
+/// nowhere above it, or the nearest surface is not between 1e-6 and 1e9 meters away; error_code::invalid_option. Linear time; 8
+/// bytes per sample.
 inline normalized_disparity normalize(image_view<const float> source, const normalize_options& options = {}) {
     detail::check(options);
     buffer<float> sorted = detail::checked_values(source, options.is_inverse_depth);
@@ -12784,7 +13153,7 @@ inline normalized_disparity normalize(image_view<const float> source, const norm
         std::nth_element(sorted.begin(), position, sorted.end());
         return *position;
     };
-    // In double precision, where no difference of two floats overflows, and none but 0 is without a reciprocal.
+    // In double precision: differences of two floats do not overflow, and all values except 0 have a reciprocal.
     const double lowest = at(clipped), highest = at(sorted.size() - 1 - clipped);
     if (options.is_inverse_depth && !(highest > 0.0))
         raise(error_code::invalid_data, "disparity", "values above 0", "0, but for at most clipped_share of the values");
@@ -12811,13 +13180,13 @@ inline normalized_disparity normalize(image_view<const float> source, const norm
 }}  // namespace ldi
 
 // ---- ldi/depth/resample.hpp
-// Brings a disparity map from the depth network's resolution to the photo's, so that depth edges sit on color edges: joint
-// bilateral upsampling (Kopf et al., "Joint Bilateral Upsampling", SIGGRAPH 2007), with the weighted median in place of the
-// weighted mean next to depth edges, so that no values appear between the two sides.
+// Resamples a disparity map from the depth network's resolution to the photo's, so that depth edges coincide with color edges:
+// joint bilateral upsampling (Kopf et al., "Joint Bilateral Upsampling", SIGGRAPH 2007). Next to depth edges, the weighted
+// median replaces the weighted mean, so that no values between the two sides appear.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Larger sigmas smooth more noise and lose more thin things. The defaults were chosen by trial.
+/// Larger sigmas smooth more noise and lose more thin objects. Defaults tuned by experiment.
 struct resample_options {
     /// Standard deviation of the Gaussian on distance, in samples of the disparity map.
     float spatial_sigma = 1.2F;
@@ -12829,17 +13198,17 @@ namespace detail::resample {
 
 using namespace lanes;
 
-// Radius of the window in samples: 2.5 times the sigma of 1.2. Weights farther out are below 0.05.
+// Radius of the window in samples, 2.5 times the sigma of 1.2. Weights farther out are below 0.05.
 inline constexpr std::size_t radius = 3;
 inline constexpr std::size_t samples = (2 * radius + 1) * (2 * radius + 1);
 inline constexpr std::size_t padded = (samples + wide - 1) / wide * wide;
 
-// The samples around one sample, sorted by ascending disparity.
+// Samples of a window, sorted by ascending disparity.
 struct window {
     std::size_t count = 0;
     std::array<float, padded> disparity, x, y, red, green, blue;
 
-    // Weights by distance and by likeness in color. exp(-a) is taken as (1 - a/32 + a^2/2048)^32.
+    // Computes weights from distance and color similarity. exp(-a) is approximated by (1 - a/32 + a^2/2048)^32.
     void weigh(float at_x, float at_y, const std::uint8_t* color, float spatial_falloff, float color_falloff,
                std::array<float, padded>& weight) const {
         const float r = color[0], g = color[1], b = color[2];
@@ -12856,7 +13225,7 @@ struct window {
     }
 };
 
-// The mean color of the photo's pixels whose centers fall on each sample of the map.
+// Averages the colors of the photo's pixels whose centers fall on each sample of the map.
 inline image<float> colors_at_samples(image_view<const std::uint8_t> photo, std::size_t rows, std::size_t columns) {
     image<float> mean(rows, columns, 3, 0.0F);
     buffer<float> count(rows * columns, 0.0F);
@@ -12876,7 +13245,7 @@ inline image<float> colors_at_samples(image_view<const std::uint8_t> photo, std:
     return mean;
 }
 
-// The sample nearest to each pixel.
+// Assigns to each pixel its nearest sample.
 inline image<float> nearest_samples(image_view<const float> disparity, image_view<const std::uint8_t> photo) {
     image<float> result(photo.height(), photo.width(), 1, unset);
     for (std::size_t y = 0; y < photo.height(); ++y) {
@@ -12887,7 +13256,7 @@ inline image<float> nearest_samples(image_view<const float> disparity, image_vie
     return result;
 }
 
-// Resamples a map that is coarser than the photo. All pixels nearest to one sample share its window.
+// Resamples a map that is coarser than the photo. All pixels nearest to one sample use the same window.
 class upsampler {
 public:
     upsampler(image_view<const float> disparity, image_view<const std::uint8_t> photo, surface_rule surface,
@@ -12925,12 +13294,12 @@ public:
     }
 
 private:
-    // The first pixel of a row or column whose nearest sample is not before this one.
+    // First pixel of a row or column whose nearest sample is `sample` or a later one.
     static std::size_t first_pixel(std::size_t sample, std::size_t pixel_count, std::size_t sample_count) {
         return (sample * pixel_count + sample_count - 1) / sample_count;
     }
 
-    // Collects the window around a sample if there is an edge in it; false, and `around` is of no use, if there is none.
+    // Collects the window around a sample if it contains an edge. If it does not, returns false and leaves `around` unspecified.
     bool gather(std::size_t u, std::size_t v, window& around) const {
         struct neighbor {
             float disparity;
@@ -12958,7 +13327,7 @@ private:
         return true;
     }
 
-    // The weighted median of a window, or rather the weighted mean over the samples of its surface.
+    // Computes the weighted median of a window, smoothed by a weighted mean over the samples of its surface.
     float smoothed_median(const window& around, const std::array<float, padded>& weight) const {
         float total = 0.0F;
         for (std::size_t s = 0; s < around.count; ++s) total += weight[s];
@@ -12973,7 +13342,7 @@ private:
         return mean / share;
     }
 
-    // x, y  in samples, at most one outside the map
+    // x, y  in samples, at most one sample outside the map
     float bilinear(float x, float y) const {
         const float floor_x = std::floor(x), floor_y = std::floor(y);
         const std::ptrdiff_t i = static_cast<std::ptrdiff_t>(floor_x), j = static_cast<std::ptrdiff_t>(floor_y);
@@ -12997,14 +13366,15 @@ private:
 
 }  // namespace detail::resample
 
+/// Resamples a disparity map to the photo's resolution. Returns H x W x 1.
+///
 /// disparity  h x w x 1, in [0, 1]
 /// photo      H x W x 3, of the same view
 ///
-/// H x W x 1. Where the map has no edge within three samples it is interpolated bilinearly; next to an edge a pixel takes the
-/// weighted median of the 7 x 7 samples around it, weighted by distance and by likeness in color, smoothed over the samples on
-/// the median's side. A map at least as fine as the photo is point-sampled instead. Raises error_code::mismatch if there is
-/// no pixel or the channels are others, error_code::invalid_option if a sigma is not above 0. Linear time; 4 bytes per pixel and
-/// 16 per sample.
+/// Interpolates bilinearly where the map has no edge within three samples. Next to an edge, a pixel gets the weighted median of
+/// the 7 x 7 samples around it, weighted by distance and color similarity, and smoothed over the samples on the median's side.
+/// Point-samples maps at least as fine as the photo. Raises error_code::mismatch for empty images or other numbers of channels,
+/// error_code::invalid_option if a sigma is not above 0. Linear time; 4 bytes per pixel and 16 per sample.
 template <executor Executor = const serial_executor>
 image<float> resample_to_photo(image_view<const float> disparity, image_view<const std::uint8_t> photo, surface_rule surface = {},
                                const resample_options& options = {}, Executor&& threads = {}) {
@@ -13026,29 +13396,29 @@ image<float> resample_to_photo(image_view<const float> disparity, image_view<con
 }}  // namespace ldi
 
 // ---- ldi/depth/sharpen_edges.hpp
-// Turns blurred depth edges into steps at the resolution of the depth map. Depth networks and phones spread a step over many
-// samples. Neighbors then differ so little that no discontinuity is found.
+// Sharpens blurred depth edges to steps at the resolution of the depth map. Depth networks and phones spread a step over many
+// samples, so that neighbors differ too little to count as a discontinuity.
 //
 // A shock filter in its morphological form (Kramer and Bruckner, "Iterations of a non-linear transformation for enhancement of
-// digital images", 1975; Osher and Rudin, "Feature-oriented image enhancement using shock filters", 1990): what curves downwards
-// takes the largest value around it, what curves upwards the smallest, until both meet where the edge was steepest. It works only
-// where disparity changes much within a few samples and little beyond them; slopes stay as they are.
+// digital images", 1975; Osher and Rudin, "Feature-oriented image enhancement using shock filters", 1990): concave regions get
+// the largest value around them, convex regions the smallest, until both meet where the edge was steepest. It works only where
+// disparity changes much within a few samples and little beyond them; slopes do not change.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The defaults were chosen by trial, on true depth blurred as networks do.
+/// Defaults tuned by experiment on true depth, blurred as networks blur it.
 struct sharpen_options {
-    /// An edge is washed out over at most this many samples to either side. 0 sharpens nothing.
+    /// Maximum blur of an edge, in samples on either side. 0 disables sharpening.
     int radius = 3;
-    /// Least change in disparity within the radius, in steps of the surface rule.
+    /// Minimum change in disparity within the radius, in steps of the surface rule.
     float min_change = 3.0F;
-    /// Least share that this change has of the one within twice the radius. A slope has half.
+    /// Minimum ratio of this change to the change within twice the radius. For a slope, the ratio is one half.
     float min_share = 0.7F;
 };
 
 namespace detail::sharpen {
 
-// The least and the largest value within `radius` rows and columns of every sample.
+// Minimum and maximum within `radius` rows and columns of every sample.
 struct extremes {
     image<float> low, high;
 };
@@ -13082,8 +13452,8 @@ extremes extremes_around(const image<float>& map, std::size_t radius, Executor& 
     return result;
 }
 
-// 1 within `radius` of the samples that an edge lies within `radius` of. Networks err in their last samples, along the photo's
-// border: there, edges are those that come from farther inside.
+// Marks with 1 the samples within `radius` of edges. Excludes edges along the photo's border, where networks err in their last
+// samples; edges from farther inside are extended to the border.
 template <executor Executor>
 image<float> edge_zone(const image<float>& map, surface_rule surface, const sharpen_options& options, Executor& threads) {
     const std::size_t radius = static_cast<std::size_t>(options.radius), margin = 2 * radius;
@@ -13103,7 +13473,7 @@ image<float> edge_zone(const image<float>& map, surface_rule surface, const shar
     return zone;
 }
 
-// Smoothed by a binomial filter of 5 x 5, whose variance is 1, so that noise does not decide where an edge is.
+// Smooths with a 5 x 5 binomial filter of variance 1, so that noise does not determine the position of an edge.
 inline image<float> smoothed(const image<float>& map) {
     const std::size_t rows = map.height(), columns = map.width();
     const auto filter = [](auto&& at, std::size_t i, std::size_t count) {
@@ -13118,7 +13488,7 @@ inline image<float> smoothed(const image<float>& map) {
     return result;
 }
 
-// One step: every sample of the zone takes the largest or the smallest of the five around it.
+// One iteration: every sample of the zone becomes the maximum or the minimum of itself and its four neighbors.
 template <executor Executor>
 image<float> shock(const image<float>& map, const image<float>& zone, Executor& threads) {
     const std::size_t rows = map.height(), columns = map.width();
@@ -13143,10 +13513,12 @@ image<float> shock(const image<float>& map, const image<float>& zone, Executor& 
 
 }  // namespace detail::sharpen
 
-/// disparity  h x w x 1, finite, as it comes from a network or a phone
+/// Sharpens depth edges. Returns h x w x 1.
 ///
-/// h x w x 1. Raises error_code::invalid_option if the radius is below 0 or above 64. Time grows with samples times radius; 40
-/// bytes per sample.
+/// disparity  h x w x 1, finite, for example the output of a network or a phone
+///
+/// Raises error_code::invalid_option if the radius is below 0 or above 64. Time grows with samples times radius; 40 bytes per
+/// sample.
 template <executor Executor = const serial_executor>
 image<float> sharpen_edges(image_view<const float> disparity, surface_rule surface = {}, const sharpen_options& options = {},
                            Executor&& threads = {}) {
@@ -13162,13 +13534,13 @@ image<float> sharpen_edges(image_view<const float> disparity, surface_rule surfa
 }}  // namespace ldi
 
 // ---- ldi/depth/weighted_median.hpp
-// The weighted median that turns washed-out depth edges into steps (paper, section "Depth Pre-processing"): among the 5 x 5
-// samples around a pixel, sorted by value, the one whose sums of preceding and of following weights are closest to being equal.
-// Weights fall off with the difference in disparity to the center; samples next to an edge have none, which forces a decision
-// between the two sides.
+// The weighted median that turns blurred depth edges into steps (paper, section "Depth Pre-processing"). Among the 5 x 5 samples
+// around a pixel, sorted by value, it selects the sample whose sums of preceding and of following weights are closest to equal.
+// Weights decrease with the difference in disparity to the center. Samples next to an edge have zero weight, which forces a
+// decision between the two sides.
 //
-// Four pixels are filtered at once by sorting networks: columns of five are sorted and merged in pairs, which neighboring
-// windows share, then two pairs and a column are merged. Weights depend on the value alone, so that only values are sorted.
+// Sorting networks filter four pixels at once: they sort columns of five and merge pairs of columns, which neighboring windows
+// share; then they merge two pairs and a column. Weights depend only on the value, so only values are sorted.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -13190,13 +13562,13 @@ inline void sort_two(four_floats& a, four_floats& b) {
     a = low;
 }
 
-// One comparator of a network: the smaller value goes to `low`.
+// A comparator of a network: moves the smaller value to `low`.
 struct comparator {
     unsigned char low, high;
 };
 
-// Batcher's odd-even merge of two sorted lists given by the positions of their elements; appends comparators, returns the merged
-// order.
+// A sorting network. merge() is Batcher's odd-even merge of two sorted lists, given by the positions of their elements: it
+// appends comparators and returns the merged order.
 template <std::size_t Capacity>
 struct network {
     std::array<comparator, Capacity> comparators{};
@@ -13222,7 +13594,7 @@ constexpr positions merge(network<Capacity>& n, const positions& a, const positi
     positions a_even, a_odd, b_even, b_odd;
     for (std::size_t i = 0; i < a.count; ++i) (i % 2 == 0 ? a_even : a_odd).add(a.at[i]);
     for (std::size_t i = 0; i < b.count; ++i) (i % 2 == 0 ? b_even : b_odd).add(b.at[i]);
-    // Even elements of both lists merge, odd elements of both merge; then neighbors in the interleaved list are put in order.
+    // Merges the even elements of both lists, then the odd elements, then orders neighbors in the interleaved list.
     const positions even = merge(n, a_even, b_even), odd = merge(n, a_odd, b_odd);
     positions merged;
     merged.add(even.at[0]);
@@ -13244,7 +13616,7 @@ constexpr positions range(unsigned char first, unsigned char last) {
 template <std::size_t Capacity>
 struct merge_network {
     network<Capacity> steps;
-    positions order;  // the place at which the i-th smallest value ends up
+    positions order;  // position of the i-th smallest value after the merge
 };
 
 template <std::size_t Capacity>
@@ -13259,7 +13631,7 @@ inline constexpr merge_network<48> merge_pairs = make_merge<48>(10, 20);
 inline constexpr merge_network<64> merge_last = make_merge<64>(20, 25);
 inline constexpr std::array<comparator, 9> sort_five = {{{0, 1}, {3, 4}, {2, 4}, {2, 3}, {1, 4}, {0, 3}, {0, 2}, {1, 3}, {1, 2}}};
 
-// Runs a network on registers: everything is known at compile time, so that nothing but comparators is left.
+// Runs a network on registers. Everything is known at compile time, so that only comparators remain.
 template <const auto& Network, std::size_t... Step>
 inline void run(four_floats* values, std::index_sequence<Step...>) {
     (sort_two(values[Network.steps.comparators[Step].low], values[Network.steps.comparators[Step].high]), ...);
@@ -13270,16 +13642,16 @@ inline void run(four_floats* values) {
     run<Network>(values, std::make_index_sequence<Network.steps.count>{});
 }
 
-// The part of a row's work that neighboring windows share: sorted columns, and sorted pairs of columns.
+// Intermediate results that neighboring windows of a row share: sorted columns, and sorted pairs of columns.
 struct sorted_columns {
-    buffer<float> single[diameter], pair[2 * diameter];  // the i-th smallest at every x
+    buffer<float> single[diameter], pair[2 * diameter];  // the i-th smallest value at every x
 
     explicit sorted_columns(std::size_t stride) {
         for (buffer<float>& plane : single) plane.resize(stride + wide);
         for (buffer<float>& plane : pair) plane.resize(stride + wide);
     }
 
-    // rows[r]  the r-th of five rows of `stride` samples, weightless ones infinite; stride is a multiple of `wide`
+    // rows[r]  row r of five rows with `stride` samples, infinite where the weight is zero; stride is a multiple of `wide`
     void sort(const std::array<const float*, diameter>& rows, std::size_t stride) {
         for (std::size_t x = 0; x < stride; x += wide) {
             four_floats v[diameter];
@@ -13300,9 +13672,9 @@ struct sorted_columns {
 
     // Filters the four pixels whose windows start at column x.
     //
-    // If all 25 samples have a weight above 1 - 2/26, the middle one balances best whatever the weights are: 12 samples on
-    // either side differ by less than 24/26, and every other sample is off balance by more than that. So plain medians do there,
-    // exactly.
+    // If all 25 samples have a weight above 1 - 2/26, the middle sample is the best balanced one for any weights: the 12 samples
+    // on either side differ by less than 24/26, and every other sample is off balance by more. In this case plain medians are
+    // exact.
     four_floats filter(std::size_t x, four_floats center, float sigma) const {
         const four_floats low =
             smaller(smaller(load(pair[0].data() + x), load(pair[0].data() + x + 2)), load(single[0].data() + x + 4));
@@ -13334,7 +13706,7 @@ private:
     four_floats merge_and_weigh(std::size_t x, four_floats center, float sigma) const {
         four_floats all[samples];
         merge(x, all);
-        // Gaussian weights of the sorted samples: exp(-x) as (1 - x/32 + x^2/2048)^32, within 0.0003 everywhere.
+        // Gaussian weights of the sorted samples: exp(-x) as (1 - x/32 + x^2/2048)^32, with an error of at most 0.0003.
         const float falloff = 1.0F / (64.0F * sigma * sigma);
         const four_floats zero = {}, one = zero + 1.0F;
         four_floats weight[samples], total = zero;
@@ -13343,7 +13715,7 @@ private:
             const four_floats t = falloff * difference * difference;
             four_floats w = one - t + 0.5F * t * t;
             w *= w, w *= w, w *= w, w *= w, w *= w;
-            weight[s] = select(t < one, w, zero);  // beyond, a weight is below 1e-13
+            weight[s] = select(t < one, w, zero);  // weights beyond this are below 1e-13
             total += weight[s];
         }
         four_floats preceding = zero, best = zero + none, result = center;
@@ -13361,11 +13733,12 @@ private:
 
 }  // namespace detail::median
 
+/// Applies the weighted median. Returns H x W x 1.
+///
 /// disparity  H x W x 1, finite
 ///
-/// H x W x 1. A sample with one of its 4 neighbors on another surface has no weight, nor have those outside the image. A pixel
-/// none of whose samples has weight keeps its value. Raises error_code::invalid_option if sigma is not above 0. Linear time; 9
-/// bytes per pixel.
+/// A sample whose 4-neighborhood contains another surface has zero weight, as have samples outside the image. A pixel without
+/// weighted samples keeps its value. Raises error_code::invalid_option if sigma is not above 0. Linear time; 9 bytes per pixel.
 template <executor Executor = const serial_executor>
 image<float> weighted_median(image_view<const float> disparity, surface_rule surface = {},
                              const weighted_median_options& options = {}, Executor&& threads = {}) {
@@ -13376,7 +13749,7 @@ image<float> weighted_median(image_view<const float> disparity, surface_rule sur
     image<float> result(rows, columns, 1, unset);
     if (rows == 0 || columns == 0) return result;
 
-    // Samples as the windows see them: a border of weightless samples all round, samples next to an edge weightless too.
+    // Samples in the windows' layout: a border of samples without weight; samples next to an edge also have none.
     const std::size_t stride = (columns + 2 * radius + 2 * wide - 1) / wide * wide;
     buffer<float> seen((rows + 2 * radius) * stride, none);
     const float threshold = surface.largest_step;
@@ -13422,27 +13795,28 @@ image<float> weighted_median(image_view<const float> disparity, surface_rule sur
 }}  // namespace ldi
 
 // ---- ldi/occlusion/discontinuity_curves.hpp
-// Depth discontinuities of a lifted photo, grouped into curves, with the lines at their ends that hidden surfaces must not grow
-// past (paper, section "Occluded Surface Hallucination", and Figure "depth_expand").
+// Groups depth discontinuities of a lifted photo into curves, and computes the lines at their ends that hidden surfaces must not
+// cross (paper, section "Occluded Surface Hallucination", and Figure "depth_expand").
 //
 // A discontinuity runs along the sides of pixels, between the corners of the lattice. Where three or more sides with a
-// discontinuity meet in a corner there is a junction, and curves end; but where only two depths meet, two curves pass each other.
+// discontinuity meet in a corner, there is a junction, and curves end. Where only two depths meet, two curves pass each other
+// instead.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct curve_options {
-    /// Groups of curves that meet, and branches that end in nothing, are spurious if they have fewer pixel sides than this:
-    /// nothing grows behind them, and close_spurious_discontinuities() closes them. The paper drops every curve that is shorter;
-    /// but between two junctions of a good silhouette that would bridge it.
+    /// Groups of connected curves, and branches with a free end, are spurious if they have fewer pixel sides than this: nothing
+    /// grows behind them, and close_spurious_discontinuities() closes them. The paper drops every shorter curve; between two
+    /// junctions of a valid silhouette, this would bridge the silhouette.
     std::size_t shortest_length = 20;
-    /// The direction of a curve at its end is taken over this many pixel sides.
+    /// Number of pixel sides over which the direction of a curve at its end is measured.
     std::size_t tangent_length = 20;
 };
 
-/// A half line that the hidden surface behind a curve must not cross: it starts at the curve's end, perpendicular to the curve,
-/// and points behind the front surface. All in lattice coordinates, where pixel (x, y) covers [x, x + 1) x [y, y + 1).
+/// A half line that the hidden surface behind a curve must not cross. It starts at the curve's end, is perpendicular to the
+/// curve, and points behind the front surface. In lattice coordinates, where pixel (x, y) covers [x, x + 1) x [y, y + 1).
 struct growth_constraint {
-    float x, y;                              ///< the curve's end
+    float x, y;                              ///< end of the curve
     float outward_x, outward_y;              ///< unit vector along the curve, out of its end
     float perpendicular_x, perpendicular_y;  ///< unit vector along the half line
 };
@@ -13456,9 +13830,9 @@ struct discontinuity_curve {
 
 namespace detail::curves {
 
-// For every curve, the number of sides of all curves that it hangs together with through junctions.
+// For every curve, counts the sides of all curves connected to it through junctions.
 inline buffer<std::size_t> group_lengths(const buffer<trace>& traces) {
-    buffer<std::pair<std::int32_t, std::int32_t>> ends;  // a corner, and the curve that ends there
+    buffer<std::pair<std::int32_t, std::int32_t>> ends;  // a corner, and a curve that ends there
     for (std::int32_t i = 0; i < traces.count(); ++i)
         if (!traces[i].is_closed) ends.emplace_back(traces[i].corners.front(), i), ends.emplace_back(traces[i].corners.back(), i);
     std::sort(ends.begin(), ends.end());
@@ -13473,14 +13847,31 @@ inline buffer<std::size_t> group_lengths(const buffer<trace>& traces) {
 
 }  // namespace detail::curves
 
-/// surface  the rule that lift() linked the layer by
+namespace detail {
+
+/// Raises mismatch unless the curves separate neighboring pixels of this layer.
+inline void check_curves(std::span<const discontinuity_curve> curves, const graph_view& g, const char* where) {
+    for (const discontinuity_curve& c : curves)
+        for (const discontinuity& d : c.sides) {
+            const bool is_inside = d.back >= 0 && d.front >= 0 && d.back < g.count() && d.front < g.count();
+            if (!is_inside || g.x()[d.back] + step_x(d.towards_front) != g.x()[d.front] ||
+                g.y()[d.back] + step_y(d.towards_front) != g.y()[d.front])
+                raise(error_code::mismatch, where, "curves of this layer", "curves of another one");
+        }
+}
+
+}  // namespace detail
+
+/// Finds the discontinuity curves of a layer, in a deterministic order.
 ///
-/// Curves between a midground and what is in front of it are constrained where they end in a junction: the farthest of the
-/// surfaces that meet may grow freely under all others. Other ends are not constrained, as they are in the paper: the step at a
-/// curve's end is as large as the threshold, and a camera that moves along the curve sees past the end. Curves come in a fixed
-/// order. Time is linear, but for sorting the ends of curves; 5 bytes per pixel, 16 per pixel side and 500 per curve.
+/// surface  the rule by which lift() linked the layer
+///
+/// A curve between a midground and the surface in front of it is constrained where it ends in a junction, so that the farthest
+/// of the meeting surfaces can grow under all others. Other ends are not constrained, unlike in the paper: the step at a curve's
+/// end is as large as the threshold, and a camera that moves along the curve sees past the end. Time is linear, except for
+/// sorting the ends of curves; 5 bytes per pixel, 16 per pixel side and 500 per curve.
 template <payload_column... Columns>
-buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns...>& layer, surface_rule surface,
+buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns...>& layer, surface_rule surface = {},
                                                       const curve_options& options = {}) {
     static_assert(has_columns<single_layer<Columns...>, disparity_column>);
     const auto disparity = layer.template column<disparity_column>();
@@ -13536,12 +13927,12 @@ buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns
 }}  // namespace ldi
 
 // ---- ldi/occlusion/detail/hidden_pixels.hpp
-// Pixels added behind a single layer while it grows. They are kept apart from the layer until the end, so that a growing image
-// costs nothing but its new pixels; then both are merged into canonical order in one pass.
+// Pixels added behind a single layer while it grows. They are stored separately from the layer, so that growth costs only the
+// new pixels. At the end, one pass merges both into canonical order.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-// The only way from a single layer to a layered image.
+// The only conversion from a single layer to a layered image.
 struct expansion_access {
     template <class... Columns>
     static layered_image<Columns...> layers_of(single_layer<Columns...>&& layer) {
@@ -13549,12 +13940,12 @@ struct expansion_access {
     }
 };
 
-// Indices below K are the base layer's, pixel (x, y) at y * width + x; hidden pixels follow in the order in which they were
-// added.
+// Indices below K are pixels of the base layer, pixel (x, y) at y * width + x. Hidden pixels follow in the order in which they
+// were added.
 class hidden_pixels {
 public:
-    /// base        one layer in the order of the photo; growth links its pixels
-    /// disparity   of the base; must outlive all calls but write_disparity()
+    /// base       one layer in the order of the photo; growth adds links to its pixels
+    /// disparity  of the base; must outlive all calls except write_disparity()
     hidden_pixels(graph_builder base, array_view<const float> disparity)
         : base_(std::move(base)),
           base_disparity_(disparity),
@@ -13567,7 +13958,7 @@ public:
     std::int32_t width() const { return base_.width(); }
     std::int32_t height() const { return base_.height(); }
     bool inside(std::int32_t x, std::int32_t y) const { return x >= 0 && y >= 0 && x < base_.width() && y < base_.height(); }
-    /// The index of the visible pixel at (x, y), with which a walk over all pixels there begins.
+    /// Index of the visible pixel at (x, y), the first pixel of a walk over all pixels at this position.
     std::int32_t position(std::int32_t x, std::int32_t y) const { return y * base_.width() + x; }
     std::int32_t next_at_position(std::int32_t pixel) const {
         return is_base(pixel) ? newest_[pixel] : older_[hidden_index(pixel)];
@@ -13582,10 +13973,10 @@ public:
         return is_base(pixel) ? base_.neighbors(s)[pixel] : hidden_.neighbors(s)[hidden_index(pixel)];
     }
 
-    /// The visible pixel from which growth led to this one; of a visible pixel, itself.
+    /// Returns the visible pixel from which this pixel grew; for a visible pixel, the pixel itself.
     std::int32_t origin(std::int32_t pixel) const { return is_base(pixel) ? pixel : origin_[hidden_index(pixel)]; }
 
-    /// origin  of the new pixel
+    /// Adds a hidden pixel. origin  the visible pixel whose surface it continues
     std::int32_t add(std::int32_t position, float disparity, std::int32_t origin) {
         const std::int32_t pixel = base_count_ + hidden_.add_pixel(base_.x()[position], base_.y()[position]);
         origin_.push_back(origin);
@@ -13599,7 +13990,7 @@ public:
         slot(b, opposite(s)) = a;
     }
 
-    /// Calls see(graph, disparity, K) with everything so far, base pixels first.
+    /// Calls see(graph, disparity, K) with all pixels so far, base pixels first.
     template <class See>
     void show(See&& see) const {
         graph_builder all(base_.width(), base_.height(), base_.size() + hidden_.size(), unset);
@@ -13613,7 +14004,7 @@ public:
         see(std::move(all).build(), std::span<const float>(disparity), base_.size());
     }
 
-    /// All pixels in canonical order.
+    /// Merges all pixels into canonical order.
     grown_pixels merge() {
         grown_pixels result;
         result.pieces = order();
@@ -13661,10 +14052,10 @@ private:
         return is_base(pixel) ? base_.write_neighbors(s)[pixel] : hidden_.write_neighbors(s)[hidden_index(pixel)];
     }
 
-    // All pixels in canonical order (core/canonical_order.hpp), in pieces.
+    // Arranges all pixels in canonical order (core/canonical_order.hpp), in pieces.
     buffer<grown_piece> order() const {
         buffer<std::size_t> hidden_start(static_cast<std::size_t>(base_.height()) + 1,
-                                         0);  // hidden pixels that start a run, filed by row
+                                         0);  // hidden pixels that start a run, counted by row
         for (std::int32_t i = 0; i < hidden_.count(); ++i)
             if (hidden_.left()[i] == no_pixel) ++hidden_start[hidden_.y()[i] + 1];
         for (std::int32_t y = 0; y < base_.height(); ++y) hidden_start[y + 1] += hidden_start[y];
@@ -13702,11 +14093,11 @@ private:
     graph_builder base_;
     array_view<const float> base_disparity_;
     std::int32_t base_count_;
-    buffer<std::int32_t> newest_;  // the last hidden pixel added at each position, or no_pixel
-    buffer<std::int32_t> older_;   // the one added there before
-    graph_builder hidden_;         // links lead to pixels of both; it is never built
+    buffer<std::int32_t> newest_;  // last hidden pixel added at each position, or no_pixel
+    buffer<std::int32_t> older_;   // per hidden pixel: the one added before it at its position
+    graph_builder hidden_;         // links lead to pixels of both; never built
     buffer<float> hidden_disparity_;
-    buffer<std::int32_t> origin_;  // the pixel of the photo whose surface each hidden pixel continues
+    buffer<std::int32_t> origin_;  // per hidden pixel: the pixel of the photo whose surface it continues
 };
 
 }}}  // namespace ldi::detail
@@ -13719,10 +14110,10 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct expand_options {
     /// Maximum parallax between the nearest and the farthest surface, as a share of the photo's longer side, 0 to 1
-    /// (render/motion.hpp). A step in disparity uncovers its share of that, and the surface behind it grows as far. (The paper
-    /// grows surfaces by 50 pixels, whatever the step and the camera.)
+    /// (render/motion.hpp). A step in disparity uncovers a proportional part of it, and the surface behind the step grows by
+    /// this distance. (The paper grows all surfaces by 50 pixels.)
     float motion = 0.08F;
-    /// Maximum growth of a surface in pixels. Where it is the tighter limit, views from within `motion` show gaps.
+    /// Maximum growth of a surface in pixels. If this is the tighter limit, views within `motion` show gaps.
     int iterations = 4096;
 };
 
@@ -13730,7 +14121,7 @@ struct expand_options {
 template <payload_column... Columns>
 struct expanded_layers {
     layered_image<Columns...> layers;
-    /// Camera motion up to which the hidden surfaces reach (photo_facts::motion): that of the options, or less where
+    /// Camera motion for which the hidden surfaces suffice (photo_facts::motion): expand_options::motion, or less if
     /// expand_options::iterations is the tighter limit.
     float motion = 0.0F;
 };
@@ -13756,7 +14147,7 @@ public:
         }
         for (const discontinuity_curve& curve : curves)
             for (const growth_constraint& c : curve.constraints) {
-                // Past the end of the midground, the camera sees the surface behind it. The nearest front there sets the
+                // Past the end of the midground, the camera sees the surface behind it. The nearest front there determines the
                 // parallax.
                 const float front = nearest_front(curve, c, disparity);
                 const std::int32_t x = static_cast<std::int32_t>(c.x), y = static_cast<std::int32_t>(c.y);
@@ -13776,7 +14167,7 @@ public:
 
     hidden_pixels& pixels() { return pixels_; }
 
-    /// Iterations after which nothing grows: in four directions, growth takes up to sqrt(2) of them per pixel.
+    /// Maximum number of iterations: in four directions, growth needs up to sqrt(2) iterations per pixel.
     int max_iterations() const {
         float farthest = 0.0F;
         for (const float f : farthest_) farthest = (std::max)(farthest, f);
@@ -13796,13 +14187,13 @@ public:
     }
 
 private:
-    // From the middle of a pixel at the silhouette to the edge of the last one that is uncovered, even if only in part.
+    // Distance from the center of a pixel at the silhouette to the edge of the last pixel that is at least partly uncovered.
     static constexpr float half_pixels = 1.5F;
-    // Errors of the mesh that its tolerances allow (mesh/simplify.hpp, mesh/studs.hpp): both outlines are a pixel off, and
-    // disparities on either side a few hundredths.
+    // Errors that the tolerances of the mesh allow (mesh/simplify.hpp, mesh/studs.hpp): both outlines are off by a pixel, and
+    // disparities on either side by some hundredths.
     static constexpr float mesh_pixels = 2.0F, mesh_disparity = 0.02F;
 
-    // The mesh smooths outlines: a side is seen with the disparities of sides up to so far along the curve.
+    // Sides within this distance along the curve, whose disparities the mesh mixes because it smooths outlines.
     static constexpr std::int32_t smoothing = 8;
 
     struct front_pixel {
@@ -13810,7 +14201,7 @@ private:
         std::int32_t pixel;
     };
 
-    // Grows `pixel` one step to side `s`: links it to the surface that is there already, or makes a pixel.
+    // Grows `pixel` one step to side `s`: links it to an existing pixel of its surface, or makes a pixel.
     void grow(std::size_t curve, std::int32_t pixel, side s) {
         if (pixels_.neighbor(pixel, s) != no_pixel) return;
         const std::int32_t x = pixels_.x(pixel) + step_x(s), y = pixels_.y(pixel) + step_y(s);
@@ -13834,13 +14225,10 @@ private:
         }
         if (origin == no_pixel) return;
 
-        for (std::int32_t there = position; there != no_pixel; there = pixels_.next_at_position(there)) {
-            if (pixels_.neighbor(there, opposite(s)) != no_pixel) continue;
-            if (!surface_.same_surface(pixels_.disparity(there), source)) continue;
-            pixels_.link(pixel, s, there);  // fronts that meet
-            return;
-        }
-        const float average = sum / count, created = below_others(position, average);
+        if (meets_another(pixel, s, position)) return;
+        const float average = sum / count,
+                    created = (std::min)(average, pixels_.disparity(position) - min_gap * surface_.largest_step);
+        if (created < average && lies_on_another(position, created)) return;
         if (!may_link(created, source)) return;
         const std::int32_t dive = dive_of(pixel) + (created < average || dive_of(pixel) > 0 ? 1 : 0);
         if (dive > max_dive_) return;
@@ -13852,21 +14240,31 @@ private:
         created_.push_back({curve, made});
     }
 
-    // A surface that comes as near to another as the threshold, and cannot be linked to it, goes on beneath it for as many pixels
-    // as a camera can see into the gap. Otherwise there would be a hole between its end and the other surface.
-    float below_others(std::int32_t position, float disparity) const {
-        const float step = min_gap * surface_.largest_step;
-        disparity = (std::min)(disparity, pixels_.disparity(position) - step);
-        bool is_free = false;
-        while (!is_free) {
-            is_free = true;
-            for (std::int32_t there = position; there != no_pixel; there = pixels_.next_at_position(there)) {
-                if (!surface_.same_surface(pixels_.disparity(there), disparity)) continue;
-                disparity = pixels_.disparity(there) - step;
-                is_free = false;
-            }
+    // Hidden surfaces at similar depth are one. Where a front meets another they are linked; where that one already has a
+    // neighbor here, this one ends.
+    bool meets_another(std::int32_t pixel, side s, std::int32_t position) {
+        std::int32_t met = no_pixel;
+        float nearest = (1.0F + min_gap) * surface_.largest_step;
+        bool ends = false;
+        for (std::int32_t there = position; there != no_pixel; there = pixels_.next_at_position(there)) {
+            const float difference = std::abs(pixels_.disparity(there) - pixels_.disparity(pixel));
+            if (difference > (there == position ? surface_.largest_step : nearest)) continue;
+            if (pixels_.neighbor(there, opposite(s)) == no_pixel)
+                met = there, nearest = difference;
+            else
+                ends = ends || there != position;
         }
-        return disparity;
+        if (met != no_pixel) pixels_.link(pixel, s, met);
+        return met != no_pixel || ends;
+    }
+
+    // A surface that comes as near to the photo's as the threshold, and cannot be linked to it, goes on beneath it for as many
+    // pixels as a camera can see into the gap: otherwise there would be a hole between its end and the photo's. Not over another
+    // hidden surface, that closes the gap, too.
+    bool lies_on_another(std::int32_t position, float disparity) const {
+        for (std::int32_t there = pixels_.next_at_position(position); there != no_pixel; there = pixels_.next_at_position(there))
+            if (surface_.same_surface(pixels_.disparity(there), disparity)) return true;
+        return false;
     }
     bool may_link(float a, float b) const { return std::abs(a - b) <= (1.0F + min_gap) * surface_.largest_step; }
     static constexpr float min_gap = 1.001F;  // in thresholds
@@ -13875,7 +14273,7 @@ private:
         return hidden < 0 ? 0 : dives_[hidden];
     }
 
-    // Remaining growth of the surface at `origin` beyond (x, y), in pixels; negative where it may not reach (x, y).
+    // Returns the remaining growth of the surface at `origin` beyond (x, y), in pixels; negative if it may not reach (x, y).
     float room_beyond(std::int32_t origin, std::int32_t x, std::int32_t y) const {
         if (!(reach_[origin] > 0.0F)) return -1.0F;
         const float dx = nearest_float(x - pixels_.x(origin)), dy = nearest_float(y - pixels_.y(origin));
@@ -13897,7 +14295,7 @@ private:
         return best;
     }
 
-    // Largest disparity in front of the part of a curve whose hidden surface reaches the given end.
+    // Returns the largest disparity in front of the part of a curve whose hidden surface reaches the given end.
     float nearest_front(const discontinuity_curve& curve, const growth_constraint& end, array_view<const float> disparity) const {
         float nearest = 0.0F;
         for (const discontinuity& d : curve.sides)
@@ -13908,7 +14306,7 @@ private:
         return std::hypot(nearest_float(pixels_.x(pixel)) + 0.5F - end.x, nearest_float(pixels_.y(pixel)) + 0.5F - end.y);
     }
 
-    // Maximum growth of the surface behind a curve near one of its ends.
+    // Returns the maximum growth of the surface behind a curve near one of its ends.
     float reach_near(const discontinuity_curve& curve, const growth_constraint& end) const {
         constexpr float vicinity = 20.0F;  // pixels
         float farthest = 0.0F;
@@ -13918,8 +14316,8 @@ private:
     }
 
     // Whether the center of (x, y) lies on the line at one of the curve's ends. The line is so wide that no step of one pixel
-    // leads across it, and as long as the surface grows from that end: what grows farther from elsewhere may pass it. That it
-    // starts 2 pixels before the curve's end was chosen by trial.
+    // crosses it, and as long as the surface grows from that end: surfaces that grow farther from elsewhere may pass it. It
+    // starts 2 pixels before the curve's end, a value tuned by experiment.
     bool crosses_constraint(std::size_t curve, std::int32_t x, std::int32_t y) const {
         constexpr float thickness = 1.5F;
         const buffer<growth_constraint>& constraints = curves_[curve].constraints;
@@ -13937,18 +14335,20 @@ private:
     surface_rule surface_;
     std::span<const discontinuity_curve> curves_;
     buffer<front_pixel> front_, created_;  // the newest pixels, curve by curve
-    buffer<float> reach_;                  // of each visible pixel: how far its surface grows from there, in pixels
-    buffer<float> farthest_;               // the largest of each curve
+    buffer<float> reach_;                  // per visible pixel: growth of its surface from there, in pixels
+    buffer<float> farthest_;               // maximum over each curve
     buffer<buffer<float>> constraint_lengths_;
-    std::int32_t max_dive_ = 0;   // pixels that a surface goes on beneath another
-    buffer<std::int32_t> dives_;  // of each hidden pixel: how many of them it has gone
+    std::int32_t max_dive_ = 0;   // maximum length in pixels of a surface's continuation beneath another
+    buffer<std::int32_t> dives_;  // per hidden pixel: length of this continuation so far
 };
 
 }  // namespace detail
 
+/// Adds the surfaces that a camera in motion uncovers behind curves.
+///
 /// layer    as lift() makes it and close_spurious_discontinuities() leaves it
 /// surface  the rule that lift() linked it by
-/// curves   of the same layer
+/// curves   of the same layer; raises mismatch for those of another one
 ///
 /// Returns the same image with hidden pixels added, in canonical order. The disparity of a new pixel is the average of those that
 /// it grew from, and always farther than the photo's at that position by more than surface_rule::largest_step; every other column
@@ -13966,13 +14366,14 @@ expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule 
     static_assert(has_columns<single_layer<Columns...>, disparity_column>);
     if (options.iterations < 0)
         raise(error_code::invalid_option, "expand_options::iterations", "0 or more", std::to_string(options.iterations));
+    detail::check_curves(curves, layer.topology(), "expand");
     if (!(options.motion >= 0 && options.motion <= 1))
         raise(error_code::invalid_option, "expand_options::motion", "0 to 1", detail::to_text(options.motion));
     expanded_layers<Columns...> result{detail::expansion_access::layers_of(std::move(layer)), options.motion};
     layered_image<Columns...>& layers = result.layers;
     std::optional<detail::expansion> expansion;
+    const array_view<const float> disparity = layers.template column<disparity_column>();
     const buffer<grown_piece> pieces = layers.grow([&](graph_builder base) {
-        const array_view<const float> disparity = layers.template column<disparity_column>();
         expansion.emplace(std::move(base), disparity, surface, curves, options.motion);
         const int last = (std::min)(options.iterations, expansion->max_iterations());
         for (int i = 0; i < last; ++i) {
@@ -13993,8 +14394,8 @@ expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule 
 }}  // namespace ldi
 
 // ---- ldi/occlusion/lift.hpp
-// Lifting: a photo and its disparity become a layered image with one layer (paper, section "Lifting to Layered Depth Image").
-// Neighbors are linked except across discontinuities.
+// Lifts a photo and its disparity to a layered image with one layer (paper, section "Lifting to Layered Depth Image"). Neighbors
+// are linked except across discontinuities.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -14024,56 +14425,86 @@ inline void place_row(image_view<const float> disparity, std::int32_t y, surface
     right[stride - 1] = no_pixel;
 }
 
-}  // namespace detail
+/// Copies a disparity map. Raises invalid_data for values that are not finite or lie outside [0, 1] by more than rounding.
+inline buffer<float> checked_disparity(image_view<const float> disparity) {
+    constexpr float rounding = 1e-5F;
+    buffer<float> values;
+    values.reserve(disparity.height() * disparity.width());
+    for (std::size_t y = 0; y < disparity.height(); ++y) {
+        const float* row = disparity.row(y);
+        for (std::size_t x = 0; x < disparity.width(); ++x)
+            if (!(row[x] >= -rounding && row[x] <= 1.0F + rounding))
+                raise(error_code::invalid_data, "lift", "disparities in [0, 1]", to_text(row[x]));
+        values.append(row, row + disparity.width());
+    }
+    return values;
+}
 
-/// color      H x W x 3
-/// disparity  H x W x 1, in [0, 1], larger is nearer
-///
-/// surface    decides which neighbors are linked (photo_facts::surface)
-///
-/// Pixels are in canonical order, and every color is known. Raises error_code::mismatch if the images differ in size or have no
-/// pixel, error_code::too_large if they have 2^31 or more. Linear time; 32 bytes per pixel.
-template <executor Executor = const serial_executor>
-photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> disparity, surface_rule surface = {},
-                 Executor&& threads = {}) {
+template <payload_column Color, executor Executor>
+single_layer<Color, disparity_column, known_column, matte_column> lift_colors(image_view<const typename Color::scalar> color,
+                                                                              image_view<const float> disparity,
+                                                                              surface_rule surface, Executor& threads) {
     const std::size_t rows = disparity.height(), columns = disparity.width();
     if (color.height() != rows || color.width() != columns || color.channels() != 3 || disparity.channels() != 1 || rows == 0 ||
         columns == 0)
         raise(error_code::mismatch, "lift", "a photo H x W x 3 and a disparity map H x W x 1 of the same size",
-              detail::shape_text(color) + " and " + detail::shape_text(disparity));
+              shape_text(color) + " and " + shape_text(disparity));
     if (rows > std::size_t{(std::numeric_limits<std::int32_t>::max)()} / columns)
         raise(error_code::too_large, "lift", "fewer than 2^31 pixels", std::to_string(columns) + " x " + std::to_string(rows));
 
-    buffer<std::uint8_t> colors;
-    buffer<float> disparities;
-    colors.reserve(3 * rows * columns), disparities.reserve(rows * columns);
-    for (std::size_t y = 0; y < rows; ++y) {
-        colors.append(color.row(y), color.row(y) + 3 * columns);
-        disparities.append(disparity.row(y), disparity.row(y) + columns);
-    }
+    buffer<typename Color::scalar> colors;
+    colors.reserve(3 * rows * columns);
+    for (std::size_t y = 0; y < rows; ++y) colors.append(color.row(y), color.row(y) + 3 * columns);
+    buffer<float> disparities = checked_disparity(disparity);
     graph_builder g(static_cast<std::int32_t>(columns), static_cast<std::int32_t>(rows), rows * columns, unset);
     parallel_for(threads, rows, 16, [&](std::size_t first, std::size_t last) {
-        for (std::size_t y = first; y < last; ++y) detail::place_row(disparity, static_cast<std::int32_t>(y), surface, g);
+        for (std::size_t y = first; y < last; ++y) place_row(disparity, static_cast<std::int32_t>(y), surface, g);
     });
     buffer<std::uint8_t> known(rows * columns, 1), matte(rows * columns, 0);
-    return photo_layer(
-        photo_layers(std::move(g).build(), std::move(colors), std::move(disparities), std::move(known), std::move(matte)));
+    using layers = layered_image<Color, disparity_column, known_column, matte_column>;
+    return single_layer<Color, disparity_column, known_column, matte_column>(
+        layers(std::move(g).build(), std::move(colors), std::move(disparities), std::move(known), std::move(matte)));
+}
+
+}  // namespace detail
+
+/// Lifts a photo to a single layer. Pixels are in canonical order, and every color is known.
+///
+/// color      H x W x 3
+/// disparity  H x W x 1, in [0, 1], larger is nearer
+/// facts      properties of the photo; their surface rule decides which neighbors are linked
+///
+/// Raises error_code::mismatch if the images differ in size or have no pixel, error_code::invalid_data for a disparity outside
+/// [0, 1], error_code::too_large for 2^31 pixels or more. Linear time; 32 bytes per pixel.
+template <executor Executor = const serial_executor>
+photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> disparity, const photo_facts& facts = {},
+                 Executor&& threads = {}) {
+    return detail::lift_colors<color_column>(color, disparity, facts.surface, threads);
+}
+/// Lifts a photo with 16 bits per channel.
+template <executor Executor = const serial_executor>
+single_layer<color16_column, disparity_column, known_column, matte_column> lift(image_view<const std::uint16_t> color,
+                                                                                image_view<const float> disparity,
+                                                                                const photo_facts& facts = {},
+                                                                                Executor&& threads = {}) {
+    return detail::lift_colors<color16_column>(color, disparity, facts.surface, threads);
 }
 
 }}  // namespace ldi
 
 // ---- ldi/occlusion/spurious_discontinuities.hpp
-// Closes discontinuities that belong to no curve. The paper removes "spurious (shorter than 20 pixels) groups from consideration"
-// (section "Occluded Surface Hallucination"). Nothing grows behind them, so they would open as cracks and cut charts into
-// slivers. Therefore the pixels on both sides are linked again, and the mesh spans the step.
+// Closes discontinuities that belong to no curve. The paper removes "spurious (shorter than 20 pixels) groups from
+// consideration" (section "Occluded Surface Hallucination"). Nothing grows behind them, so they would open as cracks and cut
+// charts into slivers. Therefore, this stage links the pixels on both sides again, and the mesh spans the step.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// curves  those of its discontinuities that stay
+/// Links all neighbors inside the photo, except those on either side of a curve. Returns the number of links made.
 ///
-/// Links all neighbors inside the photo but those on either side of a curve. Returns the number of links made.
+/// curves  the discontinuities to keep; raises mismatch for curves of another layer
 template <payload_column... Columns>
 std::size_t close_spurious_discontinuities(single_layer<Columns...>& layer, std::span<const discontinuity_curve> curves) {
+    detail::check_curves(curves, layer.topology(), "close_spurious_discontinuities");
     buffer<std::pair<std::int32_t, std::int32_t>> kept;  // the pixel on the left or above, and the other
     for (const discontinuity_curve& c : curves)
         for (const discontinuity& d : c.sides) kept.emplace_back((std::min)(d.back, d.front), (std::max)(d.back, d.front));
@@ -14100,16 +14531,18 @@ std::size_t close_spurious_discontinuities(single_layer<Columns...>& layer, std:
 }}  // namespace ldi
 
 // ---- ldi/inpaint/detail/diffuse_unknown.hpp
-// Isotropic diffusion over the links of a layered image: from the pixels that are known into those that are not.
+// Isotropic diffusion over the links of a layered image, from known to unknown pixels.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
+/// Diffuses values into all unknown pixels.
+///
 /// g               in canonical order
-/// known           K, 0 where a pixel is not known
+/// known           K, 0 for unknown pixels
 /// rounds          Gauss-Seidel rounds on each level of the multigrid
-/// value           value(pixel, side): the channels of a known pixel that lies on this side of an unknown one
-/// before_solving  is called once all values have been asked for
-/// store           store(pixel, diffusion<Channels>::value_type): is called last, for every pixel that is not known
+/// value           value(pixel, side): the channels of a known pixel, which is the neighbor of an unknown pixel on this side
+/// before_solving  called after all calls of value()
+/// store           store(pixel, diffusion<Channels>::value_type): called last, for every unknown pixel
 ///
 /// A surface without any known pixel gets the mean of the known values next to unknown pixels elsewhere.
 template <std::size_t Channels, class Value, class BeforeSolving, class Store>
@@ -14141,8 +14574,8 @@ void diffuse_unknown(const graph_view& g, array_view<const std::uint8_t> known, 
 }}}  // namespace ldi::detail
 
 // ---- ldi/inpaint/diffusion_inpainter.hpp
-// Inpainting without a network: colors diffuse isotropically over the links of the layered image, from what is known into what
-// is not. Smooth, fast, and blind to texture.
+// Inpainting without a network: colors diffuse isotropically over the links of the layered image, from known to unknown pixels.
+// Smooth and fast, but without texture.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -14151,10 +14584,10 @@ struct diffusion_inpainter {
     /// Gauss-Seidel rounds on each level of the multigrid.
     int rounds = 6;
 
-    /// layers  in canonical order; the color of every pixel whose known_column is 0 is set. A surface without any known pixel
-    ///         gets the mean of the known colors next to unknown ones elsewhere.
+    /// Inpaints every pixel whose known_column is 0. A surface without any known pixel gets the mean of the known colors next to
+    /// unknown pixels elsewhere. Linear time; 4 bytes per pixel and up to 200 per unknown pixel.
     ///
-    /// Linear time; 4 bytes per pixel and up to 200 per unknown one.
+    /// layers  in canonical order
     template <has_columns<color_column, known_column> Layers, executor Executor = const serial_executor>
     void inpaint(Layers& layers, const progress_listener& progress = {}, Executor&& = {}) const {
         detail::diffuse_unknown<3>(
@@ -14171,11 +14604,11 @@ struct diffusion_inpainter {
 }}  // namespace ldi
 
 // ---- ldi/inpaint/detail/hash.hpp
-// Bits that look random and are always the same: noise and choices that depend on a position alone.
+// Deterministic pseudorandom bits, for noise and choices that depend only on a position.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// The finalizer of MurmurHash3 (Austin Appleby, public domain), of two numbers.
+/// Combines two numbers and applies the finalizer of MurmurHash3 (Austin Appleby, public domain).
 constexpr std::uint32_t hash(std::uint32_t a, std::uint32_t b) {
     std::uint32_t h = a * 0x9E3779B1U ^ b * 0x85EBCA77U ^ 0x27D4EB2FU;
     h = (h ^ h >> 16) * 0x85EBCA6BU;
@@ -14186,22 +14619,22 @@ constexpr std::uint32_t hash(std::uint32_t a, std::uint32_t b) {
 }}}  // namespace ldi::detail
 
 // ---- ldi/inpaint/grain.hpp
-// Grain for inpainted pixels. An inpainter returns the mean of all plausible colors, and a mean is smooth: beside sand, leaves or
-// film grain it looks blurred. add_grain() adds noise as strong as the photo's fine detail nearby, and next to none in smooth
+// Grain for inpainted pixels. An inpainter returns the mean of all plausible colors, and a mean is smooth: beside sand, leaves
+// or film grain it looks blurred. add_grain() adds noise as strong as the photo's fine detail nearby, and almost none in smooth
 // areas such as a sky. Video codecs do the same ("film grain synthesis" of AV1). Not in the paper.
 //
-// The strength is measured near the known pixels next to unknown ones, a few pixels away from silhouettes, which lenses and JPEG
-// smear: how far a pixel's brightness is from the mean of its neighbors. It diffuses over the links of the layered image into
-// what is unknown; more exactly, its square root does, so that a few edges among smooth pixels count for little. The noise
-// depends on a pixel's position alone: a result is always the same.
+// The strength is the difference between a pixel's brightness and the mean of its neighbors. It is measured at known pixels near
+// unknown ones, a few pixels away from silhouettes, which lenses and JPEG blur. Its square root, which reduces the influence of
+// a few edges among smooth pixels, diffuses over the links of the layered image to the unknown pixels. The noise depends only on
+// a pixel's position, so results are deterministic.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct grain_options {
-    /// Standard deviation of the grain, relative to that of the photo's own detail around it if that were noise; 0 for none. Less
-    /// than 1 looks better, because a photo's texture is not all noise; 0.6 was chosen by eye.
+    /// Standard deviation of the grain, relative to the high-frequency content of the surrounding photo; 0 disables grain.
+    /// Values below 1 look better, because part of that content is texture; 0.6 was chosen by eye.
     float strength = 0.6F;
-    /// Noise counts up to this standard deviation, in gray levels of 255: stronger detail is an edge.
+    /// Maximum standard deviation that counts as noise, in gray levels of 255: stronger detail is an edge.
     float limit = 20.0F;
     /// Gauss-Seidel rounds on each level of the diffusion.
     int rounds = 4;
@@ -14209,23 +14642,23 @@ struct grain_options {
 
 namespace detail {
 
-/// Noise of a position, the same on every layer: mean 0, variance 1, close to normal, independent of other positions'.
+/// Noise at a position, the same on every layer: mean 0, variance 1, approximately normal, independent of other positions.
 inline float grain_at(std::int32_t x, std::int32_t y) {
     const std::uint32_t h = hash(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y));
-    const float sum = nearest_float((h & 255) + (h >> 8 & 255) + (h >> 16 & 255) + (h >> 24));  // of four dice
-    return (sum - 510.0F) / 147.8F;  // their mean, 4 * 127.5, and deviation, sqrt(4 * (256^2 - 1) / 12)
+    const float sum = nearest_float((h & 255) + (h >> 8 & 255) + (h >> 16 & 255) + (h >> 24));  // sum of four uniform bytes
+    return (sum - 510.0F) / 147.8F;  // minus the mean, 4 * 127.5; divided by the deviation, sqrt(4 * (256^2 - 1) / 12)
 }
 
-/// The photo's grain at its known pixels.
+/// Measures the photo's grain at known pixels.
 class grain_meter {
 public:
     /// color, known  the columns of a layered image with this graph
     grain_meter(const graph_view& g, array_view<const std::uint8_t> color, array_view<const std::uint8_t> known)
         : graph_(g), color_(color), known_(known) {}
 
-    /// Detail at the known pixel `smeared` steps beyond `pixel`, away from an unknown pixel, or at the last known one before
-    /// that: the difference between its brightness and the mean of its neighbors. Counts the left and right neighbors, and the
-    /// upper and lower ones, only if both are known, so that a ramp has no detail. 0 without such a pair.
+    /// Returns the detail at the known pixel `smeared` steps from `pixel` toward side s, away from an unknown pixel, or at the
+    /// last known pixel before. Detail is the difference between its brightness and the mean of its neighbors. Left and right
+    /// neighbors count only if both are known, as do upper and lower ones, so that a ramp has no detail. 0 without any pair.
     float detail_at(std::int32_t pixel, side s) const {
         for (int step = 0; step < smeared; ++step)
             if (const std::int32_t next = known_neighbor(pixel, s); next != no_pixel) pixel = next;
@@ -14239,12 +14672,13 @@ public:
         return count > 0.0F ? std::abs(brightness(pixel) - sum / count) : 0.0F;
     }
 
-    /// The squared mean of the roots of details for normal noise of deviation 1: (E |d|^0.5)^2 = 0.676 of d's deviation, which is
-    /// that of a pixel less the mean of four, sqrt(1 + 1/4).
+    /// Squared mean of the roots of details, for normal noise of deviation 1: (E |d|^0.5)^2 = 0.676 of the deviation of d, the
+    /// difference between a pixel and the mean of four, sqrt(1 + 1/4).
     static constexpr float of_unit_noise = 0.756F;
 
 private:
-    static constexpr int smeared = 3;  // pixels; chosen by trial: wide enough for a lens and JPEG, narrow enough for small things
+    // in pixels; tuned by experiment: more than the blur of lens and JPEG, but less than small objects
+    static constexpr int smeared = 3;
 
     std::int32_t known_neighbor(std::int32_t pixel, side s) const {
         const std::int32_t found = graph_.neighbor(pixel, s);
@@ -14272,16 +14706,16 @@ inline void check_options(const grain_options& options) {
     check_option("grain_options, limit", options.limit, 0.0F, 255.0F);
 }
 
-/// Strength of the photo's detail around each unknown pixel, as the standard deviation of equally strong noise in gray levels.
-/// One value per unknown pixel, in their order.
+/// Estimates the photo's detail around each unknown pixel, as the standard deviation of equally strong noise in gray levels.
+/// Returns one value per unknown pixel, in their order.
 ///
-/// limit   above 0; detail counts up to this
+/// limit   above 0; maximum detail
 /// rounds  Gauss-Seidel rounds on each level of the diffusion
 template <has_columns<color_column, known_column> Layers>
 buffer<float> detail_around_unknown(const Layers& layers, float limit, int rounds) {
     const grain_meter meter(layers.topology(), layers.template column<color_column>(), layers.template column<known_column>());
     buffer<float> result;
-    std::uint8_t root = 0;  // of the noise around, relative to the limit
+    std::uint8_t root = 0;  // square root of the surrounding noise relative to the limit
     diffuse_unknown<1>(
         layers.topology(), layers.template column<known_column>(), rounds,
         [&](std::int32_t pixel, side s) {
@@ -14299,11 +14733,10 @@ buffer<float> detail_around_unknown(const Layers& layers, float limit, int round
 
 }  // namespace detail
 
-/// Lays grain over every pixel whose known_column is 0; all others stay as they are.
+/// Adds grain to every pixel whose known_column is 0; all others do not change. Raises invalid_option unless the strength is in
+/// [0, 100] and the limit in [0, 255].
 ///
-/// layers  in canonical order, with a color everywhere
-///
-/// Raises invalid_option for a strength that is not in [0, 100], and for a limit that is not in [0, 255].
+/// layers  in canonical order, all pixels with colors
 template <has_columns<color_column, known_column> Layers>
 void add_grain(Layers& layers, const grain_options& options = {}) {
     detail::check_options(options);
@@ -14321,8 +14754,8 @@ void add_grain(Layers& layers, const grain_options& options = {}) {
 }}  // namespace ldi
 
 // ---- ldi/inpaint/detail/silhouette_band.hpp
-// The pixels of a lifted photo within a few steps of its silhouettes, each with the nearest place on one, and colors of both
-// surfaces there: samples from where neither is mixed with the other.
+// Pixels of a lifted photo within a few steps of its silhouettes. Each has its nearest silhouette side, with unmixed color
+// samples of both surfaces.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -14333,25 +14766,25 @@ inline float squared_distance(const float_color& a, const float_color& b) {
     return red * red + green * green + blue * blue;
 }
 
-/// One side of a pixel with a silhouette, and what the photo shows on both hands of it.
+/// One side of a pixel on a silhouette, and the photo's colors on both sides.
 struct silhouette_side {
-    std::int32_t front, back;  ///< the pixels on the near and on the far side
-    side towards_front;        ///< the side of `back` that `front` lies on
+    std::int32_t front, back;  ///< pixels on the near and on the far side
+    side towards_front;        ///< direction from `back` to `front`
     float_color foreground{}, background{};
-    bool can_tell = false;  ///< whether the two colors are known and differ
+    bool can_tell = false;  ///< whether both colors are known and differ
 };
 
 class silhouette_band {
 public:
     struct place {
         std::int32_t pixel;
-        std::int32_t side;      ///< the nearest one
-        std::int16_t distance;  ///< from it, in steps over links: 0 for pixels that touch it
-        bool in_front;          ///< whether the pixel belongs to the nearer of its two surfaces
+        std::int32_t side;      ///< index of the nearest silhouette side
+        std::int16_t distance;  ///< steps over links to that side: 0 for pixels that touch it
+        bool in_front;          ///< whether the pixel belongs to the nearer of the two surfaces
     };
 
     /// g      in the order of a photo; every missing link inside the photo is a silhouette
-    /// reach  distances are below it
+    /// reach  upper limit of distances, exclusive
     silhouette_band(const graph_view& g, array_view<const float> disparity, int reach) : graph_(g), reach_(reach) {
         const auto add = [&](std::int32_t a, std::int32_t b, side from_a) {
             const bool a_is_nearer = disparity[a] > disparity[b];
@@ -14365,15 +14798,15 @@ public:
     }
 
     const buffer<silhouette_side>& sides() const { return sides_; }
-    /// All pixels of the band, those that touch a silhouette first.
+    /// All pixels of the band; those that touch a silhouette come first.
     const buffer<place>& places() const { return places_; }
-    /// The index of a pixel in places(), -1 outside the band.
+    /// Returns the index of a pixel in places(), or -1 outside the band.
     std::int32_t find(std::int32_t pixel) const { return place_of_.empty() ? -1 : place_of_[pixel]; }
 
-    /// Samples both surfaces at every side.
+    /// Samples the colors of both surfaces at every side.
     ///
     /// colors    K x 3
-    /// contrast  the least distance between colors that can be told apart, in 1 / 255
+    /// contrast  minimum distance between distinguishable colors, in 1 / 255
     void sample(array_view<const std::uint8_t> colors, float contrast) {
         for (silhouette_side& s : sides_) {
             const bool has_both = sample(colors, s.front, s.towards_front, s.foreground) &&
@@ -14402,12 +14835,12 @@ private:
         }
     }
 
-    /// Climbs away from the silhouette on one surface, to the first pixel behind the band; on a surface that is narrower, to one
-    /// that is farther from all silhouettes than its neighbors. False where that is as near as the mixed ones.
+    /// Walks away from the silhouette on one surface, to the first pixel beyond the band. On a surface narrower than the band,
+    /// stops at the pixel farthest from all silhouettes. Returns false if that pixel is as close as mixed pixels are.
     bool sample(array_view<const std::uint8_t> colors, std::int32_t from, side away, float_color& color) const {
         place best = places_[find(from)];
         bool is_behind = false;
-        // At a corner of the silhouette all neighbors may be as near to it: then the way leads straight on.
+        // At a corner of the silhouette, all neighbors may be equally close to it; the walk then continues straight on.
         for (int steps = 0; steps < 2 * reach_ + 2 && !is_behind; ++steps) {
             const place here = best;
             const auto step = [&](side s) {
@@ -14436,29 +14869,29 @@ private:
     int reach_;
     buffer<silhouette_side> sides_;
     buffer<place> places_;
-    buffer<std::int32_t> place_of_;  // of each pixel
+    buffer<std::int32_t> place_of_;  // per pixel
 };
 
 }}}  // namespace ldi::detail
 
 // ---- ldi/inpaint/detail/local_matte.hpp
-// The share of the nearer surface in the colors beside a silhouette, from these colors alone. Each pixel looks for the pair of
-// samples, one of either surface, of which its color is a mixture: C = alpha F + (1 - alpha) B with the least error (Wang and
-// Cohen, Optimized Color Sampling for Robust Matting, CVPR 2007; Gastal and Oliveira, Shared Sampling for Real-Time Alpha
-// Matting, Eurographics 2010). Diffusion then smooths the shares, each pulled towards its estimate the more, the less error the
-// pair has.
+// Estimates the nearer surface's share in the colors beside a silhouette, from these colors alone. Each pixel searches for the
+// pair of samples, one from each surface, whose mixture is closest to its color: C = alpha F + (1 - alpha) B (Wang and Cohen,
+// Optimized Color Sampling for Robust Matting, CVPR 2007; Gastal and Oliveira, Shared Sampling for Real-Time Alpha Matting,
+// Eurographics 2010). Diffusion then smooths the shares; the smaller the error of its pair, the more strongly a pixel is pulled
+// to its own estimate.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// A color as a mixture of two.
+/// A color as a mixture of two colors.
 struct mixture {
-    float alpha = 0;  ///< the foreground's share
+    float alpha = 0;  ///< share of the foreground
     float_color foreground{}, background{};
-    int confidence = 0;  ///< 0 to 8, against 1 for each of four neighbors
+    int confidence = 0;  ///< 0 to 8: weight of the estimate, relative to 1 for each of four neighbors
 };
 
-/// The mixture of a foreground and a background sample that is nearest to a color. One that is nearly pure is preferred, because
-/// in a texture some pair of samples explains every color; by how much was chosen on the views of bench/quality.
+/// Mixture of a foreground and a background sample closest to a color. Nearly pure mixtures are preferred, because in textured
+/// regions some pair explains every color; the preference was tuned on bench/quality.
 inline mixture unmix(const float_color& color, const float_color* foregrounds, const float_color* backgrounds,
                      std::size_t count) {
     mixture best;
@@ -14478,14 +14911,14 @@ inline mixture unmix(const float_color& color, const float_color* foregrounds, c
             least = cost, contrast = squared;
             best = {alpha, foregrounds[f], backgrounds[b], 0};
         }
-    // A tenth of the contrast is what grain makes of a mixture; half of it is another color.
+    // Grain alone causes errors of a tenth of the contrast; an error of half the contrast means another color.
     const float error = std::sqrt(least / (contrast + 1.0F));
     best.confidence = static_cast<int>(std::clamp(10.0F - 20.0F * error, 0.0F, 8.0F));
     return best;
 }
 
-/// Mixtures of all pixels of a band, in the order of its places. Where a pixel's nearest side cannot tell, confidence is 0 and
-/// alpha is 1 in front, 0 behind.
+/// Mixtures of all pixels of a band, in the order of places(). If the two surfaces at a pixel's nearest side are not
+/// distinguishable, confidence is 0, and alpha is 1 in front and 0 behind.
 class local_matte {
 public:
     local_matte(const graph_view& g, const silhouette_band& band, array_view<const std::uint8_t> colors)
@@ -14515,7 +14948,7 @@ public:
     }
 
 private:
-    /// Samples come from the pixel's nearest side, and from those of pixels this far from it along rows and columns.
+    /// Samples are taken at the pixel's nearest silhouette side, and at those of pixels this far away along rows and columns.
     static constexpr std::int32_t sample_distance = 4;
     static constexpr std::size_t max_samples = 5;
 
@@ -14544,7 +14977,8 @@ private:
         return unmix(color, foregrounds, backgrounds, count);
     }
 
-    /// A share is smooth in the picture: also from pixel to pixel across the silhouette. Beyond the band nothing is mixed.
+    /// Connects a pixel to its neighbors in the picture, also across the silhouette, because shares are smooth there. Outside
+    /// the band, colors are pure.
     void add_neighbors(diffusion<1>& solver, const buffer<std::int32_t>& cells, std::int32_t place) const {
         const silhouette_band::place& p = band_.places()[place];
         const float pure = p.in_front ? 1.0F : 0.0F;
@@ -14572,24 +15006,24 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/inpaint/mixed_colors.hpp
-// Unmixes the colors of two surfaces next to a silhouette, where the lens, resampling, and depth edges that are off by a pixel
-// mix them. The paper marks a margin of the foreground for inpainting (Figure "atlas": the light blue pixels). Here, the colors
-// themselves tell which pixels are mixed. Each mixed pixel gets the color of its own surface, or becomes unknown where that
-// surface has only a small share. Where both surfaces look alike, a fixed margin of the foreground becomes unknown.
+// Unmixes the colors of two surfaces next to a silhouette, where the lens, resampling, and inaccurate depth edges mix them. The
+// paper marks a margin of the foreground for inpainting (Figure "atlas": the light blue pixels). Here, the colors themselves
+// determine which pixels are mixed. Each mixed pixel gets the color of its own surface, or becomes unknown if that surface has
+// only a small share. Where both surfaces look alike, a fixed margin of the foreground becomes unknown.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Margins hold up to a long side of 1536 pixels, the paper's size, and grow with the photo beyond.
+/// Margins apply to photos with a long side of up to 1536 pixels, the paper's size, and grow in proportion for larger photos.
 struct mixed_color_options {
-    /// Where both surfaces look alike, the foreground's colors are refilled within this many pixels of the silhouette.
+    /// Where both surfaces look alike, foreground colors are refilled within this many pixels of the silhouette.
     int foreground_margin = 2;
-    /// The background's colors are always refilled within this many. The paper marks the foreground only. Without a margin here,
-    /// the hidden surface would be continued with what the lens smeared over the background, and with what an edge of depth that
-    /// is off leaves of the foreground there. On the views of bench/quality the first pixel gains 0.08 dB over leaving it where
-    /// it looks unmixed; on six stereo pairs a second one costs 0.23 dB.
+    /// Background colors are always refilled within this many pixels of the silhouette. The paper marks only the foreground.
+    /// Without this margin, the hidden surface would continue the lens blur on the background, and the foreground colors that an
+    /// inaccurate depth edge leaves there. On the views of bench/quality, the first pixel gains 0.08 dB compared to refilling
+    /// only where colors look mixed; on six stereo pairs, a second pixel costs 0.23 dB.
     int background_margin = 1;
-    /// Where the two surfaces differ, mixed colors are searched within this share of the photo's long side on either side of the
-    /// silhouette, and within at least two pixels. 0 turns the search off.
+    /// Where the two surfaces differ, mixed colors are searched on either side of the silhouette within this share of the
+    /// photo's long side, and within at least two pixels. 0 disables the search.
     float reach = 4.0F / 1536.0F;
     /// Minimum Euclidean RGB distance of colors that count as different, 0 to 255 per channel.
     float contrast = 40.0F;
@@ -14597,15 +15031,15 @@ struct mixed_color_options {
 
 namespace detail {
 
-// Marks the pixels within `margin` steps of `edge` over links as unknown, except those that would have no known pixel behind them
-// to be refilled from: a thin rod keeps its colors.
+// Marks the pixels within `margin` steps of `edge` over links as unknown, except those without a known pixel behind them that
+// could refill them: a thin rod keeps its colors.
 template <class Layers>
 void mark_margin(Layers& layers, const buffer<std::int32_t>& edge, int margin) {
     const auto known = layers.template column<known_column>();
     const auto& g = layers.topology();
     enum class mark : std::uint8_t { none, visited, refillable };
     buffer<mark> marks(known.size());
-    // rings[d]: the known pixels d steps away from the edge
+    // rings[d]: known pixels at a distance of d steps from the edge
     buffer<buffer<std::int32_t>> rings(1);
     const auto visit = [&](std::int32_t pixel, buffer<std::int32_t>& ring) {
         if (known[pixel] == 0 || marks[pixel] != mark::none) return;
@@ -14614,14 +15048,15 @@ void mark_margin(Layers& layers, const buffer<std::int32_t>& edge, int margin) {
     };
     for (std::int32_t pixel : edge) visit(pixel, rings[0]);
     for (int d = 0; d < margin; ++d) {
-        if (rings.back().empty()) return;  // nothing known lies behind
+        if (rings.back().empty()) return;  // no known pixel lies behind
         buffer<std::int32_t> next;
         for (std::int32_t pixel : rings.back())
             for (side s : all_sides)
                 if (const std::int32_t neighbor = g.neighbor(pixel, s); neighbor != no_pixel) visit(neighbor, next);
         rings.push_back(std::move(next));
     }
-    // The outermost ring is known for certain. Inwards, a pixel becomes unknown if one step outwards there is such a pixel.
+    // The outermost ring stays known. From there inward, a pixel becomes unknown if its outward neighbor stays known or is
+    // refillable.
     for (std::int32_t pixel : rings.back()) marks[pixel] = mark::refillable;
     for (std::size_t d = rings.size() - 1; d-- > 0;) {
         buffer<std::int32_t> accepted;
@@ -14638,13 +15073,13 @@ void mark_margin(Layers& layers, const buffer<std::int32_t>& edge, int margin) {
         for (std::int32_t pixel : rings[d]) known[pixel] = 0;
 }
 
-/// Counts of pixels for a photo of this size.
+/// Scales a number of pixels to the size of the photo.
 inline int scaled_to_photo(int pixels, const graph_view& g) {
     const float scale = nearest_float((std::max)(g.width(), g.height())) / 1536.0F;
     return scale > 1.0F ? static_cast<int>(std::lround(scale * nearest_float(pixels))) : pixels;
 }
 
-/// Width of the band that is searched for mixed colors, in pixels.
+/// Width in pixels of the band that is searched for mixed colors.
 inline int band_width(float reach, const graph_view& g) {
     const float pixels = reach * nearest_float((std::max)(g.width(), g.height()));
     return reach > 0 ? static_cast<int>((std::max)(std::lround(pixels), 2L)) : 0;
@@ -14657,8 +15092,8 @@ public:
     color_cleaner(Layers& layers, const silhouette_band& band, const buffer<mixture>& mixtures)
         : layers_(layers), band_(band), mixtures_(mixtures), known_(layers.template column<known_column>()) {}
 
-    /// Mixed are the pixels that touch the silhouette, and what is linked to them through mixed ones: farther away, a color that
-    /// looks like a mixture is the surface's own.
+    /// Cleans the pixels that touch the silhouette if they are mixed, and pixels linked to them through mixed pixels. Farther
+    /// away, a color that looks mixed is the surface's own color.
     void clean() {
         const buffer<silhouette_band::place>& places = band_.places();
         buffer<std::uint8_t> reached(places.size(), 0);
@@ -14677,8 +15112,9 @@ public:
     }
 
 private:
-    /// Foreground pixels are cleaned below this share of their own color. Background pixels are refilled above this share of the
-    /// foreground's color: refilling loses texture, and smaller shares are invisible. Both by trial.
+    /// Foreground pixels are cleaned if their share of their own color is below this. Background pixels are refilled if their
+    /// share of foreground color is above this: refilling loses texture, and smaller shares are invisible. Both tuned by
+    /// experiment.
     static constexpr float pure_foreground = 0.8F, pure_background = 0.4F;
 
     bool is_pure(std::int32_t place) const {
@@ -14686,8 +15122,8 @@ private:
         return band_.places()[place].in_front ? alpha >= pure_foreground : alpha <= pure_background;
     }
 
-    /// The color of the pixel's own surface O that, with the sample of the other surface, comes nearest to the pixel's color C
-    /// and to the sample of its own: the minimum of |C - a O - (1 - a) other|^2 + |O - sample|^2 / 4.
+    /// Estimates the color O of the pixel's own surface from the pixel's color C, the sample of the own surface and the sample
+    /// of the other surface: the minimum of |C - a O - (1 - a) other|^2 + |O - sample|^2 / 4.
     void clean(std::int32_t place) {
         const mixture& m = mixtures_[place];
         const bool in_front = band_.places()[place].in_front;
@@ -14725,11 +15161,13 @@ private:
 
 }  // namespace detail
 
+/// Cleans the colors beside silhouettes, or marks them as unknown. Call it before expand(). Sets the matte column if there is
+/// one.
+///
 /// layers  every pixel with a missing link inside the photo lies on a silhouette
 ///
-/// Cleans the colors beside silhouettes, or marks them as unknown. Call it before expand(). Sets the matte column, if there is
-/// one. Raises invalid_option. Time is linear but for sorting the pixels beside silhouettes; up to 150 bytes per pixel, where all
-/// lie there.
+/// Raises invalid_option. Time is linear except for sorting the pixels beside silhouettes; up to 150 bytes per pixel, if all lie
+/// beside silhouettes.
 template <payload_column... Columns>
 void unmix_colors(single_layer<Columns...>& layers, const mixed_color_options& options = {}) {
     static_assert(has_columns<single_layer<Columns...>, color_column, disparity_column, known_column>);
@@ -14762,55 +15200,72 @@ void unmix_colors(single_layer<Columns...>& layers, const mixed_color_options& o
 }}  // namespace ldi
 
 // ---- ldi/inpaint/detail/texture_cells.hpp
-// The part of a layered image that texture transfer works on: the pixels that are not known, and a strip of known ones around
-// them, on the same surfaces. Few of a photo's pixels, so they are numbered anew.
+// The part of a layered image that texture transfer processes: the unknown pixels, and a strip of known pixels around them on
+// the same surfaces. These are few of a photo's pixels, so they get their own numbers.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Three channels of color.
-using texture_color = std::array<float, 3>;
-
-/// Cells are in the order of the pixels.
+/// Cells are in the order of the pixels, so that a linked run of cells is contiguous.
 struct texture_cells {
     enum class kind : std::uint8_t {
         unknown,
-        source,  ///< known, and texture may come from here
-        margin,  ///< known, there only so that a source is seen with its surroundings
+        source,  ///< known, and a source of texture
+        margin,  ///< known, only part of the surroundings of a source
     };
-    buffer<std::int32_t> pixel;                ///< per cell: its index in the graph
-    buffer<kind> kinds;                        ///< per cell
-    std::array<buffer<std::int32_t>, 4> next;  ///< per side and cell: the neighboring cell, or no_pixel
+    static constexpr int max_steps = 255;  ///< maximum of walk()
+    static constexpr int stride = 4;
+
+    buffer<std::int32_t> pixel;                    ///< per cell: index in the graph
+    buffer<kind> kinds;                            ///< per cell
+    buffer<std::uint8_t> left_steps, right_steps;  ///< per cell: number of cells that follow on that side, at most max_steps
+    buffer<std::int32_t> above, below;             ///< per cell: neighboring cell, or the cell itself
+    buffer<std::int32_t> far_above, far_below;     ///< per cell: the cell `stride` steps away, or the last one before
 
     std::int32_t count() const { return pixel.count(); }
     bool is_unknown(std::int32_t cell) const { return kinds[cell] == kind::unknown; }
     bool is_source(std::int32_t cell) const { return kinds[cell] == kind::source; }
-    std::int32_t neighbor(std::int32_t cell, side s) const { return next[static_cast<std::size_t>(s)][cell]; }
+    /// Returns the neighboring cell, or no_pixel.
+    std::int32_t neighbor(std::int32_t cell, side s) const {
+        const std::int32_t n = walk(cell, s, 1);
+        return n == cell ? no_pixel : n;
+    }
 
-    /// The cell this many steps away, or the last one on the way there.
+    /// Returns the cell this many steps away, or the last one before.
     std::int32_t walk(std::int32_t cell, side s, int steps) const {
-        const buffer<std::int32_t>& links = next[static_cast<std::size_t>(s)];
-        for (; steps > 0 && links[cell] != no_pixel; --steps) cell = links[cell];
+        LDI_ASSERT(steps <= max_steps);
+        switch (s) {
+            case side::left: return cell - (std::min<int>)(steps, left_steps[cell]);
+            case side::right: return cell + (std::min<int>)(steps, right_steps[cell]);
+            case side::up: return follow(above, far_above, cell, steps);
+            case side::down: break;
+        }
+        return follow(below, far_below, cell, steps);
+    }
+
+private:
+    static std::int32_t follow(const buffer<std::int32_t>& one_step, const buffer<std::int32_t>& strides, std::int32_t cell,
+                               int steps) {
+        for (; steps >= stride; steps -= stride) cell = strides[cell];
+        for (; steps > 0; --steps) cell = one_step[cell];
         return cell;
     }
 };
 
-/// Steps over links from each pixel to the nearest unknown one, where they are `most` at most; otherwise 255.
+/// Counts the steps over links from each pixel to the nearest unknown pixel, up to `most`; 255 beyond.
 inline buffer<std::uint8_t> steps_to_unknown(const graph_view& g, array_view<const std::uint8_t> known, int most) {
-    buffer<std::uint8_t> steps(g.size(), 255);
+    buffer<std::uint8_t> steps(g.size(), unset);
+    for (std::int32_t i = 0; i < g.count(); ++i) steps[i] = known[i] == 0 ? 0 : 255;
     buffer<std::int32_t> wave, further;
     const auto visit_around = [&](std::int32_t pixel, int distance, buffer<std::int32_t>& reached) {
         for (side s : all_sides) {
             const std::int32_t n = g.neighbor(pixel, s);
-            if (n == no_pixel || known[n] == 0 || steps[n] != 255) continue;
+            if (n == no_pixel || steps[n] != 255) continue;
             steps[n] = static_cast<std::uint8_t>(distance);
             reached.push_back(n);
         }
     };
-    for (std::int32_t i = 0; i < g.count(); ++i) {
-        if (known[i] != 0) continue;
-        steps[i] = 0;
-        visit_around(i, 1, wave);
-    }
+    for (std::int32_t i = 0; i < g.count(); ++i)
+        if (steps[i] == 0) visit_around(i, 1, wave);
     for (int distance = 2; distance <= most && !wave.empty(); ++distance) {
         further.clear();
         for (std::int32_t pixel : wave) visit_around(pixel, distance, further);
@@ -14819,70 +15274,169 @@ inline buffer<std::uint8_t> steps_to_unknown(const graph_view& g, array_view<con
     return steps;
 }
 
-/// reach, margin  how many steps from an unknown pixel sources lie at most, and how wide the margin around them is; together
-///                less than 255
-inline texture_cells find_texture_cells(const graph_view& g, array_view<const std::uint8_t> known, int reach, int margin) {
-    const buffer<std::uint8_t> steps = steps_to_unknown(g, known, reach + margin);
-    texture_cells cells;
-    buffer<std::int32_t> cell_of(g.size(), unset);  // where there is a cell
-    for (std::int32_t i = 0; i < g.count(); ++i) {
-        if (steps[i] == 255) continue;
-        cell_of[i] = cells.count();
-        cells.pixel.push_back(i);
-        cells.kinds.push_back(steps[i] == 0       ? texture_cells::kind::unknown
-                              : steps[i] <= reach ? texture_cells::kind::source
-                                                  : texture_cells::kind::margin);
-    }
-    for (side s : all_sides) {
-        buffer<std::int32_t>& links = cells.next[static_cast<std::size_t>(s)];
-        links = buffer<std::int32_t>(cells.pixel.size(), no_pixel);
-        for (std::int32_t cell = 0; cell < cells.count(); ++cell) {
-            const std::int32_t n = g.neighbor(cells.pixel[cell], s);
-            if (n != no_pixel && steps[n] != 255) links[cell] = cell_of[n];
-        }
-    }
-    return cells;
+/// Follows each cell's link twice.
+inline buffer<std::int32_t> doubled(const buffer<std::int32_t>& links) {
+    buffer<std::int32_t> result(links.size(), unset);
+    for (std::size_t cell = 0; cell < links.size(); ++cell) result[cell] = links[links[cell]];
+    return result;
 }
 
-/// Blurs with a binomial filter of 3 x 3 over links, `passes` times. A neighbor that is missing counts as the cell itself.
-inline void blur_cells(const texture_cells& cells, buffer<texture_color>& values, int passes) {
-    buffer<texture_color> blurred(values.size(), unset);
-    for (int pass = 0; pass < passes; ++pass)
-        for (const auto& [one, other] : {std::array{side::left, side::right}, std::array{side::up, side::down}}) {
-            for (std::int32_t cell = 0; cell < cells.count(); ++cell) {
-                const std::int32_t before = cells.neighbor(cell, one), after = cells.neighbor(cell, other);
-                const texture_color& middle = values[cell];
-                const texture_color& a = before == no_pixel ? middle : values[before];
-                const texture_color& b = after == no_pixel ? middle : values[after];
-                for (std::size_t c = 0; c < 3; ++c) blurred[cell][c] = 0.5F * middle[c] + 0.25F * (a[c] + b[c]);
-            }
-            values.swap(blurred);
+/// Sets left_steps and right_steps.
+///
+/// is_linked  is_linked(cell): whether the previous cell is its left neighbor
+template <class IsLinked>
+void count_steps(texture_cells& cells, IsLinked&& is_linked) {
+    const auto one_more = [](std::uint8_t steps) {
+        return static_cast<std::uint8_t>((std::min)(steps + 1, texture_cells::max_steps));
+    };
+    cells.left_steps = buffer<std::uint8_t>(cells.pixel.size());
+    cells.right_steps = buffer<std::uint8_t>(cells.pixel.size());
+    for (std::int32_t cell = 1; cell < cells.count(); ++cell)
+        if (is_linked(cell)) cells.left_steps[cell] = one_more(cells.left_steps[cell - 1]);
+    for (std::int32_t cell = cells.count() - 1; cell > 0; --cell)
+        if (cells.left_steps[cell] > 0) cells.right_steps[cell - 1] = one_more(cells.right_steps[cell]);
+}
+
+/// Selects and numbers the cells.
+///
+/// g       in canonical order
+/// reach   maximum steps from an unknown pixel to a source
+/// margin  width of the margin around sources; reach + margin must be less than 255
+inline texture_cells find_texture_cells(const graph_view& g, array_view<const std::uint8_t> known, int reach, int margin) {
+    const buffer<std::uint8_t> steps = steps_to_unknown(g, known, reach + margin);
+    const std::size_t count = g.size() - static_cast<std::size_t>(std::count(steps.begin(), steps.end(), 255));
+    texture_cells cells;
+    cells.pixel.resize(count, unset), cells.kinds.resize(count, unset);
+    buffer<std::int32_t> cell_of(g.size(), unset);  // set only for pixels with a cell
+    std::int32_t next = 0;
+    for (std::int32_t i = 0; i < g.count(); ++i) {
+        if (steps[i] == 255) continue;
+        cells.pixel[next] = i;
+        cells.kinds[next] = steps[i] == 0       ? texture_cells::kind::unknown
+                            : steps[i] <= reach ? texture_cells::kind::source
+                                                : texture_cells::kind::margin;
+        cell_of[i] = next++;
+    }
+    count_steps(cells, [&](std::int32_t cell) {
+        const std::int32_t left = g.left()[cells.pixel[cell]];
+        LDI_ASSERT(left == no_pixel || left == cells.pixel[cell] - 1);
+        return left != no_pixel && left == cells.pixel[cell - 1];
+    });
+    const auto links = [&](array_view<const std::int32_t> neighbors) {
+        buffer<std::int32_t> result(count, unset);
+        for (std::int32_t cell = 0; cell < cells.count(); ++cell) {
+            const std::int32_t n = neighbors[cells.pixel[cell]];
+            result[cell] = n != no_pixel && steps[n] != 255 ? cell_of[n] : cell;
         }
+        return result;
+    };
+    cells.above = links(g.up()), cells.below = links(g.down());
+    cells.far_above = doubled(doubled(cells.above)), cells.far_below = doubled(doubled(cells.below));
+    return cells;
 }
 
 }}}  // namespace ldi::detail
 
-// ---- ldi/inpaint/detail/texture_search.hpp
-// Which known pixel each unknown one takes its texture from: the randomized search of PatchMatch (Barnes, Shechtman, Finkelstein
-// and Goldman, "PatchMatch: A Randomized Correspondence Algorithm for Structural Image Editing", 2009) over the links of a
-// layered image, so that no other surface is ever reached. As in "Shift-Map Image Editing" (Pritch, Kav-Venaki and Peleg, 2009)
-// it costs where two neighbors take from pixels that are not neighbors: what is copied then hangs together.
+// ---- ldi/inpaint/detail/texture_looks.hpp
+// Color features of texture cells: their high frequencies, and their blurred surroundings. A 3 x 3 binomial filter over links,
+// applied four times, blurs them. Sums remain integers: each pass adds four bits, 24 in total.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// A cell with its surroundings: blurred colors of itself, and of those `tap_distance` steps away on each side. Of 16 bytes for
-/// the sake of vector instructions; the last is 0.
+/// A cell with its surroundings: blurred colors of the cell, and of the cells `tap_distance` steps away on each side. Padded
+/// with a 0 to 16 bytes for vector instructions.
 using texture_surroundings = std::array<std::uint8_t, 16>;
 
 inline constexpr int tap_distance = 4;
 inline constexpr int tap_values = 15;
 
-inline buffer<texture_surroundings> describe_cells(const texture_cells& cells, const buffer<texture_color>& blurred) {
+/// Returns the sum of absolute differences.
+inline int difference_of(const texture_surroundings& a, const texture_surroundings& b) {
+    int sum = 0;
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC unroll 1  // unrolled, GCC does not recognize the sum of absolute differences, for which there is an instruction
+#endif
+    for (std::size_t i = 0; i < a.size(); ++i) sum += std::abs(int{a[i]} - int{b[i]});
+    return sum;
+}
+
+/// Cells of one run whose neighbors above are contiguous, and whose neighbors below are contiguous.
+struct cell_stretch {
+    std::int32_t first, count;
+    std::int32_t above, below;  ///< offset from a cell to its neighbor; 0 if there is none
+};
+
+inline buffer<cell_stretch> find_stretches(const texture_cells& cells) {
+    buffer<cell_stretch> result;
+    for (std::int32_t cell = 0; cell < cells.count(); ++cell) {
+        const std::int32_t above = cells.above[cell] - cell, below = cells.below[cell] - cell;
+        if (cells.left_steps[cell] > 0 && result.back().above == above && result.back().below == below)
+            ++result.back().count;
+        else
+            result.push_back({cell, 1, above, below});
+    }
+    return result;
+}
+
+/// Blurs colors, three channels each, with a binomial filter over links, first along x, then along y. The cell itself replaces a
+/// missing neighbor.
+class cell_blur {
+public:
+    explicit cell_blur(const texture_cells& cells) : cells_(cells), stretches_(find_stretches(cells)) {}
+
+    /// Returns 16 times the blurred colors.
+    template <class To, class From>
+    buffer<To> operator()(const buffer<From>& colors) const {
+        const buffer<To> across = blur_across<To>(colors);
+        buffer<To> result(colors.size(), unset);
+        for (const cell_stretch& s : stretches_) {
+            const To *const middle = across.data() + 3 * std::ptrdiff_t{s.first},
+                            *const above = middle + 3 * std::ptrdiff_t{s.above},
+                            *const below = middle + 3 * std::ptrdiff_t{s.below};
+            To* const to = result.data() + 3 * std::ptrdiff_t{s.first};
+            for (std::ptrdiff_t i = 0; i < 3 * std::ptrdiff_t{s.count}; ++i)
+                to[i] = static_cast<To>(2U * middle[i] + above[i] + below[i]);
+        }
+        return result;
+    }
+
+private:
+    template <class To, class From>
+    buffer<To> blur_across(const buffer<From>& colors) const {
+        buffer<To> result(colors.size(), unset);
+        for (const cell_stretch& s : stretches_) {
+            const std::ptrdiff_t begin = 3 * std::ptrdiff_t{s.first}, end = begin + 3 * std::ptrdiff_t{s.count};
+            const std::ptrdiff_t left = cells_.left_steps[s.first] > 0 ? -3 : 0;
+            const std::ptrdiff_t right = cells_.right_steps[s.first + s.count - 1] > 0 ? 3 : 0;
+            const From* const from = colors.data();
+            To* const to = result.data();
+            const auto blur = [&](std::ptrdiff_t i, std::ptrdiff_t before, std::ptrdiff_t after) {
+                to[i] = static_cast<To>(2U * from[i] + from[i + before] + from[i + after]);
+            };
+            for (std::ptrdiff_t i = begin; i < begin + 3; ++i) blur(i, left, s.count > 1 ? 3 : right);
+            for (std::ptrdiff_t i = begin + 3; i < end - 3; ++i) blur(i, -3, 3);
+            for (std::ptrdiff_t i = end - 3; s.count > 1 && i < end; ++i) blur(i, -3, right);
+        }
+        return result;
+    }
+
+    const texture_cells& cells_;
+    buffer<cell_stretch> stretches_;
+};
+
+/// Features for the search of texture, and the detail to copy.
+struct texture_looks {
+    buffer<texture_surroundings> surroundings;   ///< per cell
+    buffer<std::array<std::int16_t, 3>> detail;  ///< per cell: color minus blurred color, in sixteenths
+};
+
+inline buffer<texture_surroundings> describe_cells(const texture_cells& cells,
+                                                   const buffer<std::array<std::uint8_t, 3>>& blurred) {
     buffer<texture_surroundings> result(cells.pixel.size());
     for (std::int32_t cell = 0; cell < cells.count(); ++cell) {
         std::size_t at = 0;
         const auto put = [&](std::int32_t tap) {
-            for (const float value : blurred[tap]) result[cell][at++] = rounded_mean(value);
+            for (const std::uint8_t value : blurred[tap]) result[cell][at++] = value;
         };
         put(cell);
         for (side s : all_sides) put(cells.walk(cell, s, tap_distance));
@@ -14890,20 +15444,49 @@ inline buffer<texture_surroundings> describe_cells(const texture_cells& cells, c
     return result;
 }
 
-/// The sum of the absolute differences.
-inline int difference_of(const texture_surroundings& a, const texture_surroundings& b) {
-    int sum = 0;
-    for (std::size_t i = 0; i < a.size(); ++i) sum += std::abs(int{a[i]} - int{b[i]});
-    return sum;
+/// color  of the cells' layered image
+inline texture_looks look_at(const texture_cells& cells, array_view<const std::uint8_t> color) {
+    const cell_blur blur(cells);
+    texture_looks result;
+    buffer<std::uint16_t> colors(3 * cells.pixel.size(), unset);
+    for (std::int32_t cell = 0; cell < cells.count(); ++cell)
+        for (std::ptrdiff_t c = 0; c < 3; ++c)
+            colors[3 * std::ptrdiff_t{cell} + c] = color.data()[3 * std::ptrdiff_t{cells.pixel[cell]} + c];
+    buffer<std::uint16_t> once = blur.operator()<std::uint16_t>(colors);
+    result.detail.resize(cells.pixel.size(), unset);
+    for (std::int32_t cell = 0; cell < cells.count(); ++cell)
+        for (std::size_t c = 0; c < 3; ++c) {
+            const std::size_t i = 3 * static_cast<std::size_t>(cell) + c;
+            result.detail[cell][c] = static_cast<std::int16_t>(16 * colors[i] - once[i]);
+        }
+    colors = blur.operator()<std::uint16_t>(once);
+    once = {};
+    const buffer<std::uint32_t> sums = blur.operator()<std::uint32_t>(blur.operator()<std::uint32_t>(colors));
+    buffer<std::array<std::uint8_t, 3>> blurred(cells.pixel.size(), unset);
+    for (std::int32_t cell = 0; cell < cells.count(); ++cell)
+        for (std::size_t c = 0; c < 3; ++c)
+            blurred[cell][c] = static_cast<std::uint8_t>((sums[3 * static_cast<std::size_t>(cell) + c] + 0x8000) >> 16);
+    result.surroundings = describe_cells(cells, blurred);
+    return result;
 }
+
+}}}  // namespace ldi::detail
+
+// ---- ldi/inpaint/detail/texture_search.hpp
+// Finds the known pixel from which each unknown pixel copies its texture: the randomized search of PatchMatch (Barnes,
+// Shechtman, Finkelstein and Goldman, "PatchMatch: A Randomized Correspondence Algorithm for Structural Image Editing", 2009)
+// over the links of a layered image, so that the search never reaches another surface. As in "Shift-Map Image Editing" (Pritch,
+// Kav-Venaki and Peleg, 2009), neighbors whose sources are not neighbors add to the cost, so that copied texture is coherent.
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 class texture_search {
 public:
-    /// reach  in steps along x and along y
+    /// reach  steps along x and along y
     texture_search(const graph_view& g, const texture_cells& cells, const buffer<texture_surroundings>& looks, int reach)
         : graph_(g), cells_(cells), looks_(looks), reach_(reach) {}
 
-    /// Per cell, the source of its texture; no_pixel for a known cell, and where no source is found.
+    /// Returns the source of each cell's texture; no_pixel for a known cell, and for a cell without any source.
     buffer<std::int32_t> run(int rounds) {
         source_ = buffer<std::int32_t>(cells_.pixel.size(), no_pixel);
         find_nearest_known();
@@ -14917,9 +15500,9 @@ public:
     }
 
 private:
-    // Cost of two neighbors whose sources are not; chosen by trial.
+    // Cost of two neighboring cells whose sources are not neighbors; tuned by experiment.
     static constexpr int incoherence = 100;
-    // One in `search_interval` cells also samples random sources. Its neighbors then propagate good ones.
+    // One in `search_interval` cells also samples random sources. Its neighbors then propagate good sources.
     static constexpr std::uint32_t search_interval = 32;
 
     /// Finds the first candidate of each unknown cell: the nearest known cell along links, or no_pixel.
@@ -14946,9 +15529,11 @@ private:
         }
     }
 
-    int cost(std::int32_t cell, std::int32_t from) const {
+    /// Counts incoherence only while the sum may stay below `limit`.
+    int cost(std::int32_t cell, std::int32_t from, int limit) const {
         int sum = difference_of(looks_[cell], looks_[from]);
         for (side s : all_sides) {
+            if (sum >= limit) return sum;
             const std::int32_t n = cells_.neighbor(cell, s);
             if (n == no_pixel || !cells_.is_unknown(n)) continue;
             if (source_[n] == no_pixel || cells_.neighbor(from, s) != source_[n]) sum += incoherence;
@@ -14958,15 +15543,15 @@ private:
 
     void improve(std::int32_t cell, int round, bool forward) {
         std::int32_t& best = source_[cell];
-        int least = -1;  // computed only when there is something to compare, which is rare
+        int least = -1;  // computed only when there is a candidate to compare, which is rare
         const auto consider = [&](std::int32_t from) {
             if (from == no_pixel || from == best || !cells_.is_source(from)) return;
             if (best == no_pixel) {
                 best = from;
                 return;
             }
-            if (least < 0) least = cost(cell, best);
-            if (const int c = cost(cell, from); c < least) least = c, best = from;
+            if (least < 0) least = cost(cell, best, (std::numeric_limits<int>::max)());
+            if (const int c = cost(cell, from, least); c < least) least = c, best = from;
         };
         for (side s : {forward ? side::left : side::right, forward ? side::up : side::down}) {
             const std::int32_t n = cells_.neighbor(cell, s);
@@ -14981,7 +15566,7 @@ private:
             consider(wander(best, hash(random, 100 + static_cast<std::uint32_t>(radius)), radius));
     }
 
-    /// A cell within this many steps along x and then y, as far as links go.
+    /// Returns a cell within `radius` steps along x and then y, as far as links go.
     std::int32_t wander(std::int32_t cell, std::uint32_t random, int radius) const {
         const auto within = [radius](std::uint32_t bits) {  // -radius ... radius
             return static_cast<int>(bits * static_cast<std::uint32_t>(2 * radius + 1) >> 16) - radius;
@@ -15001,27 +15586,28 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/inpaint/texture_transfer.hpp
-// Texture for inpainted pixels, from the photo itself. An inpainter that returns the mean of all that a color might be returns no
-// texture. The high frequencies of known pixels of the same surface, near the silhouette, are added to its answer: those of the
-// places that look like the answer when both are blurred (after Yi et al., "Contextual Residual Aggregation for Ultra
-// High-Resolution Image Inpainting", 2020). Grain (inpaint/grain.hpp) only where no place does. Not in the paper.
+// Texture for inpainted pixels, copied from the photo. An inpainter that returns the mean of all plausible colors returns no
+// texture. This stage adds the high frequencies of known pixels of the same surface, near the silhouette. Sources are those
+// pixels whose blurred surroundings are similar to the blurred inpainted colors (after Yi et al., "Contextual Residual
+// Aggregation for Ultra High-Resolution Image Inpainting", 2020). Where no source is similar, it adds grain (inpaint/grain.hpp).
+// Not in the paper.
 //
-// High frequencies have a mean of zero and no edges that must meet, so patches may end anywhere: there are no seams to blend, and
-// no averages that would lose strength. What is stronger than the photo's detail around the hole is held back: an edge, a leaf
-// before the sky.
+// High frequencies have a mean of zero and no edges that must meet, so patches may end anywhere: no seams need blending, and no
+// averaging reduces the strength. Detail stronger than the photo's detail around the hole is limited, for example an edge, or a
+// leaf in front of the sky.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct texture_options {
-    /// Relative to the texture of the photo; 0 for none, which leaves grain.
+    /// Strength relative to the texture of the photo; 0 leaves only grain.
     float strength = 1.0F;
-    /// No pixel's texture is stronger than this many times the photo's detail around; it comes near to it gradually. A large
-    /// number copies edges, too.
+    /// Limit of a pixel's texture, as a multiple of the photo's detail around it, approached gradually. A large number also
+    /// copies edges.
     float crest = 4.0F;
-    /// Texture comes from known pixels up to this many steps over links from an inpainted one.
+    /// Maximum steps over links from an inpainted pixel to the known pixels that are sources.
     int reach = 32;
-    /// Mean difference of the blurred colors, in gray levels, up to which a place counts as alike. From there to twice as much,
-    /// texture fades into grain.
+    /// Mean difference of blurred colors, in gray levels, up to which a source counts as similar. Between this value and twice
+    /// this value, texture fades to grain.
     float tolerance = 13.0F;
     /// Rounds of the search; its direction alternates.
     int rounds = 2;
@@ -15029,52 +15615,49 @@ struct texture_options {
 
 namespace detail {
 
-/// Finds a source of texture for each unknown pixel, and the detail to add from it.
+/// Three channels of color.
+using texture_color = std::array<float, 3>;
+
+/// Finds a source of texture for each unknown pixel, and the detail to copy from it.
 class texture_transfer {
 public:
     /// color, known  the columns of a layered image with this graph
     texture_transfer(const graph_view& g, array_view<const std::uint8_t> color, array_view<const std::uint8_t> known,
                      const texture_options& options)
-        : options_(options), cells_(find_texture_cells(g, known, options.reach, margin)) {
-        buffer<texture_color> blurred(cells_.pixel.size(), unset);
-        for (std::int32_t cell = 0; cell < cells_.count(); ++cell)
-            for (std::size_t c = 0; c < 3; ++c)
-                blurred[cell][c] = color.data()[3 * std::ptrdiff_t{cells_.pixel[cell]} + static_cast<std::ptrdiff_t>(c)];
-        fine_ = blurred;
-        blur_cells(cells_, blurred, 1);
-        for (std::int32_t cell = 0; cell < cells_.count(); ++cell)
-            for (std::size_t c = 0; c < 3; ++c) fine_[cell][c] -= blurred[cell][c];
-        blur_cells(cells_, blurred, 3);
-        looks_ = describe_cells(cells_, blurred);
-        source_ = texture_search(g, cells_, looks_, options.reach).run(options.rounds);
-    }
+        : options_(options),
+          cells_(find_texture_cells(g, known, options.reach, margin)),
+          looks_(look_at(cells_, color)),
+          source_(texture_search(g, cells_, looks_.surroundings, options.reach).run(options.rounds)) {}
 
     const texture_cells& cells() const { return cells_; }
 
     /// Similarity of a cell and its source, 0 to 1.
     float likeness(std::int32_t cell) const {
         if (source_[cell] == no_pixel) return 0.0F;
-        const float difference = nearest_float(difference_of(looks_[cell], looks_[source_[cell]])) / nearest_float(tap_values);
+        const float difference = nearest_float(difference_of(looks_.surroundings[cell], looks_.surroundings[source_[cell]])) /
+                                 nearest_float(tap_values);
         if (difference <= options_.tolerance) return 1.0F;
-        return (std::max)(2.0F - difference / options_.tolerance, 0.0F);  // a tolerance of 0 leaves only what is equal
+        return (std::max)(2.0F - difference / options_.tolerance, 0.0F);  // a tolerance of 0 accepts only equal surroundings
     }
 
-    /// The texture of an unknown cell, none if it has no source. `noise`: the photo's detail around it.
+    /// Returns the texture of an unknown cell, zero if it has no source. noise  the photo's detail around it
     texture_color texture(std::int32_t cell, float noise) const {
         if (source_[cell] == no_pixel) return {};
-        texture_color result = fine_[source_[cell]];
+        texture_color result;
         const float most = options_.crest * noise;
-        for (float& value : result) value *= options_.strength * (most > 0.0F ? most / (most + std::abs(value)) : 0.0F);
+        for (std::size_t c = 0; c < 3; ++c) {
+            const float value = nearest_float(looks_.detail[source_[cell]][c]) / 16.0F;
+            result[c] = value * (options_.strength * (most > 0.0F ? most / (most + std::abs(value)) : 0.0F));
+        }
         return result;
     }
 
 private:
-    static constexpr int margin = 3;  // what blurring and the taps around the last sources need, nearly
+    static constexpr int margin = 3;  // approximate width for the blur and the taps around the outermost sources
 
     texture_options options_;
     texture_cells cells_;
-    buffer<texture_color> fine_;  // high frequencies
-    buffer<texture_surroundings> looks_;
+    texture_looks looks_;
     buffer<std::int32_t> source_;
 };
 
@@ -15088,15 +15671,16 @@ inline void check_options(const texture_options& options) {
 
 }  // namespace detail
 
-/// Adds texture to every pixel whose known_column is 0, and grain where nothing known is like it; all others stay as they are.
+/// Adds texture to every pixel whose known_column is 0, and grain where no known texture is similar; all other pixels do not
+/// change.
 ///
-/// layers  in canonical order, with a color everywhere
-/// grain   also says how the photo's detail is measured: with a limit of 0 nothing is added. A texture strength of 0 leaves
-/// add_grain()
+/// layers  in canonical order, all pixels with colors
+/// grain   also determines how the photo's detail is measured: with a limit of 0, nothing is added. A texture strength of 0 is
+///         equivalent to add_grain()
 ///
-/// Raises invalid_option as add_grain() does, and for a strength, crest or tolerance that is not in [0, 100], [0, 1000] or [0,
-/// 255], a reach that is not in [1, 200], or rounds that are not in [1, 60]. Linear time; up to 150 bytes per pixel, where all
-/// are unknown or near.
+/// Raises invalid_option as add_grain() does, and for a strength, crest or tolerance outside [0, 100], [0, 1000] or [0, 255], a
+/// reach outside [1, 200], or rounds outside [1, 60]. Linear time; up to 80 bytes per pixel, if all are unknown or near unknown
+/// pixels.
 template <has_columns<color_column, known_column> Layers>
 void add_texture(Layers& layers, const texture_options& options = {}, const grain_options& grain = {}) {
     detail::check_options(options);
@@ -15124,21 +15708,21 @@ void add_texture(Layers& layers, const texture_options& options = {}, const grai
 }}  // namespace ldi
 
 // ---- ldi/inpaint/uncertain_rims.hpp
-// Keeps traces of the foreground (fuzz, hair, a rim) off hidden surfaces. Silhouettes of coarse depth maps are off by up to a few
-// samples, so such traces stay on the background beside them, and inpainting would continue them. Most of these pixels are true
-// background colors in plain view, so refilling all of them would blur the photo. Instead, mark_uncertain_rims() makes them
-// unknown while hidden surfaces get their colors. restore_rims() then restores those that differ from the surface in front.
+// Keeps traces of the foreground (fuzz, hair, a rim) off hidden surfaces. Silhouettes of coarse depth maps are off by up to a
+// few samples, so such traces remain on the background beside them, and inpainting would continue them. Most of these pixels are
+// true background colors in plain view, so refilling all of them would blur the photo. Instead, mark_uncertain_rims() makes them
+// unknown while hidden surfaces are colored. restore_rims() then restores those that differ from the surface in front.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A pixel's data for restore_rims().
 struct uncertain_rim {
-    std::array<std::uint8_t, 3> color;  ///< of the pixel itself
-    std::array<float, 3> foreground;    ///< of the surface in front of it, 0 to 255
+    std::array<std::uint8_t, 3> color;  ///< color of the pixel itself
+    std::array<float, 3> foreground;    ///< color of the surface in front of it, 0 to 255
     bool is_distinguishable;            ///< whether the surface in front looks different, so that `foreground` is reliable
 };
 
-/// 0, or 1 + the pixel's index in the list of mark_uncertain_rims().
+/// 0, or 1 + the pixel's index in the result of mark_uncertain_rims().
 struct rim_column {
     using scalar = std::int32_t;
     static constexpr std::size_t channels = 1;
@@ -15147,7 +15731,7 @@ struct rim_column {
 
 namespace detail {
 
-/// Position of `color` on the line from `from` (0) to `to` (1), possibly outside of both; 0 where both look alike.
+/// Position of `color` on the line from `from` (0) to `to` (1), possibly outside of both; 0 if both look alike.
 inline float share_of_way(const std::uint8_t* color, const std::uint8_t* from, const float* to) {
     constexpr float min_contrast = 40.0F;  // as in mixed_color_options
     float along = 0, squared = 0;
@@ -15160,13 +15744,13 @@ inline float share_of_way(const std::uint8_t* color, const std::uint8_t* from, c
 
 }  // namespace detail
 
-/// Marks the known pixels of the background within `width` pixels of silhouettes as unknown, except those that would have no
-/// known pixel behind them. Call it after unmix_colors() and before expand().
+/// Marks the known background pixels within `width` pixels of silhouettes as unknown, except those without a known pixel behind
+/// them. Call it after unmix_colors() and before expand(). Sets the rim column and returns the list that its values refer to, in
+/// the order of the pixels.
 ///
 /// layers  every pixel with a missing link inside the photo lies on a silhouette
 ///
-/// Sets the rim column and returns the list that it refers to, in the order of the pixels. Linear time, whatever the width; up to
-/// 150 bytes per pixel, where all lie within it.
+/// Linear time, for any width; up to 150 bytes per pixel, if all lie within it.
 template <payload_column... Columns>
 buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int width) {
     static_assert(has_columns<single_layer<Columns...>, color_column, disparity_column, known_column, rim_column>);
@@ -15179,7 +15763,7 @@ buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int 
     band.sample(layers.template column<color_column>(), 0.0F);
     buffer<std::int32_t> edge;
     for (const detail::silhouette_side& s : band.sides()) edge.push_back(s.back);
-    // Pixels that unmix_colors() changed at the silhouette are unknown already. The margin begins behind them.
+    // Pixels that unmix_colors() changed at the silhouette are already unknown. The margin starts behind them.
     const buffer<std::uint8_t> before(known.begin(), known.end());
     std::fill(known.begin(), known.end(), std::uint8_t{1});
     detail::mark_margin(layers, edge, width);
@@ -15188,7 +15772,7 @@ buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int 
             const detail::silhouette_band::place& nearest = band.places()[band.find(i)];
             const detail::silhouette_side& s = band.sides()[nearest.side];
             const auto color = layers.template at<color_column>(i);
-            // A narrow surface between two others may be the near one at the nearest silhouette.
+            // A narrow surface between two others may be the nearer one at the nearest silhouette.
             rims.push_back({{color[0], color[1], color[2]}, s.foreground, s.can_tell && !nearest.in_front});
             rim_of[i] = rims.count();
         }
@@ -15197,9 +15781,9 @@ buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int 
     return rims;
 }
 
-/// Restores the colors of the pixels that mark_uncertain_rims() marked, which become known again, unless their own color has an
-/// eighth or more of the foreground in it: on the way from the color that inpainting gave them, which continues the background,
-/// to the foreground's. (The eighth was found by trial.)
+/// Restores the colors of the pixels that mark_uncertain_rims() marked, and makes them known again, unless their own color
+/// contains an eighth or more of the foreground, measured on the line from the inpainted color, which continues the background,
+/// to the foreground's color. (The eighth was tuned by experiment.)
 template <has_columns<color_column, known_column, rim_column> Layers>
 void restore_rims(Layers& layers, std::span<const uncertain_rim> rims) {
     const auto rim_of = layers.template column<rim_column>();
@@ -15216,52 +15800,60 @@ void restore_rims(Layers& layers, std::span<const uncertain_rim> rims) {
 }}  // namespace ldi
 
 // ---- ldi/charts/charts.hpp
-// Charts: flat pieces of a layered image that can lie in one texture (paper, section "Texture Atlas Generation", Chart
-// generation). Seed and grow: pixels are visited in order, each one without a chart seeds a new one, which grows breadth-first
-// along links under the paper's three constraints:
-//   1. no fold: a chart has at most one pixel at a lattice position;
-//   2. the bounding box is capped, so that charts pack well;
-//   3. where a surface ends, a range of lattice positions across the edge is unusable for other surfaces in the chart, so that
-//      texture filtering never mixes two. Pixels there come to lie in another chart. The paper says so of the front side of depth
-//      edges. Here it holds wherever two surfaces of a chart would come near each other: a hidden surface that ended, or gave way
-//      to a fold, in the middle of what hides it would else bleed into that.
+// Charts: flat pieces of a layered image, each of which fits in one texture (paper, section "Texture Atlas Generation", Chart
+// generation). Seed and grow: the algorithm visits pixels in order, and each pixel without a chart seeds a new one, which grows
+// breadth-first along links under the paper's three constraints:
+//     1. No fold: a chart has at most one pixel per lattice position.
+//     2. The bounding box is limited, so that charts pack well.
+//     3. Where a surface ends, other surfaces of the chart must keep a distance, so that texture filtering never mixes two
+//        surfaces. Pixels within this distance go to another chart.
+// The paper states constraint 3 only for the front side of depth edges. This code applies it wherever two surfaces of a chart
+// would come close to each other. Otherwise a hidden surface that ends behind another, or becomes a fold, would bleed into it.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// One chart: at most one pixel at each lattice position of its bounding box, connected by links.
+/// A chart: connected by links, with at most one pixel at each lattice position of its bounding box.
 struct chart {
     std::int32_t x = 0, y = 0;           ///< top left lattice position of the bounding box
-    std::int32_t width = 0, height = 0;  ///< of the bounding box, in pixels
-    buffer<std::int32_t> pixels;         ///< its pixels' indices in the layered image, ascending
+    std::int32_t width = 0, height = 0;  ///< size of the bounding box in pixels
+    buffer<std::int32_t> pixels;         ///< indices in the layered image, ascending
 };
 
 /// A partition of all pixels into charts.
 struct chart_set {
-    buffer<std::int32_t> chart_of;  ///< K: the chart that a pixel belongs to
+    buffer<std::int32_t> chart_of;  ///< K: the chart of each pixel
     buffer<chart> charts;
 };
 
-/// The place of a chart in the atlas: the texel of the top left lattice position of its bounding box. Pixel i of chart c has the
+/// Position of a chart in the atlas: the texel of the top left lattice position of its bounding box. Pixel i of chart c has the
 /// texel (g.x()[i] - chart.x + placement.x, g.y()[i] - chart.y + placement.y).
 struct chart_placement {
     std::int32_t x = 0, y = 0;
 };
 
 struct chart_options {
-    /// No bounding box is wider or higher than this, in pixels; at least 16. The photo's width and height are divided evenly:
-    /// 1152 pixels at a cap of 1000 make two charts of 576, not one of 1000 and a rest. Of ten photos of 1152 x 1536, eight
-    /// filled their atlas best (0.58 to 0.89 of it) and coded smallest (3 to 5 % below a cap of 512) without cutting the photo at
-    /// all, so only larger ones are cut.
+    /// Maximum width and height of a bounding box, in pixels; at least 16. The photo's width and height are divided evenly: with
+    /// a limit of 1000, 1152 pixels become two charts of 576, not 1000 and 152. Of ten photos of 1152 x 1536, eight filled their
+    /// atlas best (0.58 to 0.89 of it) and compressed best (3 to 5 % smaller than with a limit of 512) when the photo was not
+    /// divided at all, so the default divides only larger photos.
     std::int32_t max_side = 2048;
-    /// Within this many rows and columns of a pixel, its chart has no other surface: the reach of a texture filter. 1 to 8.
+    /// Reach of a texture filter, 1 to 8: a chart has no other surface within this many rows and columns of a pixel.
     std::int32_t filter_range = 4;
 };
 
 namespace detail {
 
-/// W x H: 1 at lattice positions of more than one pixel, and within `range` rows and columns of where a surface ends. Two pixels
-/// at others are never of different surfaces within that range, so constraint 3 holds there by itself. In a photo that is almost
-/// everywhere.
+/// Raises mismatch unless the charts are of an image with `pixel_count` pixels.
+inline void check_charts(const chart_set& charts, std::size_t pixel_count, const char* where) {
+    bool fits = charts.chart_of.size() == pixel_count;
+    for (const chart& c : charts.charts)
+        for (const std::int32_t pixel : c.pixels) fits = fits && pixel >= 0 && static_cast<std::size_t>(pixel) < pixel_count;
+    if (!fits) raise(error_code::mismatch, where, "charts of these " + std::to_string(pixel_count) + " pixels", "others");
+}
+
+/// W x H: 1 at lattice positions with several pixels, and within `range` rows and columns of the end of a surface. At all other
+/// positions, pixels within that range belong to the same surface, so constraint 3 holds. In a photo, almost all positions are
+/// of this kind.
 inline buffer<std::uint8_t> positions_near_other_surfaces(const graph_view& g, std::int32_t range) {
     constexpr std::uint8_t taken = 1, contested = 2;
     buffer<std::uint8_t> positions(g.position_count(), 0);
@@ -15270,7 +15862,7 @@ inline buffer<std::uint8_t> positions_near_other_surfaces(const graph_view& g, s
         const std::int32_t x = g.x()[i], y = g.y()[i];
         std::uint8_t& here = row_of(y)[x];
         here |= (here & taken) == 0 ? taken : contested;
-        if ((g.up()[i] | g.down()[i] | g.left()[i] | g.right()[i]) >= 0) continue;  // negative if one of them is no_pixel
+        if ((g.up()[i] | g.down()[i] | g.left()[i] | g.right()[i]) >= 0) continue;  // negative if any link is no_pixel
         const bool ends = (g.up()[i] == no_pixel && y > 0) || (g.down()[i] == no_pixel && y + 1 < g.height()) ||
                           (g.left()[i] == no_pixel && x > 0) || (g.right()[i] == no_pixel && x + 1 < g.width());
         if (!ends) continue;
@@ -15285,8 +15877,8 @@ inline buffer<std::uint8_t> positions_near_other_surfaces(const graph_view& g, s
 
 inline constexpr std::int32_t max_filter_range = 8;
 
-/// Grows one chart after the other. Lattice positions remember the pixel that was put there last, so that nothing is cleared in
-/// between.
+/// Grows charts one after the other. Lattice positions store the last pixel placed there, so that nothing must be cleared
+/// between charts.
 class chart_grower {
 public:
     chart_grower(const graph_view& g, array_view<const float> disparity, surface_rule surface, const chart_options& options)
@@ -15318,21 +15910,21 @@ public:
     }
 
 private:
-    /// Pixels of one chart that are linked from left to right. Growth goes from strip to strip. Not a pixel_run, whose pixels lie
-    /// side by side in memory: charts are made of layers in any order, so growth may only follow links; and looking up the place
-    /// of a strip's first pixel again would cost a cache miss.
+    /// Pixels of one chart that are linked from left to right. Growth proceeds from strip to strip. A pixel_run would require
+    /// adjacent memory, but charts are made of layers in any order, so growth may only follow links. The strip stores the
+    /// position of its first pixel, because reading it again would cost a cache miss.
     struct strip {
         std::int32_t first, x, y, count;
     };
 
-    /// The disparities that the last chart here has in a square of the lattice, among pixels near other surfaces. In most cases
-    /// they show at once that there is no other surface.
+    /// Range of disparity of the last chart in a square of the lattice, over its pixels near other surfaces. Usually this range
+    /// is enough to exclude another surface.
     struct cell {
         std::int32_t chart = -1;
         float lowest = 0, highest = 0;
     };
 
-    /// Cells with sides of 2^shift, so large that the filter's reach to both sides touches no more than two.
+    /// Computes the side of cells, 2^shift: large enough that the filter's range to both sides meets at most two cells.
     static int cell_shift(std::int32_t range) {
         int shift = 1;
         while ((1 << shift) < 2 * range) ++shift;
@@ -15372,7 +15964,7 @@ private:
         }
     }
 
-    /// Adds a pixel that may join, and all that may and are linked to it from left to right.
+    /// Adds a pixel that may join, and all pixels linked to its right that may join as well.
     void add_strip(std::int32_t pixel, std::int32_t x, std::int32_t y) {
         accept(pixel, x, y);
         strip r{pixel, x, y, 1};
@@ -15420,7 +16012,7 @@ private:
         return pixel != no_pixel && chart_of(pixel) == current_ ? pixel : no_pixel;
     }
 
-    /// The positions within the filter's reach of one.
+    /// The lattice positions within the filter's range of one position.
     struct window {
         std::int32_t left, right, top, bottom;
     };
@@ -15447,8 +16039,9 @@ private:
         return true;
     }
 
-    /// Whether `other`, which lies that many steps away, is not on the surface of `pixel`: seen there along rows then columns, or
-    /// the other way, or where the surface ends before.
+    /// Whether `other`, at this distance in steps, lies on another surface than `pixel`. Follows the surface along rows then
+    /// columns, and along columns then rows; `other` is off the surface if both ways reach other pixels or the surface ends
+    /// first.
     bool is_off_surface(std::int32_t pixel, std::int32_t steps_x, std::int32_t steps_y, std::int32_t other) const {
         array_view<const std::int32_t> along_x = steps_x < 0 ? graph_.left() : graph_.right();
         array_view<const std::int32_t> along_y = steps_y < 0 ? graph_.up() : graph_.down();
@@ -15487,8 +16080,8 @@ private:
 
 }  // namespace detail
 
-/// Partitions all pixels of a layered image into charts. `surface` is the rule that its pixels are linked by. Raises
-/// error_code::invalid_option if an option is outside its range. Linear time; up to 18 bytes per pixel, and 120 per chart.
+/// Partitions all pixels of a layered image into charts. `surface` is the rule by which its pixels are linked. Raises
+/// error_code::invalid_option if an option is outside its range. Linear time; up to 18 bytes per pixel and 120 per chart.
 template <has_columns<disparity_column> Layers>
 chart_set make_charts(const Layers& layers, surface_rule surface, const chart_options& options = {}) {
     if (options.max_side < 16) raise(error_code::invalid_option, "max_side", "at least 16", std::to_string(options.max_side));
@@ -15500,8 +16093,8 @@ chart_set make_charts(const Layers& layers, surface_rule surface, const chart_op
 }}  // namespace ldi
 
 // ---- ldi/texture/packing.hpp
-// Packs rectangles into one sheet, or into several: a tree that splits free rectangles (paper, section "Texture Atlas
-// Generation", Packing; after blackpawn.com/texts/lightmaps). The unit is the caller's; the atlas packs in JPEG macroblocks.
+// Packs rectangles into one or several sheets by a tree that splits free rectangles (paper, section "Texture Atlas Generation",
+// Packing; after blackpawn.com/texts/lightmaps). The caller chooses the unit; the atlas packs in JPEG macroblocks.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -15511,24 +16104,24 @@ struct rectangle_size {
 };
 
 struct rectangle_corner {
-    std::int32_t x = 0, y = 0;  ///< of the top left corner
+    std::int32_t x = 0, y = 0;  ///< top left corner
 };
 
-/// The place of each rectangle, and the size of the sheet that holds them all.
+/// Position of each rectangle, and the size of the sheet that contains all of them.
 struct packing {
     rectangle_size sheet;
     buffer<rectangle_corner> corners;  ///< one per rectangle, in the caller's order
 };
 
-/// A sheet of fixed size that takes one rectangle after the other, each into the first free leaf of the tree that it fits.
-/// Only the free leaves are kept, from left to right: they are all that a search of the tree can end in.
+/// A sheet of fixed size. Inserts rectangles one by one, each into the first free leaf of the tree that fits. Only the free
+/// leaves are stored, from left to right, because every search of the tree ends in one of them.
 class packing_tree {
 public:
     explicit packing_tree(rectangle_size sheet) { leaves_ = {{{}, {}, 1}, {{}, sheet, none}}; }
 
-    /// Finds room for a rectangle; false if there is none.
+    /// Inserts a rectangle; returns false if there is no room.
     bool insert(rectangle_size size, rectangle_corner& corner) {
-        if (!(size == last_size_)) before_ = 0, last_size_ = size;  // for equal sizes, what was too small before still is
+        if (!(size == last_size_)) before_ = 0, last_size_ = size;  // leaves too small for an equal size are still too small
         while (leaves_[before_].next != none) {
             const std::size_t found = leaves_[before_].next;
             if (size.width <= leaves_[found].size.width && size.height <= leaves_[found].size.height) {
@@ -15550,7 +16143,7 @@ private:
         std::size_t next;
     };
 
-    /// Splits what the rectangle leaves over: first off the whole side where more is left, then the rest of the other.
+    /// Splits the rest of the leaf: first along its whole side where more is left, then the rest of the other side.
     void take(std::size_t found, rectangle_size size) {
         const leaf old = leaves_[found];
         const std::int32_t right = old.size.width - size.width, below = old.size.height - size.height;
@@ -15558,7 +16151,7 @@ private:
         const leaf beside{{old.corner.x + size.width, old.corner.y}, {right, vertically ? old.size.height : size.height}, none};
         const leaf under{{old.corner.x, old.corner.y + size.height}, {vertically ? size.width : old.size.width, below}, none};
         leaves_[before_].next = old.next;
-        // The leaf within the strip that the rectangle was cut from comes first in the tree.
+        // The leaf in the strip from which the rectangle was cut comes first in the tree.
         add(vertically ? beside : under);
         add(vertically ? under : beside);
     }
@@ -15570,14 +16163,14 @@ private:
         leaves_.push_back(l);
     }
 
-    buffer<leaf> leaves_;  // a linked list that starts at leaf 0, which is none itself
+    buffer<leaf> leaves_;  // a linked list that starts at leaf 0, a sentinel
     std::size_t before_ = 0;
     rectangle_size last_size_;
 };
 
 namespace detail {
 
-/// Large ones first: by the longer side, then by the shorter, then in the caller's order.
+/// Sorts by descending longer side, then shorter side, then in the caller's order.
 inline buffer<std::size_t> packing_order(std::span<const rectangle_size> sizes) {
     buffer<std::size_t> order(sizes.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
@@ -15604,8 +16197,8 @@ inline bool pack_into(std::span<const rectangle_size> sizes, std::span<const std
 
 }  // namespace detail
 
-/// Packs all rectangles, each at least 1 x 1, without turning them. Tries sheets from about 1:2 to 2:1 and keeps the smallest.
-/// Raises error_code::too_large if none up to max_side x max_side holds them.
+/// Packs all rectangles, each at least 1 x 1, without rotation. Tries sheets from about 1:2 to 2:1 and keeps the smallest.
+/// Raises error_code::too_large if no sheet up to max_side x max_side is large enough.
 inline packing pack(std::span<const rectangle_size> sizes, std::int32_t max_side) {
     if (sizes.empty()) return {};
     rectangle_size largest;
@@ -15627,13 +16220,13 @@ inline packing pack(std::span<const rectangle_size> sizes, std::int32_t max_side
         return true;
     };
     const double side = std::sqrt(detail::nearest_double(area));
-    // Widths over that of a square sheet without waste. On 17 photos with depth maps these 30 leave 2.8 % of the sheet empty and
-    // take 0.1 ms; steps twice as large leave 3.5 %, half as large 2.6 %, 0.85 to 1.2 leaves 4.4 %, a square alone 11 %, and 0.5
-    // to 2 gains nothing.
+    // Widths relative to a square sheet without waste. On 17 photos with depth maps, these 30 widths leave 2.8 % of the sheet
+    // empty and cost 0.1 ms. Steps twice as large leave 3.5 %, half as large 2.6 %; the range 0.85 to 1.2 leaves 4.4 %, a square
+    // alone 11 %; 0.5 to 2 gains nothing.
     for (double stretch = 0.7; stretch < 1.45; stretch += 0.025) {
         const std::int32_t width = (std::max)(static_cast<std::int32_t>(std::ceil(side * stretch)), largest.width);
         if (width > max_side) continue;
-        // The smallest height that works, by halving: whether one works is nearly, but not strictly, monotonic.
+        // Bisection for the smallest height that works. Success is nearly, but not strictly, monotonic in height.
         std::int32_t low = (std::max)(static_cast<std::int32_t>((area + width - 1) / width), largest.height);
         const std::int32_t below_best =
             best.corners.empty() ? max_side : static_cast<std::int32_t>((sheet_area(best.sheet) - 1) / width);
@@ -15653,15 +16246,15 @@ inline packing pack(std::span<const rectangle_size> sizes, std::int32_t max_side
     return best;
 }
 
-/// The place of each rectangle on one of several sheets, and how much of each sheet is used.
+/// Position of each rectangle on one of several sheets, and the used size of each sheet.
 struct sheet_packing {
     buffer<rectangle_size> sheets;
     buffer<std::int32_t> sheet_of;     ///< one per rectangle, in the caller's order
-    buffer<rectangle_corner> corners;  ///< the same
+    buffer<rectangle_corner> corners;  ///< one per rectangle, in the caller's order
 };
 
-/// Packs all rectangles, each at least 1 x 1, into as few sheets as it finds room on, the largest first. Raises
-/// error_code::too_large for a rectangle that is larger than a sheet.
+/// Packs all rectangles, each at least 1 x 1, on as few sheets as it can, the largest first. Raises error_code::too_large for a
+/// rectangle that is larger than a sheet.
 inline sheet_packing pack_on_sheets(std::span<const rectangle_size> sizes, std::int32_t max_side) {
     sheet_packing packed;
     packed.sheet_of.resize(sizes.size()), packed.corners.resize(sizes.size());
@@ -15690,24 +16283,24 @@ inline sheet_packing pack_on_sheets(std::span<const rectangle_size> sizes, std::
 }}  // namespace ldi
 
 // ---- ldi/texture/padding.hpp
-// Draws a chart into the atlas, and what surrounds it there (paper, section "Texture Atlas Generation", both paddings). Filter
-// padding, a few texels thick: copied from the neighboring chart where the surface goes on, diffused where it ends. Macroblock
-// padding: every 16 x 16 block that the padded chart touches is filled up by diffusion, because JPEG smears what a block mixes.
+// Draws a chart into the atlas with its padding (paper, section "Texture Atlas Generation", both paddings). Filter padding, a
+// few texels thick, is copied from the neighboring chart where the surface continues, and diffused where it ends. Macroblock
+// padding fills every 16 x 16 block that the padded chart touches by diffusion, because JPEG mixes the colors within a block.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// JPEG codes color in square blocks with sides of this many texels (at 4:2:0, the default of encoders).
+/// Side in texels of the square blocks in which JPEG codes color (at 4:2:0, the default of encoders).
 inline constexpr std::int32_t macroblock_side = 16;
 
-/// The origin of a texel's color: the classes of the paper's Figure "atlas".
+/// Origin of a texel's color: the classes of the paper's Figure "atlas".
 enum class texel_kind : std::uint8_t {
-    empty,       ///< in no block of a chart
-    photo,       ///< a pixel that the photo shows
-    refilled,    ///< a pixel in front, but so close to a silhouette that its color was mixed and had to be inpainted
-    occluded,    ///< an inpainted pixel behind another
+    empty,       ///< outside the blocks of all charts
+    photo,       ///< a pixel visible in the photo
+    refilled,    ///< a foreground pixel so close to a silhouette that its color was mixed and had to be inpainted
+    occluded,    ///< an inpainted pixel behind another pixel
     copied,      ///< filter padding from the neighboring chart
     diffused,    ///< filter padding where the surface ends
-    macroblock,  ///< the rest of a chart's blocks
+    macroblock,  ///< the remaining texels of a chart's blocks
 };
 
 /// A rectangle of the atlas, in texels.
@@ -15716,16 +16309,16 @@ struct atlas_rectangle {
 };
 
 struct padding_options {
-    std::int32_t filter_padding = 4;  ///< thickness in texels, counted along rows and columns
-    int diffusion_rounds = 4;         ///< on each level, see diffusion.hpp
+    std::int32_t filter_padding = 4;  ///< thickness in texels, along rows and columns
+    int diffusion_rounds = 4;         ///< rounds per level (core/diffusion.hpp)
 };
 
-/// Draws and pads one chart after the other and keeps its memory for the next. One object serves one thread; charts whose
-/// rectangles share no texel may be drawn at the same time.
+/// Draws and pads charts one by one, and reuses its memory. One object serves one thread; several objects may draw charts at the
+/// same time if their rectangles share no texel.
 class chart_padder {
 public:
     /// kind_of  K: photo, refilled or occluded for each pixel
-    /// color   the atlas, H x W x 3
+    /// color    the atlas, H x W x 3
     /// kind     the atlas, H x W x 1, all `empty` before the first chart
     chart_padder(const graph_view& g, std::span<const std::uint8_t> colors, std::span<const texel_kind> kind_of,
                  image<std::uint8_t>& color, image<texel_kind>& kind)
@@ -15736,8 +16329,10 @@ public:
           kind_(kind.data()),
           stride_(static_cast<std::ptrdiff_t>(kind.width())) {}
 
-    /// room  the chart's blocks: all four numbers are multiples of 16, and every side of the chart is at least `filter_padding`
-    ///       texels away from its rim. Colors of texels that stay empty are left alone.
+    /// Draws and pads a chart.
+    ///
+    /// room  the chart's blocks: all four numbers are multiples of 16, and the chart is at least `filter_padding` texels away
+    ///       from every side. Colors of texels that remain empty do not change
     void draw(const chart& c, chart_placement placement, atlas_rectangle room, const padding_options& options) {
         draw_own(c, placement);
         find_border(c, placement);
@@ -15748,7 +16343,7 @@ public:
 private:
     struct border_texel {
         std::ptrdiff_t texel;
-        std::int32_t pixel;  // whose surface it shows; no_pixel beyond the surface's end
+        std::int32_t pixel;  // pixel whose surface it shows; no_pixel beyond the surface's end
     };
 
     std::ptrdiff_t texel_of(std::int32_t pixel, const chart& c, chart_placement placement) const {
@@ -15780,8 +16375,8 @@ private:
         }
     }
 
-    /// One texel more of filter padding. Where two surfaces meet each gets half of the gap, and where one goes on that counts
-    /// more than that another ends.
+    /// Adds one texel of filter padding. Where two surfaces meet, each gets half of the gap. A surface that continues takes
+    /// precedence over one that ends.
     void grow_border() {
         next_border_.clear();
         for (const border_texel& b : border_) {
@@ -15827,7 +16422,7 @@ private:
         }
     }
 
-    /// Lists the blocks of one row of blocks that have unknown texels, and marks those.
+    /// Lists the blocks in one row of blocks that have unknown texels, and marks these texels.
     void find_open_blocks(atlas_rectangle room, std::int32_t y) {
         open_blocks_.clear();
         for (std::int32_t x = 0; x < room.width; x += macroblock_side) {
@@ -15867,34 +16462,33 @@ private:
     std::ptrdiff_t stride_;
     buffer<border_texel> border_, next_border_;
     diffusion<3> diffusion_;
-    buffer<std::ptrdiff_t> unknown_;  // the texel of each cell of the diffusion
+    buffer<std::ptrdiff_t> unknown_;  // texel of each diffusion cell
     buffer<std::int32_t> cell_above_, open_blocks_;
 };
 
 }}  // namespace ldi
 
 // ---- ldi/texture/atlas.hpp
-// The texture atlas of a layered image: its charts, padded and packed into one picture (paper, section "Texture Atlas
-// Generation").
+// Texture atlas of a layered image: its charts, padded and packed in one picture (paper, section "Texture Atlas Generation").
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct atlas_options {
     padding_options padding;
-    /// The atlas is at most this wide and high, in texels: what every GPU of the last ten years takes.
+    /// Maximum width and height of the atlas in texels: the limit of every GPU of the last ten years.
     std::int32_t max_side = 8192;
 };
 
 struct texture_atlas {
-    image<std::uint8_t> color;           ///< H x W x 3, sides multiples of 16; gray where no chart is
-    image<texel_kind> kind;              ///< H x W x 1: where each texel has its color from
+    image<std::uint8_t> color;           ///< H x W x 3, sides multiples of 16; gray outside charts
+    image<texel_kind> kind;              ///< H x W x 1: the origin of each texel's color
     buffer<chart_placement> placements;  ///< one per chart
-    float fill = 0;                      ///< the share of texels that belong to a pixel of the layered image
+    float fill = 0;                      ///< share of texels that belong to a pixel of the layered image
 };
 
 namespace detail {
 
-/// photo, refilled or occluded for each pixel.
+/// Classifies each pixel as photo, refilled or occluded.
 template <class Layers>
 buffer<texel_kind> pixel_kinds(const Layers& layers) {
     const auto& g = layers.topology();
@@ -15915,15 +16509,16 @@ buffer<texel_kind> pixel_kinds(const Layers& layers) {
 
 }  // namespace detail
 
-/// Packs, draws and pads all charts. Every pixel of `layers` has a color by now; known_column tells which are the photo's
-/// own, and only affects `kind`. Raises error_code::too_large if the charts do not fit, error_code::invalid_option for a
-/// filter padding below 1. Time is linear in pixels and texels but for packing, which grows with the number of charts times that
-/// of their different sizes; up to 32 bytes per pixel and per texel.
+/// Packs, draws and pads all charts. Every pixel of `layers` must have a color; known_column marks the photo's own colors, and
+/// only affects `kind`. Raises error_code::too_large if the charts do not fit, error_code::invalid_option for a filter padding
+/// below 1, error_code::mismatch for charts of another image. Linear time in pixels and texels, except for packing, which costs
+/// the number of charts times the number of their different sizes. Up to 32 bytes per pixel and per texel.
 template <has_columns<color_column, disparity_column, known_column> Layers, executor Executor = const serial_executor>
 texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const atlas_options& options = {},
                          Executor&& threads = {}) {
     const std::int32_t padding = options.padding.filter_padding;
     if (padding < 1) raise(error_code::invalid_option, "filter_padding", "at least 1", std::to_string(padding));
+    detail::check_charts(charts, layers.size(), "make_atlas");
 
     const auto blocks = [&](std::int32_t length) { return (length + 2 * padding + macroblock_side - 1) / macroblock_side; };
     buffer<rectangle_size> sizes;
@@ -15956,30 +16551,30 @@ texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const at
 }}  // namespace ldi
 
 // ---- ldi/texture/sheet_layout.hpp
-// Places of full-size charts on sheets (texture/sheets.hpp).
+// Layout of full-size charts on sheets (texture/sheets.hpp).
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct sheet_options {
-    /// A sheet is at most this wide and high, in texels; a multiple of 16. Telephones take 4096.
+    /// Maximum width and height of a sheet in texels; a multiple of 16. Phones support 4096.
     std::int32_t max_side = 4096;
-    /// Around charts, in pixels of the layered image; at least 1, and at most the atlas's filter padding.
+    /// Padding around charts, in pixels of the layered image; at least 1, and at most the atlas's filter padding.
     std::int32_t padding = 4;
 };
 
-/// Along one direction: the pixels of the photo, which count more or less than those of the layered image.
+/// Scale along one direction: `photo` pixels of the photo cover the same length as `layers` pixels of the layered image.
 struct sheet_scale {
     std::int64_t photo = 1, layers = 1;
 
-    /// A place of the layered image in the photo.
+    /// Position in the photo of a position in the layered image.
     double in_photo(double place) const { return place * detail::nearest_double(photo) / detail::nearest_double(layers); }
-    /// A place of the photo in the layered image.
+    /// Position in the layered image of a position in the photo.
     double in_layers(double place) const { return place * detail::nearest_double(layers) / detail::nearest_double(photo); }
-    /// The pixel of the layered image, below 0 or beyond the last maybe, in which the middle of a pixel of the photo lies.
+    /// Pixel of the layered image that contains the center of a photo pixel. May lie outside the layered image.
     std::int32_t pixel_of(std::int64_t photo_pixel) const { return floored((2 * photo_pixel + 1) * layers, 2 * photo); }
-    /// The pixel of the photo at whose place, or before, a pixel of the layered image begins.
+    /// Last photo pixel that starts at or before the start of a pixel of the layered image.
     std::int32_t first_at(std::int64_t pixel) const { return floored(pixel * photo, layers); }
-    /// The pixel of the photo that begins at the same place, or behind.
+    /// First photo pixel that starts at or after the start of a pixel of the layered image.
     std::int32_t last_at(std::int64_t pixel) const { return -floored(-pixel * photo, layers); }
 
 private:
@@ -15988,24 +16583,24 @@ private:
     }
 };
 
-/// The place of a chart.
+/// Position of a chart.
 struct sheet_placement {
-    std::int32_t sheet = 0;                 ///< 0: it stays in the atlas, and nothing else here counts
-    atlas_rectangle room = {};              ///< on the sheet
-    std::int32_t photo_x = 0, photo_y = 0;  ///< the pixel of the photo at the room's top left texel; it may lie outside
+    std::int32_t sheet = 0;                 ///< 0: the chart stays in the atlas, and the other members are unused
+    atlas_rectangle room = {};              ///< rectangle on the sheet
+    std::int32_t photo_x = 0, photo_y = 0;  ///< photo pixel at the room's top left texel; may lie outside the photo
 };
 
 struct sheet_layout {
     sheet_scale across, down;
     std::int32_t padding = 0;
-    buffer<rectangle_size> sizes;        ///< of all textures, in texels: the atlas, then the sheets
+    buffer<rectangle_size> sizes;        ///< sizes of all textures in texels: the atlas, then the sheets
     buffer<sheet_placement> placements;  ///< one per chart
 };
 
 }}  // namespace ldi
 
 // ---- ldi/texture/detail/sheet_sources.hpp
-// Which colors a chart takes from the photo when it is drawn as large as that (texture/sheets.hpp).
+// Selects the photo pixels that color a chart at full texture size (texture/sheets.hpp).
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -16013,10 +16608,10 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 enum class sheet_source : std::uint8_t {
     atlas,
     photo,
-    cleaned,  ///< the photo, with the neighboring surface's share removed
+    cleaned,  ///< photo color, with the neighboring surface's share removed
 };
 
-/// The sources of a chart's pixels, and of those up to `padding` around its bounding box. Places count from the first of these.
+/// Sources of a chart's pixels, and of the pixels up to `padding` around its bounding box. Coordinates start at the padding.
 class sheet_sources {
 public:
     sheet_sources(const chart& shape, const texture_atlas& atlas, chart_placement in_atlas, std::int32_t padding,
@@ -16039,7 +16634,8 @@ public:
         return x >= 0 && y >= 0 && x < width_ && y < height_ ? found_(y, x) : sheet_source::atlas;
     }
 
-    /// The color of the surface that the photo may mix in there: of all in reach that are not this chart's, the most different.
+    /// Color of the surface that the photo may mix in at this pixel: of all pixels within reach outside this chart, the most
+    /// different.
     std::array<float, 3> color_beside(std::int32_t x, std::int32_t y) const {
         const std::uint8_t* const own = atlas_.color.row(atlas_top_ + y) + 3 * std::ptrdiff_t{atlas_left_ + x};
         std::array<float, 3> color{nearest_float(own[0]), nearest_float(own[1]), nearest_float(own[2])};
@@ -16058,8 +16654,8 @@ public:
     }
 
 private:
-    /// Within this distance, in pixels, from the end of its surface or from a refilled pixel, a pixel that looks unmixed may
-    /// contain a rim of another surface, which the full-size photo shows. By trial.
+    /// Distance in pixels from the end of a surface or from a refilled pixel. Within this distance, a pixel that looks unmixed
+    /// may contain a rim of another surface, which only the full-size photo shows. Tuned by experiment.
     static constexpr std::int32_t guarded = 2;
     /// Search distance for that other surface, in pixels.
     static constexpr std::int32_t reach = 3;
@@ -16072,7 +16668,7 @@ private:
         return worked_on_.row(top_ + y) + 3 * std::ptrdiff_t{left_ + x};
     }
 
-    /// By the pixel alone.
+    /// Source by the pixel alone, without its neighbors.
     sheet_source own_source(std::int32_t x, std::int32_t y) const {
         if (!is_in_photo(x, y)) return sheet_source::atlas;
         const texel_kind kind = atlas_.kind(atlas_top_ + y, atlas_left_ + x);
@@ -16082,9 +16678,10 @@ private:
         return kind == texel_kind::photo || kind == texel_kind::refilled ? sheet_source::cleaned : sheet_source::atlas;
     }
 
-    /// Looks along rows, then along columns.
+    /// Searches along rows, then along columns.
     void guard_borders() {
-        image<std::uint8_t> beside(found_.height(), found_.width());  // 1: one of the row, within reach, is not the photo's
+        // 1: a pixel of the row within `guarded` does not show the photo
+        image<std::uint8_t> beside(found_.height(), found_.width());
         for (std::int32_t y = 0; y < height_; ++y)
             for (std::int32_t x = 0; x < width_; ++x)
                 if (found_(y, x) != sheet_source::photo && is_in_photo(x, y))
@@ -16107,7 +16704,7 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/texture/detail/sheet_painter.hpp
-// Draws a chart as large as the photo (texture/sheets.hpp), row by row.
+// Draws a chart at the photo's full size (texture/sheets.hpp), row by row.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -16126,13 +16723,13 @@ public:
 
     std::size_t rows() const { return rows_.size(); }
 
-    /// Draws a row of the chart's room.
+    /// Draws one row of the chart's room.
     void draw(std::int32_t y, image<std::uint8_t>& sheet) const {
         std::uint8_t* to = sheet.row(place_.room.y + y) + 3 * std::ptrdiff_t{place_.room.x};
         const std::int32_t pixel_y = rows_[y].pixel;
         for (std::int32_t x = 0, end = 0; x < columns_.count(); to += 3 * (end - x), x = end) {
             const sheet_source source = sources_.at(columns_[x].pixel, pixel_y);
-            const auto is_alike = [&](std::int32_t other) {  // cleaned ones differ in the color beside
+            const auto is_alike = [&](std::int32_t other) {  // cleaned pixels differ in the color of the neighboring surface
                 return columns_[other].pixel == columns_[x].pixel ||
                        (source != sheet_source::cleaned && sources_.at(columns_[other].pixel, pixel_y) == source);
             };
@@ -16154,11 +16751,11 @@ public:
 private:
     using color = std::array<float, 3>;
 
-    /// A texel along one direction.
+    /// Sample position of a texel along one direction.
     struct sample {
-        std::int32_t pixel;          ///< of sheet_sources, that its middle lies in
-        std::int32_t first, second;  ///< texels of the atlas that the atlas is interpolated between
-        float share;                 ///< of the second
+        std::int32_t pixel;          ///< pixel of sheet_sources that contains the texel's center
+        std::int32_t first, second;  ///< texels of the atlas to interpolate between
+        float share;                 ///< weight of `second`
     };
 
     static buffer<sample> samples_along(const sheet_scale& scale, std::int32_t photo_pixel, std::int32_t count,
@@ -16190,10 +16787,10 @@ private:
         return result;
     }
 
-    /// The photo's color without the neighboring surface's share: subtracts the component from the own surface's color towards
-    /// the neighbor's. The rest is the own surface's texture.
+    /// Removes the neighboring surface's share from a color of the photo: projects the difference from the surface's own color
+    /// on the direction to the neighbor's color and subtracts it. The rest is the texture of the surface.
     static color cleaned(const std::uint8_t* photo, const color& own, const color& beside) {
-        // A share that noise has, too, stays; so does what is beside where it looks alike. By trial.
+        // Keeps shares as small as noise, and shares of a neighbor with a similar color. Thresholds tuned by experiment.
         constexpr float min_share = 0.02F, certain_share = 0.08F, min_difference = 20;
         color result{};
         float along = 0, squared = 0;
@@ -16223,10 +16820,10 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/texture/sheets.hpp
-// Full-size textures. Depth is coarser than the photo, so layered images stay small: at the photo's size they would cost time and
-// memory without a gain. Colors can be finer. draw_sheet() draws the charts that show the photo again, on separate sheets with
-// one texel per pixel of the photo. The atlas remains the texture of entirely hidden charts and of soft edges. Sheets are drawn
-// one at a time, so that only one needs to be in memory.
+// Full-size textures. Depth is coarser than the photo, so layered images stay small: at the photo's size they would cost time
+// and memory without a gain. Colors can be finer. draw_sheet() draws the charts that show the photo again, on separate sheets
+// with one texel per pixel of the photo. The atlas remains the texture of completely hidden charts and of soft edges. Sheets are
+// drawn one at a time, so that only one must be in memory.
 //
 //     made = make_photo3d(photo, estimator, inpainter, for_sheets(options, photo.height(), photo.width()));   // photo3d.hpp
 //     const sheet_layout layout = lay_out_sheets(made.layers, made.charts, made.atlas, photo.height(), photo.width());
@@ -16238,23 +16835,23 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// Raises mismatch if the atlas has no such padding around a chart.
+/// Raises mismatch unless the atlas has this padding around the chart.
 inline void check_padding(const chart& shape, chart_placement in_atlas, const texture_atlas& atlas, std::int32_t padding) {
     const std::int64_t right = std::int64_t{in_atlas.x} + shape.width + padding,
                        bottom = std::int64_t{in_atlas.y} + shape.height + padding;
     if (in_atlas.x < padding || in_atlas.y < padding || right > static_cast<std::int64_t>(atlas.kind.width()) ||
         bottom > static_cast<std::int64_t>(atlas.kind.height()))
-        raise(error_code::mismatch, "sheets", "an atlas of these charts with a padding of " + std::to_string(padding), "another");
+        raise(error_code::mismatch, "sheets", "an atlas of these charts with a padding of " + std::to_string(padding),
+              "another atlas");
 }
 
 }  // namespace detail
 
-/// The largest chart_options::max_side with which every chart finds room on a sheet.
+/// Returns the largest chart_options::max_side with which every chart fits on a sheet. Raises too_large if there is none.
 ///
 /// scale  pixels of the photo per pixel of the layered image, the larger of both directions
-/// Raises too_large if there is none.
 inline std::int32_t largest_chart_side(double scale, const sheet_options& options = {}) {
-    // Ends within a texel are rounded outwards.
+    // Edges inside a texel are rounded outward.
     const double side = std::floor(detail::nearest_double(options.max_side - 2) / scale) - 2.0 * options.padding;
     if (!(side >= 16))
         raise(error_code::too_large, "largest_chart_side",
@@ -16263,11 +16860,12 @@ inline std::int32_t largest_chart_side(double scale, const sheet_options& option
     return static_cast<std::int32_t>((std::min)(side, 1e6));
 }
 
-/// Gives every chart with a pixel that the photo shows room on a sheet, as large as the photo.
+/// Allocates room on a sheet, at the photo's size, for every chart with a pixel that the photo shows.
 ///
-/// layers         known_column tells which pixels the photo shows
-/// charts, atlas  of these layers
-/// photo_height, photo_width  of the photo that sheets will show
+/// layers                     known_column marks the pixels that the photo shows
+/// charts, atlas              made from these layers
+/// photo_height, photo_width  size of the photo for draw_sheet()
+///
 /// Raises invalid_option, mismatch for another atlas, and too_large for a chart that fits on no sheet.
 template <has_columns<known_column> Layers>
 sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const texture_atlas& atlas, std::size_t photo_height,
@@ -16277,7 +16875,7 @@ sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const
               std::to_string(options.max_side) + " and " + std::to_string(options.padding));
     const auto& g = layers.topology();
     if (atlas.placements.size() != charts.charts.size())
-        raise(error_code::mismatch, "lay_out_sheets", "an atlas of these charts", "another");
+        raise(error_code::mismatch, "lay_out_sheets", "an atlas of these charts", "another atlas");
     if (photo_height == 0 || photo_width == 0 || layers.size() == 0)
         raise(error_code::mismatch, "lay_out_sheets", "a photo and layers with at least one pixel",
               std::to_string(photo_height) + " x " + std::to_string(photo_width) + " and " + std::to_string(layers.size()));
@@ -16316,15 +16914,16 @@ sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const
     return layout;
 }
 
-/// Draws a sheet, H x W x 3, gray where no chart is. A texel in a pixel of the layered image that has the photo's color is the
-/// photo's own, unchanged. Beside silhouettes and where colors were changed it is the photo's without what that has of the other
-/// surface; where the photo shows something else, the atlas's color, smoothly enlarged.
+/// Draws a sheet, H x W x 3, gray outside charts. Where the layered image has the photo's color, the texels are the photo's own,
+/// unchanged. Beside silhouettes and where colors were changed, the neighboring surface's share is removed from the photo's
+/// color. Where the photo shows another surface, the texel is the atlas's color, enlarged by interpolation.
 ///
 /// sheet          1 to layout.sizes.size() - 1
-/// charts, atlas  that the sheets were laid out for
-/// worked_on      the photo as the layered image was made from, of its size
-/// photo          the same photo, of the size that the sheets were laid out for
-/// Raises mismatch where inputs don't fit together.
+/// charts, atlas  as for lay_out_sheets()
+/// worked_on      the photo from which the layered image was made, at the layered image's size
+/// photo          the same photo, at the size given to lay_out_sheets()
+///
+/// Raises mismatch if inputs don't fit together.
 template <executor Executor = const serial_executor>
 image<std::uint8_t> draw_sheet(const sheet_layout& layout, std::size_t sheet, const chart_set& charts, const texture_atlas& atlas,
                                image_view<const std::uint8_t> worked_on, image_view<const std::uint8_t> photo,
@@ -16336,7 +16935,7 @@ image<std::uint8_t> draw_sheet(const sheet_layout& layout, std::size_t sheet, co
     if (sheet < 1 || sheet >= layout.sizes.size() || layout.placements.size() != charts.charts.size() ||
         atlas.placements.size() != charts.charts.size() || !is_of(photo, layout.down.photo, layout.across.photo) ||
         !is_of(worked_on, layout.down.layers, layout.across.layers))
-        raise(error_code::mismatch, "draw_sheet", "a sheet, charts and pictures that it was laid out for", "others");
+        raise(error_code::mismatch, "draw_sheet", "a sheet, charts and pictures of this layout", "other inputs");
     const rectangle_size size = layout.sizes[sheet];
     image<std::uint8_t> drawn(static_cast<std::size_t>(size.height), static_cast<std::size_t>(size.width), 3, std::uint8_t{128});
     for (std::size_t c = 0; c < charts.charts.size(); ++c) {
@@ -16354,9 +16953,9 @@ image<std::uint8_t> draw_sheet(const sheet_layout& layout, std::size_t sheet, co
 }}  // namespace ldi
 
 // ---- ldi/mesh/detail/boundary_walk.hpp
-// Walking along the boundaries of charts, and around the corners of pixels. Sides and corners of a pixel are numbered clockwise
-// from the top: side 0 is up, 1 right, 2 down, 3 left; side s runs from corner s to corner s + 1, so a chart lies to the right of
-// its boundary.
+// Walks along the boundaries of charts and around the corners of pixels. Sides and corners of a pixel are numbered clockwise
+// from the top: side 0 is up, 1 right, 2 down, 3 left; side s runs from corner s to corner s + 1, so a chart lies to the right
+// of its boundary.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -16367,11 +16966,11 @@ constexpr std::uint8_t side_bit(int s) { return static_cast<std::uint8_t>(1U << 
 constexpr std::int32_t heading_x(int s) { return s == 0 ? 1 : s == 2 ? -1 : 0; }
 constexpr std::int32_t heading_y(int s) { return s == 1 ? 1 : s == 3 ? -1 : 0; }
 
-/// The lattice point of corner c of a pixel.
+/// Lattice point of corner c of a pixel.
 inline std::int32_t corner_x(const graph_view& g, std::int32_t pixel, int c) { return g.x()[pixel] + (c == 1 || c == 2 ? 1 : 0); }
 inline std::int32_t corner_y(const graph_view& g, std::int32_t pixel, int c) { return g.y()[pixel] + (c >= 2 ? 1 : 0); }
 
-/// K bytes: bit s is set where side s of the pixel has no neighbor in the same chart. Pixels stand in canonical order.
+/// K bytes: bit s is set if side s of the pixel has no neighbor in the same chart. g  in canonical order
 inline buffer<std::uint8_t> mark_boundary_sides(const graph_view& g, std::span<const std::int32_t> chart_of) {
     constexpr std::uint8_t up = side_bit(0), right = side_bit(1), down = side_bit(2), left = side_bit(3);
     const std::int32_t count = g.count();
@@ -16380,8 +16979,7 @@ inline buffer<std::uint8_t> mark_boundary_sides(const graph_view& g, std::span<c
     const std::int32_t *const g_right = g.right().data(), *const g_down = g.down().data();
     std::uint8_t* const bits = sides.data();
     const auto clear = [](std::uint8_t& byte, std::uint8_t bit) { byte = static_cast<std::uint8_t>(byte & ~bit); };
-    // Almost everywhere a stretch of pixels is an image row of one chart above another; such stretches need no
-    // branch per pixel.
+    // Most stretches are whole image rows of one chart above another; these need no branch per pixel.
     constexpr std::int32_t stretch = 16;
     std::int32_t i = 0;
     while (i < count) {
@@ -16417,7 +17015,7 @@ inline buffer<std::uint8_t> mark_boundary_sides(const graph_view& g, std::span<c
     return sides;
 }
 
-/// The pixels with a boundary side, ascending. Most pixels have none, so they are looked at by eights.
+/// Lists the pixels with a boundary side, ascending. Reads eight pixels at a time, because most have no boundary side.
 inline buffer<std::int32_t> pixels_with_boundary(const buffer<std::uint8_t>& sides) {
     buffer<std::int32_t> pixels;
     pixels.reserve(sides.size() / 16);
@@ -16439,14 +17037,14 @@ struct pixel_side {
     friend bool operator==(const pixel_side&, const pixel_side&) = default;
 };
 
-/// One corner of one pixel, from which others can be reached around the same point of the lattice.
+/// One corner of one pixel. A walk around its lattice point reaches the pixels linked there.
 struct pixel_corner {
     std::int32_t pixel;
     int corner;
     friend bool operator==(const pixel_corner&, const pixel_corner&) = default;
 };
 
-/// Moves over a graph whose boundary sides are marked.
+/// Walks over a graph whose boundary sides are marked.
 class boundary_walker {
 public:
     boundary_walker(const graph_view& g, const buffer<std::uint8_t>& sides)
@@ -16456,7 +17054,8 @@ public:
     bool is_boundary(std::int32_t pixel, int s) const { return (sides_[pixel] & side_bit(s)) != 0; }
     pixel_side twin(pixel_side e) const { return {neighbor(e.pixel, e.side), across(e.side)}; }
 
-    /// The boundary side that follows `e` clockwise around the same chart; `visit` sees every pixel of the wedge between them.
+    /// Returns the boundary side that follows `e` clockwise around the same chart. Calls `visit` for every pixel between the two
+    /// sides.
     template <class Visitor>
     pixel_side next(pixel_side e, Visitor&& visit) const {
         visit(e.pixel);
@@ -16472,7 +17071,7 @@ public:
         return next(e, [](std::int32_t) {});
     }
 
-    /// The boundary side that comes before `e`.
+    /// Returns the boundary side that precedes `e`.
     template <class Visitor>
     pixel_side previous(pixel_side e, Visitor&& visit) const {
         visit(e.pixel);
@@ -16485,12 +17084,12 @@ public:
         return e;
     }
 
-    /// Corners of linked pixels at one point of the lattice are the same corner, across charts too. Visits the pixels of that
-    /// class in an order that does not depend on `c`, and returns the first of them, by which the class is known.
+    /// Visits the pixels linked around the lattice point of `c`, across charts: they share one corner. The order does not depend
+    /// on `c`. Returns the first pixel's corner, which identifies the shared corner.
     template <class Visitor>
     pixel_corner visit_corner_class(pixel_corner c, Visitor&& visit) const {
         pixel_corner first = c, smallest = c;
-        while (true) {  // links around a point make a path or a ring
+        while (true) {  // links around a point form a path or a ring
             const std::int32_t n = neighbor(first.pixel, first.corner);
             if (n == no_pixel) break;
             first = {n, counter_clockwise(first.corner)};
@@ -16518,59 +17117,60 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/mesh/outlines.hpp
-// The outlines of charts as closed polygons with vertices at the corners between pixels (paper, section "Meshing", Figure
-// "meshing" a), cut into pieces that neighboring charts share.
+// Outlines of charts as closed polygons with vertices at the corners between pixels (paper, section "Meshing", Figure "meshing"
+// a), divided into pieces that neighboring charts share.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Stands for the other side of a silhouette or of the photo's border.
+/// Represents the other side of a silhouette or of the photo's border.
 inline constexpr std::int32_t no_chart = -1;
 
-/// A point between pixels. Corners of linked pixels at one lattice point are one corner, whatever chart the pixels belong to.
+/// A point between pixels. Linked pixels at one lattice point share one corner, even if they belong to different charts.
 struct outline_corner {
-    std::int32_t x, y;  ///< lattice point; pixel (x, y) has it as its top left corner
-    float disparity;    ///< the average over the pixels that share the corner
+    std::int32_t x, y;  ///< lattice point: the top left corner of pixel (x, y)
+    float disparity;    ///< average over the pixels that share the corner
 };
 
-/// A stretch of boundary along which one chart lies on the right and one chart, or none, on the left. Pieces end where three or
-/// more charts meet, where silhouettes begin or end, at the corners of the photo and where an outline reaches its border.
+/// A stretch of boundary with one chart on its right and one chart, or none, on its left. Pieces end where three or more charts
+/// meet, where silhouettes begin or end, at the corners of the photo, and where an outline reaches the photo's border.
 struct boundary_piece {
-    std::int32_t right_chart;  ///< the chart on the right hand
-    std::int32_t left_chart;   ///< the chart on the left hand, or no_chart
+    std::int32_t right_chart;  ///< chart on the right
+    std::int32_t left_chart;   ///< chart on the left, or no_chart
     std::int32_t start, end;   ///< indices of corners; equal if the piece is a closed loop
-    std::int32_t first_inner;  ///< the corners in between are corners[first_inner .. first_inner + inner_count)
+    std::int32_t first_inner;  ///< the corners between them are corners[first_inner .. first_inner + inner_count)
     std::int32_t inner_count;
 };
 
-/// One piece as a chart's outline runs through it: forward for the chart on its right, backward for the chart on its left.
+/// A piece as part of a chart's outline: forward for the chart on its right, backward for the chart on its left.
 struct outline_step {
     std::int32_t piece;
     bool reversed;
 };
 
-/// The outlines of all charts. Each chart has one or more loops, outer ones clockwise as seen in the photo and holes
-/// counter-clockwise: the chart lies to the right. Where an outline touches itself it visits the corner once for each part.
+/// Outlines of all charts. Each chart has one or more loops, outer loops clockwise as seen in the photo and holes
+/// counter-clockwise: the chart lies to the right. Where an outline touches itself, it visits the corner once for each part.
 struct chart_outlines {
     buffer<outline_corner> corners;
     buffer<boundary_piece> pieces;
-    buffer<outline_step> steps;            ///< loop by loop
-    buffer<std::int32_t> first_step;       ///< loop l has steps [first_step[l], first_step[l + 1])
-    buffer<std::int64_t> loop_area;        ///< in pixels: positive for outer loops, else not
-    buffer<std::int32_t> first_loop;       ///< chart c has loops [first_loop[c], first_loop[c + 1])
-    buffer<std::uint8_t> boundary_sides;   ///< K: bits 0 to 3 say where up, right, down, left leaves the pixel's chart
-    buffer<std::int32_t> boundary_pixels;  ///< the pixels for which a bit is set, ascending
+    buffer<outline_step> steps;       ///< steps of all loops, loop by loop
+    buffer<std::int32_t> first_step;  ///< loop l has steps [first_step[l], first_step[l + 1])
+    buffer<std::int64_t> loop_area;   ///< in pixels: positive for outer loops, otherwise negative or 0
+    buffer<std::int32_t> first_loop;  ///< chart c has loops [first_loop[c], first_loop[c + 1])
+    /// K: bits 0 to 3 are set if the side up, right, down, left of the pixel is a boundary of its chart
+    buffer<std::uint8_t> boundary_sides;
+    buffer<std::int32_t> boundary_pixels;  ///< pixels with any bit set, ascending
 };
 
 /// Traces the outlines of all charts.
 ///
 /// g          in canonical order (raises mismatch if not)
 /// disparity  K values
-/// charts     a partition of the pixels; no two pixels of a chart lie at one position
+/// charts     a partition of the pixels; no two pixels of a chart share a position
 chart_outlines trace_outlines(const graph_view& g, std::span<const float> disparity, const chart_set& charts);
 
 namespace detail {
 
-/// Finds the pieces one by one, from either side, then strings them together to loops.
+/// Finds the pieces one by one, from either side, then connects them to loops.
 class outline_tracer {
 public:
     outline_tracer(const graph_view& g, std::span<const float> disparity, const chart_set& charts, chart_outlines& result)
@@ -16622,7 +17222,7 @@ public:
 
 private:
     struct piece_ends {
-        pixel_side first, last;  // seen from the chart on the right
+        pixel_side first, last;  // as seen from the chart on the right
     };
     struct junction {
         std::int64_t key;
@@ -16642,7 +17242,7 @@ private:
     bool is_traced(pixel_side e) const { return (result_.boundary_sides[e.pixel] & side_bit(e.side + 4)) != 0; }
     void set_traced(pixel_side e) { result_.boundary_sides[e.pixel] |= side_bit(e.side + 4); }
 
-    /// The chart across a boundary side. Without one, a negative number: one for silhouettes and one for each border of the
+    /// Returns the chart across a boundary side, or a negative number: one value for silhouettes and one for each border of the
     /// photo.
     std::int32_t partner(pixel_side e) const {
         const std::int32_t n = walk_.neighbor(e.pixel, e.side);
@@ -16654,12 +17254,12 @@ private:
         return on_border ? -2 - e.side : no_chart;
     }
 
-    /// The part of a loop's area that a piece adds if the loop runs through it forward: all that lies to the left of it.
+    /// Signed area to the left of a piece, which is the piece's share in the area of a loop that runs through it forward.
     std::int64_t area_swept(const boundary_piece& piece) const {
         const outline_corner* before = &result_.corners[piece.start];
         std::int64_t area = 0;
         const auto advance = [&](const outline_corner& to) {
-            area += std::int64_t{before->x} * (to.y - before->y);  // steps follow the lattice, so this is exact
+            area += std::int64_t{before->x} * (to.y - before->y);  // exact, because steps follow the lattice
             before = &to;
         };
         for (std::int32_t i = 0; i < piece.inner_count; ++i) advance(result_.corners[piece.first_inner + i]);
@@ -16667,9 +17267,9 @@ private:
         return area;
     }
 
-    /// The loops of all charts, in no particular order, each with its steps one after the other.
+    /// Finds the loops of all charts, in arbitrary order, each with its steps in sequence.
     void find_loops(buffer<loop>& loops, buffer<outline_step>& steps) const {
-        // A half is a piece in one direction: 2 * piece forward, 2 * piece + 1 backward. It is found by its first side.
+        // Half 2 * piece is a piece in forward direction, half 2 * piece + 1 backward. The first side of a half identifies it.
         buffer<std::pair<std::int64_t, std::int32_t>> first_sides;
         first_sides.reserve(2 * ends_.size());
         for (std::int32_t p = 0; p < ends_.count(); ++p) {
@@ -16715,7 +17315,7 @@ private:
             mean = {};
             const pixel_side following = walk_.next(last, visit);
             if (partner(following) != other) break;
-            // The other side sees the same two sides in a row, or a third chart or a silhouette begins here.
+            // Continues if the other side sees the same two sides in a row; otherwise a third chart or a silhouette begins here.
             if (other >= 0 && !(walk_.next(walk_.twin(following), visit) == walk_.twin(last))) break;
             forward_.push_back({x, y, mean.value()});
             last = following;
@@ -16793,8 +17393,8 @@ inline chart_outlines trace_outlines(const graph_view& g, std::span<const float>
 }}  // namespace ldi
 
 // ---- ldi/mesh/polygon.hpp
-// Polygons with holes and inner polylines, and their triangulations: what the sweep (triangulate.hpp) takes and makes.
-// Coordinates are integers, so every question about them has an exact answer in 64 bits.
+// Polygons with holes and inner polylines, and their triangulations: input and output of the sweep (triangulate.hpp).
+// Coordinates are integers, so every geometric predicate is exact in 64 bits.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -16804,29 +17404,29 @@ struct lattice_point {
     friend bool operator==(const lattice_point&, const lattice_point&) = default;
 };
 
-/// At most 2^24 vertices in chains. A vertex is followed by `next`, or nothing (-1). Closed chains are outlines: the interior
-/// lies to the right (y downwards: outer loops clockwise, holes counter-clockwise). Open chains and single vertices must lie in
-/// the interior.
+/// Chains with at most 2^24 vertices. `next` is the vertex after each vertex, or -1 at the end of a chain. Closed chains are
+/// outlines: the interior lies to the right (y downward: outer loops clockwise, holes counter-clockwise). Open chains and single
+/// vertices must lie in the interior.
 ///
-/// An outline may touch itself in vertices and along whole edges, from outside. Such a vertex is listed once for each part of the
-/// interior that meets there, as a walk along the inside of the outline finds it.
+/// An outline may touch itself in vertices and along whole edges, from outside. Such a vertex is listed once for each part of
+/// the interior that meets there, in the order of a walk along the inside of the outline.
 struct polygon {
     buffer<lattice_point> points;
     buffer<std::int32_t> next;
-    std::int32_t outline_count = 0;  ///< vertices [0, outline_count) are those of closed chains, the rest those of open ones
+    std::int32_t outline_count = 0;  ///< vertices [0, outline_count) belong to closed chains, the others to open chains
 
     void clear() { points.clear(), next.clear(), outline_count = 0; }
 };
 
-/// F triangles. Half-edge 3 f + i runs from vertex i of triangle f to the one after it.
+/// F triangles. Half-edge 3 f + i runs from vertex i of triangle f to its next vertex.
 struct triangulation {
     buffer<std::uint32_t> triangles;  ///< F x 3 vertex indices, counter-clockwise on screen
-    buffer<std::int32_t> mates;       ///< F x 3: the half-edge on the other side, or -1 where the edge belongs to a chain
+    buffer<std::int32_t> mates;       ///< F x 3: the opposite half-edge, or -1 if the edge belongs to a chain
 };
 
 namespace detail {
 
-/// The order of the sweep: from top to bottom, then from left to right.
+/// Whether the sweep reaches a before b: from top to bottom, then from left to right.
 inline bool above(lattice_point a, lattice_point b) { return a.y != b.y ? a.y < b.y : a.x < b.x; }
 
 /// Positive if a, b, c turn right on screen.
@@ -16834,7 +17434,7 @@ inline std::int64_t turn(lattice_point a, lattice_point b, lattice_point c) {
     return std::int64_t{b.x - a.x} * (c.y - b.y) - std::int64_t{b.y - a.y} * (c.x - b.x);
 }
 
-/// A vertex of a polygon as a number that sorts by y, then x: y, x and vertex in 20, 20 and 24 bits.
+/// Encodes a vertex as a number that sorts by y, then x: y, x and vertex in 20, 20 and 24 bits.
 inline std::uint64_t polygon_event(lattice_point p, std::int32_t vertex) {
     constexpr std::int32_t offset = 1 << 19;
     const std::int64_t event = std::int64_t{p.y + offset} << 44 | std::int64_t{p.x + offset} << 24 | vertex;
@@ -16848,22 +17448,22 @@ inline bool at_same_point(std::uint64_t event, std::uint64_t other) { return eve
 }}  // namespace ldi
 
 // ---- ldi/mesh/simplify.hpp
-// Simplifies the boundaries of charts after Douglas and Peucker (paper, section "Meshing", Figure "meshing" b). A piece that two
-// charts share is simplified once, so both have the same vertices along it and fit together without cracks.
+// Simplifies the boundaries of charts after Douglas and Peucker (paper, section "Meshing", Figure "meshing" b). A piece between
+// two charts is simplified once, so both charts have the same vertices along it and fit together without cracks.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct simplify_options {
-    /// Largest distance of a corner from the simplified boundary, in pixels. 0 only drops corners inside straight stretches.
+    /// Maximum distance of a corner from the simplified boundary, in pixels. 0 drops only corners inside straight stretches.
     float tolerance = 1.0F;
-    /// Largest difference between the disparity of a corner and that of the simplified boundary: a shared boundary bends where
-    /// its surface does.
+    /// Maximum difference between the disparity of a corner and of the simplified boundary, so that a boundary bends where its
+    /// surface bends.
     float disparity_tolerance = 0.01F;
-    /// Largest shift of the texture along an edge when it is drawn, in pixels (depth_range::texture_shift).
+    /// Maximum shift of the texture along an edge when it is drawn, in pixels (depth_range::texture_shift).
     float texture_tolerance = 0.5F;
 };
 
-/// One edge of the simplified boundary: from corner number `index` of what is left of a piece to the one after it.
+/// An edge of the simplified boundary: from the kept corner number `index` of a piece to the next kept corner.
 struct boundary_edge {
     std::int32_t piece, index;
     friend bool operator<(const boundary_edge& a, const boundary_edge& b) {
@@ -16872,7 +17472,7 @@ struct boundary_edge {
     friend bool operator==(const boundary_edge&, const boundary_edge&) = default;
 };
 
-/// A corner to split an edge of the simplified boundary at.
+/// A corner at which to split an edge of the simplified boundary.
 struct boundary_split {
     boundary_edge edge;
     std::int32_t corner;
@@ -16882,8 +17482,8 @@ struct boundary_split {
     friend bool operator==(const boundary_split&, const boundary_split&) = default;
 };
 
-/// The rest of every piece: indices of corners, from the start of the piece to its end, both included. Single edges can be
-/// split where a simplified outline would cross itself.
+/// Kept corners of every piece: indices of corners, from the start of the piece to its end, both included. split() refines
+/// single edges if a simplified outline would cross itself.
 class simplified_boundary {
 public:
     /// Raises invalid_option if a tolerance is negative. `outlines` must outlive the result.
@@ -16894,16 +17494,16 @@ public:
         return {first, first + stretches_[piece].count};
     }
 
-    /// The corners that an edge leaves out: all indices from `first` to before `second`.
+    /// Range of the corners that an edge skips: all indices from `first` to before `second`.
     std::pair<std::int32_t, std::int32_t> left_out(boundary_edge edge) const;
 
-    /// The farthest of the corners that an edge skips. The edge must skip at least one.
+    /// Returns the farthest of the corners that an edge skips. The edge must skip at least one.
     std::int32_t farthest_left_out(boundary_edge edge) const;
 
-    /// Splits edges, all at once, at corners that they skip. `splits` are sorted and different.
+    /// Splits edges, all at once, at corners that they skip. splits  sorted, without duplicates
     void split(std::span<const boundary_split> splits);
 
-    /// Whether an edge came from the last split.
+    /// Whether the last split created an edge.
     bool is_fresh(boundary_edge edge) const {
         const stretch& r = stretches_[edge.piece];
         return r.split == splits_ && fresh_[r.first + edge.index] != 0;
@@ -16912,27 +17512,27 @@ public:
 private:
     struct stretch {
         std::int32_t first, count;
-        std::int32_t split;  ///< number of the split that made it
+        std::int32_t split;  ///< number of the split that created it
     };
 
     const outline_corner& corner(std::int32_t id) const { return outlines_.corners[id]; }
     const chart_outlines& outlines_;
     buffer<std::int32_t> kept_;
-    buffer<std::uint8_t> fresh_;  ///< for each element of kept_, whether the edge that begins there is new in its split
+    buffer<std::uint8_t> fresh_;  ///< per element of kept_: whether the edge that starts there is new in its split
     buffer<stretch> stretches_;
     std::int32_t splits_ = 0;
 };
 
 namespace detail {
 
-/// Marks what Douglas-Peucker keeps of a polyline, its ends included. A corner's error is its distance to the segment in units of
-/// the tolerance, or that of its disparity in units of the other, whichever is larger. A segment without such errors that shifts
-/// the texture too far is cut in the middle.
+/// Marks the points of a polyline that Douglas-Peucker keeps, including both ends. The error of a corner is the larger of two
+/// ratios: its distance to the segment over the tolerance, and its difference in disparity over disparity_tolerance. A segment
+/// without errors above 1 that shifts the texture too far is split in the middle.
 inline void douglas_peucker(const buffer<outline_corner>& points, const simplify_options& options, const depth_range& range,
                             buffer<std::uint8_t>& keep, buffer<std::pair<std::int32_t, std::int32_t>>& stack) {
     keep.assign(points.size(), 0);
     keep.front() = keep.back() = 1;
-    // A tolerance of zero still lets go of points on the segment itself, to within the rounding of the arithmetic below.
+    // A tolerance of zero still drops points on the segment itself, up to the rounding errors below.
     const float inverse_tolerance = 1.0F / (std::max)(options.tolerance, 1e-3F);
     const float inverse_disparity_tolerance = 1.0F / (std::max)(options.disparity_tolerance, 1e-6F);
     stack.assign(1, {0, points.count() - 1});
@@ -17007,7 +17607,7 @@ inline std::int32_t simplified_boundary::farthest_left_out(boundary_edge edge) c
     const std::int32_t at = stretches_[edge.piece].first + edge.index;
     const outline_corner &a = corner(kept_[at]), &b = corner(kept_[at + 1]);
     const std::int64_t dx = b.x - a.x, dy = b.y - a.y;
-    // Corners on the edge itself are all equally far; then the middle one is as good as any.
+    // Corners on the edge itself are equally far; the middle one is then a good choice.
     std::int32_t farthest = first + (last - first) / 2;
     std::int64_t distance = 0;
     for (std::int32_t c = first; c < last; ++c) {
@@ -17039,11 +17639,11 @@ inline void simplified_boundary::split(std::span<const boundary_split> splits) {
 }}  // namespace ldi
 
 // ---- ldi/mesh/detail/outline_clearance.hpp
-// Tells how much room there is around a place inside a chart, so that vertices keep clear of its outline.
+// Measures the distance from a place inside a chart to its outline, so that vertices keep clear of the outline.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Answers for the left side of pixels that have at least `clearance` pixels of their chart's row to either side.
+/// Answers for the left side of pixels with at least `clearance` pixels of their chart on either side in the row.
 class outline_clearance {
 public:
     /// sides      K: the boundary sides of each pixel (mark_boundary_sides)
@@ -17051,11 +17651,10 @@ public:
     outline_clearance(const graph_view& g, const buffer<std::uint8_t>& sides, std::int32_t clearance)
         : g_(g), sides_(sides), clearance_(clearance) {}
 
-    /// Whether the chart ends above one of the pixels of the row within the clearance.
+    /// Whether the chart ends above any pixel of the row within the clearance.
     bool ends_above(std::int32_t pixel) const { return (sides_around(pixel) & side_bit(0)) != 0; }
 
-    /// Whether the rows from that of `pixel` on towards side `s` (0 up, 2 down) belong to the chart all around, over the
-    /// clearance.
+    /// Whether all rows within the clearance belong to the chart, from the row of `pixel` toward side `s` (0 up, 2 down).
     bool is_clear(std::int32_t pixel, int s) const {
         for (std::int32_t row = 1;; ++row) {
             const std::int32_t first = pixel - clearance_, last = pixel + clearance_ - 1;
@@ -17068,7 +17667,7 @@ public:
     }
 
 private:
-    /// The boundary sides of all pixels of the row within the clearance, in one byte.
+    /// Combines the boundary sides of all pixels of the row within the clearance in one byte.
     std::uint8_t sides_around(std::int32_t pixel) const {
         const std::uint8_t* at = sides_.data() + (pixel - clearance_);
         const std::uint8_t* const end = sides_.data() + (pixel + clearance_);
@@ -17088,12 +17687,12 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/mesh/detail/stud_lines.hpp
-// The lines along which studs and single vertices stand, and the places on a line that get a vertex: evenly spaced lines across a
-// chart, and the bends of disparity along one of them.
+// Evenly spaced lines across a chart, on which studs and single vertices are placed, and the bends of disparity along a line,
+// where vertices are placed.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Lines between the ends of an extent, as evenly as whole numbers allow. Tabulated, because every row of a chart asks for them.
+/// Divides an extent by evenly spaced lines at integer positions. Tabulated, because every row of a chart looks them up.
 class even_lines {
 public:
     even_lines(std::int32_t begin, std::int32_t length, std::int32_t spacing) : first_(begin) {
@@ -17108,7 +17707,7 @@ public:
 
     std::int32_t count() const { return positions_.count(); }
     std::int32_t position(std::int32_t line) const { return positions_[line]; }
-    /// The first line that does not lie before `at`, at most the end of the extent; count() if there is none.
+    /// Returns the first line at or after `at`, or count() if there is none. at  at most the end of the extent
     std::int32_t line_from(std::int32_t at) const { return line_from_[(std::max)(at - first_, 0)]; }
     bool has_line_at(std::int32_t at) const {
         const std::int32_t line = line_from(at);
@@ -17120,10 +17719,10 @@ private:
     buffer<std::int32_t> positions_, line_from_;
 };
 
-/// Finds where a profile bends: what Douglas-Peucker keeps of it, its ends included.
+/// Finds the bends of a profile: the points that Douglas-Peucker keeps, including both ends.
 class bend_finder {
 public:
-    /// Calls found(i) for ascending indices i in [margin, size - margin). A stretch [first, last] without bends is cut in the
+    /// Calls found(i) for ascending indices i in [margin, size - margin). Splits a stretch [first, last] without bends in the
     /// middle if is_too_long(first, last).
     template <class TooLong, class Function>
     void operator()(const buffer<float>& profile, float tolerance, std::int32_t margin, TooLong&& is_too_long, Function&& found) {
@@ -17160,27 +17759,27 @@ private:
 // ---- ldi/mesh/studs.hpp
 // Studs: vertical polylines inside charts that carry the interior vertices (paper, section "Meshing", Figure "meshing" c).
 //
-// As in the paper, studs stand as evenly as possible between the left and right end of a chart, and the triangulation keeps their
-// edges. Three things differ. Vertices are not evenly spaced but lie where disparity bends along the stud: with even spacing the
-// error is several times as large at the same number of triangles. Single vertices stand between the studs where disparity bends
-// along evenly spaced rows. Without them everything upright and narrower than the distance between studs would be lost; they
-// reduce the error by a quarter at the same number of vertices. Finally, no vertex lies near the outline: the sweep that
-// triangulates (triangulate.hpp) ties the first and last vertex of a stud to vertices of the outline, so outlines need no extra
-// ones.
+// As in the paper, studs are distributed evenly between the left and right end of a chart, and the triangulation keeps their
+// edges. Three things differ. First, the vertices of a stud are not evenly spaced but lie where disparity bends: with even
+// spacing the error is several times as large for the same number of triangles. Second, single vertices lie between the studs
+// where disparity bends along evenly spaced rows. Without them, everything upright and narrower than the distance between studs
+// would be lost; they reduce the error by a quarter for the same number of vertices. Third, no vertex lies near the outline: the
+// sweep that triangulates (triangulate.hpp) connects the first and last vertex of a stud to vertices of the outline, so outlines
+// need no extra vertices.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct stud_options {
-    /// The distance aimed at between studs, and between the rows with single vertices, in pixels; at least 1. Trades triangles
-    /// for accuracy, as the tolerance does; both were chosen by trial.
+    /// Target distance between studs, and between the rows with single vertices, in pixels; at least 1. Trades triangles for
+    /// accuracy, as the tolerance does; both were tuned by experiment.
     std::int32_t spacing = 24;
-    /// Largest error of disparity interpolated between two vertices along a stud or row.
+    /// Maximum error of disparity interpolated between two vertices along a stud or row.
     float disparity_tolerance = 0.006F;
-    /// No vertex has a pixel of another chart or surface within this many pixels, so studs keep clear of simplified outlines; and
-    /// no single vertex lies this near to a stud. More than the tolerance of outlines; at most 64.
+    /// Minimum distance in pixels from a vertex to other charts and surfaces, so that studs keep clear of simplified outlines,
+    /// and from a single vertex to a stud. Must be larger than the tolerance of outlines; at most 64.
     std::int32_t clearance = 4;
-    /// Largest shift of the texture over a triangle when it is drawn, in pixels (depth_range::texture_shift). On slanted surfaces
-    /// studs and their vertices stand closer for it, though not closer than twice the clearance.
+    /// Maximum shift of the texture over a triangle when it is drawn, in pixels (depth_range::texture_shift). On slanted
+    /// surfaces this moves studs and their vertices closer together, but not closer than twice the clearance.
     float texture_tolerance = 0.5F;
 };
 
@@ -17191,29 +17790,28 @@ struct stud_set {
     buffer<std::int32_t> first_stud;    ///< chart c has studs [first_stud[c], first_stud[c + 1])
 };
 
-/// Places the studs of all charts.
+/// Places the studs of all charts. Raises invalid_option.
 ///
 /// layers    in canonical order
 /// charts    a partition of the pixels (make_charts)
-/// outlines  of these charts (trace_outlines)
-/// Raises invalid_option.
+/// outlines  outlines of these charts (trace_outlines)
 template <has_columns<disparity_column> Layers>
 stud_set make_studs(const Layers& layers, const depth_range& range, const chart_set& charts, const chart_outlines& outlines,
                     const stud_options& options = {});
 
 namespace detail {
 
-/// Reads disparity along studs and rows in one pass over the rows of charts, in the order in which pixels lie in memory.
+/// Reads disparity along studs and rows in one pass over the rows of charts, in memory order.
 class stud_sampler {
 public:
     enum presence : std::uint8_t { absent, continued, begun };  // begun: not connected to the row above
 
-    /// Column k of a chart has one sample for each row of the chart's bounding box.
+    /// Lines of a chart. Each line has one sample for each row of the chart's bounding box.
     struct columns {
         even_lines lines;
         std::size_t first_sample;
     };
-    /// A vertex between the studs.
+    /// A vertex between studs.
     struct single {
         std::int32_t chart;
         outline_corner vertex;
@@ -17244,7 +17842,7 @@ public:
         present.assign(total, absent);
         std::int32_t begin = 0;
         for (std::int32_t pixel : outlines_.boundary_pixels) {
-            // A row of one chart: pixels begin to end - 1. In canonical order they lie side by side.
+            // A row of one chart: pixels begin to end - 1, adjacent in memory because of the canonical order.
             const std::uint8_t at_pixel = sides_[pixel];
             if ((at_pixel & side_bit(3)) != 0) begin = pixel;
             if ((at_pixel & side_bit(1)) == 0) continue;
@@ -17256,17 +17854,18 @@ public:
         }
     }
 
-    /// The index of a sample: row `row` of column k, counted from the chart's first sample.
+    /// Index of a sample: row `row` of column k, relative to the chart's first sample.
     static std::size_t sample_offset(const chart& box, std::int32_t k, std::int32_t row) {
         return static_cast<std::size_t>(std::int64_t{k} * box.height + row);
     }
 
 private:
-    /// The distance between studs at which drawing keeps nine tenths of the chart's texture within its tolerance. All of it would
-    /// let a single crease decide for the whole chart; the share was chosen by trial.
+    /// Spacing between studs at which drawing keeps nine tenths of the chart's texture within its tolerance. With all of it, a
+    /// single crease would determine the spacing of the whole chart; the share was tuned by experiment.
     std::int32_t spacing_for(const chart& c, const depth_range& range) {
-        // About a thousand slopes tell as much as all: on 121 charts of 17 photos the spacing is off by 0.4 of 24 pixels on
-        // average, in an eighth of the time that 16,000 take. Each is taken over 8 pixels, at least 61 apart, by trial.
+        // About a thousand slopes suffice: on 121 charts of 17 photos, the spacing differs by 0.4 of 24 pixels on average from
+        // that of 16,000 slopes, in an eighth of the time. Each slope spans 8 pixels, at least 61 apart; both were tuned by
+        // experiment.
         constexpr std::int32_t reach = 8;
         const std::int32_t stride = (std::max)(61, c.pixels.count() / 1024);
         shifts_.clear();
@@ -17314,7 +17913,7 @@ private:
         });
     }
 
-    /// Disparity on the left side of a pixel that continues the row of the pixel before it.
+    /// Returns the disparity at the left side of a pixel that continues the row of the previous pixel.
     float between(std::int32_t pixel) const { return 0.5F * (disparity_[pixel - 1] + disparity_[pixel]); }
 
     graph_view g_;
@@ -17327,7 +17926,7 @@ private:
     bend_finder find_bends_;
 };
 
-/// Turns what was sampled into studs, chart by chart.
+/// Converts samples to studs, chart by chart.
 class stud_placer {
 public:
     stud_placer(const stud_sampler& sampled, const stud_options& options, const depth_range& range)
@@ -17348,7 +17947,7 @@ public:
     stud_set finish() { return std::move(result_); }
 
 private:
-    /// Connected rows of a column, for one stud. The rows of the columns to the left and right lie `height` samples away.
+    /// Connected rows of a column, for one stud. The samples of the adjacent columns are `height` elements away.
     struct stretch {
         const float* samples;
         const std::uint8_t* present;
@@ -17364,7 +17963,8 @@ private:
             if (s.present[s.begin] == stud_sampler::absent) continue;
             while (s.end < s.height && s.present[s.end] == stud_sampler::continued) ++s.end;
             if (s.end - s.begin < 2 * options_.clearance) continue;
-            // Vertices lie between rows. The ends, near the outline, only serve to measure the others.
+            // Vertices lie between rows. The ends are too close to the outline to become vertices, but their samples limit the
+            // error.
             profile_.assign(1, s.samples[s.begin]);
             for (std::int32_t row = s.begin + 1; row < s.end; ++row)
                 profile_.push_back(0.5F * (s.samples[row - 1] + s.samples[row]));
@@ -17379,8 +17979,8 @@ private:
         }
     }
 
-    /// The shift of the texture along the stud from one place of its profile to another, or, if larger, towards the columns to
-    /// the left and right from there.
+    /// Returns the larger shift of the texture: along the stud between two indices of its profile, or toward the adjacent
+    /// columns at these indices.
     float texture_shift(const stretch& s, std::int32_t a, std::int32_t b) const {
         const float length = nearest_float(b - a);
         float shift = range_.texture_shift(length, profile_[a], profile_[b]);
@@ -17437,16 +18037,16 @@ stud_set make_studs(const Layers& layers, const depth_range& range, const chart_
 }}  // namespace ldi
 
 // ---- ldi/mesh/detail/chart_polygon.hpp
-// The polygon of a chart, for triangulation: its simplified outline, then its studs.
+// Polygon of a chart for triangulation: its simplified outline, then its studs.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// A chart's polygon for the triangulator, and the source of the edge after each outline vertex.
+/// Polygon for the triangulator, and for each outline vertex the boundary edge that starts there.
 struct chart_polygon {
     polygon shape;
     buffer<std::int32_t> corners;
     buffer<boundary_edge> edges;
-    buffer<std::uint8_t> fresh;  ///< whether an edge came from the last split
+    buffer<std::uint8_t> fresh;  ///< per edge: whether the last split created it
 
     void assign(const chart_outlines& outlines, const simplified_boundary& boundary, const chart& box, std::int32_t chart_index) {
         shape.clear(), corners.clear(), edges.clear(), fresh.clear();
@@ -17487,16 +18087,17 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/mesh/detail/crossings.hpp
-// Finds where a polygon's outline crosses or touches itself, all places at once.
+// Finds all points where a polygon's outline crosses or touches itself.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Compares the outline edges of a polygon whose bounding boxes meet. Keep one to reuse its memory.
+/// Compares outline edges of a polygon whose bounding boxes meet. Keep an object to reuse its memory.
 class crossing_finder {
 public:
-    /// Calls collision(v, w) for edges v -> next[v] and w -> next[w] that meet anywhere but in end points of both; overlap(v, w)
-    /// for vertices at one point through which the outline passes twice with overlapping interiors; and spike(v) for vertices at
-    /// which the outline doubles back or has an edge of length 0. Edges may overlap. May report a fault more than once.
+    /// Reports three kinds of faults: collision(v, w) for edges v -> next[v] and w -> next[w] that meet elsewhere than in end
+    /// points of both; overlap(v, w) for vertices at one point through which the outline passes twice with overlapping
+    /// interiors; and spike(v) for vertices where the outline doubles back or has an edge of length 0. Edges may overlap. May
+    /// report a fault more than once.
     template <class Report>
     void find_all(const polygon& shape, Report& report) {
         assign(shape);
@@ -17513,7 +18114,7 @@ public:
         }
     }
 
-    /// The same for edges with fresh[v] != 0 against all others, where those are known not to meet.
+    /// As find_all(), but compares only edges with fresh[v] != 0 to all edges; the other edges must not meet each other.
     template <class Report>
     void find_fresh(const polygon& shape, const buffer<std::uint8_t>& fresh, Report& report) {
         if (std::count(fresh.begin(), fresh.end(), 0) + max_fresh < fresh.count()) return find_all(shape, report);
@@ -17535,7 +18136,7 @@ public:
         }
     }
 
-    /// The vertex before v on the outline of the last polygon.
+    /// Returns the vertex before v on the outline of the last polygon.
     std::int32_t before(std::int32_t v) const { return before_[v]; }
 
 private:
@@ -17543,7 +18144,8 @@ private:
         lattice_point a, b;
         std::int32_t left, right, top, bottom, vertex;
     };
-    /// The outline comes to `at` from `from` and leaves for `to`; the interior is what lies clockwise from `to` to `from`.
+    /// A vertex of the outline: it arrives from `from` at `at` and leaves to `to`. The interior extends clockwise from `to` to
+    /// `from`.
     struct visit {
         lattice_point at, from, to;
     };
@@ -17552,10 +18154,10 @@ private:
     struct entry {
         std::int32_t edge, next;
     };
-    /// Up to this number of new edges, comparing them with all others is faster than a sweep.
+    /// For at most this many new edges, comparing each with all others is faster than a sweep.
     static constexpr std::int32_t max_fresh = 16;
-    /// Columns are 2^4 pixels wide: an outline is nowhere far from the lattice that it follows, so that few of its edges cross a
-    /// row within one.
+    /// Columns are 2^4 pixels wide. Since an outline stays close to the lattice lines that it follows, few of its edges cross a
+    /// row within one column.
     static constexpr int column_shift = 4;
 
     lattice_point point(std::int32_t v) const { return shape_->points[v]; }
@@ -17586,7 +18188,7 @@ private:
 
     std::int32_t column_of(std::int32_t x) const { return (x - left_) >> column_shift; }
 
-    /// Compares an edge with those that the sweep line crosses in the same columns, and adds it to them.
+    /// Compares an edge with all edges in the same columns that cross the sweep line, and adds it to them.
     template <class Report>
     void enter(const edge& e, Report& report) {
         const std::int32_t index = edges_.count();
@@ -17598,7 +18200,7 @@ private:
                     *link = entries_[*link].next;
                     continue;
                 }
-                // Two edges may share several columns: the first of them counts.
+                // Two edges may share several columns; only the first one counts.
                 const bool is_first = column == column_of((std::max)(e.left, f.left));
                 if (is_first && f.left <= e.right && e.left <= f.right && collide(e, f)) report.collision(e.vertex, f.vertex);
                 link = &entries_[*link].next;
@@ -17627,7 +18229,7 @@ private:
     static std::int64_t dot(lattice_point center, lattice_point a, lattice_point b) {
         return std::int64_t{a.x - center.x} * (b.x - center.x) + std::int64_t{a.y - center.y} * (b.y - center.y);
     }
-    /// Whether the direction from v.at to p lies inside the interior at v, not on its edges.
+    /// Whether the direction from v.at to p points into the interior at v, not along its edges.
     static bool inside(const visit& v, lattice_point p) {
         const std::int64_t whole = cross(v.at, v.to, v.from), a = cross(v.at, v.to, p), b = cross(v.at, p, v.from);
         if (whole > 0) return a > 0 && b > 0;
@@ -17663,21 +18265,21 @@ private:
     buffer<std::uint64_t> events_;
     buffer<std::int32_t> before_;
     buffer<edge> edges_;
-    std::int32_t left_ = 0;         ///< of all edges
-    buffer<std::int32_t> columns_;  ///< the last entry of each column, or -1
+    std::int32_t left_ = 0;         ///< minimum over all edges
+    buffer<std::int32_t> columns_;  ///< last entry of each column, or -1
     buffer<entry> entries_;
 };
 
 }}}  // namespace ldi::detail
 
 // ---- ldi/mesh/flip.hpp
-// Flips edges of a triangulation until it is constrained Delaunay (C. L. Lawson 1977): the sweep leaves fans of slivers, along
-// which disparity would be interpolated between vertices that have nothing to do with each other.
+// Flips edges of a triangulation until it is constrained Delaunay (C. L. Lawson 1977). The sweep leaves fans of slivers, which
+// would interpolate disparity between unrelated vertices.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Flips every edge whose two opposite angles sum to more than 180 degrees, except edges of the polygon's chains. Angles are
-/// compared in integers.
+/// Flips every edge whose two opposite angles sum to more than 180 degrees, except edges of the polygon's chains. Compares
+/// angles with integers.
 inline void flip_to_delaunay(std::span<const lattice_point> points, triangulation& t, buffer<std::int32_t>& stack);
 
 namespace detail {
@@ -17688,7 +18290,7 @@ constexpr std::int32_t next_half_edge(std::int32_t h) { return h % 3 == 2 ? h - 
 inline void flip(triangulation& t, std::int32_t h) {
     const std::int32_t m = t.mates[h];
     const std::int32_t h1 = next_half_edge(h), h2 = next_half_edge(h1), m1 = next_half_edge(m), m2 = next_half_edge(m1);
-    // a -> d -> c takes the place of the first triangle, b -> c -> d that of the second.
+    // a -> d -> c replaces the first triangle, b -> c -> d the second.
     t.triangles[h1] = t.triangles[m2];
     t.triangles[m1] = t.triangles[h2];
     const auto connect = [&](std::int32_t from, std::int32_t to) {
@@ -17713,7 +18315,7 @@ inline void flip_to_delaunay(std::span<const lattice_point> points, triangulatio
     int shift = 0;  // keeps products of four coordinate differences within 64 bits
     for (; extent > 1 << 14; extent >>= 1) ++shift;
     shift *= 2;
-    // Flips with shifted angles are not sure to end by themselves. The limit only has to be far above what is ever needed.
+    // With shifted angles, flips are not proven to terminate. This limit is far above any practical number.
     std::size_t flips_left = 64 * t.triangles.size();
     while (!stack.empty() && flips_left > 0) {
         const std::int32_t h = stack.back();
@@ -17725,12 +18327,12 @@ inline void flip_to_delaunay(std::span<const lattice_point> points, triangulatio
                             d = points[t.triangles[m2]];
         const std::int64_t ca_x = a.x - c.x, ca_y = a.y - c.y, cb_x = b.x - c.x, cb_y = b.y - c.y;
         const std::int64_t da_x = a.x - d.x, da_y = a.y - d.y, db_x = b.x - d.x, db_y = b.y - d.y;
-        // sin(angle at c + angle at d), the angles between 0 and 180 degrees; negative beyond 180.
+        // sin(angle at c + angle at d), the angles between 0 and 180 degrees; negative if their sum exceeds 180.
         const std::int64_t cos_c = (ca_x * cb_x + ca_y * cb_y) >> shift, cos_d = (da_x * db_x + da_y * db_y) >> shift;
         const std::int64_t sin_c = (cb_x * ca_y - cb_y * ca_x) >> shift, sin_d = (da_x * db_y - da_y * db_x) >> shift;
         const std::int64_t orientation = sin_c * cos_d + cos_c * sin_d;
         if (!(cos_c < 0 && cos_d < 0) && (cos_c >= 0 && cos_d >= 0 ? true : orientation >= 0)) continue;
-        // Only a strictly convex quadrilateral has another diagonal.
+        // Only a strictly convex quadrilateral has a second diagonal.
         if (detail::turn(c, a, d) >= 0 || detail::turn(d, b, c) >= 0) continue;
         detail::flip(t, h);
         --flips_left;
@@ -17741,35 +18343,35 @@ inline void flip_to_delaunay(std::span<const lattice_point> points, triangulatio
 }}  // namespace ldi
 
 // ---- ldi/mesh/detail/waiting_chains.hpp
-// The vertices of a monotone part of a polygon that still wait for triangles, while the sweep (triangulate.hpp) goes down (de
-// Berg et al., Computational Geometry, chapter 3). Each part keeps them as a chain; a new vertex at either end cuts off all
-// triangles that it can.
+// Chains of the vertices of a monotone part of a polygon that wait for their triangles while the sweep (triangulate.hpp) moves
+// down (de Berg et al., Computational Geometry, chapter 3). Each part has one chain; a new vertex at either end cuts off all
+// possible triangles.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// From left to right the interior lies below the chain, and every vertex but the ends is straight or reflex, or else it would
-/// have been cut off. Nodes of `waiting_chains`, or -1 if there is no chain.
+/// A chain of waiting vertices. From left to right the interior lies below the chain, and every inner vertex is straight or
+/// reflex; convex ones have been cut off. head and tail are nodes of `waiting_chains`, or -1 without a chain.
 struct waiting_chain {
     std::int32_t head = -1, tail = -1;
-    std::int32_t lowest = -1;  ///< the node added last: what comes next below the chain sees it
+    std::int32_t lowest = -1;  ///< the last node added: the next vertex below the chain is visible from it
 };
 
-/// The nodes of all chains, and the triangles cut off from them. Keep one to reuse its memory.
+/// Nodes of all chains, and the triangles cut off from them. Keep an object to reuse its memory.
 class waiting_chains {
 public:
     void clear() { nodes_.clear(), open_sides_.clear(); }
 
-    /// A chain of one vertex.
+    /// Starts a chain with one vertex.
     waiting_chain begin(std::int32_t vertex, lattice_point at) {
         const std::int32_t only = add_node(vertex, at);
         return {only, only, only};
     }
 
-    /// Adds a link: the placeholder of an inner edge until both of its triangles are known. Edges of the polygon itself have the
-    /// link -1.
+    /// Adds a link: a placeholder for an inner edge until both of its triangles are known. Edges of the polygon itself have link
+    /// -1.
     std::int32_t add_link() { return add_link(-1); }
 
-    /// Adds a vertex to the right end, over an edge known by `link`, and cuts off what became convex.
+    /// Adds a vertex at the right end, connected by the edge `link`, and cuts off all vertices that become convex.
     void append(waiting_chain& chain, std::int32_t vertex, lattice_point at, std::int32_t link, triangulation& result) {
         const std::int32_t p = add_node(vertex, at);
         std::int32_t a = chain.tail;
@@ -17786,7 +18388,7 @@ public:
         chain.tail = chain.lowest = p;
     }
 
-    /// The same at the left end.
+    /// Adds a vertex at the left end, as append().
     void prepend(waiting_chain& chain, std::int32_t vertex, lattice_point at, std::int32_t link, triangulation& result) {
         const std::int32_t p = add_node(vertex, at);
         std::int32_t a = chain.head;
@@ -17803,8 +18405,8 @@ public:
         chain.head = chain.lowest = p;
     }
 
-    /// Divides a chain at its lowest vertex, which becomes the end of `chain` and, as a copy, the beginning of the chain
-    /// returned.
+    /// Divides a chain at its lowest vertex. This vertex becomes the end of `chain`, and a copy becomes the start of the
+    /// returned chain.
     waiting_chain divide(waiting_chain& chain) {
         const std::int32_t last = chain.lowest, end = chain.tail;
         const std::int32_t copy = add_node(nodes_[last].vertex, nodes_[last].at);
@@ -17813,20 +18415,20 @@ public:
         return {copy, last == end ? copy : end, copy};
     }
 
-    /// Makes one chain of two, the last vertex of the first and the first vertex of the second being one.
+    /// Joins two chains; the last vertex of `left` equals the first vertex of `right`.
     void unite(waiting_chain& left, const waiting_chain& right) {
         join(left.tail, nodes_[right.head].next, nodes_[right.head].link);
         left.tail = right.tail;
     }
 
-    /// Whether all of a chain has been cut off but its first and last vertex.
+    /// Whether only the first and the last vertex of a chain remain.
     bool is_edge(const waiting_chain& chain) const { return nodes_[chain.tail].previous == chain.head; }
 
 private:
     struct node {
         lattice_point at;
         std::int32_t vertex, previous, next;
-        std::int32_t link;  ///< of the edge to the next vertex
+        std::int32_t link;  ///< link of the edge to the next vertex
     };
 
     std::int32_t add_node(std::int32_t vertex, lattice_point at) {
@@ -17849,7 +18451,7 @@ private:
         return half_edge;
     }
 
-    /// Notes that `half_edge` lies along an edge, for the second triangle there to find.
+    /// Records that `half_edge` lies along an edge, or connects it to the half-edge recorded before.
     void attach(std::int32_t link, std::int32_t half_edge, triangulation& result) {
         if (link < 0) return;
         std::int32_t& other = open_sides_[link];
@@ -17862,30 +18464,30 @@ private:
     }
 
     buffer<node> nodes_;
-    buffer<std::int32_t> open_sides_;  ///< for each link the half-edge on its first side, or -1
+    buffer<std::int32_t> open_sides_;  ///< per link: the half-edge on its first side, or -1
 };
 
 }}}  // namespace ldi::detail
 
 // ---- ldi/mesh/triangulate.hpp
 // Plane-sweep triangulation of polygons with holes and inner polylines (paper, section "Meshing", Figure "meshing" d; de Berg et
-// al., Computational Geometry, chapter 3). One sweep from top to bottom both cuts the polygon into monotone parts and
-// triangulates them: each part between two active edges keeps the chain of vertices that still wait for triangles. All decisions
-// are exact integer arithmetic, and the same sweep finds out whether the polygon crosses or touches itself.
+// al., Computational Geometry, chapter 3). One sweep from top to bottom divides the polygon into monotone parts and triangulates
+// them: each part between two active edges keeps a chain of vertices that wait for their triangles. All decisions use exact
+// integer arithmetic, and the same sweep detects whether the polygon crosses or touches itself.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The reason that a polygon can't be triangulated: some of these edges, known by the vertices at which they begin, cross or
-/// touch at a place where they must not.
+/// A reason why a polygon can't be triangulated: some of these edges, identified by their first vertices, cross or touch where
+/// they must not.
 struct polygon_conflict {
     buffer<std::int32_t> edges;
 };
 
-/// Triangulates polygons. Keep one to reuse its memory.
+/// Triangulates polygons. Keep an object to reuse its memory.
 class triangulator {
 public:
-    /// Every vertex is used, every edge of a chain is an edge of a triangle, no triangle is degenerate. If the polygon is not
-    /// one, says where; `result` is of no use then.
+    /// Triangulates a polygon. Every vertex is used, every edge of a chain is an edge of a triangle, and no triangle is
+    /// degenerate. Returns the conflict if the polygon crosses or touches itself; `result` is then invalid.
     std::optional<polygon_conflict> operator()(const polygon& shape, triangulation& result);
 
 private:
@@ -17893,11 +18495,11 @@ private:
     struct active_edge {
         lattice_point upper, lower;
         std::int32_t upper_vertex, lower_vertex;
-        std::int32_t edge;  ///< the vertex at which it begins
+        std::int32_t edge;  ///< the vertex at which it begins in the polygon
         bool interior_left, interior_right;
-        detail::waiting_chain part{};  ///< of the part to the right; only if interior_right
+        detail::waiting_chain part{};  ///< chain of the part to the right; only if interior_right
     };
-    /// A point that the sweep has reached. The edges that end there stand side by side in the status.
+    /// A point that the sweep has reached. The edges that end there are adjacent in the status.
     struct swept_point {
         lattice_point at;
         std::size_t first_event, last_event;       ///< its vertices: events_[first_event .. last_event)
@@ -17912,7 +18514,7 @@ private:
     void collect_events(const polygon& shape);
     std::optional<polygon_conflict> sweep_point(const polygon& shape, swept_point& p, triangulation& result);
 
-    // The steps of sweep_point. Each that returns a bool returns false if the polygon is in conflict with itself here.
+    // Steps of sweep_point. A bool result is false if the polygon is in conflict with itself at this point.
     std::optional<polygon_conflict> collect_edges(const polygon& shape, swept_point& p);
     void start_edge(const polygon& shape, std::int32_t from, std::int32_t to);
     bool find_ending_edges(swept_point& p) const;
@@ -17922,11 +18524,11 @@ private:
     void replace_edges(const swept_point& p);
     polygon_conflict conflict_at(const polygon& shape, const swept_point& p) const;
 
-    buffer<std::uint64_t> events_;  ///< vertices by y, then x
-    buffer<std::int32_t> before_;   ///< the vertex whose next is this one
+    buffer<std::uint64_t> events_;  ///< vertices sorted by y, then x
+    buffer<std::int32_t> before_;   ///< per vertex its predecessor
     detail::waiting_chains chains_;
     buffer<active_edge> status_;    ///< edges that cross the sweep line, from left to right
-    buffer<active_edge> starting_;  ///< edges that begin at the point being swept, from left to right
+    buffer<active_edge> starting_;  ///< edges that begin at the current point, from left to right
 };
 
 inline std::optional<polygon_conflict> triangulator::operator()(const polygon& shape, triangulation& result) {
@@ -17962,7 +18564,7 @@ inline std::optional<polygon_conflict> triangulator::sweep_point(const polygon& 
     return std::nullopt;
 }
 
-/// Counts the edges that end here and files those that begin.
+/// Counts the edges that end here and records those that begin.
 inline std::optional<polygon_conflict> triangulator::collect_edges(const polygon& shape, swept_point& p) {
     starting_.clear();
     for (std::size_t event = p.first_event; event < p.last_event; ++event) {
@@ -17983,14 +18585,14 @@ inline std::optional<polygon_conflict> triangulator::collect_edges(const polygon
     return std::nullopt;
 }
 
-/// Files the edge from -> to under the edges that begin at its upper end.
+/// Adds the edge from -> to to the edges that begin at its upper end.
 inline void triangulator::start_edge(const polygon& shape, std::int32_t from, std::int32_t to) {
     const lattice_point a = shape.points[from], b = shape.points[to];
     const bool downwards = detail::above(a, b), inner = from >= shape.outline_count;
     const active_edge e{downwards ? a : b,  downwards ? b : a,  downwards ? from : to, downwards ? to : from, from,
                         inner || downwards, inner || !downwards};
-    // Of two collinear, overlapping edges, the one with the interior on its left counts as left: the gap between them is empty
-    // and outside.
+    // If two collinear edges overlap, the one with the interior on its left sorts first: the gap between them is empty and
+    // outside.
     const auto left_of = [](const active_edge& f, const active_edge& g) {
         const std::int64_t t = detail::turn(f.lower, f.upper, g.lower);
         return t != 0 ? t > 0 : f.interior_left && !g.interior_left;
@@ -18000,7 +18602,7 @@ inline void triangulator::start_edge(const polygon& shape, std::int32_t from, st
     starting_.insert(starting_.begin() + place, e);
 }
 
-/// The edges that end here must be all those in the status between the one that passes on the left and the one on the right.
+/// Finds the edges that end here. They must fill the status between the nearest passing edges on the left and right.
 inline bool triangulator::find_ending_edges(swept_point& p) const {
     const active_edge* const first =
         std::partition_point(status_.begin(), status_.end(), [&](const active_edge& e) { return is_right_of(p.at, e); });
@@ -18014,8 +18616,8 @@ inline bool triangulator::find_ending_edges(swept_point& p) const {
     return true;
 }
 
-/// Interior and exterior must alternate across the new edges as they did across the old ones, and what is one part of the
-/// interior at this point must be one vertex.
+/// Checks that interior and exterior alternate across the new edges as across the old ones, and that each part of the interior
+/// at this point has one vertex.
 inline bool triangulator::interior_alternates(const swept_point& p) const {
     bool interior = p.interior_left;
     for (const active_edge& e : starting_) {
@@ -18032,7 +18634,7 @@ inline bool triangulator::interior_alternates(const swept_point& p) const {
     return true;
 }
 
-/// Triangulates the rest of the parts between two edges that end here.
+/// Completes the triangles of the parts between two edges that end here.
 inline bool triangulator::end_parts(const swept_point& p, triangulation& result) {
     for (std::size_t i = p.first_ending; i + 1 < p.last_ending(); ++i) {
         if (!status_[i].interior_right) continue;
@@ -18044,8 +18646,8 @@ inline bool triangulator::end_parts(const swept_point& p, triangulation& result)
     return true;
 }
 
-/// The parts to the left and to the right go on below this point. Where no edge begins they become one; where none ends and there
-/// is only one, it is divided.
+/// Continues the parts to the left and right below this point. If no edge begins, they become one; if no edge ends and there is
+/// only one part, it is divided.
 inline bool triangulator::continue_parts(const swept_point& p, triangulation& result) {
     const bool ends = p.ending > 0, begins = !starting_.empty();
     if (!ends && !begins && !p.interior_left) return false;
@@ -18055,7 +18657,7 @@ inline bool triangulator::continue_parts(const swept_point& p, triangulation& re
     const std::int32_t right_vertex = ends     ? status_[p.last_ending() - 1].lower_vertex
                                       : begins ? starting_.back().upper_vertex
                                                : left_vertex;
-    // If the interior is one part above this point, or one below it, then it has one vertex here.
+    // If the interior is one part above or below this point, it has one vertex here.
     if (p.interior_left && (!ends || !begins) && left_vertex != right_vertex) return false;
     if (p.interior_left && begins && starting_.front().upper_vertex != left_vertex) return false;
     if (p.interior_right && begins && starting_.back().upper_vertex != right_vertex) return false;
@@ -18065,7 +18667,7 @@ inline bool triangulator::continue_parts(const swept_point& p, triangulation& re
     if (p.interior_right && ends) right = status_[p.last_ending() - 1].part;
     std::int32_t diagonal = -1;
     if (p.interior_left && !ends) {
-        // Inside a part: the last vertex that was added to its chain sees this one.
+        // Inside a part: the last vertex added to its chain is visible from this one.
         right = chains_.divide(left);
         diagonal = chains_.add_link();
     }
@@ -18082,7 +18684,7 @@ inline bool triangulator::continue_parts(const swept_point& p, triangulation& re
     return true;
 }
 
-/// Puts the edges that begin in the place of those that end.
+/// Replaces the edges that end by those that begin.
 inline void triangulator::replace_edges(const swept_point& p) {
     const std::size_t replaced = (std::min)(p.ending, starting_.size());
     active_edge* const place = status_.begin() + p.first_ending;
@@ -18093,8 +18695,8 @@ inline void triangulator::replace_edges(const swept_point& p) {
         status_.insert(place + replaced, starting_.begin() + replaced, starting_.end());
 }
 
-/// All edges that meet at a point, those that pass it next to its place in the status, and those next to where its edges really
-/// are.
+/// Collects all edges that meet at a point, those that pass it next to its place in the status, and those next to the actual
+/// position of its edges.
 inline polygon_conflict triangulator::conflict_at(const polygon& shape, const swept_point& p) const {
     polygon_conflict conflict;
     const auto add = [&](std::int32_t vertex) {
@@ -18114,17 +18716,17 @@ inline polygon_conflict triangulator::conflict_at(const polygon& shape, const sw
 }}  // namespace ldi
 
 // ---- ldi/mesh/flat_mesh.hpp
-// Meshes charts in the plane: outlines, simplified so that none crosses itself, studs, triangles (paper, section "Meshing",
+// Meshes charts in the plane: outlines, simplified without self-intersections, studs, triangles (paper, section "Meshing",
 // Figure "meshing" a to d).
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Silhouettes of what is in front fade out over a strip of this width, in pixels (soft_edges.hpp).
+/// Options of soft edges: silhouettes of foreground surfaces fade out over a strip this wide, in pixels (soft_edges.hpp).
 struct soft_edge_options {
     float min_width = 1.0F;  ///< 0: edges are hard
-    float max_width = 3.0F;  ///< where the matte carries farther; less than the atlas has padding
-    /// The strip takes at most about this share of the bytes that mesh and texture take in a file. Where that is not enough, it
-    /// runs along the largest steps in disparity.
+    float max_width = 3.0F;  ///< width where the matte extends farther; less than the padding of the atlas
+    /// Maximum share of the strip in the bytes of mesh and texture in a file, approximately. If this is not enough for all
+    /// silhouettes, the largest steps in disparity get a strip.
     float largest_share = 0.08F;
 };
 
@@ -18134,12 +18736,12 @@ struct mesh_options {
     soft_edge_options soft_edges;
 };
 
-/// The triangles of one chart, in the plane of the photo.
+/// Triangles of one chart, in the plane of the photo.
 struct chart_mesh {
     buffer<std::int32_t> outline;        ///< its first vertices: indices of corners in chart_outlines, loop by loop
-    std::int32_t first_stud_vertex = 0;  ///< its other vertices: stud_set::vertices from here on
+    std::int32_t first_stud_vertex = 0;  ///< its other vertices: stud_set::vertices from this index on
     std::int32_t stud_vertex_count = 0;
-    buffer<std::uint32_t> triangles;  ///< F x 3 indices into the two, counter-clockwise on screen
+    buffer<std::uint32_t> triangles;  ///< F x 3 indices into outline vertices, then stud vertices; counter-clockwise on screen
 };
 
 /// Results of all steps before lifting, for inspection and tests.
@@ -18147,8 +18749,8 @@ struct flat_mesh {
     chart_outlines outlines;
     stud_set studs;
     buffer<chart_mesh> charts;
-    /// Simplified outline pieces with a chart on one side only: piece p has the corners
-    /// open_corners[first_open_corner[p] .. first_open_corner[p + 1]). Other pieces have none.
+    /// Simplified outline pieces with a chart on one side only. Piece p has the corners open_corners[first_open_corner[p] ..
+    /// first_open_corner[p + 1]); pieces between two charts have none.
     buffer<std::int32_t> open_corners, first_open_corner;
 };
 
@@ -18159,14 +18761,14 @@ flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const 
 
 namespace detail {
 
-/// Checks and triangulates charts, one after the other.
+/// Checks and triangulates charts one after the other.
 class chart_mesher {
 public:
     chart_mesher(flat_mesh& flat, const simplified_boundary& boundary, const chart_set& charts)
         : flat_(flat), boundary_(boundary), charts_(charts) {}
 
-    /// Puts the edges that must be split for the outline of chart c not to cross itself into `to_split`. With `only_fresh` it is
-    /// known that edges that are not from the last split don't cross each other.
+    /// Stores in `to_split` the edges of chart c that must be split so that its outline does not cross itself. With
+    /// `only_fresh`, edges older than the last split are known not to cross each other.
     void find_crossings(std::int32_t c, bool only_fresh, buffer<boundary_split>& to_split) {
         to_split.clear();
         outline_.assign(flat_.outlines, boundary_, charts_.charts[c], c);
@@ -18178,7 +18780,7 @@ public:
         const polygon& shape = outline_.shape;
         std::int32_t v = 0;
         for (std::int32_t l = flat_.outlines.first_loop[c]; l < flat_.outlines.first_loop[c + 1]; ++l) {
-            // A loop that is hardly more than a slit can turn inside out without crossing anything.
+            // A narrow loop, almost a slit, can turn inside out without a crossing.
             std::int64_t twice_area = 0;
             const std::int32_t loop_start = v;
             std::int32_t next = v;
@@ -18194,14 +18796,14 @@ public:
         }
     }
 
-    /// Sets flat.charts[c]; or else puts what must be split first into `to_split`.
+    /// Sets flat.charts[c], or stores in `to_split` the edges to split first.
     void triangulate(std::int32_t c, buffer<boundary_split>& to_split) {
         to_split.clear();
         outline_.assign(flat_.outlines, boundary_, charts_.charts[c], c);
         outline_.add_studs(flat_.studs, charts_.charts[c], c);
         if (const std::optional<polygon_conflict> conflict = triangulator_(outline_.shape, triangles_)) {
             for (std::int32_t v : conflict->edges) blame(v, to_split);
-            // If that is not enough, the cause lies elsewhere in the chart.
+            // If no edge can be blamed, the cause lies elsewhere in the chart.
             for (std::int32_t v = 0, all = to_split.empty() ? outline_.shape.outline_count : 0; v < all; ++v) blame(v, to_split);
             if (to_split.empty())
                 raise(error_code::mismatch, "build_mesh", "charts with at most one pixel at a position",
@@ -18218,7 +18820,7 @@ public:
     }
 
 private:
-    /// Answers what the crossing finder finds with splits.
+    /// Converts faults from the crossing finder to splits.
     struct crossing_report {
         const chart_mesher& mesher;
         buffer<boundary_split>& to_split;
@@ -18237,7 +18839,7 @@ private:
         void spike(std::int32_t v) { mesher.blame(v, to_split), mesher.blame(mesher.finder_.before(v), to_split); }
     };
 
-    /// Splits the edge after v where it is farthest from its corners.
+    /// Splits the edge after v at its farthest skipped corner.
     void blame(std::int32_t v, buffer<boundary_split>& to_split) const {
         if (v >= outline_.shape.outline_count) return;
         const boundary_edge e = outline_.edges[v];
@@ -18245,8 +18847,8 @@ private:
         if (first < last) to_split.push_back({e, boundary_.farthest_left_out(e)});
     }
 
-    /// Splits each of two edges at the ends of the other: if the outline runs back along itself, because the chart has a slit,
-    /// both sides must keep the same corners. Returns false if neither passes the other's ends.
+    /// Splits each of two edges at the ends of the other. If the outline runs back along itself, because the chart has a slit,
+    /// both sides must keep the same corners. Returns false if neither edge passes an end of the other.
     bool align(std::int32_t v, std::int32_t w, buffer<boundary_split>& to_split) const {
         bool aligned = false;
         for (const auto& [edge, other] : {std::pair{v, w}, std::pair{w, v}}) {
@@ -18282,9 +18884,9 @@ public:
     outline_repair(flat_mesh& flat, simplified_boundary& boundary, const chart_set& charts, Executor& threads)
         : flat_(flat), boundary_(boundary), charts_(charts), threads_(threads), to_split_(charts.charts.size()) {}
 
-    /// Sets flat.charts. An outline, once simplified, can cross itself. Then the edges in question are split, and the charts on
-    /// both sides are checked again. Detailed outlines never cross, so this ends. The triangulation has the last word, but it
-    /// stops at the first conflict, so most crossings are found and repaired before.
+    /// Sets flat.charts. A simplified outline can cross itself. The code then splits the affected edges and checks the charts on
+    /// both sides again. This ends, because fully detailed outlines never cross. The triangulation makes the final decision, but
+    /// it stops at the first conflict, so crossing_finder first finds and repairs most crossings.
     void triangulate_all() {
         buffer<std::int32_t> open;
         for (std::int32_t c = 0; c < charts_.charts.count(); ++c) open.push_back(c);
@@ -18313,7 +18915,7 @@ private:
         });
     }
 
-    /// Makes the splits that the charts in `indices` asked for, and returns the charts on both sides of them.
+    /// Makes the splits that the charts in `indices` requested, and returns the charts on both sides of them.
     buffer<std::int32_t> split(const buffer<std::int32_t>& indices) {
         buffer<boundary_split> splits;
         for (std::int32_t c : indices) splits.insert(splits.end(), to_split_[c].begin(), to_split_[c].end());
@@ -18369,46 +18971,45 @@ flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const 
 }}  // namespace ldi
 
 // ---- ldi/mesh/textured_mesh.hpp
-// The result of the whole way from photo to 3D photo: one mesh with one texture, or with several.
+// The mesh of a 3D photo, with one or several textures.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Translucent triangles along silhouettes, to be drawn after all others and in their order: from far to near. They hide nothing
-/// behind them from each other (no depth is written). Space as of the mesh that they belong to, and its first texture.
+/// Translucent triangles along silhouettes. Draw them after all other triangles and in their order, from far to near, without
+/// writing depth. They use the space and the first texture of their mesh.
 struct soft_edge_strip {
     buffer<float> positions;            ///< W x 3
     buffer<float> texture_coordinates;  ///< W x 2
-    buffer<std::uint8_t> opacity;       ///< W, 0 to 255; 0 where nothing is left of the mesh
-    buffer<std::uint32_t> triangles;    ///< G x 3 indices of these vertices, counter-clockwise seen from the photo's camera
+    buffer<std::uint8_t> opacity;       ///< W, 0 to 255; 0 at the strip's outer end
+    buffer<std::uint32_t> triangles;    ///< G x 3 indices of these vertices, counter-clockwise as seen from the photo's camera
 
     std::size_t vertex_count() const { return opacity.size(); }
 };
 
-/// The beginning of the vertices and triangles that have one of several textures. They end where the next part begins.
+/// Start of the vertices and triangles that use one of several textures. They end at the start of the next part.
 struct mesh_part {
     std::size_t first_vertex = 0, first_triangle = 0;
 };
 
-/// V vertices, F triangles. Space and texture coordinates are glTF's.
+/// V vertices, F triangles. Space and texture coordinates follow glTF.
 struct textured_mesh {
     buffer<float> positions;            ///< V x 3; x right, y up, the photo's camera at the origin looking along -z
     buffer<float> texture_coordinates;  ///< V x 2, in [0, 1]; (0, 0) is the top left corner of the texture
-    buffer<std::int32_t> pixels;        ///< V; a pixel of the layered image that each vertex is a corner of or lies in
-    buffer<std::uint32_t> triangles;    ///< F x 3 vertex indices, counter-clockwise seen from the photo's camera
-    soft_edge_strip soft_edges = {};    ///< empty where edges are hard
-    /// Part t uses texture t. Parts share no vertices, and a part may have no triangles. Empty: one texture for the whole mesh.
+    buffer<std::int32_t> pixels;        ///< V; the pixel of the layered image that each vertex is a corner of or lies in
+    buffer<std::uint32_t> triangles;    ///< F x 3 vertex indices, counter-clockwise as seen from the photo's camera
+    soft_edge_strip soft_edges = {};    ///< empty if edges are hard
+    /// Part t uses texture t. Parts share no vertices; a part may have no triangles. Empty: one texture for the whole mesh.
     buffer<mesh_part> parts = {};
 
     std::size_t vertex_count() const { return positions.size() / 3; }
     std::size_t triangle_count() const { return triangles.size() / 3; }
-    /// The number of textures.
     std::size_t part_count() const { return (std::max)(parts.size(), std::size_t{1}); }
-    /// Part t for t < part_count(), and the end of the last one for t = part_count().
+    /// Returns part t for t < part_count(), and the end of the last part for t = part_count().
     mesh_part part(std::size_t t) const {
         if (t == part_count()) return {vertex_count(), triangle_count()};
         return parts.empty() ? mesh_part{} : parts[t];
     }
-    /// Whether anything has texture t.
+    /// Whether any triangle uses texture t.
     bool uses_texture(std::size_t t) const {
         return part(t).first_triangle < part(t + 1).first_triangle || (t == 0 && !soft_edges.triangles.empty());
     }
@@ -18416,9 +19017,29 @@ struct textured_mesh {
 
 namespace detail {
 
-/// Raises mismatch where a mesh has another number of textures, invalid_data where its parts or their triangles don't fit
-/// together.
-inline void check_parts(const textured_mesh& mesh, std::size_t textures) {
+/// Raises what check_mesh() raises for the vertices and triangles of a mesh or a strip.
+template <class Mesh>
+void check_triangles(const Mesh& mesh) {
+    const std::size_t count = mesh.vertex_count();
+    if (mesh.positions.size() != 3 * count || mesh.texture_coordinates.size() != 2 * count || mesh.triangles.size() % 3 != 0)
+        raise(error_code::mismatch, "mesh", "3 coordinates and 2 texture coordinates per vertex, 3 vertices per triangle",
+              std::to_string(mesh.positions.size()) + ", " + std::to_string(mesh.texture_coordinates.size()) + " and " +
+                  std::to_string(mesh.triangles.size()) + " numbers");
+    for (const std::uint32_t vertex : mesh.triangles)
+        if (vertex >= count)
+            raise(error_code::invalid_data, "mesh", "vertices below " + std::to_string(count),
+                  "vertex " + std::to_string(vertex));
+    for (const buffer<float>* values : {&mesh.positions, &mesh.texture_coordinates})
+        for (const float value : *values)
+            if (!std::isfinite(value))
+                raise(error_code::invalid_data, "mesh", "finite coordinates", "an infinite coordinate or NaN");
+}
+
+/// Raises mismatch unless the mesh has `textures` textures and as many coordinates as vertices; invalid_data for coordinates that
+/// are not finite, indices out of range, and parts that don't fit together.
+inline void check_mesh(const textured_mesh& mesh, std::size_t textures) {
+    check_triangles(mesh);
+    check_triangles(mesh.soft_edges);
     if (mesh.part_count() != textures)
         raise(error_code::mismatch, "mesh", std::to_string(mesh.part_count()) + " textures", std::to_string(textures));
     for (std::size_t t = 0; t < mesh.part_count(); ++t) {
@@ -18439,28 +19060,28 @@ inline void check_parts(const textured_mesh& mesh, std::size_t textures) {
 }}  // namespace ldi
 
 // ---- ldi/mesh/soft_edges.hpp
-// Soft edges: a thin translucent strip along the silhouettes of what is in front. It begins at the edge of the mesh, half
+// Soft edges: a narrow translucent strip along the silhouettes of foreground surfaces. It starts at the edge of the mesh, half
 // opaque, and fades out over a pixel or two at the same distance, with colors from the padding of the atlas, which continues the
-// surface's. Where the photo's colors reach farther, as those of hair do, the strip does too (inpaint/mixed_colors.hpp has the
-// matte). Zitnick et al., High-Quality Video View Interpolation Using a Layered Representation (SIGGRAPH 2004), blend such
-// strips.
+// surface. Where the photo's foreground colors extend farther, as with hair, the strip is wider (inpaint/mixed_colors.hpp
+// computes the matte). Zitnick et al., High-Quality Video View Interpolation Using a Layered Representation (SIGGRAPH 2004),
+// blend such strips.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Columns of the pixels in sight from the photo's camera, by their positions.
+/// Columns of the pixels visible from the photo's camera, by lattice position.
 struct visible_surfaces {
     image<float> disparity;     ///< H x W x 1
     image<std::uint8_t> matte;  ///< H x W x 1
 };
 
-/// Makes the strip of one mesh, piece by piece.
+/// Builds the strip of one mesh, piece by piece.
 class soft_edge_builder {
 public:
     soft_edge_builder(const flat_mesh& flat, const visible_surfaces& seen, surface_rule surface, const pinhole_camera& camera,
                       const depth_range& range, const soft_edge_options& options)
         : flat_(flat), seen_(seen), surface_(surface), camera_(camera), range_(range), options_(options) {}
 
-    /// Chooses the edges of the mesh that get a strip: of those on silhouettes, `count` with the largest steps.
+    /// Selects the silhouette edges that get a strip: the `count` edges with the largest steps in disparity.
     void choose(std::size_t count) {
         buffer<float> steps;
         min_step_ = 0;
@@ -18474,8 +19095,10 @@ public:
         min_step_ = count > 0 ? steps[steps.size() - count] : std::numeric_limits<float>::infinity();
     }
 
-    /// to_atlas  from the lattice to texels
-    /// scale     from texels to texture coordinates
+    /// Adds the strip along a piece.
+    ///
+    /// to_atlas  offset from the lattice to texels
+    /// scale     factor from texels to texture coordinates
     void add_piece(std::int32_t piece, std::array<std::int32_t, 2> to_atlas, std::array<float, 2> scale) {
         to_atlas_ = to_atlas, scale_ = scale;
         load(piece);
@@ -18483,7 +19106,7 @@ public:
         add_quads();
     }
 
-    /// From far to near.
+    /// Returns the strip, sorted from far to near.
     soft_edge_strip finish() {
         std::sort(quads_.begin(), quads_.end(), [](const quad& a, const quad& b) {
             return a.disparity != b.disparity ? a.disparity < b.disparity : a.a < b.a;
@@ -18503,22 +19126,22 @@ private:
     struct vector {
         float x = 0, y = 0;
     };
-    /// The mesh ends where a pixel belongs to it by half. With more than that, outlines swell: on the views of bench/quality, 255
-    /// instead costs 0.8 dB within two pixels of them.
+    /// Opacity where the mesh ends: a pixel there belongs to it by half. Higher values swell outlines: on the views of
+    /// bench/quality, 255 costs 0.8 dB within two pixels of them.
     static constexpr std::uint8_t opacity_at_edge = 128;
     static constexpr std::uint32_t no_vertex = ~std::uint32_t{0};
 
     const outline_corner& corner(std::int32_t i) const { return flat_.outlines.corners[corners_[i]]; }
     std::int32_t edge_count() const { return (std::max)(corners_.count() - 1, 0); }
 
-    /// The disparity seen at a position, or that of nothing.
+    /// Returns the disparity visible at a position, or `nothing` outside the photo.
     float seen_at(std::int32_t x, std::int32_t y, float nothing) const {
         const bool inside = x >= 0 && y >= 0 && x < camera_.width && y < camera_.height;
         return inside ? seen_.disparity(y, x) : nothing;
     }
 
-    /// The step in disparity from a corner to the farthest that is seen beside it; 0 where something nearer is seen, or nothing
-    /// that is another surface.
+    /// Returns the step in disparity from a corner to the farthest surface visible beside it; 0 if a nearer surface is visible,
+    /// or no other surface.
     float step_at(const outline_corner& c) const {
         float nearest = c.disparity, farthest = c.disparity;
         for (const std::int32_t y : {c.y - 1, c.y})
@@ -18530,7 +19153,7 @@ private:
         return is_in_front ? c.disparity - farthest : 0.0F;
     }
 
-    /// Finds the steps and normals of a piece's edges.
+    /// Computes the steps and normals of a piece's edges.
     void load(std::int32_t piece) {
         corners_.assign(flat_.open_corners.begin() + flat_.first_open_corner[piece],
                         flat_.open_corners.begin() + flat_.first_open_corner[piece + 1]);
@@ -18552,7 +19175,7 @@ private:
 
     bool is_soft(std::int32_t edge) const { return steps_[edge] > 0 && steps_[edge] >= min_step_; }
 
-    /// The share of the foreground in what is seen behind it, summed up from the edge outwards.
+    /// Integrates the matte from the edge outward: the share of the foreground in the colors behind it.
     float matte_beyond(const outline_corner& c, vector normal) const {
         float sum = 0;
         for (float t = 0.5F; t < options_.max_width; t += 1.0F) {
@@ -18565,7 +19188,7 @@ private:
         return sum;
     }
 
-    /// Finds the strip's outer end for each corner of its inner side.
+    /// Computes the strip's outer end for each corner of its inner side.
     void find_rims() {
         rims_.assign(corners_.size(), vector{});
         const std::int32_t last = edge_count();
@@ -18576,7 +19199,7 @@ private:
             const float squared = sum.x * sum.x + sum.y * sum.y;
             if (squared < 0.5F) continue;  // a spike
             const vector normal{sum.x / std::sqrt(squared), sum.y / std::sqrt(squared)};
-            // A share that falls evenly from 1 to 0 adds up to half of the width that it falls over.
+            // A share that falls linearly from 1 to 0 integrates to half of its width.
             const float width = std::clamp(2.0F * matte_beyond(corner(i), normal), options_.min_width, options_.max_width);
             const float miter = (std::min)(2.0F / std::sqrt(squared), 1.5F);
             rims_[i] = {width * miter * normal.x, width * miter * normal.y};
@@ -18594,7 +19217,7 @@ private:
         }
     }
 
-    /// The vertices on the edge and on the rim; where the strip tapers off, both are one.
+    /// Returns the vertices on the edge and on the rim; equal where the strip tapers off.
     std::pair<std::uint32_t, std::uint32_t> vertices_at(std::int32_t i) {
         auto& [inner, outer] = vertices_[i];
         if (inner != no_vertex) return vertices_[i];
@@ -18623,10 +19246,10 @@ private:
     std::array<float, 2> scale_{};
     bool is_closed_ = false;
     float min_step_ = 0;
-    buffer<std::int32_t> corners_;  // of the piece
-    buffer<float> steps_;           // of its edges; 0 where none is in front of another surface
-    buffer<vector> normals_;        // of its edges, outwards
-    buffer<vector> rims_;           // of its corners: from there to the end of the strip
+    buffer<std::int32_t> corners_;  // corners of the piece
+    buffer<float> steps_;           // steps of its edges; 0 without another surface behind the edge
+    buffer<vector> normals_;        // outward normals of its edges
+    buffer<vector> rims_;           // per corner: offset to the outer end of the strip
     buffer<std::pair<std::uint32_t, std::uint32_t>> vertices_;
     buffer<quad> quads_;
     soft_edge_strip strip_;
@@ -18637,26 +19260,26 @@ private:
 }}  // namespace ldi
 
 // ---- ldi/mesh/build_mesh.hpp
-// From charts to a textured triangle mesh (paper, section "Meshing"): chart polygons are simplified and triangulated in 2D, then
-// every vertex is lifted along its ray according to its disparity.
+// Builds a textured triangle mesh from charts (paper, section "Meshing"): chart polygons are simplified and triangulated in 2D,
+// then every vertex is lifted along its ray to its depth.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// Finds the pixel of a chart at a corner of the lattice.
+/// Finds the pixel of a chart that touches a corner of the lattice.
 class pixel_finder {
 public:
     pixel_finder(const graph_view& g, array_view<const float> disparity)
         : graph_(g), disparity_(disparity), shown_(g.position_count(), {-1, no_pixel}) {}
 
-    /// The chart to search from now on.
+    /// Selects the chart to search.
     void show(const chart& c) {
         ++chart_;
         for (const std::int32_t pixel : c.pixels) shown_[graph_.position_of(pixel)] = {chart_, pixel};
     }
 
-    /// The one nearest in disparity of the chart's pixels around the corner (x, y).
+    /// Of the chart's pixels around the corner (x, y), returns the one nearest in disparity.
     std::int32_t find(std::int32_t x, std::int32_t y, float disparity) const {
         std::int32_t best = no_pixel;
         float best_difference = 0;
@@ -18681,7 +19304,7 @@ private:
     buffer<occupant> shown_;
 };
 
-/// Lifts the vertices of charts and strings the charts together to one mesh.
+/// Lifts the vertices of all charts and appends the charts to one mesh.
 class mesh_assembler {
 public:
     template <class Layers>
@@ -18724,7 +19347,7 @@ public:
 
     void add_soft_edges(const chart_set& charts, const texture_atlas& atlas, const visible_surfaces& seen,
                         const soft_edge_options& options) {
-        // In GLB files; a texel's are what JPEG at quality 85 takes where there is little to see, and an edge's what it adds.
+        // Bytes in GLB files. A texel costs what JPEG at quality 85 needs in smooth areas; an edge costs what the strip adds.
         constexpr float vertex_bytes = 16, triangle_bytes = 6, texel_bytes = 0.06F, edge_bytes = 56;
         const float bytes = vertex_bytes * nearest_float(mesh_.vertex_count()) +
                             triangle_bytes * nearest_float(mesh_.triangle_count()) +
@@ -18744,7 +19367,7 @@ public:
 
 private:
     void add_position(const outline_corner& corner) {
-        // Hidden surfaces that go on beneath the farthest ones (expand) lie behind them, but not by much.
+        // expand() continues hidden surfaces beneath the farthest surface. They lie behind it, but by a limited distance.
         const float least = 0.9F * facts_.range.inverse_depth(0);
         const float inverse_depth = (std::max)(facts_.range.inverse_depth((std::min)(corner.disparity, 1.0F)), least);
         const std::array<float, 3> point =
@@ -18752,7 +19375,8 @@ private:
         mesh_.positions.append(point.begin(), point.end());
     }
 
-    /// A corner is lifted once and copied from then on, so that charts meet exactly whatever the compiler does with floats.
+    /// Lifts each corner once and copies it afterwards, so that charts meet exactly, even if the compiler changes float
+    /// arithmetic.
     void add_outline_position(std::int32_t corner) {
         std::int32_t& first_coordinate = first_coordinate_[corner];
         if (first_coordinate < 0) {
@@ -18766,12 +19390,12 @@ private:
     const photo_facts& facts_;
     const flat_mesh& flat_;
     float u_scale_, v_scale_;
-    buffer<std::int32_t> first_coordinate_;  ///< of each corner, in mesh_.positions, or -1
+    buffer<std::int32_t> first_coordinate_;  ///< per corner: index in mesh_.positions, or -1
     pixel_finder finder_;
     textured_mesh mesh_;
 };
 
-/// The nearest surfaces, as the photo's camera sees them.
+/// Projects the nearest surfaces to the photo's camera.
 template <has_columns<disparity_column, matte_column> Layers>
 visible_surfaces find_visible(const Layers& layers) {
     const auto& g = layers.topology();
@@ -18790,18 +19414,19 @@ visible_surfaces find_visible(const Layers& layers) {
 
 }  // namespace detail
 
-/// Makes the mesh of a layered image, as the photo's camera sees it over its range of distances.
+/// Builds the mesh of a layered image in the space of the photo's camera.
 ///
-/// layers  in canonical order; disparities are limited to [0, 1], but for surfaces a little behind the farthest. Edges along
+/// layers  in canonical order; disparities are limited to [0, 1], except for surfaces slightly behind the farthest. Edges along
 ///         silhouettes are soft if there is a matte column
-/// facts   camera, range and surface rule are read
+/// facts   camera, range and surface rule are used
 /// charts  a partition of the pixels (make_charts)
-/// atlas   of these charts
-/// Raises invalid_option, and mismatch where inputs don't fit together.
+/// atlas   texture atlas of these charts
 ///
-/// Charts share no vertices, because each has its own place in the atlas. Where two charts meet, both have vertices with bitwise
-/// equal positions, and the same edges between them. Linear time except for sorting, simplification, and the number of edges that
-/// cross one scanline. 30 bytes per pixel, up to 100 where most surfaces are single pixels.
+/// Raises invalid_option, and mismatch if inputs don't fit together.
+///
+/// Charts share no vertices, because each chart has its own position in the atlas. Where two charts meet, both have vertices
+/// with bitwise equal positions, and the same edges between them. Linear time except for sorting, simplification, and the number
+/// of edges that cross one scanline. 30 bytes per pixel, up to 100 if most surfaces are single pixels.
 template <has_columns<disparity_column> Layers, executor Executor = const serial_executor>
 textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const chart_set& charts, const texture_atlas& atlas,
                          const mesh_options& options = {}, Executor&& threads = {}) {
@@ -18813,6 +19438,7 @@ textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const c
               "a camera of " + std::to_string(g.width()) + "x" + std::to_string(g.height()) + " and " +
                   std::to_string(charts.charts.size()) + " placements",
               std::to_string(camera.width) + "x" + std::to_string(camera.height) + " and " + std::to_string(placements.size()));
+    detail::check_charts(charts, layers.size(), "build_mesh");
     const soft_edge_options& soft = options.soft_edges;
     if (!(soft.min_width >= 0 && soft.max_width >= soft.min_width && soft.max_width <= 64 && soft.largest_share >= 0))
         raise(error_code::invalid_option, "soft_edge_options",
@@ -18831,20 +19457,20 @@ textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const c
 }}  // namespace ldi
 
 // ---- ldi/mesh/gather.hpp
-// A column of a layered image at the vertices of its mesh: how payload of the caller's leaves the library.
+// Transfers a column of a layered image to the vertices of its mesh: the output of the caller's own columns.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// The pixels of one surface around a corner of the lattice, up to four.
+/// Up to four pixels of one surface around a corner of the lattice.
 struct corner_pixels {
     std::array<std::int32_t, 4> pixels{};
     std::size_t count = 0;
 };
 
-/// Those that links around the corner (x, y) reach from `pixel`, which comes first; `pixel` alone if it does not touch the
-/// corner.
+/// Collects the pixels that links around the corner (x, y) reach from `pixel`, including `pixel` itself, which comes first. If
+/// `pixel` does not touch the corner, the result is `pixel` alone.
 inline corner_pixels pixels_around_corner(const graph_view& g, std::int32_t pixel, std::int32_t x, std::int32_t y) {
     corner_pixels around;
     const auto add = [&](std::int32_t p) { around.pixels[around.count++] = p; };
@@ -18863,16 +19489,20 @@ inline corner_pixels pixels_around_corner(const graph_view& g, std::int32_t pixe
 
 }  // namespace detail
 
-/// Returns V x channels scalars: the column's `at_vertex` rule over the pixels of the vertex's surface around it.
+/// Returns V x channels scalars: at each vertex, the column's `at_vertex` rule combines the surrounding pixels of the vertex's
+/// surface.
 ///
-/// mesh    of build_mesh(), from these layers
-/// camera  that took the photo (photo_facts::camera)
+/// mesh    result of build_mesh() for these layers
+/// camera  camera of the photo (photo_facts::camera)
 ///
-/// Raises mismatch if the mesh refers to pixels that the layers don't have. Linear time.
+/// Raises mismatch if the mesh refers to pixels outside the layers. Linear time.
 template <payload_column Column, has_column<Column> Layers>
 buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& layers, const pinhole_camera& camera) {
     using scalar = typename Column::scalar;
     const graph_view g = layers.topology();
+    if (mesh.pixels.size() != mesh.vertex_count())
+        raise(error_code::mismatch, "gather", "a pixel for each of " + std::to_string(mesh.vertex_count()) + " vertices",
+              std::to_string(mesh.pixels.size()) + " pixels");
     buffer<scalar> result(mesh.pixels.size() * Column::channels, unset);
     for (std::size_t v = 0; v < mesh.pixels.size(); ++v) {
         if (mesh.pixels[v] < 0 || mesh.pixels[v] >= g.count())
@@ -18882,12 +19512,11 @@ buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& 
         const std::array<float, 2> seen = camera.project({position[0], position[1], position[2]});
         const detail::corner_pixels around = detail::pixels_around_corner(
             g, mesh.pixels[v], static_cast<std::int32_t>(std::lround(seen[0])), static_cast<std::int32_t>(std::lround(seen[1])));
-        for (std::size_t c = 0; c < Column::channels; ++c) {
-            std::array<scalar, 4> values{};
-            for (std::size_t i = 0; i < around.count; ++i) values[i] = layers.template at<Column>(around.pixels[i])[c];
-            result[v * Column::channels + c] =
-                detail::vertex_value<Column>(array_view<const scalar>(values.data(), around.count));
-        }
+        std::array<scalar, 4 * Column::channels> values{};
+        for (std::size_t i = 0; i < around.count; ++i)
+            std::copy_n(layers.template at<Column>(around.pixels[i]).data(), Column::channels, &values[i * Column::channels]);
+        const auto at_vertex = detail::vertex_values<Column>({{values.data(), around.count * Column::channels}});
+        std::copy(at_vertex.begin(), at_vertex.end(), result.data() + v * Column::channels);
     }
     return result;
 }
@@ -18895,21 +19524,21 @@ buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& 
 }}  // namespace ldi
 
 // ---- ldi/mesh/move_to_sheets.hpp
-// The mesh of a layered image with the textures that texture/sheets.hpp draws: the same vertices and triangles, with other
-// texture coordinates.
+// Moves the mesh of a layered image to the textures that texture/sheets.hpp draws: vertices and triangles stay, texture
+// coordinates change.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// Texture coordinates on the sheets.
+/// Converts texture coordinates from the atlas to sheets.
 class sheet_coordinates {
 public:
     sheet_coordinates(const chart_set& charts, const texture_atlas& atlas, const sheet_layout& layout)
         : charts_(charts), atlas_(atlas), layout_(layout) {}
 
-    /// chart          that the vertex belongs to
-    /// u, v           in the atlas
+    /// chart  chart of the vertex
+    /// u, v   coordinates in the atlas
     std::array<float, 2> moved(std::int32_t chart, float u, float v) const {
         const sheet_placement& place = layout_.placements[chart];
         if (place.sheet == 0) return {u, v};
@@ -18934,19 +19563,24 @@ private:
 
 }  // namespace detail
 
-/// mesh    of these charts and this atlas (build_mesh)
-/// layout  for the same (lay_out_sheets); the result has a part for each of its sizes
-/// Raises mismatch where they don't fit together. Vertices of a part, and its triangles, stay in their order.
+/// Returns the mesh with texture coordinates on the sheets, one part per texture. Vertices and triangles of a part keep their
+/// order.
+///
+/// mesh    result of build_mesh() for these charts and this atlas
+/// layout  result of lay_out_sheets() for these charts and this atlas
+///
+/// Raises mismatch if they don't fit together.
 inline textured_mesh move_to_sheets(const textured_mesh& mesh, const chart_set& charts, const texture_atlas& atlas,
                                     const sheet_layout& layout) {
     if (!mesh.parts.empty() || mesh.pixels.size() != mesh.vertex_count() || atlas.placements.size() != charts.charts.size() ||
         layout.placements.size() != charts.charts.size() || layout.sizes.empty())
-        raise(error_code::mismatch, "move_to_sheets", "a mesh of one texture, and a layout for its charts", "others");
+        raise(error_code::mismatch, "move_to_sheets", "a mesh with one texture, and a layout for its charts",
+              "inputs that don't fit together");
     const detail::sheet_coordinates coordinates(charts, atlas, layout);
     const auto chart_of = [&](std::size_t vertex) { return charts.chart_of[mesh.pixels[vertex]]; };
     const auto sheet_of = [&](std::size_t vertex) { return static_cast<std::size_t>(layout.placements[chart_of(vertex)].sheet); };
 
-    // Counting sort by sheet: the index of each sheet's next vertex and triangle.
+    // Counting sort by sheet: `next` holds the index of each sheet's next vertex and triangle.
     buffer<mesh_part> next(layout.sizes.size() + 1);
     for (std::size_t v = 0; v < mesh.vertex_count(); ++v) ++next[sheet_of(v) + 1].first_vertex;
     for (std::size_t i = 0; i < mesh.triangles.size(); i += 3) ++next[sheet_of(mesh.triangles[i]) + 1].first_triangle;
@@ -18981,25 +19615,25 @@ inline textured_mesh move_to_sheets(const textured_mesh& mesh, const chart_set& 
 }}  // namespace ldi
 
 // ---- ldi/render/camera.hpp
-// The viewer's camera (paper, section "Viewing 3D Photos"): a pinhole camera that has left the place of the photo.
+// The viewer's camera (paper, section "Viewing 3D Photos"): a pinhole camera that can leave the photo's viewpoint.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A camera with a place in the photo's space: glTF's, with the photo's camera at the origin looking along -z.
+/// A camera with a pose in the photo's space, which follows glTF: the photo's camera is at the origin and looks along -z.
 struct view {
     pinhole_camera camera;                   ///< size of the picture, focal length
-    std::array<float, 3> position{0, 0, 0};  ///< of the camera, in the photo's space
-    /// 3 x 3, row-major, orthonormal: from the camera's axes to the photo's.
+    std::array<float, 3> position{0, 0, 0};  ///< position of the camera in the photo's space
+    /// 3 x 3, row-major, orthonormal: rotates from the camera's axes to the photo's axes.
     std::array<float, 9> rotation{1, 0, 0, 0, 1, 0, 0, 0, 1};
 
-    /// A direction given in the camera's axes, in the photo's.
+    /// Rotates a direction from the camera's axes to the photo's axes.
     std::array<float, 3> direction_to_photo(const std::array<float, 3>& d) const {
         const std::array<float, 9>& r = rotation;
         return {r[0] * d[0] + r[1] * d[1] + r[2] * d[2], r[3] * d[0] + r[4] * d[1] + r[5] * d[2],
                 r[6] * d[0] + r[7] * d[1] + r[8] * d[2]};
     }
 
-    /// A point of the photo's space as the camera sees it: in its axes, itself at the origin.
+    /// Transforms a point from the photo's space to the camera's space.
     std::array<float, 3> to_camera(const std::array<float, 3>& point) const {
         const std::array<float, 9>& r = rotation;
         const float x = point[0] - position[0], y = point[1] - position[1], z = point[2] - position[2];
@@ -19007,8 +19641,8 @@ struct view {
     }
 };
 
-/// The photo's camera moved within its image plane, not turned, so that points of `disparity` appear `pixels_right` and
-/// `pixels_down` from where the photo has them (negative: left, up). Farther points move less: by their depth's share.
+/// Moves the photo's camera within its image plane, without rotation, so that points of `disparity` shift by `pixels_right` and
+/// `pixels_down` on screen (negative: left, up). Points at other depths shift in inverse proportion to their depth.
 inline view moved_view(const pinhole_camera& camera, const depth_range& range, float disparity, float pixels_right,
                        float pixels_down = 0) {
     const float scale = range.depth(disparity) / camera.focal_length;
@@ -19021,21 +19655,21 @@ inline view moved_view(const pinhole_camera& camera, const depth_range& range, f
 }}  // namespace ldi
 
 // ---- ldi/render/motion.hpp
-// One budget for every way in which a camera leaves the place of the photo: sideways, forwards, on a path, on a head. What it
-// spends is what it uncovers, and surfaces have grown behind silhouettes for just that (occlusion/expand.hpp).
+// One budget for all motion of a camera away from the photo's viewpoint: sideways, forward, on a path, on a head. The budget
+// measures the hidden area that the motion uncovers; surfaces behind silhouettes extend by this amount (occlusion/expand.hpp).
 //
-// A thing at depth n hides what lies at depth f. Its edge is seen at p in the photo, in pixels from the middle. A camera at c,
-// which has gone c_forward towards the scene, sees past that edge by
+// A surface at depth n hides another at depth f. Its edge appears at p in the photo, in pixels from the middle. A camera at c,
+// which has moved forward by c_forward, sees past that edge by
 //
-//     (1 / n - 1 / f) * n / (n - c_forward) * |focal_length * (c_right, c_down) - c_forward * p|     pixels of what lies at f.
+//     (1 / n - 1 / f) * n / (n - c_forward) * |focal_length * (c_right, c_down) - c_forward * p|  pixels of the surface at f.
 //
-// The first factor is the step in disparity. The others are largest for what is nearest, in a corner of the photo.
+// The first factor is the step in disparity. The others are largest for the nearest surface, in a corner of the photo.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// Parallax of a camera at `position` between the nearest surface and infinity, without the factor n / (n - c_forward): as a
+/// Parallax of a camera at `position` between the nearest surface and infinity, without the factor n / (n - c_forward), as a
 /// share of the photo's longer side.
 inline float motion_across(const std::array<float, 3>& position, const pinhole_camera& camera, const depth_range& range) {
     const float width = static_cast<float>(camera.width), height = static_cast<float>(camera.height);
@@ -19047,26 +19681,27 @@ inline float motion_across(const std::array<float, 3>& position, const pinhole_c
 
 }  // namespace detail
 
-/// Share of the motion budget that a camera at `position` uses, in the photo's space: the maximum parallax between the nearest
-/// and the farthest surface, as a share of the photo's longer side. Infinite beyond the nearest surface.
+/// Returns the motion of a camera at `position` in the photo's space: the maximum parallax between the nearest and the farthest
+/// surface, as a share of the photo's longer side. Infinite beyond the nearest surface.
 inline float motion_of(const std::array<float, 3>& position, const pinhole_camera& camera, const depth_range& range) {
-    const float forward = (std::max)(-position[2], 0.0F);  // going back, the factor is largest for what is far, and 1
+    const float forward = (std::max)(-position[2], 0.0F);  // for a camera that moves back, the factor is at most 1, at infinity
     if (!(forward < range.z_near)) return std::numeric_limits<float>::infinity();
     return detail::motion_across(position, camera, range) * range.z_near / (range.z_near - forward);
 }
 
-/// The place on the way from the photo's to `position` that is nearest to it and uses at most `motion`.
+/// Returns the point nearest to `position`, on the line from the photo's viewpoint, that uses at most `motion`.
 inline std::array<float, 3> within_motion(const std::array<float, 3>& position, const pinhole_camera& camera,
                                           const depth_range& range, float motion) {
     if (motion_of(position, camera, range) <= motion) return position;
     if (!(motion > 0)) return {0, 0, 0};
-    constexpr float closest = 0.99F;  // of the way to what is nearest: a flat photo alone would let a camera go on
+    // maximum share of the distance to the nearest surface; in a flat photo, motion alone would not limit the camera
+    constexpr float closest = 0.99F;
     const float forward = (std::max)(-position[2], 0.0F);
     if (forward > closest * range.z_near) {
         const float kept = closest * range.z_near / forward;
         return within_motion({kept * position[0], kept * position[1], kept * position[2]}, camera, range, motion);
     }
-    // The share k of the way with across * k * z_near / (z_near - k * forward) = motion.
+    // The share k of the distance with across * k * z_near / (z_near - k * forward) = motion.
     const float across = detail::motion_across(position, camera, range);
     const float share = motion * range.z_near / (across * range.z_near + motion * forward);
     return {share * position[0], share * position[1], share * position[2]};
@@ -19075,58 +19710,57 @@ inline std::array<float, 3> within_motion(const std::array<float, 3>& position, 
 }}  // namespace ldi
 
 // ---- ldi/render/camera_paths.hpp
-// Camera paths: how a camera moves to show that a photo has depth (paper, section "Viewing 3D Photos"). All keep the middle of
-// the photo, at one depth, in the middle of the picture; nearer and farther surfaces move against it.
+// Camera paths that show a photo's depth (paper, section "Viewing 3D Photos"). All paths keep the middle of the photo, at one
+// depth, in the middle of the picture; nearer and farther surfaces move relative to it.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 enum class camera_path : std::uint8_t {
-    circle,      ///< around the photo's place, within its image plane, clockwise from the right; ends where it starts
-    swing,       ///< from the photo's place to the right, to the left and back
-    zoom_in,     ///< from the photo's place towards the scene
-    dolly_zoom,  ///< towards the scene, the lens widening so that what is in focus keeps its size
+    circle,      ///< around the photo's viewpoint in its image plane, clockwise from the right; ends where it starts
+    swing,       ///< from the photo's viewpoint to the right, to the left and back
+    zoom_in,     ///< from the photo's viewpoint toward the scene
+    dolly_zoom,  ///< toward the scene while the lens widens, so that surfaces in focus keep their size
 };
 
-/// Defaults chosen by eye: enough motion to show depth, and not so much that the area past the photo's border comes into view.
+/// Defaults chosen by eye: enough motion to show depth, but not so much that the area beyond the photo's border becomes visible.
 struct path_options {
-    /// Maximum motion of the camera (render/motion.hpp). Hidden surfaces extend as far as expand_options::motion uncovers them.
+    /// Maximum motion of the camera (render/motion.hpp). Hidden surfaces extend as far as a motion of expand_options::motion
+    /// uncovers them.
     float motion = 0.08F;
-    /// Disparity of the surfaces that stay in place on screen, in [0, 1].
+    /// Disparity, in [0, 1], of the surfaces that stay in place on screen.
     float focus_disparity = 0.5F;
-    /// zoom_in and dolly_zoom: the share of the distance to the nearest surface that the camera goes, unless `motion` ends it
-    /// before; below 1.
+    /// zoom_in and dolly_zoom: distance to travel, as a share of the distance to the nearest surface; below 1. `motion` may
+    /// limit it further.
     float approach = 0.3F;
 };
 
-/// A camera that looks from one point at another, its picture's vertical upright in the photo. The points differ, and not in
-/// height alone.
+/// Returns a camera at `position` that looks at `target`, with the picture's vertical upright in the photo. The points must
+/// differ, and not only in height.
 view look_at(const pinhole_camera& camera, const std::array<float, 3>& position, const std::array<float, 3>& target);
 
-/// The view that a path has reached at `time`, from 0 at its start to 1 at its end. Raises invalid_option for options out of
-/// bounds.
+/// Returns the view at `time` on a path, from 0 at its start to 1 at its end. Raises invalid_option for options out of bounds.
 view view_on_path(camera_path path, const pinhole_camera& camera, const depth_range& range, float time,
                   const path_options& options = {});
 
-/// A place on a path of one's own.
+/// A point of a custom path.
 struct key_frame {
-    float time = 0;                          ///< rises from each key frame to the next
-    std::array<float, 3> position{0, 0, 0};  ///< of the camera, in the photo's space (core/camera.hpp)
-    std::array<float, 3> target{0, 0, -1};   ///< that the camera looks at
-    float zoom = 1;                          ///< above 0: multiplies the photo's focal length
+    float time = 0;                          ///< must increase from each key frame to the next
+    std::array<float, 3> position{0, 0, 0};  ///< position of the camera in the photo's space (core/camera.hpp)
+    std::array<float, 3> target{0, 0, -1};   ///< point that the camera looks at
+    float zoom = 1;                          ///< factor of the photo's focal length, above 0
 };
 
-/// The view that a smooth path through all key frames has reached at `time`: the cubic that passes through each with the slope
-/// between its neighbors (Catmull-Rom). Before the first and after the last it rests. Raises invalid_option if there is no key
-/// frame, times do not rise, or a zoom is not above 0. Positions that uncover too much are the caller's to draw back
-/// (within_motion).
+/// Returns the view at `time` on a smooth path through all key frames: the cubic that passes through each with the slope between
+/// its neighbors (Catmull-Rom). Before the first and after the last key frame the camera rests. Raises invalid_option if there
+/// is no key frame, times do not increase, or a zoom is not above 0. The result may lie outside the motion budget; callers clamp
+/// it with within_motion().
 view view_between(std::span<const key_frame> keys, const pinhole_camera& camera, float time);
 
-/// The part of the photo's picture, in the middle and of the same proportions, inside which none of the views sees past the
-/// photo's border, whatever lies there between disparity 0 and 1: its size over the photo's, in [0, 1]. The frame that hides the
-/// border.
+/// Computes a frame that hides the photo's border: the largest centered part of the picture, with the same proportions, in which
+/// no view sees beyond the border, for any disparity from 0 to 1. Returns its size relative to the photo, in [0, 1].
 float frame_within(std::span<const view> views, const pinhole_camera& camera, const depth_range& range);
 
-/// The same view through a frame: what is in the middle `size` of its picture, at as many pixels.
+/// Crops a view to the middle `size` of its picture, with the same number of pixels.
 inline view framed(view from, float size) {
     LDI_ASSERT(size > 0);
     from.camera.focal_length /= size;
@@ -19148,14 +19782,14 @@ inline point3 cross(const point3& a, const point3& b) {
     return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
-/// Maximum distance that a camera may move in a direction, at most `most`.
+/// Maximum distance, up to `most`, that a camera may move in a direction.
 inline float reach_within_motion(const std::array<float, 3>& direction, const pinhole_camera& camera, const depth_range& range,
                                  float motion, float most) {
     const auto [x, y, z] = within_motion({most * direction[0], most * direction[1], most * direction[2]}, camera, range, motion);
     return std::hypot(x, y, z);
 }
 
-/// The value at `t` of the cubic over [0, 1] with the given ends and slopes (Hermite).
+/// Evaluates at `t` the cubic over [0, 1] with the given ends and slopes (Hermite).
 inline float cubic(float first, float last, float slope_first, float slope_last, float t) {
     const float s = 1 - t;
     return s * s * (1 + 2 * t) * first + t * t * (1 + 2 * s) * last + t * s * (s * slope_first - t * slope_last);
@@ -19191,7 +19825,7 @@ inline view view_on_path(camera_path path, const pinhole_camera& camera, const d
     const float farthest_forward =
         detail::reach_within_motion({0, 0, -1}, camera, range, options.motion, options.approach * range.z_near);
     const float angle = 6.28318530718F * time;
-    const float forward = farthest_forward * 0.5F * (1 - std::cos(0.5F * angle));  // sets off and stops gently
+    const float forward = farthest_forward * 0.5F * (1 - std::cos(0.5F * angle));  // starts and stops gently
     const std::array<float, 3> target{0, 0, -focus};
     switch (path) {
         case camera_path::circle: return look_at(camera, {radius * std::cos(angle), -radius * std::sin(angle), 0}, target);
@@ -19209,7 +19843,7 @@ inline view view_between(std::span<const key_frame> keys, const pinhole_camera& 
     for (std::size_t i = 0; i < keys.size(); ++i) {
         if (!(keys[i].zoom > 0)) raise(error_code::invalid_option, "key frame", "a zoom above 0", detail::to_text(keys[i].zoom));
         if (i > 0 && !(keys[i].time > keys[i - 1].time))
-            raise(error_code::invalid_option, "key frames", "times that rise",
+            raise(error_code::invalid_option, "key frames", "increasing times",
                   detail::to_text(keys[i - 1].time) + ", then " + detail::to_text(keys[i].time));
     }
     std::size_t i = 0;
@@ -19236,7 +19870,7 @@ inline view view_between(std::span<const key_frame> keys, const pinhole_camera& 
 
 inline float frame_within(std::span<const view> views, const pinhole_camera& camera, const depth_range& range) {
     const float w = detail::nearest_float(camera.width), h = detail::nearest_float(camera.height);
-    // Whether (x, y) of a view shows a point of the photo if the surface there has this depth in the photo.
+    // Whether pixel (x, y) of a view shows a point of the photo, if the surface there has this depth.
     const auto sees_photo = [&](const view& v, float x, float y, float depth) {
         const std::array<float, 3> ray =
             v.direction_to_photo({x - v.camera.center_x(), v.camera.center_y() - y, -v.camera.focal_length});
@@ -19257,7 +19891,7 @@ inline float frame_within(std::span<const view> views, const pinhole_camera& cam
     };
     if (is_inside(1)) return 1;
     float inside = 0, outside = 1;
-    for (int step = 0; step < 20; ++step) {  // to a millionth, the precision of a float
+    for (int step = 0; step < 20; ++step) {  // to a millionth, about the precision of float
         const float middle = 0.5F * (inside + outside);
         (is_inside(middle) ? inside : outside) = middle;
     }
@@ -19267,15 +19901,15 @@ inline float frame_within(std::span<const view> views, const pinhole_camera& cam
 }}  // namespace ldi
 
 // ---- ldi/render/detail/screen_triangles.hpp
-// Triangles on the way to the screen: clipped, projected, rounded to fixed point, and cut into spans of samples. From the
-// rounding on all is in integers, so that triangles with a common edge leave no sample out and share none, on any machine.
+// Triangles in screen space: clipped, projected, rounded to fixed point, and divided into spans of samples. After rounding, all
+// arithmetic is in integers, so triangles with a common edge neither miss nor share samples, on any machine.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// The position of a sample (x, y) is (x + 0.5, y + 0.5); positions count in 1 / 256 of the distance between samples.
+/// Fixed-point units per sample distance. Sample (x, y) is at position (x + 0.5, y + 0.5).
 inline constexpr std::int64_t subsample_steps = 256;
 
-/// Positions stay within this many samples of the optical axis, so that products of two differences fit 64 bits.
+/// Maximum distance of positions from the optical axis, in samples, so that products of two differences fit in 64 bits.
 inline constexpr double guard_band = 1048576;
 
 struct screen_vertex {
@@ -19287,12 +19921,12 @@ struct screen_vertex {
 
 using screen_triangle = std::array<screen_vertex, 3>;
 
-/// Twice the area; positive if the triangle runs clockwise as seen on the screen.
+/// Returns twice the area; positive if the triangle is clockwise on the screen.
 inline std::int64_t signed_area(const screen_triangle& t) {
     return (t[1].x - t[0].x) * (t[2].y - t[0].y) - (t[1].y - t[0].y) * (t[2].x - t[0].x);
 }
 
-/// Makes a triangle run clockwise. False if nothing of it is to be drawn: it has no area, or is seen from behind.
+/// Makes a triangle clockwise. False if it is not drawn: it has no area, or shows its back.
 inline bool turn_clockwise(screen_triangle& t, bool both_sides) {
     const std::int64_t area = signed_area(t);
     if (area < 0) std::swap(t[1], t[2]);
@@ -19301,8 +19935,9 @@ inline bool turn_clockwise(screen_triangle& t, bool both_sides) {
 
 inline std::int64_t floor_division(std::int64_t a, std::int64_t positive) { return a / positive - (a % positive < 0 ? 1 : 0); }
 
-/// Calls span(y, first_x, last_x) for every row in [first_row, last_row) of which the triangle covers the samples [first_x,
-/// last_x), within [0, width). signed_area(t) > 0. A sample exactly on an edge belongs to the triangle on its right, or below.
+/// Calls span(y, first_x, last_x) for every row in [first_row, last_row) in which the triangle covers the samples [first_x,
+/// last_x), within [0, width). Requires signed_area(t) > 0. A sample exactly on an edge belongs to the triangle on its right, or
+/// below.
 template <class Span>
 void for_each_span(const screen_triangle& t, std::int64_t width, std::int64_t first_row, std::int64_t last_row, Span&& span) {
     constexpr std::int64_t one = subsample_steps, half = subsample_steps / 2;
@@ -19330,7 +19965,7 @@ void for_each_span(const screen_triangle& t, std::int64_t width, std::int64_t fi
 
 /// A value that is affine on the screen.
 struct screen_plane {
-    double value, per_x, per_y;  ///< at the first vertex; change per sample
+    double value, per_x, per_y;  ///< value at the first vertex; change per sample
 
     screen_plane(const screen_triangle& t, double first, double second, double third) : value(first) {
         const double x1 = nearest_double(t[1].x - t[0].x), y1 = nearest_double(t[1].y - t[0].y);
@@ -19339,11 +19974,11 @@ struct screen_plane {
         per_x = ((second - first) * y2 - (third - first) * y1) * scale;
         per_y = ((third - first) * x1 - (second - first) * x2) * scale;
     }
-    /// x, y  from the first vertex, in samples
+    /// x, y  relative to the first vertex, in samples
     double at(double x, double y) const { return value + per_x * x + per_y * y; }
 };
 
-/// Depth and texture coordinates at the samples of a triangle. Divided by depth, texture coordinates are affine on the screen
+/// Depth and texture coordinates at the samples of a triangle. Texture coordinates divided by depth are affine on the screen,
 /// too.
 class screen_values {
 public:
@@ -19356,7 +19991,7 @@ public:
           x0_(nearest_double(t[0].x) / nearest_double(subsample_steps) - 0.5),
           y0_(nearest_double(t[0].y) / nearest_double(subsample_steps) - 0.5) {}
 
-    /// Rounding in slivers does not leave the triangle's range of depths.
+    /// Clamped, so that rounding in slivers does not leave the triangle's range of depths.
     double inverse_depth(std::int64_t x, std::int64_t y) const { return std::clamp(at(inverse_, x, y), least_, most_); }
     double u(std::int64_t x, std::int64_t y) const { return at(u_, x, y) / inverse_depth(x, y); }
     double v(std::int64_t x, std::int64_t y) const { return at(v_, x, y) / inverse_depth(x, y); }
@@ -19371,7 +20006,7 @@ private:
     double least_, most_, x0_, y0_;
 };
 
-/// The same of a translucent triangle, and its opacity.
+/// Adds opacity to screen_values, for translucent triangles.
 class translucent_values : public screen_values {
 public:
     explicit translucent_values(const screen_triangle& t)
@@ -19386,13 +20021,13 @@ private:
     screen_plane opacity_;
 };
 
-/// A vertex before projection: in the camera's axes.
+/// A vertex before projection, in the camera's axes.
 struct camera_vertex {
     std::array<double, 3> position;
     double u, v, opacity;
 };
 
-/// Clips triangles to what can be projected safely and brings them to the screen.
+/// Clips triangles to the safely projectable region and projects them to the screen.
 class projection {
 public:
     projection(const view& from, std::int32_t samples, float z_near)
@@ -19401,7 +20036,7 @@ public:
     /// Appends the screen triangles of one triangle of a mesh or strip, with the winding that signed_area() expects.
     template <class Mesh>
     void append(const Mesh& mesh, std::size_t triangle, bool both_sides, buffer<screen_triangle>& result) const {
-        std::array<camera_vertex, 8> corners;  // every plane can add one to the first three
+        std::array<camera_vertex, 8> corners;  // each plane can add one corner to the first three
         std::size_t count = 3;
         for (std::size_t i = 0; i < 3; ++i) corners[i] = to_camera(mesh, mesh.triangles[3 * triangle + i]);
         for (int plane = 0; plane < 5; ++plane) count = clip(corners, count, plane);
@@ -19415,7 +20050,8 @@ public:
     }
 
 private:
-    /// The point where an edge meets a plane, put exactly onto it: however far the ends lie apart, it can be projected.
+    /// Intersects an edge with a plane and moves the point exactly onto the plane, so that it can be projected for any length of
+    /// edge.
     camera_vertex cut(const camera_vertex& a, const camera_vertex& b, double t, int plane) const {
         camera_vertex result{{}, (1 - t) * a.u + t * b.u, (1 - t) * a.v + t * b.v, (1 - t) * a.opacity + t * b.opacity};
         for (std::size_t i = 0; i < 3; ++i) result.position[i] = (1 - t) * a.position[i] + t * b.position[i];
@@ -19432,7 +20068,7 @@ private:
 
     template <class Mesh>
     camera_vertex to_camera(const Mesh& mesh, std::size_t vertex) const {
-        // In double precision, where no finite mesh overflows.
+        // In double precision, which no finite mesh overflows.
         std::array<double, 3> moved{};
         for (std::size_t i = 0; i < 3; ++i) moved[i] = double{mesh.positions[3 * vertex + i]} - from_.position[i];
         std::array<double, 3> seen{};
@@ -19455,7 +20091,7 @@ private:
         }
     }
 
-    /// An edge is cut going from its inner to its outer end, so that triangles on both sides of it are cut at the same point.
+    /// Cuts every edge from its inner to its outer end, so that the triangles on both sides are cut at the same point.
     std::size_t clip(std::array<camera_vertex, 8>& corners, std::size_t count, int plane) const {
         std::array<double, 8> distance{};
         bool any_outside = false;
@@ -19497,38 +20133,39 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/render/rasterizer.hpp
-// A software rasterizer: what a 3D photo looks like from another place (paper, section "Viewing 3D Photos"), and where it has
-// holes. It is exact rather than fast, the same on every machine and for any number of threads, so that tests can count its
+// A software rasterizer: draws a 3D photo from another viewpoint (paper, section "Viewing 3D Photos"), and shows where it has
+// holes. Exact rather than fast: the result is the same on every machine and for any number of threads, so that tests can count
 // pixels.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct raster_options {
     std::int32_t samples = 1;                         ///< per pixel and axis, 1 to 8; more than 1 smooths edges
-    float z_near = 0.01F;                             ///< above 0; what is nearer than this depth is cut away
-    bool both_sides = true;                           ///< false: triangles that run clockwise on the screen are not drawn
-    std::array<std::uint8_t, 3> background{0, 0, 0};  ///< seen through holes
-    image_view<const std::uint8_t> backdrop{};        ///< H x W x 3: seen through holes in its place (gap_colors())
+    float z_near = 0.01F;                             ///< above 0; surfaces nearer than this depth are clipped
+    bool both_sides = true;                           ///< false: triangles that are clockwise on the screen are not drawn
+    std::array<std::uint8_t, 3> background{0, 0, 0};  ///< color of holes
+    image_view<const std::uint8_t> backdrop{};        ///< H x W x 3: replaces `background` in holes (gap_colors())
 };
 
 struct rendering {
-    image<std::uint8_t> color;     ///< H x W x 3: the mean of the pixel's samples
-    image<float> depth;            ///< H x W x 1: of the nearest sample, along the view's axis; infinity where there is none
-    image<std::uint8_t> coverage;  ///< H x W x 1: 0 in holes, 255 where every sample of the pixel is covered
+    image<std::uint8_t> color;     ///< H x W x 3: mean over the pixel's samples
+    image<float> depth;            ///< H x W x 1: depth of the nearest sample along the view's axis; infinity in holes
+    image<std::uint8_t> coverage;  ///< H x W x 1: 0 in holes, 255 if every sample of the pixel is covered
 };
 
-/// Draws a mesh with its textures, bilinear and perspective-correct. Where surfaces coincide the first triangle wins. Its soft
-/// edges are laid over what is behind them, and neither have depth nor cover anything.
+/// Draws a mesh with its textures, bilinear and perspective-correct. Where surfaces coincide, the first triangle wins. Soft
+/// edges are blended over the surfaces behind them; they affect neither depth nor coverage.
 ///
 /// textures  one for each part of the mesh, H x W x 3; the first row is at texture coordinate v = 0. Coordinates beyond [0, 1]
-///           repeat the rim
+///           repeat the edge
+///
 /// Raises mismatch or invalid_data if the mesh or a texture is malformed, invalid_option or too_large for the options and the
-/// view (the larger side times samples may be 2^19).
+/// view (the longer side times samples may be at most 2^19).
 template <executor Executor = const serial_executor>
 rendering rasterize(const textured_mesh& mesh, std::span<const image<std::uint8_t>> textures, const view& from,
                     const raster_options& options = {}, Executor&& threads = {});
 
-/// The same of a mesh with one texture.
+/// Draws a mesh with one texture.
 template <executor Executor = const serial_executor>
 rendering rasterize(const textured_mesh& mesh, const image<std::uint8_t>& texture, const view& from,
                     const raster_options& options = {}, Executor&& threads = {}) {
@@ -19537,26 +20174,8 @@ rendering rasterize(const textured_mesh& mesh, const image<std::uint8_t>& textur
 
 namespace detail {
 
-template <class Mesh>
-void check_triangles(const Mesh& mesh) {
-    const std::size_t count = mesh.vertex_count();
-    if (mesh.positions.size() != 3 * count || mesh.texture_coordinates.size() != 2 * count || mesh.triangles.size() % 3 != 0)
-        raise(error_code::mismatch, "mesh", "3 coordinates and 2 texture coordinates per vertex, 3 vertices per triangle",
-              std::to_string(mesh.positions.size()) + ", " + std::to_string(mesh.texture_coordinates.size()) + " and " +
-                  std::to_string(mesh.triangles.size()) + " numbers");
-    for (const std::uint32_t vertex : mesh.triangles)
-        if (vertex >= count)
-            raise(error_code::invalid_data, "mesh", "vertices below " + std::to_string(count),
-                  "vertex " + std::to_string(vertex));
-    for (const buffer<float>* values : {&mesh.positions, &mesh.texture_coordinates})
-        for (const float value : *values)
-            if (!std::isfinite(value)) raise(error_code::invalid_data, "mesh", "finite coordinates", "one that is not");
-}
-
 inline void check_drawable(const textured_mesh& mesh, std::span<const image<std::uint8_t>> textures) {
-    check_triangles(mesh);
-    check_triangles(mesh.soft_edges);
-    check_parts(mesh, textures.size());
+    check_mesh(mesh, textures.size());
     for (const image<std::uint8_t>& texture : textures) {
         if (texture.channels() == 3 && texture.size() > 0) continue;
         raise(error_code::mismatch, "texture", "3 channels and at least one pixel",
@@ -19585,7 +20204,7 @@ inline void check_raster_options(const view& from, const raster_options& options
                   std::to_string(backdrop.channels()));
 }
 
-/// u, v  texture coordinates
+/// Samples a texture. u, v  texture coordinates
 inline std::array<std::uint8_t, 3> bilinear(const image<std::uint8_t>& texture, double u, double v) {
     const double last_x = nearest_double(texture.width() - 1), last_y = nearest_double(texture.height() - 1);
     const double x = std::clamp(u * (last_x + 1) - 0.5, 0.0, last_x), y = std::clamp(v * (last_y + 1) - 0.5, 0.0, last_y);
@@ -19602,10 +20221,10 @@ inline std::array<std::uint8_t, 3> bilinear(const image<std::uint8_t>& texture, 
     return result;
 }
 
-/// The samples of a few rows of pixels.
+/// Samples of some rows of pixels.
 struct sample_band {
     std::int64_t first_row = 0, last_row = 0, width = 0;  ///< in samples
-    buffer<float> inverse_depth;                          ///< 0 where nothing is
+    buffer<float> inverse_depth;                          ///< 0 in holes
     buffer<std::array<std::uint8_t, 3>> color;
 
     sample_band(std::pair<std::int64_t, std::int64_t> rows, std::int64_t samples_across, const raster_options& options)
@@ -19619,7 +20238,7 @@ struct sample_band {
                 std::copy_n(&options.backdrop(y / options.samples, x / options.samples), 3, color[i].begin());
     }
 
-    /// shade(u, v)  the color at texture coordinates
+    /// Draws a triangle. shade(u, v)  returns the color at texture coordinates
     template <class Shade>
     void draw(const screen_triangle& t, Shade&& shade) {
         const screen_values values(t);
@@ -19634,7 +20253,7 @@ struct sample_band {
         });
     }
 
-    /// Lays a translucent triangle over what is farther.
+    /// Blends a translucent triangle over the farther surfaces.
     template <class Shade>
     void blend(const screen_triangle& t, Shade&& shade) {
         const translucent_values values(t);
@@ -19650,7 +20269,7 @@ struct sample_band {
         });
     }
 
-    /// n  samples per pixel and axis
+    /// Averages the samples of each pixel. n  samples per pixel and axis
     void resolve(std::int64_t n, rendering& result) const {
         for (std::int64_t y = first_row / n; y < last_row / n; ++y)
             for (std::int64_t x = 0; x < width / n; ++x) {
@@ -19672,20 +20291,21 @@ struct sample_band {
     }
 };
 
-/// The highest and the lowest place of something on the screen, in 1 / subsample_steps of a sample; nothing if top > bottom.
+/// Highest and lowest position of an object on the screen, in 1 / subsample_steps of a sample; empty if top > bottom.
 struct vertical_extent {
     std::int64_t top = 0, bottom = -1;
 };
 
-/// Rows of pixels per band: few enough to occupy many threads, and enough that few triangles touch two bands. Chosen by trial.
+/// Rows of pixels per band: few enough to occupy many threads, and enough that few triangles touch two bands. Tuned by
+/// experiment.
 inline constexpr std::int64_t rows_per_band = 16;
 
-/// Lists, for every band, the things that may touch it, in order: band b has list[start[b]] to list[start[b + 1] - 1].
+/// Lists for every band the objects that may touch it, in order: band b has list[start[b]] to list[start[b + 1] - 1].
 struct band_lists {
     buffer<std::size_t> start;
     buffer<std::int32_t> list;
 
-    /// extent(i)  the vertical_extent of thing i, of `count`
+    /// extent(i)  vertical_extent of object i of `count`
     template <class Extent>
     band_lists(std::int32_t count, Extent&& extent, std::int64_t rows, std::int64_t band_rows)
         : rows_(rows), band_rows_(band_rows) {
@@ -19706,7 +20326,7 @@ struct band_lists {
     }
 
     std::size_t band_count() const { return start.size() - 1; }
-    /// The rows [first, second) of a band.
+    /// Returns the rows [first, second) of a band.
     std::pair<std::int64_t, std::int64_t> rows_of(std::size_t band) const {
         const std::int64_t first = static_cast<std::int64_t>(band) * band_rows_;
         return {first, (std::min)(first + band_rows_, rows_)};
@@ -19716,11 +20336,11 @@ private:
     std::int64_t rows_, band_rows_;
 };
 
-/// Renders `count` things. Bands are the same for any number of threads, and each is drawn by one thread in the order of the
-/// things.
+/// Renders `count` objects. Bands do not depend on the number of threads, and one thread draws each band in the order of the
+/// objects.
 ///
-/// extent(i)      the vertical_extent of thing i
-/// draw(i, band)  draws it
+/// extent(i)      vertical_extent of object i
+/// draw(i, band)  draws object i into a band
 template <executor Executor, class Extent, class Draw>
 rendering draw_in_bands(const pinhole_camera& camera, const raster_options& options, std::int32_t count, Extent&& extent,
                         Draw&& draw, Executor& threads) {
@@ -19748,7 +20368,7 @@ rendering rasterize(const textured_mesh& mesh, std::span<const image<std::uint8_
     buffer<detail::screen_triangle> triangles;
     triangles.reserve(mesh.triangle_count());
     const detail::projection projection(from, options.samples, options.z_near);
-    buffer<std::int32_t> last_of_part;  // clipping may have made more of them
+    buffer<std::int32_t> last_of_part;  // end of each part in `triangles`; clipping can add triangles
     for (std::size_t t = 0; t < mesh.part_count(); ++t) {
         for (std::size_t i = mesh.part(t).first_triangle; i < mesh.part(t + 1).first_triangle; ++i)
             projection.append(mesh, i, options.both_sides, triangles);
@@ -19781,20 +20401,20 @@ rendering rasterize(const textured_mesh& mesh, std::span<const image<std::uint8_
 }}  // namespace ldi
 
 // ---- ldi/render/gap_colors.hpp
-// Colors for gaps: between surfaces that end too soon, and past the photo's border, a picture shows its farthest surfaces
-// continued instead of a background color.
+// Fills gaps with color. Between surfaces that end too soon, and beyond the photo's border, the picture continues its farthest
+// surfaces instead of showing a background color.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Whether the background is seen anywhere.
+/// Whether the background is visible anywhere.
 inline bool has_gaps(const rendering& seen) {
     return std::any_of(seen.coverage.begin(), seen.coverage.end(), [](std::uint8_t share) { return share < 255; });
 }
 
-/// H x W x 3: the picture with every pixel replaced that is not fully covered. Each gap is filled by diffusion from its outline.
-/// A gap inside the picture takes its colors from the farther half of its outline. A gap at the picture's edge lies past the
-/// photo's border, where near surfaces continue, too, and takes them from all of its outline. For raster_options::backdrop. A
-/// rendering without a covered pixel gives black.
+/// Returns the picture, H x W x 3, with every incompletely covered pixel replaced, for raster_options::backdrop. Diffusion fills
+/// each gap from its outline. A gap inside the picture uses the colors of the farther half of its outline. A gap at the
+/// picture's edge lies beyond the photo's border, where near surfaces continue as well, and uses all of its outline. A rendering
+/// without a covered pixel becomes black.
 inline image<std::uint8_t> gap_colors(rendering seen);
 
 // ------------------------------------------------------------------------------------------------------------------------
@@ -19814,7 +20434,7 @@ public:
 private:
     struct cell {
         std::size_t place;
-        std::int32_t above;  // the cell there, no_cell where none is
+        std::int32_t above;  // cell of the pixel above, or no_cell
     };
     struct outline {
         float nearest = 0, farthest = std::numeric_limits<float>::infinity();  // inverse depths
@@ -19830,7 +20450,7 @@ private:
     }
     float inverse_depth(std::size_t place) const { return 1 / seen_.depth.data()[place]; }
 
-    /// Every pixel of a gap becomes a cell.
+    /// Makes a cell of every pixel of a gap.
     void find_gaps() {
         buffer<std::int32_t> above(width(), no_cell);
         for (std::size_t place = 0; place < seen_.coverage.size(); ++place) {
@@ -19845,7 +20465,7 @@ private:
         }
     }
 
-    /// Calls `visit(place)` with the covered pixels beside a place.
+    /// Calls `visit(place)` for the covered pixels next to a place.
     template <class Visit>
     void for_each_covered(std::size_t place, Visit&& visit) const {
         const auto look = [&](bool is_inside, std::size_t other) {
@@ -19871,7 +20491,7 @@ private:
 
     void diffuse() {
         constexpr int rounds = 8;
-        diffusion<3> solver;  // which counts cells from 1
+        diffusion<3> solver;  // numbers its cells from 1
         solver.start();
         for (std::int32_t i = 0; i < cells_.count(); ++i) {
             const auto [place, above] = cells_[i];
@@ -19893,8 +20513,8 @@ private:
 
     rendering& seen_;
     buffer<cell> cells_;
-    disjoint_sets gaps_;        // of cells beside each other
-    buffer<outline> outlines_;  // at a gap's first cell
+    disjoint_sets gaps_;        // sets of adjacent cells
+    buffer<outline> outlines_;  // stored at a gap's first cell
 };
 
 }  // namespace detail
@@ -19907,12 +20527,12 @@ inline image<std::uint8_t> gap_colors(rendering seen) {
 }}  // namespace ldi
 
 // ---- ldi/render/detail/pixel_squares.hpp
-// The pixels of a layered image as squares of four triangles each, from the pixel's center to its sides. Linked pixels share
-// corners; the rest is torn. Projected once for a view, in the fixed-point positions that the rasterizer works in.
+// Pixels of a layered image as squares of four triangles each, from the pixel's center to its sides. Linked pixels share
+// corners; unlinked pixels are separate. Projected once per view to the rasterizer's fixed-point positions.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// The corners of a pixel, clockwise from the top left; its sides in the same order, each from a corner to the next.
+/// Corners of a pixel, clockwise from the top left. Side i runs from corner i to the next corner.
 inline constexpr std::int32_t pixel_corners[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
 inline constexpr side clockwise_sides[4] = {side::up, side::right, side::down, side::left};
 
@@ -19932,7 +20552,7 @@ public:
         place(layers.template column<disparity_column>(), range, relative_projection(taken_from, from, samples, z_near));
     }
 
-    /// False where a corner lies nearer than z_near, or so far outside the picture that it can't be projected safely.
+    /// False if a corner is nearer than z_near, or too far outside the picture to be projected safely.
     bool is_drawn(std::int32_t pixel) const { return drawn_[pixel] != 0; }
 
     std::int64_t top(std::int32_t pixel) const {
@@ -19942,8 +20562,8 @@ public:
         return extreme(pixel, [](std::int64_t a, std::int64_t b) { return (std::max)(a, b); });
     }
 
-    /// Center and the two corners of a side, clockwise in the layered image's own view. Texture coordinates go from 0 to 1 over
-    /// the pixel.
+    /// Triangle of the center and the two corners of a side, clockwise as seen in the layered image. Texture coordinates run
+    /// from 0 to 1 over the pixel.
     screen_triangle triangle(std::int32_t pixel, side s) const {
         const int first = clockwise_index(s), second = (first + 1) % 4;
         screen_triangle t{vertices_[pixel], vertices_[corner(pixel, first)], vertices_[corner(pixel, second)]};
@@ -19963,7 +20583,7 @@ private:
         return result;
     }
 
-    /// A link makes the two corners at either end of the common side one.
+    /// Merges the corners of linked pixels at both ends of their common side.
     void share_corners() {
         const std::int32_t count = graph_.count();
         disjoint_sets sets(4 * graph_.size());
@@ -19983,7 +20603,7 @@ private:
         vertices_.resize(static_cast<std::size_t>(std::int64_t{count} + corners));
     }
 
-    /// A corner has the mean disparity of the pixels that share it.
+    /// Places each corner at the mean disparity of the pixels that share it.
     template <class Project>
     void place(array_view<const float> disparity, const depth_range& distances, const Project& project) {
         const std::int32_t count = graph_.count();
@@ -20018,7 +20638,7 @@ private:
         }
     }
 
-    /// From a pixel position of one view, and its depth, to the screen of another.
+    /// Projects a pixel position with depth from one view to the screen of another.
     class relative_projection {
     public:
         relative_projection(const view& taken_from, const view& from, std::int32_t samples, float z_near)
@@ -20062,13 +20682,13 @@ private:
     };
 
     graph_view graph_;
-    buffer<std::int32_t> corner_of_;  // of each pixel, clockwise from the top left: its vertices
-    buffer<screen_vertex> vertices_;  // the pixels' centers, then the corners
+    buffer<std::int32_t> corner_of_;  // vertices of each pixel's corners, clockwise from the top left
+    buffer<screen_vertex> vertices_;  // centers of the pixels, then the corners
     buffer<std::uint8_t> drawn_;      // one per pixel
 };
 
-/// The color at (u, v) of a pixel, from (0, 0) at its top left corner to (1, 1): bilinear between the centers of pixels that are
-/// linked around the corner and known alike.
+/// Color at (u, v) within a pixel, from (0, 0) at its top left corner to (1, 1): bilinear between the centers of the pixels that
+/// are linked around the nearest corner, if all are known or all are unknown.
 template <has_columns<color_column, known_column> Layers>
 std::array<std::uint8_t, 3> color_within_pixel(const Layers& layers, std::int32_t pixel, double u, double v) {
     const auto& g = layers.topology();
@@ -20100,19 +20720,20 @@ std::array<std::uint8_t, 3> color_within_pixel(const Layers& layers, std::int32_
 }}}  // namespace ldi::detail
 
 // ---- ldi/render/micro_polygons.hpp
-// A layered image drawn as it is, without charts and simplification: every pixel a small square, bent to meet the pixels that it
-// is linked to and torn off from all others (the micro-polygons of the paper's section "Inpainting", under Results).
+// Draws a layered image directly, without charts and simplification. Every pixel becomes a small square that meets the pixels it
+// is linked to and is separate from all others (the micro-polygons of the paper's section "Inpainting", under Results).
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Draws a layered image. Colors run smoothly over links, and are a pixel's own out to its edge where it has none; colors that
-/// are known and colors that are not never mix.
+/// Draws a layered image. Colors are interpolated across links and constant up to an edge without a link. Known and unknown
+/// colors never mix.
 ///
 /// range       distances of disparity 1 and 0
-/// taken_from  the camera whose pixels these are; its size is the lattice's
-/// from        where the picture is to be drawn from
+/// taken_from  camera of the layered image; its size is the lattice's size
+/// from        view to draw
 ///
-/// Pixels that reach nearer than options.z_near are left out. Raises mismatch if camera and lattice differ in size, invalid_data
+/// Omits pixels that reach nearer than options.z_near. Raises mismatch if camera and lattice differ in size, invalid_data if a
+/// disparity is not in front of the camera, invalid_option or too_large as rasterize() does.
 /// if a disparity is not in front of the camera, invalid_option or too_large as rasterize() does.
 template <has_columns<color_column, disparity_column, known_column> Layers, executor Executor = const serial_executor>
 rendering render_layers(const Layers& layers, const depth_range& range, const view& taken_from, const view& from,
@@ -20139,12 +20760,12 @@ rendering render_layers(const Layers& layers, const depth_range& range, const vi
 
 // ---- ldi/render/detail/surface_walk.hpp
 // Follows a surface of a layered image along a row or a column of the screen, from sample to sample. Depth peeling uses it to
-// find which surfaces at neighboring pixels are connected. Integer arithmetic with the rasterizer's edge rule, so that both
-// always agree.
+// find which surfaces at neighboring pixels are connected. Uses integer arithmetic and the rasterizer's edge rule, so that both
+// agree.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// One of the four triangles of a pixel, named by the side that it reaches.
+/// One of the four triangles of a pixel, identified by the side that it touches.
 struct surface_triangle {
     std::int32_t pixel = no_pixel;
     side outer = side::up;
@@ -20152,7 +20773,7 @@ struct surface_triangle {
     bool operator==(const surface_triangle&) const = default;
 };
 
-/// Whether the sample belongs to the triangle, of positive area, as for_each_span has it.
+/// Whether the sample belongs to the triangle by the rule of for_each_span(). t  of positive area
 inline bool holds_sample(const screen_triangle& t, std::int64_t x, std::int64_t y) {
     const std::int64_t px = x * subsample_steps + subsample_steps / 2, py = y * subsample_steps + subsample_steps / 2;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -20168,19 +20789,19 @@ class surface_walk {
 public:
     surface_walk(const graph_view& g, const pixel_squares& squares) : graph_(g), squares_(squares) {}
 
-    /// The triangle that the surface has reached one sample to the right of (x, y), or below it, having started in `from`, which
-    /// holds that sample. No pixel if it ends, or folds back, before.
+    /// Follows the surface from triangle `from`, which contains sample (x, y), to the next sample on the right or below. Returns
+    /// the triangle there, or no pixel if the surface ends or folds back first.
     surface_triangle one_sample(surface_triangle from, std::int64_t x, std::int64_t y, side direction) const {
         const bool to_right = direction == side::right;
         const std::int64_t target_x = x + (to_right ? 1 : 0), target_y = y + (to_right ? 0 : 1);
-        // The rule for edges is that of a sample moved right by e and down by e^2, e > 0 and as small as need be. The line that
-        // is followed is moved likewise: it meets no corner, and corners exactly on it lie on one side.
+        // The edge rule is that of a sample moved right by e and down by e^2, for an infinitesimal e > 0. The line is moved in
+        // the same way: it meets no corner, and corners exactly on it lie on one side.
         const std::int64_t line = (to_right ? y : x) * subsample_steps + subsample_steps / 2;
         const auto before_line = [&](const screen_vertex& v) { return (to_right ? v.y : v.x) <= line; };
 
         screen_triangle t = squares_.triangle(from.pixel, from.outer);
         const bool faces_us = signed_area(t) > 0;
-        // In a clockwise triangle, the right edge crosses the line downward and the left edge upward. The lower edge leads left.
+        // In a clockwise triangle, the right edge crosses the line downward and the left edge upward. The lower edge runs left.
         std::size_t exit = 3;
         for (std::size_t e = 0; e < 3; ++e)
             if (before_line(t[e]) != before_line(t[(e + 1) % 3]) && before_line(t[e]) == (to_right == faces_us)) exit = e;
@@ -20200,8 +20821,8 @@ public:
     }
 
 private:
-    /// Goes over an edge of a triangle: 0 and 2 lead from its pixel's center to a corner, 1 is the pixel's side. Returns the edge
-    /// by which the next triangle is entered.
+    /// Crosses an edge of a triangle and returns the edge by which the next triangle is entered. Edges 0 and 2 run from the
+    /// pixel's center to a corner; edge 1 is the pixel's side.
     std::size_t cross(surface_triangle& from, std::size_t edge) const {
         if (edge == 1) {
             from = {graph_.neighbor(from.pixel, from.outer), opposite(from.outer)};
@@ -20219,23 +20840,23 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/render/peel.hpp
-// Depth peeling: a layered image as another camera sees it, with everything that is hidden there too, as a layered image of that
-// camera (paper, section "Inpainting" under Results; Everitt, "Interactive Order-Independent Transparency", 2001).
+// Depth peeling: converts a layered image to a layered image of another camera, including everything hidden from that camera
+// (paper, section "Inpainting" under Results; Everitt, "Interactive Order-Independent Transparency", 2001).
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct peel_options {
-    float z_near = 0.01F;    ///< above 0; pixels that reach nearer than this are left out
-    bool both_sides = true;  ///< false: surfaces seen from behind are left out
+    float z_near = 0.01F;    ///< above 0; omits pixels that reach nearer
+    bool both_sides = true;  ///< false: omits surfaces seen from behind
 };
 
 namespace detail {
 
-/// A place at which the ray through the center of a pixel meets a surface.
+/// Intersection of a surface with the ray through the center of a pixel.
 struct fragment {
     std::int64_t position;  ///< y * width + x on the screen
     surface_triangle where;
-    double inverse_depth, u, v;  ///< u, v: on the pixel that `where` belongs to
+    double inverse_depth, u, v;  ///< u, v: coordinates within the pixel of `where`
 };
 
 /// Finds the fragments of one screen, band by band.
@@ -20244,7 +20865,7 @@ public:
     fragment_finder(const pixel_squares& squares, const pinhole_camera& screen, bool both_sides)
         : squares_(squares), width_(screen.width), height_(screen.height), both_sides_(both_sides) {}
 
-    /// By position, then nearest first.
+    /// Returns the fragments sorted by position, then nearest first.
     template <executor Executor>
     buffer<fragment> find_all(std::int32_t pixel_count, Executor& threads) const {
         const auto extent = [&](std::int32_t i) {
@@ -20293,7 +20914,7 @@ private:
     bool both_sides_;
 };
 
-/// The range, widened to hold all fragments. Rounding alone does not widen it.
+/// Widens the range to contain all fragments, unless the excess is only rounding.
 inline depth_range range_of(const buffer<fragment>& fragments, const depth_range& range) {
     const double first = 1.0 / range.z_near, last = 1.0 / range.z_far;
     double nearest = first, farthest = last;
@@ -20306,7 +20927,7 @@ inline depth_range range_of(const buffer<fragment>& fragments, const depth_range
     return result;
 }
 
-/// Links the pixels of neighboring positions that the surface leads to from one another. Pixel i is that of fragment i.
+/// Links pixels of neighboring positions if the surface connects them. Pixel i belongs to fragment i.
 inline void link_neighbors(graph_builder& g, const buffer<fragment>& fragments, const surface_walk& walk) {
     buffer<std::int32_t> start(g.position_count() + 1, 0);
     for (const fragment& f : fragments) ++start[f.position + 1];
@@ -20325,7 +20946,7 @@ inline void link_neighbors(graph_builder& g, const buffer<fragment>& fragments, 
         }
 }
 
-/// One linked pixel for each fragment.
+/// Makes one linked pixel per fragment.
 inline graph graph_of(const buffer<fragment>& fragments, const pinhole_camera& camera, const surface_walk& walk) {
     graph_builder g(camera.width, camera.height, fragments.size());
     for (std::int32_t i = 0; i < fragments.count(); ++i) {
@@ -20362,17 +20983,17 @@ struct peeled_layers {
     depth_range range;  ///< distances of its disparities 1 and 0
 };
 
-/// Every surface that the ray through the center of a pixel of `from` meets becomes a pixel there, any number of them at one
-/// position. Neighbors are linked where the surface leads from one to the other without a tear and without folding back, which
-/// is followed exactly: peeled from where it was taken, a layered image stays as it is.
+/// Converts layers to another camera. Every surface that the ray through the center of a pixel of `from` meets becomes a pixel,
+/// any number of them at one position. Neighbors are linked if the surface connects them without a tear and without folding
+/// back. This is exact: converting to the original camera changes nothing.
 ///
 /// range       distances of disparity 1 and 0
-/// taken_from  the camera whose pixels `layers` are; its size is the lattice's
-/// from        the camera whose pixels the result is
+/// taken_from  camera of `layers`; its size is the lattice's size
+/// from        camera of the result
 ///
-/// In canonical order, with all columns. Colors are interpolated as render_layers() does; every other column is what the nearest
-/// source pixel has. The range of distances of the result is `range`, or wider if the camera came nearer or went back. Raises as
-/// render_layers() does, and too_large if there are 2^31 pixels or more.
+/// The result is in canonical order and has all columns. Colors are interpolated as in render_layers(); every other column
+/// copies the nearest source pixel. The range of distances of the result is `range`, or wider if the camera moved closer or
+/// back. Raises the errors of render_layers(), and too_large for 2^31 pixels or more.
 template <payload_column... Columns, executor Executor = const serial_executor>
 peeled_layers<Columns...> peel(const layered_image<Columns...>& layers, const depth_range& range, const view& taken_from,
                                const view& from, const peel_options& options = {}, Executor&& threads = {}) {
@@ -20396,20 +21017,20 @@ peeled_layers<Columns...> peel(const layered_image<Columns...>& layers, const de
 }}  // namespace ldi
 
 // ---- ldi/render/stereo.hpp
-// Pictures made from renderings: pairs for two eyes, and depth maps.
+// Pictures made from renderings: stereo pairs and depth maps.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The same view from `distance` to the right (negative: left) along its picture's horizontal, in the units of the photo's space:
-/// half the distance between two eyes for each.
+/// Moves a view sideways by `distance`, in units of the photo's space, to the right along its picture's horizontal (negative:
+/// left). For a stereo pair, move each eye by half the eye distance.
 inline view beside(view from, float distance) {
     const std::array<float, 3> step = from.direction_to_photo({distance, 0, 0});
     for (std::size_t i = 0; i < 3; ++i) from.position[i] += step[i];
     return from;
 }
 
-/// The distance between two eyes at which surfaces at the ends of the range move against each other, from one eye to the other,
-/// by `share` of the picture's width. A thirtieth is comfortable to look at.
+/// Returns the eye distance at which the parallax between the nearest and the farthest surface is `share` of the picture's
+/// width. A thirtieth is comfortable to view.
 inline float eye_distance(const pinhole_camera& camera, const depth_range& range, float share = 1.0F / 30.0F) {
     const float parallax = camera.focal_length * (range.inverse_depth(1) - range.inverse_depth(0));
     return parallax > 0 ? share * detail::nearest_float(camera.width) / parallax : 0.0F;
@@ -20425,7 +21046,7 @@ inline void check_pair(image_view<const std::uint8_t> left, image_view<const std
 
 }  // namespace detail
 
-/// H x 2W x 3: the left eye's picture on the left. Raises mismatch.
+/// Combines two pictures to H x 2W x 3, the left eye's picture on the left. Raises mismatch.
 inline image<std::uint8_t> side_by_side(image_view<const std::uint8_t> left, image_view<const std::uint8_t> right) {
     detail::check_pair(left, right);
     const std::size_t values = 3 * left.width();
@@ -20437,8 +21058,9 @@ inline image<std::uint8_t> side_by_side(image_view<const std::uint8_t> left, ima
     return result;
 }
 
-/// For glasses with red before the left eye and cyan before the right: red is the left picture's brightness (Rec. 601, which
-/// keeps colored things equally bright to both eyes; "half color"), green and blue are the right picture's. Raises mismatch.
+/// Combines two pictures for glasses with red at the left eye and cyan at the right. Red is the left picture's brightness (Rec.
+/// 601, which makes colored objects equally bright for both eyes; "half color"), green and blue are the right picture's. Raises
+/// mismatch.
 inline image<std::uint8_t> anaglyph(image_view<const std::uint8_t> left, image_view<const std::uint8_t> right) {
     detail::check_pair(left, right);
     image<std::uint8_t> result(right);
@@ -20450,10 +21072,10 @@ inline image<std::uint8_t> anaglyph(image_view<const std::uint8_t> left, image_v
     return result;
 }
 
-/// A rendering's depth as a depth map to be kept as 16-bit PNG: disparity, white near, from 1 at the far end of the range to
-/// 65,535 at the near end; 0 where nothing was drawn.
+/// Converts a rendering's depth to a 16-bit depth map: disparity, white near, from 1 at the far end of the range to 65,535 at
+/// the near end; 0 in holes.
 ///
-/// depth  H x W x 1, infinity where nothing is
+/// depth  H x W x 1, infinity in holes
 inline image<std::uint16_t> disparity_map(const image<float>& depth, const depth_range& range) {
     image<std::uint16_t> result(depth.height(), depth.width(), 1, unset);
     const float last = range.inverse_depth(0), span = range.inverse_depth(1) - last;
@@ -20468,8 +21090,8 @@ inline image<std::uint16_t> disparity_map(const image<float>& depth, const depth
 }}  // namespace ldi
 
 // ---- ldi/formats/detail/json_reader.hpp
-// Checks a text of JSON (RFC 8259) and finds its values, for detail/json.hpp. Strict: names that come twice, nesting deeper than
-// the caller allows and strings that are not UTF-8 are refused.
+// Checks JSON (RFC 8259) and locates its values, for detail/json.hpp. Strict: rejects duplicate names, nesting deeper than the
+// caller allows, and strings that are not UTF-8.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -20481,10 +21103,10 @@ struct json_value {
     std::string_view text = "nothing";
 };
 
-/// Is told of the parts of an object or array. A pointer, so that the reader is compiled once.
+/// Receives the parts of an object or array. A function pointer, so that the reader is compiled only once.
 using json_visitor = void (*)(void* to, std::string_view name, const json_value& value);
 
-/// 0 to 15, or 16 for what is no hexadecimal digit.
+/// Returns 0 to 15, or 16 if c is not a hexadecimal digit.
 inline std::uint32_t hexadecimal_value(char c) {
     if (c >= '0' && c <= '9') return static_cast<std::uint32_t>(c - '0');
     if (c >= 'a' && c <= 'f') return static_cast<std::uint32_t>(c - 'a') + 10;
@@ -20527,16 +21149,16 @@ inline void append_unescaped(std::string_view written, buffer<char>& to) {
     }
 }
 
-/// Walks a text and checks all that it passes. Errors: invalid_data; `where` names the text in messages.
+/// Walks over a text and checks everything it passes. Errors: invalid_data; `where` names the text in messages.
 class json_reader {
 public:
-    /// max_depth  how deep objects and arrays may stand in each other
+    /// max_depth  maximum nesting of objects and arrays
     json_reader(std::string_view text, int max_depth, std::string where)
         : text_(text), max_depth_(max_depth), where_(std::move(where)) {}
-    /// For a text that a reader has passed: it is walked through once more, not checked.
+    /// Walks over a text that a reader has already checked, without further checks.
     explicit json_reader(std::string_view checked) : text_(checked), is_checked_(true) {}
 
-    /// The one object that the text consists of.
+    /// Reads the one object of which the text consists.
     json_value whole_object() {
         skip_space();
         if (peek() != '{') fail("a JSON object");
@@ -20546,7 +21168,7 @@ public:
         return result;
     }
 
-    /// Calls visit(to, name as it is written, value) for the members of the object that the text begins with.
+    /// Calls visit(to, name as written, value) for the members of the object at the start of the text.
     void walk_object(int depth, json_visitor visit, void* to) {
         names seen;
         enter(depth);
@@ -20564,7 +21186,7 @@ public:
         if (!is_checked_) seen.check(where_);
     }
 
-    /// Calls visit(to, {}, value) for the elements of the array that the text begins with.
+    /// Calls visit(to, {}, value) for the elements of the array at the start of the text.
     void walk_array(int depth, json_visitor visit, void* to) {
         enter(depth);
         for (bool first = true; !leave(']', first, "a value or ] in a JSON array"); first = false) {
@@ -20574,7 +21196,7 @@ public:
     }
 
 private:
-    /// The names of one object, to find one that comes twice.
+    /// Names of one object, to detect duplicates.
     class names {
     public:
         void add(std::string_view written) {
@@ -20589,7 +21211,7 @@ private:
             }
             std::sort(sorted.begin(), sorted.end());
             const std::string_view* const twice = std::adjacent_find(sorted.begin(), sorted.end());
-            if (twice != sorted.end()) raise(error_code::invalid_data, where, "every name once", printable(*twice) + " twice");
+            if (twice != sorted.end()) raise(error_code::invalid_data, where, "unique names", printable(*twice) + " twice");
         }
 
     private:
@@ -20602,7 +21224,7 @@ private:
               at_ == text_.size() ? "the end" : printable(text_.substr(at_, 1)));
     }
 
-    /// The next byte, or 0 at the end: JSON has no byte 0.
+    /// Returns the next byte, or 0 at the end: JSON contains no byte 0.
     char peek() const { return at_ < text_.size() ? text_[at_] : '\0'; }
 
     void skip_space() {
@@ -20676,7 +21298,7 @@ private:
         }
     }
 
-    /// A string with its quotes.
+    /// Reads a string with its quotes.
     std::string_view read_string() {
         const std::size_t begin = at_++;
         while (peek() != '"') {
@@ -20693,7 +21315,7 @@ private:
     void read_escape() {
         ++at_;
         if (peek() != 'u') {
-            if (std::string_view("\"\\/bfnrt").find(peek()) == std::string_view::npos) fail("an escape that JSON has");
+            if (std::string_view("\"\\/bfnrt").find(peek()) == std::string_view::npos) fail("a valid escape");
             ++at_;
             return;
         }
@@ -20707,7 +21329,7 @@ private:
         if (second < 0xDC00 || second >= 0xE000) fail("the second half of a pair of escapes");
     }
 
-    /// The four digits after the u of an escape.
+    /// Reads the four digits after the u of an escape.
     std::uint32_t read_code() {
         std::uint32_t code = 0;
         for (int digit = 0; digit < 4; ++digit) {
@@ -20720,7 +21342,7 @@ private:
         return code;
     }
 
-    /// One character of UTF-8 (RFC 3629): the shortest form of a code point that is not half of a pair.
+    /// Reads one UTF-8 character (RFC 3629) in its shortest form. Rejects surrogates.
     void read_character() {
         const auto byte = [&](std::size_t i) {
             return at_ + i < text_.size() ? static_cast<unsigned>(static_cast<unsigned char>(text_[at_ + i])) : 0U;
@@ -20748,12 +21370,12 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/formats/detail/json.hpp
-// JSON (RFC 8259) as it is read from headers of weight files: a value is a checked piece of the text, and only what is asked for
-// is copied. What is read may come from anybody.
+// Reads JSON (RFC 8259) from headers of weight files. A value is a checked piece of the text; only requested parts are copied.
+// The text is untrusted.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// An object that is a whole text. Errors: invalid_data, naming the byte.
+/// Checks a text that is one object. Errors: invalid_data, naming the byte.
 inline json_value read_json_object(std::string_view text, int max_depth, const std::string& where) {
     return json_reader(text, max_depth, where).whole_object();
 }
@@ -20782,7 +21404,7 @@ void for_each_element(const json_value& array, Visit&& visit) {
     json_reader(array.text).walk_array(0, call, &visit);
 }
 
-/// The member of that name; of kind `none` where there is none, or where `object` is something else.
+/// Finds a member by name. The result has kind `none` if there is no such member or `object` is not an object.
 inline json_value json_member(const json_value& object, std::string_view name) {
     json_value result;
     if (object.kind != json_kind::object) return result;
@@ -20792,7 +21414,7 @@ inline json_value json_member(const json_value& object, std::string_view name) {
     return result;
 }
 
-/// A number without sign, point and exponent.
+/// Parses a number without sign, point and exponent. Empty for any other value.
 inline std::optional<std::uint64_t> whole_number(const json_value& value) {
     if (value.kind != json_kind::number) return std::nullopt;
     std::uint64_t result = 0;
@@ -20808,23 +21430,26 @@ inline std::optional<std::uint64_t> whole_number(const json_value& value) {
 }}}  // namespace ldi::detail
 
 // ---- ldi/formats/safetensors.hpp
-// Reads safetensors files (https://huggingface.co/docs/safetensors) from memory: eight bytes of header length, a JSON header with
-// the type, the shape and the place of every tensor, then the values, little-endian. Files are not trusted.
-// io/safetensors_file.hpp reads them by name.
+// Reads safetensors files (https://huggingface.co/docs/safetensors) from memory: eight bytes of header length, a JSON header
+// with type, shape and byte range of every tensor, then the values, little-endian. Files are untrusted. io/safetensors_file.hpp
+// loads them from disk.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// bytes  the whole file: tensors of types F32, F16, BF16, I32, I8 and U8, whose values fill it without gap or overlap
-/// where  names the file in messages
+/// Decodes all tensors. Half-precision numbers become float. Allocates nothing before the header is checked against the file's
+/// size.
 ///
-/// Half-precision numbers become float. Nothing is allocated before the header has shown that the file holds it.
-/// Raises invalid_data, too_large (header above 4 MiB) and unsupported (type); they name the tensor.
+/// bytes  the whole file: tensors of types F32, F16, BF16, I32, I8 and U8, whose values fill it without gap or overlap
+/// where  name of the file in messages
+///
+/// Raises invalid_data, too_large (header above 4 MiB) and unsupported (type), naming the tensor.
 named_tensors decode_safetensors(std::span<const std::byte> bytes, const std::string& where = "safetensors file");
 
 namespace detail {
 
-/// what  "a depth network": the kind of file that `expected` for `key` in the metadata tells of
-/// Raises mismatch where the metadata have nothing or something else for it.
+/// Raises mismatch unless the metadata have the value `expected` for `key`.
+///
+/// what  kind of file for the message, for example "a depth network"
 inline void check_metadata(const named_tensors& file, const std::string& what, const std::string& key,
                            const std::string& expected) {
     const auto found = file.metadata.find(key);
@@ -20853,7 +21478,7 @@ inline float float_from_bits(std::uint32_t bits) {
     return value;
 }
 
-/// IEEE half precision: a sign, 5 bits of exponent, 10 of fraction.
+/// Converts IEEE half precision: a sign, 5 bits of exponent, 10 of fraction.
 inline float half_to_float(std::uint32_t half) {
     const std::uint32_t sign = (half & 0x8000) << 16, exponent = (half >> 10) & 31, fraction = half & 1023;
     if (exponent == 31) return float_from_bits(sign | 0x7F800000 | (fraction << 13));
@@ -20869,7 +21494,7 @@ buffer<Scalar> decoded(std::span<const std::byte> bytes, std::size_t scalar_byte
     return values;
 }
 
-/// Bytes of one value; 0 for a type that is not read.
+/// Bytes of one value; 0 for an unsupported type.
 inline std::size_t scalar_size(std::string_view type) {
     if (type == "F32" || type == "I32") return 4;
     if (type == "F16" || type == "BF16") return 2;
@@ -20895,12 +21520,11 @@ struct entry {
     std::size_t begin = 0, end = 0;
 };
 
-/// One line of the header, each part checked against the rest and against the size of the data.
+/// Reads one entry of the header and checks its parts against each other and against the size of the data.
 inline entry checked_entry(const std::string& name, const json_value& line, std::size_t data_bytes, const std::string& where) {
     const auto here = [&] { return where + ", tensor " + printable(name); };
     const auto part = [&](const char* key, bool is_right_kind) {
-        if (!is_right_kind)
-            raise(error_code::invalid_data, here(), std::string(key) + " as the format has it", "another or none");
+        if (!is_right_kind) raise(error_code::invalid_data, here(), "a valid " + std::string(key), "an invalid or missing one");
     };
     const auto sizes = [&](const char* key, const json_value& values, std::size_t max_count) {
         part(key, values.kind == json_kind::array);
@@ -20913,7 +21537,7 @@ inline entry checked_entry(const std::string& name, const json_value& line, std:
         return result;
     };
     part("dtype", line.kind == json_kind::object);
-    json_value type, shape, place;  // in one walk: a header may have a hundred thousand lines
+    json_value type, shape, place;  // one walk, because a header may have a hundred thousand entries
     int members = 0;
     for_each_member(line, [&](const std::string& key, const json_value& value) {
         ++members;
@@ -20938,7 +21562,7 @@ inline entry checked_entry(const std::string& name, const json_value& line, std:
     std::size_t needed = scalar_bytes;
     for (std::size_t length : result.shape) {
         if (length != 0 && needed > (std::numeric_limits<std::size_t>::max)() / length)
-            raise(error_code::too_large, here(), "a shape that fits into memory", shape_text(result.shape));
+            raise(error_code::too_large, here(), "a shape that fits in memory", shape_text(result.shape));
         needed *= length;
     }
     if (needed != result.end - result.begin)
@@ -20950,11 +21574,11 @@ inline entry checked_entry(const std::string& name, const json_value& line, std:
 
 inline decltype(named_tensors::metadata) checked_metadata(const json_value& line, const std::string& where) {
     if (line.kind != json_kind::object)
-        raise(error_code::invalid_data, where, "metadata that is a JSON object", "something else");
+        raise(error_code::invalid_data, where, "metadata that are a JSON object", "another value");
     decltype(named_tensors::metadata) result;
     for_each_member(line, [&](const std::string& key, const json_value& value) {
         if (value.kind != json_kind::string)
-            raise(error_code::invalid_data, where, "metadata that is text", "something else for " + printable(key));
+            raise(error_code::invalid_data, where, "metadata that are text", "another value for " + printable(key));
         result.emplace(key, unescaped(value.text));
     });
     return result;
@@ -20969,7 +21593,7 @@ inline named_tensors decode_safetensors(std::span<const std::byte> bytes, const 
     const std::uint64_t header_bytes = little_endian(bytes.data(), 4) | (std::uint64_t{little_endian(bytes.data() + 4, 4)} << 32);
     if (header_bytes > bytes.size() - 8)
         raise(error_code::invalid_data, where, "a header of " + std::to_string(header_bytes) + " bytes",
-              std::to_string(bytes.size() - 8) + " bytes in all");
+              std::to_string(bytes.size() - 8) + " bytes in total");
     if (header_bytes > max_header_bytes)
         raise(error_code::too_large, where, "a header of at most " + std::to_string(max_header_bytes) + " bytes",
               std::to_string(header_bytes));
@@ -20988,14 +21612,14 @@ inline named_tensors decode_safetensors(std::span<const std::byte> bytes, const 
             entries.push_back(checked_entry(name, line, data.size(), where));
     });
 
-    // Tensors that fill the data without gap or overlap can't add up to more memory than the file itself announces.
+    // Tensors that fill the data without gap or overlap cannot need more memory than the size of the file.
     std::sort(entries.begin(), entries.end(),
               [](const entry& a, const entry& b) { return std::pair(a.begin, a.end) < std::pair(b.begin, b.end); });
     std::size_t filled = 0;
     for (const entry& e : entries) {
         if (e.begin != filled)
             raise(error_code::invalid_data, where + ", tensor " + detail::printable(e.name),
-                  "values from byte " + std::to_string(filled) + " on, where those before end",
+                  "values from byte " + std::to_string(filled) + ", the end of the previous tensor",
                   "byte " + std::to_string(e.begin));
         filled = e.end;
     }
@@ -21012,19 +21636,20 @@ inline named_tensors decode_safetensors(std::span<const std::byte> bytes, const 
 }}  // namespace ldi
 
 // ---- ldi/formats/farbrausch.hpp
-// Reads the inpainting network from the bytes of a safetensors file: its convolutions, and in the metadata what kind of network
-// they are. examples/training/farbrausch/export.py writes Farbrausch, examples/training/partial_convolution.py the full-size
-// PartialConv. io/farbrausch_file.hpp reads either by name.
+// Reads the inpainting network from the bytes of a safetensors file: its convolutions, and its kind from the metadata.
+// examples/training/farbrausch/export.py writes Farbrausch, examples/training/partial_convolution.py the full-size PartialConv.
+// io/farbrausch_file.hpp loads either from a file.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Raises those of decode_safetensors() and farbrausch; mismatch and unsupported where the metadata tells of another network.
+/// Decodes an inpainting network. Raises the errors of decode_safetensors() and farbrausch; mismatch and unsupported if the
+/// metadata describe another kind of network.
 farbrausch decode_farbrausch(std::span<const std::byte> bytes, const std::string& where = "weights",
                              arithmetic kind = arithmetic::float32, isa target = best_isa());
 
 namespace detail {
 
-/// Treatment of missing colors by the network that the metadata name.
+/// Looks up how the network named in the metadata treats missing colors.
 inline missing_colors parse_missing_colors(const named_tensors& file) {
     check_metadata(file, "an inpainting network", "format", "ldi");
     const auto name = file.metadata.find("name");
@@ -21034,7 +21659,7 @@ inline missing_colors parse_missing_colors(const named_tensors& file) {
           name == file.metadata.end() ? "none" : printable(name->second));
 }
 
-/// The architecture that the metadata describe, which must be of the kind that farbrausch computes.
+/// Reads the architecture from the metadata, which must describe a network that farbrausch can compute.
 inline inpainting_architecture parse_inpainting_architecture(const named_tensors& file, const std::string& where) {
     inpainting_architecture result;
     result.missing = parse_missing_colors(file);
@@ -21045,7 +21670,7 @@ inline inpainting_architecture parse_inpainting_architecture(const named_tensors
     const std::string here = where + ", architecture";
     const json_value text = read_json_object(found->second, 3, here);
 
-    // Metadata with one accepted value. Other values would need other arithmetic.
+    // Metadata with only one accepted value, because other values would require other arithmetic.
     const std::string_view fixed[][2] = {
         {"name", has_fills ? "\"farbrausch\"" : "\"partial_convolution\""},
         {"version", "1"},
@@ -21091,20 +21716,20 @@ inline farbrausch decode_farbrausch(std::span<const std::byte> bytes, const std:
 }}  // namespace ldi
 
 // ---- ldi/formats/picture_formats.hpp
-// The file formats of pictures that ldi reads. Each can be switched off, so that a service reads only what it expects, and no
-// decoder sees a file that it need not see.
+// File formats of pictures that ldi reads. Each can be disabled, so that a service reads only the formats it expects and no
+// other decoder sees untrusted files.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 enum class picture_format { jpeg, png, gif, bmp, heif, webp, tiff, pfm, npy };
 
-/// Names in the order of the enumeration. HEIC and AVIF files are both heif.
+/// Names in the order of the enumeration. heif includes HEIC and AVIF files.
 inline constexpr std::array<std::string_view, 9> picture_format_names = {"jpeg", "png",  "gif", "bmp", "heif",
                                                                          "webp", "tiff", "pfm", "npy"};
 
 constexpr std::string_view to_string(picture_format format) { return picture_format_names[static_cast<std::size_t>(format)]; }
 
-/// A set of formats; all of them unless it is made of some.
+/// A set of formats; by default all of them.
 class picture_formats {
 public:
     constexpr picture_formats() = default;
@@ -21114,7 +21739,7 @@ public:
 
     constexpr bool contains(picture_format format) const { return (bits_ & bit(format)) != 0; }
 
-    /// Names with commas between them: "jpeg,png". Nothing where a name is unknown.
+    /// Parses names separated by commas, such as "jpeg,png". Empty if a name is unknown.
     static std::optional<picture_formats> parse(std::string_view names) {
         picture_formats result{};
         result.bits_ = 0;
@@ -21130,7 +21755,7 @@ public:
         }
     }
 
-    /// "jpeg, png"
+    /// Lists the names, such as "jpeg, png".
     std::string text() const {
         std::string result;
         for (std::size_t i = 0; i < picture_format_names.size(); ++i)
@@ -21148,24 +21773,24 @@ private:
 }}  // namespace ldi
 
 // ---- ldi/formats/picture_header.hpp
-// The facts about a picture file that its first bytes and its header state, and ways to read them.
+// Header data of a picture file, and functions to read headers.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// The facts of a complete file.
+/// Header data of a complete file.
 struct picture_header {
     picture_format format = picture_format::jpeg;
-    std::size_t width = 0, height = 0;              ///< as stored, in pixels
-    std::size_t bits = 8;                           ///< of a sample: 8 or 16; PNG's 1, 2 and 4 are decoded to 8
-    std::size_t memory_per_pixel = 0;               ///< upper bound of the bytes that decoding takes
-    double more_memory = 0;                         ///< bytes that it takes beside, whatever the number of pixels
-    std::size_t max_growth = 0;                     ///< bytes that a buffer of a PNG file's decoder may grow to
-    std::size_t scanned_channels = 0;               ///< how often decoding passes through the picture, counted for each channel
-    std::span<const std::byte> exif;                ///< a TIFF structure; empty if there is none
-    std::span<const std::byte> profile_chunk;       ///< PNG's iCCP; empty if there is none
-    buffer<std::span<const std::byte>> extensions;  ///< JPEG's APP1 and APP2 segments, in their order
-    bool has_alpha = false;                         ///< of WebP
-    std::size_t end = 0;                            ///< behind the picture: phones append others to a JPEG file
+    std::size_t width = 0, height = 0;              ///< stored size in pixels
+    std::size_t bits = 8;                           ///< bits per sample, 8 or 16; PNG's 1, 2 and 4 are decoded to 8
+    std::size_t memory_per_pixel = 0;               ///< upper bound of the decoder's memory in bytes per pixel
+    double more_memory = 0;                         ///< additional bytes, independent of the number of pixels
+    std::size_t max_growth = 0;                     ///< maximum size in bytes to which a buffer of the PNG decoder may grow
+    std::size_t scanned_channels = 0;               ///< number of passes over the picture, summed over the channels
+    std::span<const std::byte> exif;                ///< a TIFF structure; empty if absent
+    std::span<const std::byte> profile_chunk;       ///< PNG's iCCP; empty if absent
+    buffer<std::span<const std::byte>> extensions;  ///< JPEG's APP1 and APP2 segments, in order
+    bool has_alpha = false;                         ///< WebP only
+    std::size_t end = 0;  ///< offset of the first byte after the picture; phones append further pictures to JPEG files
 };
 
 inline unsigned byte_at(std::span<const std::byte> bytes, std::size_t i) { return std::to_integer<unsigned>(bytes[i]); }
@@ -21186,7 +21811,7 @@ inline std::uint32_t big_endian_32(std::span<const std::byte> bytes, std::size_t
     return big_endian_16(bytes, i) << 16 | big_endian_16(bytes, i + 2);
 }
 
-/// Whether `text` is at offset i.
+/// Whether `text` occurs at offset i.
 inline bool has_text(std::span<const std::byte> bytes, std::size_t i, std::string_view text) {
     return bytes.size() >= i + text.size() && std::memcmp(bytes.data() + i, text.data(), text.size()) == 0;
 }
@@ -21196,7 +21821,7 @@ inline bool is_gif(std::span<const std::byte> bytes) { return has_text(bytes, 0,
 inline bool is_webp(std::span<const std::byte> bytes) { return has_text(bytes, 0, "RIFF") && has_text(bytes, 8, "WEBP"); }
 inline bool is_png(std::span<const std::byte> bytes) { return has_text(bytes, 0, "\x89PNG\r\n\x1A\n"); }
 
-/// The two letters alone are those of many a text.
+/// Whether the file is a BMP. Many texts start with the two letters BM, so reserved fields are checked as well.
 inline bool is_bmp(std::span<const std::byte> bytes) {
     return has_text(bytes, 0, "BM") && bytes.size() >= 18 && byte_at(bytes, 15) == 0 && byte_at(bytes, 16) == 0 &&
            byte_at(bytes, 17) == 0;
@@ -21208,7 +21833,7 @@ inline bool is_tiff(std::span<const std::byte> bytes) {
            has_text(bytes, 0, "MM\0+"sv);
 }
 
-/// Whether it is HEIC or AVIF, by the brands that a file says it follows.
+/// Whether the file is HEIC or AVIF, by the brands that it declares.
 inline bool is_heif(std::span<const std::byte> bytes) {
     if (bytes.size() < 16 || !has_text(bytes, 4, "ftyp")) return false;
     const std::size_t end = (std::min)(std::size_t{big_endian_32(bytes, 0)}, (std::min)(bytes.size(), std::size_t{256}));
@@ -21218,7 +21843,7 @@ inline bool is_heif(std::span<const std::byte> bytes) {
     return false;
 }
 
-/// A name for what the first bytes say, as error messages need it: "a GIF file".
+/// Describes a format by the first bytes of a file for error messages: "a GIF file".
 inline std::string describe_format(std::span<const std::byte> bytes) {
     struct signature {
         std::size_t offset;
@@ -21269,8 +21894,8 @@ inline std::string describe_format(std::span<const std::byte> bytes) {
 }}}  // namespace ldi::detail
 
 // ---- ldi/formats/float_map.hpp
-// Files of plain floats, read from memory: PFM (Debevec; one float per pixel, bottom row first) and NPY (NumPy's format, versions
-// 1 to 3, float32 and float64).
+// Reads files of plain floats from memory: PFM (Debevec; one float per pixel, bottom row first) and NPY (NumPy's format,
+// versions 1 to 3, float32 and float64).
 
 #include <charconv>
 
@@ -21280,7 +21905,7 @@ namespace detail {
 inline bool is_pfm(std::span<const std::byte> bytes) { return has_text(bytes, 0, "Pf"); }
 inline bool is_npy(std::span<const std::byte> bytes) { return has_text(bytes, 0, "\x93NUMPY"); }
 
-/// A float of 4 or 8 bytes, as float32.
+/// Reads a float of 4 or 8 bytes as float32.
 template <class Stored>
 float stored_float(const std::byte* from, bool swap_bytes) {
     std::byte bytes[sizeof(Stored)];
@@ -21291,7 +21916,7 @@ float stored_float(const std::byte* from, bool swap_bytes) {
     return static_cast<float>(value);
 }
 
-/// A whole number that is all of `text`; nothing if it is anything else or beyond 2^31.
+/// Parses a text that is one whole number of at most 2^31 - 1. Empty for any other text.
 inline std::optional<std::size_t> whole_number(std::string_view text) {
     std::uint32_t value = 0;
     const std::from_chars_result read = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -21299,13 +21924,13 @@ inline std::optional<std::size_t> whole_number(std::string_view text) {
     return value;
 }
 
-/// The facts of a file whose values are floats.
+/// Header of a file whose values are floats.
 struct float_map_header : picture_header {
-    std::size_t begin = 0, item = sizeof(float);  ///< of the values, in bytes
+    std::size_t begin = 0, item = sizeof(float);  ///< offset of the values and size of a value, in bytes
     bool is_swapped = false, columns_first = false;
 };
 
-/// Checks that all values are there, and how many there may be.
+/// Checks that the file contains all values and that their number is allowed.
 inline void check_float_map(const float_map_header& header, std::span<const std::byte> bytes, const std::string& where) {
     const std::size_t left = bytes.size() - header.begin;
     if (header.width > left / header.item / header.height)
@@ -21314,10 +21939,10 @@ inline void check_float_map(const float_map_header& header, std::span<const std:
                     " floats");
 }
 
-/// Raises invalid_data.
+/// Reads the header of a PFM file. Raises invalid_data.
 inline float_map_header read_pfm_header(std::span<const std::byte> bytes, const std::string& where) {
     const auto broken = [&](const std::string& found) { damaged(picture_format::pfm, where, found); };
-    // "Pf", width, height and scale, each followed by white space; after the last it is a single character.
+    // "Pf", width, height and scale, each followed by white space. After the scale it is a single character.
     std::string_view fields[3];
     std::size_t at = 2;
     for (std::string_view& field : fields) {
@@ -21332,7 +21957,7 @@ inline float_map_header read_pfm_header(std::span<const std::byte> bytes, const 
     }
     const std::optional<std::size_t> width = whole_number(fields[0]), height = whole_number(fields[1]);
     if (!width || !height || *width == 0 || *height == 0) broken("no size in its header");
-    // The sign says the byte order. The number itself is a unit of brightness, which readers leave alone.
+    // The sign is the byte order. The number itself is a unit of brightness, which readers ignore.
     const std::string_view scale = fields[2];
     if (scale.find_first_not_of("+-.0123456789eE") != scale.npos || scale.find_first_of("123456789") == scale.npos)
         broken("a scale of '" + std::string(scale) + "'");
@@ -21345,7 +21970,7 @@ inline float_map_header read_pfm_header(std::span<const std::byte> bytes, const 
 
 }  // namespace detail
 
-/// H x W x 1, as stored. `where` names the file in messages. Raises invalid_data.
+/// Decodes a PFM file to H x W x 1, values as stored. `where` names the file in messages. Raises invalid_data.
 inline image<float> decode_pfm(std::span<const std::byte> bytes, const std::string& where) {
     const detail::float_map_header header = detail::read_pfm_header(bytes, where);
     detail::check_float_map(header, bytes, where);
@@ -21359,9 +21984,9 @@ inline image<float> decode_pfm(std::span<const std::byte> bytes, const std::stri
 
 namespace detail {
 
-/// key  with its quotes
+/// Returns the text of an NPY header, a Python dictionary, after a key and its colon; empty if the key is missing.
 ///
-/// The rest of an NPY header, a Python dictionary, after the key and its colon; empty if the key is missing.
+/// key  including its quotes
 inline std::string_view npy_field(std::string_view dictionary, std::string_view key) {
     const std::size_t found = dictionary.find(key);
     if (found == dictionary.npos) return {};
@@ -21369,7 +21994,7 @@ inline std::string_view npy_field(std::string_view dictionary, std::string_view 
     return value == dictionary.npos ? std::string_view() : dictionary.substr(value);
 }
 
-/// The numbers of a Python tuple, "(384, 288)". Nothing if it is not one, or has more than 8 numbers.
+/// Parses a Python tuple such as "(384, 288)". Empty if the text is not a tuple or has more than 8 numbers.
 inline std::optional<buffer<std::size_t>> npy_shape(std::string_view text) {
     if (text.empty() || text.front() != '(') return std::nullopt;
     const std::size_t end = text.find(')');
@@ -21390,13 +22015,13 @@ inline std::optional<buffer<std::size_t>> npy_shape(std::string_view text) {
     return shape;
 }
 
-/// Axes of length 1 are dropped, from the end and then from the front, until two are left.
+/// Drops axes of length 1, first from the end, then from the front, until two axes remain.
 inline void drop_unit_axes(buffer<std::size_t>& shape) {
     while (shape.size() > 2 && shape.back() == 1) shape.pop_back();
     while (shape.size() > 2 && shape.front() == 1) shape.erase(shape.begin());
 }
 
-/// Raises invalid_data, unsupported.
+/// Reads the header of an NPY file. Raises invalid_data, unsupported.
 inline float_map_header read_npy_header(std::span<const std::byte> bytes, const std::string& where) {
     const auto broken = [&](const std::string& found) { damaged(picture_format::npy, where, found); };
     if (bytes.size() < 12) broken("a header that is cut off");
@@ -21431,7 +22056,7 @@ inline float_map_header read_npy_header(std::span<const std::byte> bytes, const 
 
 }  // namespace detail
 
-/// H x W x 1, as stored. `where` names the file in messages. Raises invalid_data, unsupported.
+/// Decodes an NPY file to H x W x 1, values as stored. `where` names the file in messages. Raises invalid_data, unsupported.
 inline image<float> decode_npy(std::span<const std::byte> bytes, const std::string& where) {
     const detail::float_map_header header = detail::read_npy_header(bytes, where);
     detail::check_float_map(header, bytes, where);
@@ -21450,19 +22075,21 @@ inline image<float> decode_npy(std::span<const std::byte> bytes, const std::stri
 }}  // namespace ldi
 
 // ---- ldi/formats/detail/glb_contents.hpp
-// The parts of a GLB file: its binary chunk, and the JSON that describes it (formats/glb.hpp).
+// Parts of a GLB file: its binary chunk, and the JSON that describes it (formats/glb.hpp).
 
+#if !defined(__cpp_lib_to_chars)
 #include <locale>
 #include <sstream>
+#endif
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespace glb {
 
-// Numbers of glTF 2.0 and of its container.
+// Constants of glTF 2.0 and the GLB container.
 inline constexpr std::uint32_t magic = 0x46546C67, version = 2, json_chunk = 0x4E4F534A, binary_chunk = 0x004E4942;
 inline constexpr int vertices = 34962, indices = 34963;
 inline constexpr int unsigned_byte = 5121, unsigned_short = 5123, unsigned_int = 5125, float32 = 5126;
 
-/// Numbers and pieces of JSON one after another.
+/// Appends numbers and pieces of JSON to a text.
 class json_text {
 public:
     template <class... Parts>
@@ -21473,12 +22100,12 @@ public:
 
 private:
     void add_part(std::string_view part) { text_.append(part.begin(), part.end()); }
-    /// In the fewest digits that read back as the same number, with a point or an exponent. number  finite
+    /// Writes the fewest digits that read back as the same number. number  finite
     void add_part(double number) {
 #if defined(__cpp_lib_to_chars)
         std::array<char, 32> digits;
         const std::string_view text(digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), number).ptr);
-#else  // Emscripten: reads back as the same number, but takes 17 digits
+#else  // Emscripten: reads back as the same number, but with 17 digits
         std::ostringstream stream;
         stream.imbue(std::locale::classic());
         stream.precision(std::numeric_limits<double>::max_digits10);
@@ -21496,30 +22123,30 @@ private:
     buffer<char> text_;
 };
 
-/// The value rounded to six decimal places.
+/// Rounds to six decimal places.
 inline double shortest(float value) { return std::round(1e6 * double{value}) / 1e6; }
 
-/// Values of the caller's at the vertices of a mesh.
+/// The caller's own values at the vertices of a mesh.
 struct own_attribute {
     std::string_view name;
     std::size_t channels = 1;
     std::span<const float> values;  ///< vertices x channels
 };
 
-/// The columns of a part of a mesh, or of its strip, as they stand in the file, in an order that aligns each to its scalars
-/// without padding.
+/// Columns of a part of a mesh, or of its strip, in the order of the file. The order aligns each column to its scalars without
+/// padding.
 struct geometry {
     std::span<const float> positions, texture_coordinates;
-    std::span<const std::uint8_t> opacity;  ///< of a strip; else empty
+    std::span<const std::uint8_t> opacity;  ///< opacity of a strip; otherwise empty
     std::span<const std::uint32_t> triangles;
-    std::uint32_t first_vertex = 0;  ///< that triangles count from
+    std::uint32_t first_vertex = 0;  ///< vertex that index 0 refers to
     buffer<own_attribute> own = {};  ///< empty for a strip
     std::size_t texture = 0;
-    std::array<double, 3> lowest{}, highest{};  ///< of positions
+    std::array<double, 3> lowest{}, highest{};  ///< bounds of the positions
 
     std::size_t vertex_count() const { return positions.size() / 3; }
     bool is_strip() const { return !opacity.empty(); }
-    bool has_short_indices() const { return vertex_count() < 65536; }  // the index 65,535 itself is reserved, and not reached
+    bool has_short_indices() const { return vertex_count() < 65536; }  // index 65,535 is reserved; it does not occur
     std::size_t position_bytes() const { return positions.size_bytes(); }
     std::size_t coordinate_bytes() const { return texture_coordinates.size() * sizeof(std::uint16_t); }
     std::size_t color_bytes() const { return opacity.size() * 4; }
@@ -21532,7 +22159,7 @@ struct geometry {
     std::size_t index_bytes() const {
         return triangles.size() * (has_short_indices() ? sizeof(std::uint16_t) : sizeof(std::uint32_t));
     }
-    /// After which the next geometry begins at a multiple of 4.
+    /// Bytes after the indices that align the next geometry to a multiple of 4.
     std::size_t padding() const { return has_short_indices() && triangles.size() % 2 == 1 ? 2 : 0; }
     std::size_t bytes() const { return position_bytes() + coordinate_bytes() + color_bytes() + own_bytes() + index_bytes(); }
 
@@ -21546,7 +22173,7 @@ struct geometry {
     }
 };
 
-/// Contents of the binary chunk: the mesh's parts with triangles, the strip if there is one, and the textures of these.
+/// Contents of the binary chunk: the mesh's parts with triangles, the strip if there is one, and their textures.
 struct contents {
     buffer<geometry> parts;
     buffer<std::span<const std::byte>> textures;
@@ -21588,9 +22215,9 @@ struct contents {
         for (const std::span<const std::byte>& texture : textures) sum += texture.size();
         return sum;
     }
-    /// The number of a texture's view: those of geometry come first.
+    /// Index of a texture's buffer view. Views of geometry come first.
     std::size_t view_of_texture(std::size_t texture) const { return first_accessor(parts.size()) + texture; }
-    /// The number of a part's first accessor.
+    /// Index of a part's first accessor.
     std::size_t first_accessor(std::size_t part) const {
         std::size_t sum = 0;
         for (std::size_t i = 0; i < part; ++i) sum += parts[i].accessor_count();
@@ -21598,7 +22225,7 @@ struct contents {
     }
 };
 
-/// The views of the file's only buffer, one after the other.
+/// Consecutive views of the file's only buffer.
 class view_list {
 public:
     int add(std::size_t bytes, int target, std::size_t padding = 0) {
@@ -21618,7 +22245,7 @@ private:
     int count_ = 0;
 };
 
-/// Accessors have the numbers of their views.
+/// Adds one accessor per view, with the index of the view.
 inline void add_accessors(json_text& json, view_list& views, const geometry& g, std::size_t padding) {
     const std::size_t count = g.vertex_count();
     json.add(R"({"bufferView":)", views.add(g.position_bytes(), vertices), R"(,"componentType":)", float32, R"(,"count":)",
@@ -21655,11 +22282,11 @@ inline void add_accessors_and_views(json_text& json, const contents& c) {
 }}}}  // namespace ldi::detail::glb
 
 // ---- ldi/formats/detail/checksums.hpp
-// The checksums of PNG and zlib (ISO 3309 / RFC 1952 CRC-32, RFC 1950 Adler-32).
+// Checksums of PNG and zlib (CRC-32 of ISO 3309 / RFC 1952, Adler-32 of RFC 1950).
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Row 0 is the remainder of each byte, row k of each byte that k zeros follow, so that eight bytes go at a time.
+/// Row k has the remainder of each byte followed by k zero bytes, so that the loop processes eight bytes at a time.
 using crc32_rows = std::array<std::array<std::uint32_t, 256>, 8>;
 
 inline crc32_rows make_crc32_rows() {
@@ -21691,7 +22318,7 @@ inline std::uint32_t crc32(std::span<const std::byte> bytes, std::uint32_t befor
 
 inline std::uint32_t adler32(std::span<const std::byte> bytes) {
     constexpr std::uint32_t modulus = 65521;
-    constexpr std::size_t max_at_once = 5552;  // before the second sum could exceed 32 bits
+    constexpr std::size_t max_at_once = 5552;  // a longer run could overflow the 32 bits of the second sum
     std::uint32_t sum = 1, sum_of_sums = 0;
     while (!bytes.empty()) {
         const std::size_t count = (std::min)(bytes.size(), max_at_once);
@@ -21705,14 +22332,13 @@ inline std::uint32_t adler32(std::span<const std::byte> bytes) {
 }}}  // namespace ldi::detail
 
 // ---- ldi/formats/jpeg_png_header.hpp
-// Facts about a JPEG or PNG file, read from its own bytes before anything is decoded or allocated: size, bit depth, the place of
-// its EXIF data, and whether it is complete. The decoder behind it (stb_image) checks neither checksums nor, in a JPEG, that all
-// of the picture is there; these functions do.
+// Reads the header of a JPEG or PNG file before anything is decoded or allocated: size, bit depth, position of EXIF data, and
+// whether the file is complete. The decoder (stb_image) checks neither checksums nor whether a JPEG's picture is complete; these
+// functions do.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Whether the Huffman tables of a segment have no more codes than there are bytes. stb_image 2.27 writes beyond its tables if
-/// not.
+/// Whether the Huffman tables of a segment have no more codes than bytes. Otherwise stb_image 2.27 writes beyond its tables.
 inline bool are_huffman_tables(std::span<const std::byte> body) {
     while (!body.empty()) {
         if (body.size() < 17) return false;
@@ -21746,9 +22372,9 @@ public:
             at += length;
         }
         if (components_ == 0 || !unscanned_.empty()) broken("a file without a picture, or with only some of its channels");
-        // Without Adobe's marker nothing says whether 0 or 255 is full ink, nor whether it is ink at all.
-        if (components_ == 4 && !adobe_) unsupported("four channels that no Adobe marker explains");
-        // A block of at most 256 pixels of one channel takes at least a bit.
+        // Without Adobe's marker, the file does not say whether 0 or 255 is full ink, nor whether the channels are ink at all.
+        if (components_ == 4 && !adobe_) unsupported("four channels without an Adobe marker");
+        // A block of at most 256 pixels of one channel occupies at least one bit.
         if (header_.width * header_.height / 2048 > bytes_.size())
             broken(std::to_string(header_.width) + " x " + std::to_string(header_.height) + " pixels in " +
                    std::to_string(bytes_.size()) + " bytes");
@@ -21761,8 +22387,8 @@ private:
         raise(error_code::unsupported, where_, "a JPEG file with 8-bit gray, YCbCr, RGB or Adobe CMYK colors", found);
     }
 
-    /// The first marker at `at` or after it, or the end of the file. Cameras leave stray bytes between segments; inside a scan,
-    /// FF 00 is data and FF D0 to FF D7 are restarts.
+    /// Returns the first marker at or after `at`, or the end of the file. Cameras leave stray bytes between segments; inside a
+    /// scan, FF 00 is data and FF D0 to FF D7 are restarts.
     std::size_t find_marker(std::size_t at) const {
         while (at + 1 < bytes_.size()) {
             const void* const next = std::memchr(bytes_.data() + at, 0xFF, bytes_.size() - 1 - at);
@@ -21803,12 +22429,12 @@ private:
         if (byte_at(body, 0) != 8) unsupported(std::to_string(byte_at(body, 0)) + "-bit samples");
         header_.height = big_endian_16(body, 1), header_.width = big_endian_16(body, 3);
         components_ = byte_at(body, 5);
-        // Channels as decoded, 2 bytes of coefficients in a progressive file, and the picture made of them.
+        // Decoded channels, 2 bytes of coefficients per channel in a progressive file, and the picture converted from them.
         const std::size_t stored = components_ * (marker == 0xC2 ? 3 : 1);
         header_.memory_per_pixel = stored + 3;
         if (header_.height == 0) unsupported("a JPEG that states its height at the end");
         if (header_.width == 0) broken("a width of 0");
-        // Blocks of up to 32 x 32 pixels are decoded whole.
+        // The decoder processes whole blocks of up to 32 x 32 pixels.
         header_.more_memory = nearest_double(stored) * (32 * nearest_double(header_.width + header_.height) + 1024);
         if (components_ != 1 && components_ != 3 && components_ != 4) unsupported(std::to_string(components_) + " channels");
         if (body.size() != 6 + 3 * components_) broken("a frame header of the wrong length");
@@ -21823,47 +22449,59 @@ private:
     bool adobe_ = false;
 };
 
-/// Raises invalid_data, unsupported.
+/// Reads the header of a JPEG file. Raises invalid_data, unsupported.
 inline picture_header read_jpeg_header(std::span<const std::byte> bytes, const std::string& where) {
     return jpeg_header_reader(bytes, where).read();
 }
 
-/// Walks all chunks of a PNG file and checks the critical ones' checksums. Raises invalid_data, unsupported.
+/// Facts of a PNG file that bound the memory for decoding it.
+struct png_layout {
+    std::size_t bits_per_pixel = 0;
+    std::size_t decoded_bytes = 0;  ///< per pixel
+    bool is_interlaced = false;
+};
+
+/// Reads the body of the chunk IHDR. Calls broken(found) for what PNG does not allow.
+template <class Broken>
+png_layout read_png_size(std::span<const std::byte> body, picture_header& header, const Broken& broken) {
+    header.width = big_endian_32(body, 0), header.height = big_endian_32(body, 4);
+    const std::size_t depth = byte_at(body, 8), color = byte_at(body, 9);
+    static constexpr std::array<std::size_t, 7> channels_of_color_type = {1, 0, 3, 1, 2, 0, 4};
+    const std::size_t channels = color < channels_of_color_type.size() ? channels_of_color_type[color] : 0;
+    const bool depth_fits =
+        depth == 8 || (depth == 16 && color != 3) || ((depth == 1 || depth == 2 || depth == 4) && (color == 0 || color == 3));
+    if (channels == 0 || !depth_fits || byte_at(body, 10) != 0 || byte_at(body, 11) != 0 || byte_at(body, 12) > 1)
+        broken("a bad header");
+    if (header.width == 0 || header.height == 0 || header.width > 0x7FFFFFFF || header.height > 0x7FFFFFFF)
+        broken("a width or height outside PNG's range");
+    header.bits = depth == 16 ? 16 : 8;
+    const std::size_t decoded = color == 3 ? 4 : channels * (std::max)(depth, std::size_t{8}) / 8;  // a palette may have alpha
+    return {depth * channels, decoded, byte_at(body, 12) == 1};
+}
+
+/// Walks over all chunks of a PNG file and checks the checksums of critical chunks. Raises invalid_data, unsupported.
 inline picture_header read_png_header(std::span<const std::byte> bytes, const std::string& where) {
     const auto broken = [&](const std::string& found) { damaged(picture_format::png, where, found); };
     picture_header header;
     header.format = picture_format::png;
-    std::size_t compressed = 0, bits_per_pixel = 0, decoded = 0;
-    bool begun = false, ended = false, interlaced = false, has_transparent_color = false;
-    for (std::size_t at = 8; !ended;) {
+    png_layout layout;
+    std::size_t compressed = 0;
+    bool has_begun = false, has_ended = false, has_transparent_color = false;
+    for (std::size_t at = 8; !has_ended;) {
         if (bytes.size() - at < 12) broken("a file that is cut off after " + std::to_string(bytes.size()) + " bytes");
         const std::size_t length = big_endian_32(bytes, at);
         if (length > bytes.size() - at - 12) broken("a chunk that is cut off");
         const std::span<const std::byte> type = bytes.subspan(at + 4, 4), body = bytes.subspan(at + 8, length);
         const bool critical = (byte_at(type, 0) & 0x20) == 0;
-        if (has_text(type, 0, "CgBI"))
-            raise(error_code::unsupported, where, "a PNG file as the standard has it", "Apple's CgBI variant of one");
-        if (!begun && !has_text(type, 0, "IHDR")) broken("a file that does not begin with its header");
+        if (has_text(type, 0, "CgBI")) raise(error_code::unsupported, where, "a standard PNG file", "Apple's CgBI variant");
+        if (!has_begun && !has_text(type, 0, "IHDR")) broken("a file that does not begin with its header");
         if (critical) {
             if (crc32(bytes.subspan(at + 4, 4 + length)) != big_endian_32(bytes, at + 8 + length)) broken("a wrong checksum");
         }
         if (has_text(type, 0, "IHDR")) {
-            if (begun || length != 13) broken("a bad header");
-            begun = true;
-            header.width = big_endian_32(body, 0), header.height = big_endian_32(body, 4);
-            const std::size_t depth = byte_at(body, 8), color = byte_at(body, 9);
-            static constexpr std::array<std::size_t, 7> channels_of_color_type = {1, 0, 3, 1, 2, 0, 4};
-            const std::size_t channels = color < channels_of_color_type.size() ? channels_of_color_type[color] : 0;
-            const bool depth_fits = depth == 8 || (depth == 16 && color != 3) ||
-                                    ((depth == 1 || depth == 2 || depth == 4) && (color == 0 || color == 3));
-            if (channels == 0 || !depth_fits || byte_at(body, 10) != 0 || byte_at(body, 11) != 0 || byte_at(body, 12) > 1)
-                broken("a bad header");
-            if (header.width == 0 || header.height == 0 || header.width > 0x7FFFFFFF || header.height > 0x7FFFFFFF)
-                broken("a width or height outside PNG's range");
-            header.bits = depth == 16 ? 16 : 8;
-            bits_per_pixel = depth * channels;
-            interlaced = byte_at(body, 12) == 1;
-            decoded = color == 3 ? 4 : channels * (std::max)(depth, std::size_t{8}) / 8;  // a palette's colors may have alpha
+            if (has_begun || length != 13) broken("a bad header");
+            has_begun = true;
+            layout = read_png_size(body, header, broken);
         } else if (has_text(type, 0, "IDAT")) {
             compressed += length;
         } else if (has_text(type, 0, "tRNS")) {
@@ -21873,18 +22511,19 @@ inline picture_header read_png_header(std::span<const std::byte> bytes, const st
         } else if (has_text(type, 0, "iCCP")) {
             header.profile_chunk = body;
         } else if (has_text(type, 0, "IEND")) {
-            ended = true;
+            has_ended = true;
         }
         at += 12 + length;
     }
-    // Deflate can't shrink anything to less than 1 / 1032.
-    const double raw = nearest_double(header.width) * nearest_double(header.height) * nearest_double(bits_per_pixel) / 8;
+    // Deflate cannot compress to less than 1 / 1032.
+    const double raw = nearest_double(header.width) * nearest_double(header.height) * nearest_double(layout.bits_per_pixel) / 8;
     if (raw > 1032.0 * nearest_double(compressed) + 1024.0)
         broken(std::to_string(header.width) + " x " + std::to_string(header.height) + " pixels in " + std::to_string(compressed) +
                " bytes of data");
-    // Inflated rows and the picture made of them; at the end 8-bit RGB. The buffer of an interlaced picture's rows, which are a
-    // few bytes longer, is doubled once.
-    if (has_transparent_color && bits_per_pixel >= 8) decoded += header.bits / 8;
+    const auto [bits_per_pixel, decoded_bytes, interlaced] = layout;
+    // Inflated rows and the picture made of them, finally 8-bit RGB. Rows of an interlaced picture are a few bytes longer, so
+    // their buffer is doubled once.
+    const std::size_t decoded = decoded_bytes + (has_transparent_color && bits_per_pixel >= 8 ? header.bits / 8 : 0);
     const std::size_t row = (bits_per_pixel + 7) / 8, rows = interlaced ? 2 * row : row;
     header.memory_per_pixel = (std::max)({rows + decoded, decoded + 3, interlaced ? 3 * row : 0});
     header.more_memory = 3 * nearest_double(compressed) + nearest_double(header.height);
@@ -21894,7 +22533,8 @@ inline picture_header read_png_header(std::span<const std::byte> bytes, const st
     return header;
 }
 
-/// Raises unsupported (neither JPEG nor PNG, or a kind of them that is not read), invalid_data (empty, cut off, damaged).
+/// Reads the header of a JPEG or PNG file. Raises unsupported (another format, or an unsupported variant), invalid_data (empty,
+/// truncated, damaged).
 inline picture_header read_picture_header(std::span<const std::byte> bytes, const std::string& where) {
     if (is_jpeg(bytes)) return read_jpeg_header(bytes, where);
     if (is_png(bytes)) return read_png_header(bytes, where);
@@ -21905,14 +22545,14 @@ inline picture_header read_picture_header(std::span<const std::byte> bytes, cons
 }}}  // namespace ldi::detail
 
 // ---- ldi/formats/plain_png.hpp
-// Writes PNG files with the standard library alone, so that a texture needs no encoder. Filters rows and codes their bytes with
-// one Huffman code, without searching for repetitions. Photographs become 4 to 15 % larger than with libpng (io/picture.hpp),
-// flat pictures many times larger. Stored blocks would need less code, but double the file: 166 instead of 82 kB for the crop
-// examples/learn/archway.ppm. PNG: ISO/IEC 15948; zlib: RFC 1950; deflate: RFC 1951.
+// Writes PNG files with the standard library alone, so that a texture requires no encoder. Filters rows and codes their bytes
+// with one Huffman code, without a search for repetitions. Photographs become 4 to 15 % larger than with libpng
+// (io/picture.hpp), flat pictures many times larger. Stored blocks would need less code, but double the file: 166 instead of 82
+// kB for the crop examples/learn/archway.ppm. PNG: ISO/IEC 15948; zlib: RFC 1950; deflate: RFC 1951.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A PNG file of an H x W x 1 or H x W x 3 picture of at least one pixel. Raises too_large beyond 1 GB.
+/// Encodes a picture of H x W x 1 or H x W x 3, at least one pixel, as PNG. Raises too_large beyond 1 GB.
 buffer<std::byte> encode_plain_png(image_view<const std::uint8_t> picture);
 
 namespace detail::plain_png {
@@ -21921,7 +22561,7 @@ namespace detail::plain_png {
 inline constexpr std::size_t symbols = 257, end_of_data = 256;
 inline constexpr int longest_code = 15;
 
-/// The neighbor whose value is nearest to left + upper - upper left.
+/// Returns the neighbor closest to left + upper - upper left.
 inline int paeth(int left, int upper, int upper_left) {
     const int to_left = std::abs(upper - upper_left), to_upper = std::abs(left - upper_left);
     const int to_upper_left = std::abs(left + upper - 2 * upper_left);
@@ -21929,44 +22569,54 @@ inline int paeth(int left, int upper, int upper_left) {
     return to_upper <= to_upper_left ? upper : upper_left;
 }
 
-/// Row y after PNG's filter 0 to 4: the differences to what the neighbors predict. Returns the sum of their sizes.
-inline std::size_t filter_row(image_view<const std::uint8_t> picture, std::size_t y, int filter, std::byte* to) {
+/// Applies PNG's filter 0 to 4 to row y: stores the differences to the prediction from the neighbors. Returns the sum of their
+/// absolute values.
+template <int filter>
+std::size_t filter_row(image_view<const std::uint8_t> picture, std::size_t y, std::byte* to) {
     const std::size_t channels = picture.channels(), values = picture.width() * channels;
     const std::uint8_t *const row = picture.row(y), *const above = y == 0 ? nullptr : picture.row(y - 1);
     std::size_t sum = 0;
     for (std::size_t i = 0; i < values; ++i) {
         const int left = i < channels ? 0 : row[i - channels], upper = above == nullptr ? 0 : above[i];
         const int upper_left = above == nullptr || i < channels ? 0 : above[i - channels];
-        const int predicted[] = {0, left, upper, (left + upper) / 2, paeth(left, upper, upper_left)};
-        const std::uint8_t difference = static_cast<std::uint8_t>(row[i] - predicted[filter]);
+        const int predicted = filter == 0   ? 0
+                              : filter == 1 ? left
+                              : filter == 2 ? upper
+                              : filter == 3 ? (left + upper) / 2
+                                            : paeth(left, upper, upper_left);
+        const std::uint8_t difference = static_cast<std::uint8_t>(row[i] - predicted);
         to[i] = std::byte{difference};
         sum += difference < 128 ? difference : 256U - difference;
     }
     return sum;
 }
 
-/// All rows, each with the number of the filter that makes it smallest before it.
+/// Filters all rows. Each starts with the number of the filter that minimizes its sum.
 inline buffer<std::byte> filtered(image_view<const std::uint8_t> picture) {
     const std::size_t values = picture.width() * picture.channels();
     buffer<std::byte> result(picture.height() * (values + 1), unset), tried(values, unset);
     for (std::size_t y = 0; y < picture.height(); ++y) {
         std::byte* const row = result.data() + y * (values + 1);
         std::size_t smallest = SIZE_MAX;
-        for (std::uint8_t filter = 0; filter <= 4; ++filter) {
-            const std::size_t sum = filter_row(picture, y, filter, tried.data());
-            if (sum >= smallest) continue;
+        const auto try_filter = [&]<int filter>(std::integral_constant<int, filter>) {
+            const std::size_t sum = filter_row<filter>(picture, y, tried.data());
+            if (sum >= smallest) return;
             smallest = sum;
             row[0] = std::byte{filter};
             std::memcpy(row + 1, tried.data(), values);
-        }
+        };
+        const auto try_all = [&]<int... filters>(std::integer_sequence<int, filters...>) {
+            (try_filter(std::integral_constant<int, filters>{}), ...);
+        };
+        try_all(std::make_integer_sequence<int, 5>{});
     }
     return result;
 }
 
-/// Lengths of Huffman's code for symbols that occur so often, at least two of them at all; 0 for one that does not occur.
+/// Computes the lengths of a Huffman code from symbol counts, at least two of them positive; 0 for symbols that do not occur.
 inline std::array<int, symbols> huffman_lengths(const std::array<std::size_t, symbols>& counts) {
     struct node {
-        std::size_t count, symbol;  // a leaf's symbol
+        std::size_t count, symbol;  // leaves only
         std::size_t parent;
     };
     std::array<node, 2 * symbols> nodes;
@@ -21975,7 +22625,7 @@ inline std::array<int, symbols> huffman_lengths(const std::array<std::size_t, sy
         if (counts[s] > 0) nodes[leaves++] = {counts[s], s, 0};
     std::sort(nodes.data(), nodes.data() + leaves,
               [](const node& a, const node& b) { return std::pair(a.count, a.symbol) < std::pair(b.count, b.symbol); });
-    // Inner nodes come into being in ascending order, too.
+    // Inner nodes are created in ascending order, too.
     std::size_t next_leaf = 0, next_inner = leaves, count = leaves;
     const auto take_smallest = [&] {
         const bool is_leaf = next_inner == count || (next_leaf < leaves && nodes[next_leaf].count <= nodes[next_inner].count);
@@ -21996,21 +22646,21 @@ inline std::array<int, symbols> huffman_lengths(const std::array<std::size_t, sy
     return lengths;
 }
 
-/// Lengths of at most 15 bits, as deflate has them.
+/// Computes code lengths of at most 15 bits, the limit of deflate.
 inline std::array<int, symbols> code_lengths(std::array<std::size_t, symbols> counts) {
     for (;;) {
         const std::array<int, symbols> lengths = huffman_lengths(counts);
         if (*std::max_element(lengths.begin(), lengths.end()) <= longest_code) return lengths;
-        for (std::size_t& count : counts) count = (count + 1) / 2;  // evens them out; what occurs goes on to occur
+        for (std::size_t& count : counts) count = (count + 1) / 2;  // makes the counts more even; none becomes 0
     }
 }
 
-/// The lowest 32 bits of a number, highest byte first.
+/// Writes the lowest 32 bits of a number, highest byte first.
 inline void put_big_endian(std::byte* to, std::size_t value) {
     for (int i = 0; i < 4; ++i) to[i] = static_cast<std::byte>(value >> (24 - 8 * i) & 255);
 }
 
-/// Writes numbers of a few bits into bytes, lowest bit first.
+/// Packs numbers of a few bits into bytes, lowest bit first.
 class bit_writer {
 public:
     explicit bit_writer(buffer<std::byte>& to) : to_(to) {}
@@ -22020,7 +22670,7 @@ public:
         for (waiting_bits_ += count; waiting_bits_ >= 8; waiting_bits_ -= 8, waiting_ >>= 8)
             to_.push_back(static_cast<std::byte>(waiting_ & 255));
     }
-    /// The last bits, and zeros up to a whole byte.
+    /// Writes the last bits, padded with zeros to a whole byte.
     void finish() { put(0, (8 - waiting_bits_) % 8); }
 
 private:
@@ -22029,14 +22679,14 @@ private:
     int waiting_bits_ = 0;
 };
 
-/// Codes go out highest bit first.
+/// Reverses a code, because deflate stores codes highest bit first.
 inline std::uint32_t reversed(std::uint32_t code, int bits) {
     std::uint32_t result = 0;
     for (int bit = 0; bit < bits; ++bit) result |= (code >> bit & 1) << (bits - 1 - bit);
     return result;
 }
 
-/// Codes of the lengths, as deflate numbers them: shorter ones first, among equals by symbol.
+/// Assigns codes by length as deflate does: shorter codes first, equal lengths in the order of symbols.
 inline std::array<std::uint32_t, symbols> codes_of(const std::array<int, symbols>& lengths) {
     std::array<std::uint32_t, symbols> codes{};
     std::uint32_t code = 0;
@@ -22056,9 +22706,9 @@ inline void append_compressed(std::span<const std::byte> bytes, buffer<std::byte
 
     to.push_back(std::byte{0x78}), to.push_back(std::byte{0x01});
     bit_writer writer(to);
-    writer.put(0b101, 3);  // the last block, with a code of its own
-    // 257 lengths, and 1 of a code for repetitions that is not used; they are numbers of 4 bits, all but 16, 17 and 18 equally
-    // long.
+    writer.put(0b101, 3);  // the last block, with its own code
+    // 257 lengths, and 1 length of an unused code for repetitions. A length is a number of 4 bits: the code for lengths has
+    // equal length for all symbols except 16, 17 and 18.
     writer.put(0, 5), writer.put(0, 5), writer.put(15, 4);
     for (int i = 0; i < 19; ++i) writer.put(i < 3 ? 0 : 4, 3);
     for (const int length : lengths) writer.put(reversed(static_cast<std::uint32_t>(length), 4), 4);
@@ -22101,10 +22751,10 @@ inline buffer<std::byte> encode_plain_png(image_view<const std::uint8_t> picture
     std::memcpy(file.data(), signature.data(), signature.size());
     append_chunk(file, "IHDR", [&] {
         const std::size_t begin = file.size();
-        file.resize(begin + 13);  // the last three are 0: the only compression, the only filters, not interlaced
+        file.resize(begin + 13);  // the last three bytes are 0: the only compression, the only filter method, not interlaced
         put_big_endian(file.data() + begin, picture.width());
         put_big_endian(file.data() + begin + 4, picture.height());
-        file[begin + 8] = std::byte{8};                                                            // bits
+        file[begin + 8] = std::byte{8};                                                            // bit depth
         file[begin + 9] = std::byte{picture.channels() == 3 ? std::uint8_t{2} : std::uint8_t{0}};  // RGB or gray
     });
     append_chunk(file, "IDAT", [&] { append_compressed(filtered(picture), file); });
@@ -22115,57 +22765,58 @@ inline buffer<std::byte> encode_plain_png(image_view<const std::uint8_t> picture
 }}  // namespace ldi
 
 // ---- ldi/formats/glb.hpp
-// A 3D photo as one GLB file (binary glTF 2.0): a mesh, its texture or textures, and the camera that took the photo. Only
-// features that every viewer reads; KHR_materials_unlit is declared as used, not as required. io/glb_file.hpp writes it to a
-// file.
+// Writes a 3D photo as one GLB file (binary glTF 2.0): a mesh, its textures, and the camera that took the photo. Uses only
+// features that every viewer reads; KHR_materials_unlit is declared as used, not as required. io/glb_file.hpp writes to disk.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Values of the caller's at each vertex of a mesh, for example of gather() (mesh/gather.hpp).
+/// The caller's own values at each vertex of a mesh, for example the result of gather() (mesh/gather.hpp).
 struct vertex_attribute {
-    /// As glTF demands of attributes that it does not define: an underscore, then capital letters, digits and underscores.
+    /// Attribute name in the form that glTF requires of custom attributes: an underscore, then capital letters, digits and
+    /// underscores.
     std::string name;
     std::size_t channels = 1;  ///< 1 to 4
     buffer<float> values;      ///< V x channels, finite
 };
 
 struct glb_options {
-    /// The camera that took the photo, for viewers that start there. Absent: the file has none.
+    /// Camera that took the photo, for viewers that start there. If absent, the file has no camera.
     std::optional<pinhole_camera> camera;
-    /// Motion budget for viewers (render/motion.hpp), written as `motion` to the scene's extras unless absent.
+    /// Motion budget for viewers (render/motion.hpp), written as `motion` in the scene's extras if present.
     std::optional<float> motion = std::nullopt;
-    /// Distances of the nearest and the farthest surface, written together with `motion` as `nearest` and `farthest`. The
-    /// camera's lens is written as `focal_length_35mm`.
+    /// Distances of the nearest and the farthest surface, written together with `motion` as `nearest` and `farthest`. The lens
+    /// of the camera is written as `focal_length_35mm`.
     depth_range range = {};
-    /// Name of the photo in UTF-8, written as `source` to the scene's extras unless empty.
+    /// Name of the photo in UTF-8, written as `source` in the scene's extras unless empty.
     std::string source = {};
-    /// Additional vertex attributes with different names. Soft edges have none.
+    /// Additional vertex attributes with distinct names. Soft edges have none.
     buffer<vertex_attribute> attributes = {};
-    /// Viewers draw the back sides of triangles, too. They are visible only from far off the photo's viewpoint, in place of
-    /// holes.
+    /// Whether viewers draw the back sides of triangles. Back sides are visible only far from the photo's viewpoint, where they
+    /// cover holes.
     bool double_sided = true;
 };
 
-/// A GLB file of a mesh and its textures: one node and mesh; one primitive per texture, and where edges are soft one more, which
-/// viewers blend over the others (COLOR_0 with alpha). Positions are float32, texture coordinates normalized 16-bit, indices
-/// 16-bit below 65,536 vertices of a primitive and 32-bit from there. Every vertex of a part that no triangle uses is kept; parts
-/// without triangles are not, nor textures that only they have.
+/// Encodes a mesh and its textures as a GLB file: one node and mesh; one primitive per texture, and one more for soft edges,
+/// which viewers blend over the others (COLOR_0 with alpha). Positions are float32, texture coordinates normalized 16-bit,
+/// indices 16-bit for primitives with less than 65,536 vertices, otherwise 32-bit. The file keeps unused vertices, but not parts
+/// without triangles, nor textures that only such parts use.
 ///
 /// textures  one JPEG or PNG file for each part of the mesh
-/// Raises mismatch for another number of textures; invalid_data if the mesh is empty, has a coordinate that is not finite, a
-/// texture coordinate outside [0, 1] or an index out of range, or if a texture is no complete JPEG or PNG file; invalid_option
-/// for an attribute with another name, number of channels or number of values than vertex_attribute says; too_large beyond 4 GB.
+///
+/// Raises mismatch for another number of textures and for columns of different lengths; invalid_data if the mesh is empty, has a
+/// coordinate that is not finite, a texture coordinate outside [0, 1] or an index out of range, or if a texture is not a
+/// complete JPEG or PNG file; invalid_option for an attribute that violates vertex_attribute; too_large beyond 4 GB.
 buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const std::span<const std::byte>> textures,
                              const glb_options& options = {});
 
-/// The same of a mesh with one texture.
+/// Encodes a mesh with one texture.
 inline buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const std::byte> texture,
                                     const glb_options& options = {}) {
     return encode_glb(mesh, std::span(&texture, 1), options);
 }
 
-/// The same with pixels as texture, H x W x 3, which become a PNG file by encode_plain_png(). A JPEG encoder of yours makes files
-/// a fifth as large.
+/// Encodes a mesh with a texture of H x W x 3 pixels, stored as PNG by encode_plain_png(). Files from your own JPEG encoder are
+/// about a fifth as large.
 inline buffer<std::byte> encode_glb(const textured_mesh& mesh, image_view<const std::uint8_t> texture,
                                     const glb_options& options = {}) {
     return encode_glb(mesh, encode_plain_png(texture), options);
@@ -22173,27 +22824,12 @@ inline buffer<std::byte> encode_glb(const textured_mesh& mesh, image_view<const 
 
 namespace detail {
 
-template <class Mesh>
-void check_triangles_of_file(const Mesh& mesh) {
-    LDI_ASSERT(mesh.positions.size() == 3 * mesh.vertex_count() && mesh.triangles.size() % 3 == 0);
-    LDI_ASSERT(mesh.texture_coordinates.size() == 2 * mesh.vertex_count());
-    const auto broken = [](const char* expected, const std::string& found) {
-        raise(error_code::invalid_data, "encode_glb", expected, found);
-    };
-    for (float p : mesh.positions)
-        if (!std::isfinite(p)) broken("finite positions", detail::to_text(p));
-    for (float t : mesh.texture_coordinates)
-        if (!(t >= 0 && t <= 1)) broken("texture coordinates in [0, 1]", detail::to_text(t));
-    for (std::uint32_t i : mesh.triangles)
-        if (i >= mesh.vertex_count())
-            broken("indices of vertices", std::to_string(i) + " of " + std::to_string(mesh.vertex_count()) + " vertices");
-}
-
 inline void check_contents(const textured_mesh& mesh, std::span<const std::span<const std::byte>> textures) {
     if (mesh.triangles.empty()) raise(error_code::invalid_data, "encode_glb", "a mesh with triangles", "none");
-    check_triangles_of_file(mesh);
-    check_triangles_of_file(mesh.soft_edges);
-    check_parts(mesh, textures.size());
+    check_mesh(mesh, textures.size());
+    for (const buffer<float>* coordinates : {&mesh.texture_coordinates, &mesh.soft_edges.texture_coordinates})
+        for (const float t : *coordinates)
+            if (!(t >= 0 && t <= 1)) raise(error_code::invalid_data, "encode_glb", "texture coordinates in [0, 1]", to_text(t));
     for (const std::span<const std::byte>& texture : textures) {
         if (!is_jpeg(texture) && !is_png(texture))
             raise(error_code::invalid_data, "encode_glb", "a JPEG or PNG file as texture", describe_format(texture));
@@ -22209,9 +22845,9 @@ inline void check_attributes(const textured_mesh& mesh, const buffer<vertex_attr
         const vertex_attribute& a = attributes[i];
         const auto is_allowed = [](char c) { return (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_'; };
         if (a.name.size() < 2 || a.name.size() > 64 || a.name[0] != '_' || !std::all_of(a.name.begin(), a.name.end(), is_allowed))
-            refuse(a, "a name of an underscore, then up to 63 capital letters, digits and underscores", "others");
+            refuse(a, "an underscore, then up to 63 capital letters, digits and underscores as name", "another name");
         for (std::size_t k = 0; k < i; ++k)
-            if (attributes[k].name == a.name) refuse(a, "a name for each attribute", "the same name twice");
+            if (attributes[k].name == a.name) refuse(a, "unique names of attributes", "a duplicate name");
         if (a.channels < 1 || a.channels > 4) refuse(a, "1 to 4 channels", std::to_string(a.channels));
         if (a.values.size() != mesh.vertex_count() * a.channels)
             refuse(a, "one row per vertex",
@@ -22225,21 +22861,21 @@ inline void check_attributes(const textured_mesh& mesh, const buffer<vertex_attr
 
 namespace detail::glb {
 
-/// A camera at the origin, looking along -z as glTF's do by themselves.
+/// Adds a camera at the origin that looks along -z, the default pose of glTF.
 inline void add_camera(json_text& json, const pinhole_camera& photo, const contents& c) {
     LDI_ASSERT(photo.width > 0 && photo.height > 0 && photo.focal_length > 0);
     double highest = -std::numeric_limits<double>::infinity(), lowest = -highest;
     for (const geometry& g : c.parts)
         if (!g.is_strip()) highest = (std::max)(highest, g.highest[2]), lowest = (std::min)(lowest, g.lowest[2]);
     const double nearest = -highest, farthest = (std::max)(0.0, -lowest);
-    // Room to move forward and back.
+    // Leaves room to move forward and back.
     const double z_near = nearest > 0 ? 0.1 * nearest : 0.01, z_far = (std::max)(10 * farthest, 100 * z_near);
     json.add(R"("cameras":[{"perspective":{"aspectRatio":)", nearest_double(photo.width) / photo.height);
     json.add(R"(,"yfov":)", 2 * std::atan(0.5 * photo.height / double{photo.focal_length}));
     json.add(R"(,"zfar":)", z_far, R"(,"znear":)", z_near, R"(},"type":"perspective"}],)");
 }
 
-/// Text as a JSON string.
+/// Quotes text as a JSON string.
 inline std::string json_string(std::string_view text) {
     std::string result = "\"";
     for (const char c : text) {
@@ -22255,7 +22891,7 @@ inline std::string json_string(std::string_view text) {
     return result + '"';
 }
 
-/// Facts that glTF has no field for, as the scene's extras; nothing if there are none.
+/// Adds data that glTF has no field for as the scene's extras; nothing if there are none.
 inline void add_extras(json_text& json, const glb_options& options) {
     const char* before = R"("extras":{)";
     const auto add = [&](std::string_view name, const auto& value) {
@@ -22271,7 +22907,7 @@ inline void add_extras(json_text& json, const glb_options& options) {
     if (before[0] == ',') json.add("},");
 }
 
-/// The description of the file. Members are in alphabetical order, as most writers of glTF have them.
+/// Writes the JSON of the file. Members are in alphabetical order, as in most glTF writers.
 inline buffer<char> describe(const contents& c, const glb_options& options) {
     json_text json;
     json.add("{");
@@ -22288,7 +22924,7 @@ inline buffer<char> describe(const contents& c, const glb_options& options) {
         json.add(R"({"bufferView":)", c.view_of_texture(t), R"(,"mimeType":")",
                  is_png(c.textures[t]) ? "image/png" : "image/jpeg", R"("})");
     });
-    // The texture as it is, unlit; not metal where a viewer knows no unlit materials.
+    // The texture unchanged, unlit; not metallic in viewers without unlit materials.
     json.add(R"(],"materials":[)");
     add_list(c.parts.size(), [&](std::size_t p) {
         json.add("{", c.parts[p].is_strip() ? R"("alphaMode":"BLEND",)" : "",
@@ -22308,7 +22944,7 @@ inline buffer<char> describe(const contents& c, const glb_options& options) {
     });
     json.add(R"(]}],"nodes":[{"mesh":0,"name":"3D photo"})");
     if (options.camera) json.add(R"(,{"camera":0,"name":"photo camera"})");
-    // Linear filters, with mip maps; nothing repeats beyond the edges.
+    // Linear filters with mip maps; textures do not repeat beyond their edges.
     json.add(R"(],"samplers":[{"magFilter":9729,"minFilter":9987,"wrapS":33071,"wrapT":33071}],"scene":0,"scenes":[{)");
     add_extras(json, options);
     json.add(R"("nodes":)", options.camera ? "[0,1]" : "[0]", R"(}],"textures":[)");
@@ -22317,7 +22953,7 @@ inline buffer<char> describe(const contents& c, const glb_options& options) {
     return json.text();
 }
 
-/// Fills a file from front to back, little-endian as glTF demands.
+/// Fills a file from front to back, little-endian as glTF requires.
 class writer {
 public:
     explicit writer(std::byte* to) : to_(to) {}
@@ -22397,14 +23033,14 @@ inline buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const s
 }}  // namespace ldi
 
 // ---- ldi/formats/tiefenrausch.hpp
-// Reads a depth network from the bytes of a safetensors file as examples/training/tiefenrausch_small/export.py writes it: a small
-// student of the published network, in the same arithmetic. io/tiefenrausch_file.hpp reads it by name.
+// Reads a depth network from the bytes of a safetensors file that examples/training/tiefenrausch_small/export.py wrote: a small
+// student of the published network with the same arithmetic. io/tiefenrausch_file.hpp loads it from disk.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// A size that a weight file names, if it does.
+/// Reads an image size from the metadata; `otherwise` if absent.
 inline std::size_t size_in(const named_tensors& file, const char* key, std::size_t otherwise) {
     const auto found = file.metadata.find(key);
     if (found == file.metadata.end()) return otherwise;
@@ -22419,11 +23055,11 @@ inline std::size_t size_in(const named_tensors& file, const char* key, std::size
 
 }  // namespace detail
 
-/// "output" in the metadata names the kind of result, "disparity" or "log disparity"; "details_long_side" and
-/// "layout_long_side" give depth_network_sizes that differ from the paper's.
+/// Decodes a depth network. "output" in the metadata is the kind of result, "disparity" or "log disparity"; "details_long_side"
+/// and "layout_long_side" are optional values of depth_network_sizes.
 ///
-/// Raises those of decode_safetensors(), read_quantized_network() and tiefenrausch; mismatch where the metadata tell of another
-/// network.
+/// Raises the errors of decode_safetensors(), read_quantized_network() and tiefenrausch; mismatch if the metadata describe
+/// another network.
 inline tiefenrausch decode_tiefenrausch(std::span<const std::byte> bytes, const std::string& where = "weights",
                                         isa target = best_isa()) {
     const named_tensors file = decode_safetensors(bytes, where);
@@ -22443,16 +23079,16 @@ inline tiefenrausch decode_tiefenrausch(std::span<const std::byte> bytes, const 
 }}  // namespace ldi
 
 // ---- ldi/photo3d.hpp
-// The whole way from a photo to a 3D photo: every stage in the paper's order with the paper's defaults. What the paper does
-// not have: edges of depth are sharpened (depth/sharpen_edges.hpp), silhouettes moved onto the photo's edges, colors beside them
-// unmixed, hidden surfaces given texture (occlusion/), silhouettes softened (mesh/soft_edges.hpp). Each stage is a function of
-// its own in the headers below. Call these functions to run some stages only, or to insert stages of your own.
+// Converts a photo to a 3D photo: calls every stage in the paper's order with the paper's defaults. Stages beyond the paper
+// sharpen depth edges (depth/sharpen_edges.hpp), align silhouettes with the photo's edges, unmix the colors beside them, add
+// texture to hidden surfaces (inpaint/), and soften silhouettes (mesh/soft_edges.hpp). Each stage is a separate function in the
+// headers below. Call these functions to run some stages only, or to insert your own.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A source of depth. `disparity(photo, progress, threads)` takes the photo H x W x 3 and returns a map h x w x 1 of
-/// any size, larger is nearer; `quantization_step()` is the ratio of neighboring values of that map, 1 if it is not quantized.
-/// `tiefenrausch` is one, `given_disparity` another.
+/// A source of depth. `disparity(photo, progress, threads)` accepts the photo, H x W x 3, and returns a map h x w x 1 of any
+/// size, larger is nearer. `quantization_step()` is the ratio of neighboring values of that map, 1 if it is not quantized.
+/// Examples: `tiefenrausch`, `given_disparity`.
 template <class T>
 concept depth_estimator = requires(const T& t, image_view<const std::uint8_t> photo, const progress_listener& progress,
                                    const serial_executor& threads) {
@@ -22460,23 +23096,23 @@ concept depth_estimator = requires(const T& t, image_view<const std::uint8_t> ph
     { t.quantization_step() } -> std::convertible_to<float>;
 };
 
-/// The layered image of a photo while make_photo3d() works on it, with columns of the caller's.
+/// Layered image of a photo inside make_photo3d(), with the caller's columns.
 template <payload_column... Own>
 using working_layers = layered_image<color_column, disparity_column, known_column, matte_column, rim_column, Own...>;
 
-/// A source of colors for the pixels that have none. `inpaint(layers, progress, threads)`, a template over layers with at least
-/// color, disparity and known_column, sets the color of every pixel whose known_column is 0 and changes nothing else.
-/// `diffusion_inpainter` is one.
+/// A source of colors. `inpaint(layers, progress, threads)`, a template over layers with at least color, disparity and
+/// known_column, sets the color of every pixel whose known_column is 0 and changes nothing else. Example: `diffusion_inpainter`.
 template <class T>
 concept color_inpainter = requires(const T& t, working_layers<>& layers, const progress_listener& progress,
                                    serial_executor& threads) {
     t.inpaint(layers, progress, threads);
 };
 
-/// A disparity map that is there already, from a phone or a file.
+/// An existing disparity map, for example from a phone or a file.
 struct given_disparity {
-    /// h x w x 1, finite, larger is nearer. With normalize_options::is_inverse_depth, the default, 0 or more: 0 is infinitely
-    /// far, such as the sky. If 0 means unknown, fill it first, with fill_invalid() of io/depth_map.hpp for example.
+    /// h x w x 1, finite, larger is nearer. With normalize_options::is_inverse_depth, the default, values are 0 or more, and 0
+    /// is infinitely far, such as the sky. If 0 means unknown, fill these pixels first, for example with fill_invalid() of
+    /// io/depth_map.hpp.
     image<float> map;
 
     template <executor Executor>
@@ -22486,15 +23122,15 @@ struct given_disparity {
     float quantization_step() const { return 1.0F; }
 };
 
-/// Lengths and sizes in `alignment`, `components` and `curves` are in pixels, for depth as fine as the photo. Where one depth
+/// Lengths and sizes in `alignment`, `components` and `curves` are in pixels, for depth as fine as the photo. If one depth
 /// sample covers several pixels, make_photo3d() multiplies lengths by the sample's side and sizes by its area.
 struct photo3d_options {
-    /// The photo is shrunk to this long side, in pixels, if it is larger.
+    /// Maximum long side in pixels; a larger photo is shrunk to it.
     std::size_t long_side = 1536;
     /// 35 mm equivalent focal length of the photo. The default is a phone's main camera.
     float focal_length_35mm = 26.0F;
-    /// Number of passes of the weighted median at the estimator's own resolution, at which a washed-out edge is only a few
-    /// samples wide, before the one at the photo's.
+    /// Number of weighted median passes at the estimator's own resolution, where a blurred edge is only some samples wide,
+    /// before the pass at the photo's resolution.
     int passes_before_resampling = 2;
     surface_rule surface;
     normalize_options normalize;
@@ -22511,13 +23147,13 @@ struct photo3d_options {
     chart_options charts;
     atlas_options atlas;
     mesh_options mesh;
-    /// Receives the stages under the names of the paper's table: "depth estimation", "depth filter", "connected components",
+    /// Receives the stages by the names in the paper's table: "depth estimation", "depth filter", "connected components",
     /// "occluded geometry", "color inpainting", "chart generation", "chart padding", "meshing"; each begins with fraction 0 and
     /// ends with 1.
     progress_listener progress;
 };
 
-/// Columns of the caller's for make_photo3d(), one image each.
+/// The caller's own columns for make_photo3d(), one image each.
 ///
 ///     struct material { using scalar = std::uint8_t; static constexpr std::size_t channels = 1; };
 ///     photo_columns<material>{materials}
@@ -22529,10 +23165,10 @@ struct photo_columns {
     photo_columns(image_view<const typename Own::scalar>... own) : images(own...) {}
 };
 
-/// A 3D photo, and what every stage made on the way. `Own`: the caller's columns.
+/// A 3D photo, and the results of all stages. `Own` are the caller's columns.
 template <payload_column... Own>
 struct basic_photo3d {
-    image<std::uint8_t> photo;  ///< H x W x 3, as it was worked on
+    image<std::uint8_t> photo;  ///< H x W x 3, at the size of the layered image
     image<float> estimated;     ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
     image<float> resampled;     ///< H x W x 1, before cleaning
     image<float> disparity;     ///< H x W x 1, cleaned
@@ -22547,12 +23183,12 @@ using photo3d = basic_photo3d<>;
 
 namespace detail {
 
-/// The length of a side of the photo when the longer side is shrunk to at most `long_side` pixels.
+/// Returns the length of a side after the photo's longer side is shrunk to at most `long_side` pixels.
 inline std::size_t shrunk_length(std::size_t length, std::size_t longer, std::size_t long_side) {
     return std::max<std::size_t>((length * (std::min)(longer, long_side) + longer / 2) / longer, 1);
 }
 
-/// The photo with a long side of at most `long_side` pixels.
+/// Shrinks the photo to a long side of at most `long_side` pixels.
 template <executor Executor>
 image<std::uint8_t> shrink_photo(image_view<const std::uint8_t> photo, std::size_t long_side, Executor& threads) {
     const std::size_t longer = (std::max)(photo.height(), photo.width());
@@ -22560,13 +23196,12 @@ image<std::uint8_t> shrink_photo(image_view<const std::uint8_t> photo, std::size
                        threads);
 }
 
-/// The side of a sample of the estimate, in pixels. At least 1, and at most 16: a map so coarse cannot tell where silhouettes
-/// are.
+/// Side of a sample of the estimate, in pixels. At least 1, and at most 16, because coarser maps cannot locate silhouettes.
 inline float sample_size(const image<float>& estimated, const image<std::uint8_t>& photo) {
     return std::clamp(nearest_float(photo.width()) / nearest_float(estimated.width()), 1.0F, 16.0F);
 }
 
-/// Lengths in pixels, and counts, that hold where depth is as fine as the photo, for depth with larger samples.
+/// Scales lengths in pixels, and counts, from depth as fine as the photo to depth with larger samples.
 template <std::integral Count>
 Count scaled(Count count, float by) {
     return static_cast<Count>(std::lround(nearest_float(count) * by));
@@ -22585,7 +23220,7 @@ inline curve_options scaled(curve_options options, float sample_size) {
     options.tangent_length = scaled(options.tangent_length, sample_size);
     return options;
 }
-/// Pixels that silhouettes may still be off, after alignment, where depth is coarser than the photo.
+/// Maximum remaining error of silhouettes after alignment, in pixels; 0 for depth as fine as the photo.
 inline int rim_width(const alignment_options& options, float sample_size) {
     return sample_size > 1.0F ? static_cast<int>(std::lround(options.uncertainty * sample_size)) : 0;
 }
@@ -22604,7 +23239,7 @@ inline void check_photo(image_view<const std::uint8_t> photo) {
         raise(error_code::invalid_data, "photo", "H x W x 3 values, at least one pixel", shape_text(photo));
 }
 
-/// The estimated disparity at the photo's resolution, its edges sharpened before where the estimator's is lower.
+/// Resamples the estimate to the photo's resolution. Sharpens its edges first if its resolution is lower.
 template <executor Executor>
 image<float> resample_estimate(const image<float>& estimated, const image<std::uint8_t>& photo, const photo3d_options& options,
                                Executor& threads) {
@@ -22618,8 +23253,8 @@ image<float> resample_estimate(const image<float>& estimated, const image<std::u
 
 }  // namespace detail
 
-/// The same options with charts of at most a size at which they fit on sheets of a photo H x W (texture/sheets.hpp). Raises
-/// too_large where the photo is too large for that, mismatch where it has no pixel.
+/// Limits charts to a size at which they fit on sheets of a photo H x W (texture/sheets.hpp). Raises too_large if the photo is
+/// too large for sheets, mismatch if it has no pixel.
 inline photo3d_options for_sheets(photo3d_options options, std::size_t photo_height, std::size_t photo_width,
                                   const sheet_options& sheets = {}) {
     if (photo_height == 0 || photo_width == 0 || options.long_side == 0)
@@ -22634,22 +23269,22 @@ inline photo3d_options for_sheets(photo3d_options options, std::size_t photo_hei
     return options;
 }
 
-/// A photo as it is worked on, with its depth.
+/// A photo at the size of its layered image, with its depth.
 struct cleaned_photo {
     image<std::uint8_t> photo;  ///< H x W x 3, no larger than options.long_side
     image<float> estimated;     ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
     image<float> resampled;     ///< H x W x 1, before cleaning
     image<float> disparity;     ///< H x W x 1, cleaned
-    depth_range range;          ///< the distances that its disparities stand for
+    depth_range range;          ///< distances at disparity 1 and 0
 };
 
 /// Estimates and cleans the depth of a photo: the stages "depth estimation", "depth filter" and "connected components".
 ///
 /// photo  H x W x 3, at least one pixel
 ///
-/// Raises what the stages raise; before anything is estimated, error_code::invalid_data for a photo of another shape, and
-/// error_code::invalid_option if long_side is 0, the focal length is not in [1, 1e5] or the surface rule's step not in [0.001,
-/// 1].
+/// Raises the errors of the stages; before the estimate, error_code::invalid_data for a photo of another shape, and
+/// error_code::invalid_option if long_side is 0, the focal length is not in [1, 1e5], or the surface rule's step is not in
+/// [0.001, 1].
 template <depth_estimator Estimator, executor Executor = const serial_executor>
 cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator& estimator, const photo3d_options& options = {},
                           Executor&& threads = {}) {
@@ -22680,19 +23315,19 @@ cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator&
     return result;
 }
 
-/// The layer that a photo becomes, and its silhouettes.
+/// The layer of a photo, and its silhouettes.
 template <payload_column... Own>
 struct lifted_photo {
-    /// The colors beside silhouettes are unmixed, or marked as unknown.
+    /// Colors beside silhouettes are unmixed, or marked as unknown.
     single_layer<color_column, disparity_column, known_column, matte_column, rim_column, Own...> layer;
     buffer<discontinuity_curve> curves;
     photo_facts facts;
-    buffer<uncertain_rim> rims;  ///< for restore_rims(), after the hidden surfaces have their colors
+    buffer<uncertain_rim> rims;  ///< for restore_rims(), after the hidden surfaces are colored
 };
 
 namespace detail {
 
-/// An image as a column of a layer of another size.
+/// Samples an image at the pixels of a layer of another size.
 template <payload_column Column>
 buffer<typename Column::scalar> sampled_column(image_view<const typename Column::scalar> from, std::size_t rows,
                                                std::size_t columns) {
@@ -22710,7 +23345,7 @@ buffer<typename Column::scalar> sampled_column(image_view<const typename Column:
     return result;
 }
 
-/// Adds the columns of the caller, one by one.
+/// Adds the caller's columns one by one.
 template <class Layer>
 Layer with_columns(Layer layer) {
     return layer;
@@ -22729,19 +23364,19 @@ auto with_columns(Layer layer, const image_view<const typename Column::scalar>& 
 
 }  // namespace detail
 
-/// Lifts a photo and prepares it for expand(). Raises what clean_depth() raises for its options, and mismatch for an image of
+/// Lifts a photo and prepares it for expand(). Raises the errors of clean_depth() for its options, and mismatch for an image of
 /// `own` without pixels or with another number of channels.
 template <payload_column... Own, executor Executor = const serial_executor>
 lifted_photo<Own...> lift_photo(const cleaned_photo& photo, const photo_columns<Own...>& own, const photo3d_options& options,
                                 Executor&& threads = {}) {
     detail::check(options);
     const float sample_size = detail::sample_size(photo.estimated, photo.photo);
-    photo_layer layer = lift(photo.photo, photo.disparity, options.surface, threads);
-    const graph& g = layer.topology();
+    const auto width = static_cast<std::int32_t>(photo.photo.width()), height = static_cast<std::int32_t>(photo.photo.height());
     lifted_photo<Own...> result;
-    result.facts.camera = {g.width(), g.height(), focal_length_from_35mm(options.focal_length_35mm, g.width(), g.height())};
-    result.facts.range = photo.range, result.facts.surface = options.surface;
-    buffer<std::int32_t> no_rims(g.size(), 0);
+    result.facts = {
+        {width, height, focal_length_from_35mm(options.focal_length_35mm, width, height)}, photo.range, options.surface};
+    photo_layer layer = lift(photo.photo, photo.disparity, result.facts, threads);
+    buffer<std::int32_t> no_rims(layer.size(), 0);
     result.layer = std::apply(
         [&](const auto&... images) {
             return detail::with_columns<Own...>(std::move(layer).template with<rim_column>(std::move(no_rims)), images...);
@@ -22758,10 +23393,10 @@ lifted_photo<> lift_photo(const cleaned_photo& photo, const photo3d_options& opt
     return lift_photo(photo, photo_columns<>(), options, threads);
 }
 
-/// Gives the hidden surfaces their colors, and the rims theirs back.
+/// Colors the hidden surfaces, then restores the colors of the rims.
 ///
-/// rims       of lift_photo()
-/// inpainter  texture and grain are added to its result; set both strengths to 0 for one that makes texture itself
+/// rims       from lift_photo()
+/// inpainter  texture and grain are added to its result; set both strengths to 0 for an inpainter that makes its own texture
 template <has_columns<color_column, disparity_column, known_column, rim_column> Layers, class Inpainter,
           executor Executor = const serial_executor>
 void inpaint_hidden(Layers& layers, std::span<const uncertain_rim> rims, const Inpainter& inpainter,
@@ -22771,11 +23406,13 @@ void inpaint_hidden(Layers& layers, std::span<const uncertain_rim> rims, const I
     restore_rims(layers, rims);
 }
 
+/// Converts a photo to a 3D photo.
+///
 /// photo      H x W x 3, at least one pixel
-/// own        columns that stay with their pixels through all stages; gather() (mesh/gather.hpp) brings them to the vertices
+/// own        columns that stay with their pixels through all stages; gather() (mesh/gather.hpp) transfers them to the vertices
 /// inpainter  as for inpaint_hidden()
 ///
-/// Raises what the stages raise. Memory and time are bounded for any depth map: each stage documents its bound, and
+/// Raises the errors of the stages. Memory and time are bounded for any depth map: each stage documents its bound, and
 /// bench/photo3d/README.md has the peaks.
 template <depth_estimator Estimator, color_inpainter Inpainter, payload_column... Own, executor Executor = const serial_executor>
 basic_photo3d<Own...> make_photo3d(image_view<const std::uint8_t> photo, const photo_columns<Own...>& own,
@@ -22820,5 +23457,5 @@ photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& esti
 }}  // namespace ldi
 
 // ---- ldi/ldi.hpp
-// Everything that needs the standard library only: from a photo's pixels and the bytes of weight files to the bytes of a GLB
-// file. Include by name: ldi/io/... for files and decoders (link ldi::io), ldi/adapt/... for Eigen and xtensor.
+// Everything that requires only the standard library: from a photo's pixels and the bytes of weight files to the bytes of a GLB
+// file. Include individually: ldi/io/... for files and decoders (link ldi::io), ldi/adapt/... for Eigen and xtensor.

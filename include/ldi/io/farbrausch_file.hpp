@@ -1,4 +1,4 @@
-// Reads the inpainting network by name.
+// Loads the inpainting network from a file.
 #pragma once
 
 #include <ldi/formats/farbrausch.hpp>
@@ -8,7 +8,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Raises file_access, and what decode_farbrausch() raises.
+/// Loads the inpainting network. Raises file_access and the errors of decode_farbrausch().
 inline farbrausch load_farbrausch(const std::filesystem::path& path, arithmetic kind = arithmetic::float32) {
     return decode_farbrausch(read_file(path), path.string(), kind);
 }
