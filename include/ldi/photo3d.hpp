@@ -102,7 +102,7 @@ struct photo3d_options {
     mixed_color_options mixed_colors;
     curve_options curves;
     expand_options expand;
-    /// Whether surfaces go on past the photo's border, as far as the camera sees beyond it.
+    /// Whether surfaces continue past the photo's border, as far as `expand.motion` uncovers them.
     photo_frame frame = photo_frame::grow;
     texture_options texture;
     grain_options grain;

@@ -9,8 +9,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Disparity of the window through which a 3D photo is seen: in the middle, so that the nearest and the farthest surfaces move
-/// equally far.
+/// Disparity of the window through which a 3D photo is seen: the middle, so the nearest and the farthest surface move equally
+/// far.
 inline constexpr float window_disparity = 0.5F;
 
 struct photo_facts {
@@ -20,10 +20,11 @@ struct photo_facts {
     /// Maximum camera motion (render/motion.hpp) for which hidden surfaces exist, as a share of the photo's longer side; 0:
     /// there are no hidden surfaces.
     float motion = 0.0F;
-    /// Pixels of the lattice on each side beyond the photo's (occlusion/past_frame.hpp); 0: surfaces end at the photo's border.
+    /// Width of the lattice's margin around the photo, in pixels (occlusion/past_frame.hpp); 0: surfaces end at the photo's
+    /// border.
     std::int32_t margin = 0;
 
-    /// The camera whose pixels the layered image has: that of the photo, with a sensor larger by the margin.
+    /// Returns the camera whose pixels the layered image has: the photo's, with a sensor larger by the margin.
     pinhole_camera layers_camera() const { return {camera.width + 2 * margin, camera.height + 2 * margin, camera.focal_length}; }
 };
 

@@ -1,15 +1,14 @@
-// Surfaces past the photo's frame. A camera that moves sees past the photo's border. grow_past_frame() continues every surface
-// that reaches the border as far as a camera within the motion budget sees it. Not in the paper, which hides the border behind a
-// smaller frame.
+// Surfaces past the photo's border. A moving camera sees past the border. grow_past_frame() continues every surface that reaches
+// the border, as far as a camera within the motion budget sees it. The paper hides the border behind a smaller frame instead.
 //
-// The frame is a window as large as the photo, in the middle of its disparities (window_disparity). A surface there does not move
-// in the window; any other moves by the motion's share of its difference in disparity, to any side. So each surface goes on past
-// the border by that distance, at the border pixel's disparity. Its colors are the photo's, mirrored at the border along the
-// surface, and shifted so that lines which leave the photo go on straight (detail/border_lines.hpp): that costs next to nothing,
-// and has the photo's texture without a seam.
+// The frame is a window as large as the photo, at the middle of its disparities (window_disparity). Surfaces at the window keep
+// their position in it. Others move by up to the motion, times their difference in disparity from the window, in any direction.
+// Each surface continues past the border by this distance, at the disparity of its border pixel. Its colors are those of the
+// photo, mirrored at the border along the surface, and sheared so that lines continue straight (detail/border_lines.hpp). This
+// costs little, keeps the photo's texture, and leaves no seam.
 //
-// The lattice gets a margin of one width on all four sides. The middle of the photo stays the middle of the lattice, so that
-// later stages see a photo of the same camera with a larger sensor (photo_facts::layers_camera()).
+// The lattice gets a margin of the same width on all four sides. The photo's center stays the lattice's center, so later stages
+// see a photo of the same camera with a larger sensor (photo_facts::layers_camera()).
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -29,15 +28,15 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The frame through which a 3D photo is seen.
+/// Frame in which viewers show a 3D photo.
 enum class photo_frame : std::uint8_t {
-    grow,  ///< as large as the photo: surfaces go on past its border
-    crop,  ///< the paper's, smaller than the photo: surfaces end at its border
+    grow,  ///< the photo's size: surfaces continue past its border
+    crop,  ///< the paper's frame, smaller than the photo: surfaces end at its border
 };
 
-/// Distance past the photo's border, in pixels, at which a camera within the motion budget may see a surface.
+/// Returns how far past the photo's border a camera within the motion budget sees a surface, in pixels.
 ///
-/// camera  that took the photo
+/// camera  camera that took the photo
 /// motion  photo_facts::motion
 inline float reach_past_frame(float disparity, const pinhole_camera& camera, float motion) {
     // Errors of the mesh that its tolerances allow (mesh/simplify.hpp, mesh/studs.hpp): its outline is a pixel off, disparities a
@@ -45,7 +44,7 @@ inline float reach_past_frame(float disparity, const pinhole_camera& camera, flo
     constexpr float mesh_pixels = 2.0F, mesh_disparity = 0.02F;
     const float width = detail::nearest_float(camera.width);
     const float pixels_per_disparity = motion * (std::max)(width, detail::nearest_float(camera.height));
-    // The window of a pair of pictures is at the nearest surface. Each eye moves by a sixtieth of the width at most
+    // The window of a stereo pair is at the nearest surface. Each eye moves by at most a sixtieth of the width
     // (render/stereo.hpp).
     const float eye = (std::min)(0.5F * pixels_per_disparity, width / 60.0F);
     const float d = std::clamp(disparity, 0.0F, 1.0F);
@@ -53,16 +52,15 @@ inline float reach_past_frame(float disparity, const pinhole_camera& camera, flo
            mesh_disparity * pixels_per_disparity;
 }
 
-/// Continues all surfaces past the photo's border.
+/// Continues all surfaces past the photo's border and returns the width of the lattice's new margin (photo_facts::margin).
 ///
-/// layers  of a photo, in canonical order, with a color everywhere; their lattice is the photo's
-/// facts   camera and motion are read
+/// layers  layers of a photo, in canonical order, with a color everywhere, on the photo's lattice
+/// facts   camera and motion are used
 ///
-/// Returns the width of the lattice's new margin (photo_facts::margin). The new pixels are unknown, and every column but
-/// disparity has the value of the pixel that they show, or that of the column's new_pixel rule. A rim of one color along a side,
-/// such as the edge of a scanned slide, is painted over with what is inwards of it, and becomes unknown: else it would be a line
-/// across the picture. The result is in canonical order.
-/// Raises too_large if there would be 2^31 pixels or positions. Linear time.
+/// New pixels are unknown. Their columns have the values of the pixels that they show, by the columns' new_pixel rules; their
+/// disparity is that of the border pixel. A rim of one color along a side, such as the edge of a scanned slide, would become a
+/// line across the picture: it is replaced by the colors inside it, and becomes unknown. The result is in canonical order. Raises
+/// too_large for 2^31 pixels or positions. Linear time.
 template <payload_column... Columns>
 std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_facts& facts) {
     static_assert(has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>);

@@ -13,10 +13,10 @@ struct view {
     std::array<float, 3> position{0, 0, 0};  ///< position of the camera in the photo's space
     /// 3 x 3, row-major, orthonormal: rotates from the camera's axes to the photo's axes.
     std::array<float, 9> rotation{1, 0, 0, 0, 1, 0, 0, 0, 1};
-    /// Where the optical axis meets the picture: pixels to the right of its middle, and below it.
+    /// Offset of the optical axis from the picture's center, in pixels to the right and down.
     std::array<float, 2> lens_shift{0, 0};
 
-    /// The place in the picture that the optical axis meets, in pixels.
+    /// Position of the optical axis in the picture, in pixels.
     float axis_x() const { return camera.center_x() + lens_shift[0]; }
     float axis_y() const { return camera.center_y() + lens_shift[1]; }
 

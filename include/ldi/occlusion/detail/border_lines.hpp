@@ -1,4 +1,4 @@
-// The lines of a photo at its border, and the pixels that its continuation shows (occlusion/past_frame.hpp).
+// Slopes of a photo's lines at its border, and the pixels that its continuation shows (occlusion/past_frame.hpp).
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -139,12 +139,12 @@ private:
     side inwards_, along_;
 };
 
-/// One side of a photo's border, and how surfaces go on past it.
+/// One side of a photo's border, and how surfaces continue past it.
 struct border_side {
     side inwards;
     border_lines lines;
     buffer<std::int32_t> pixels = {};  ///< ascending
-    buffer<std::int32_t> reach = {};   ///< of each: steps by which its surface goes on
+    buffer<std::int32_t> reach = {};   ///< of each: steps by which its surface continues
     buffer<float> slopes = {};         ///< of each
 
     border_side(const graph_view& g, array_view<const std::uint8_t> color, array_view<const std::uint8_t> known,
@@ -157,6 +157,14 @@ struct border_side {
     /// The same for one of the pixels.
     std::int32_t add_path(std::int32_t pixel, std::int32_t count, buffer<std::int32_t>& path) const {
         return lines.add_path(pixel, count, slopes[find(pixel)], path);
+    }
+    /// Returns the pixels that the continuation past a border pixel shows, from the border outwards.
+    buffer<std::int32_t> shown_past(std::int32_t pixel, std::int32_t count) const {
+        buffer<std::int32_t> path;
+        if (count == 0) return path;
+        const std::int32_t rim = add_path(pixel, count, path);
+        path.erase(path.begin(), path.begin() + rim);
+        return path;
     }
 };
 

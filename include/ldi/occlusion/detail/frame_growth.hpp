@@ -1,4 +1,4 @@
-// The layout of a layered image whose surfaces go on past the photo's border (occlusion/past_frame.hpp).
+// The layout of a layered image whose surfaces continue past the photo's border (occlusion/past_frame.hpp).
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -16,11 +16,11 @@
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Lays out old and new pixels row by row, from the top, in canonical order. Each run that reaches the left or the right border
-/// goes on past it; then each pixel of the first and the last row, and of their continuation, goes on upwards or downwards.
+/// continues past it; then each pixel of the first and the last row, and of their continuation, continues upwards or downwards.
 class frame_growth {
 public:
     /// g       in canonical order, with at least one pixel
-    /// reach   reach(pixel): steps by which the surface of a border pixel goes on, 0 or more
+    /// reach   reach(pixel): steps by which the surface of a border pixel continues, 0 or more
     template <class Reach>
     frame_growth(const graph_view& g, array_view<const std::uint8_t> color, array_view<const std::uint8_t> known,
                  array_view<const float> disparity, Reach&& reach)
@@ -60,7 +60,7 @@ public:
                 const std::int64_t reach = b->reach[i];
                 total += reach;
                 if (b != &left_ && b != &right_) continue;
-                const std::int32_t y = graph_.y()[b->pixels[i]];  // a corner goes on in both directions
+                const std::int32_t y = graph_.y()[b->pixels[i]];  // a corner continues in both directions
                 total += reach * reach * ((y == 0 ? 1 : 0) + (y == last ? 1 : 0));
             }
         return total;
@@ -97,15 +97,15 @@ public:
         return {std::move(result_).build(), std::move(pieces_), origins_};
     }
 
-    /// /// An old pixel that is to show another.
+    /// An old pixel and the one whose color it gets.
     struct repainted_pixel {
         std::int32_t pixel, source;
     };
-    /// Those of rims, to be repainted in this order.
+    /// Pixels of rims, in the order in which to repaint them.
     const buffer<repainted_pixel>& repainted() const { return repainted_; }
-    /// The new index of each old pixel.
+    /// New index of each old pixel.
     const buffer<std::int32_t>& new_index() const { return new_index_; }
-    /// Of each new pixel: the old one that it shows, and the border pixel whose surface it continues.
+    /// Per new pixel: the old pixel that it shows, and the border pixel whose surface it continues.
     const buffer<std::int32_t>& origins() const { return origins_; }
     const buffer<std::int32_t>& borders() const { return borders_; }
 
@@ -134,7 +134,7 @@ private:
         return graph_.x()[r.last - 1] + 1 == graph_.width() ? right_.reach[right_.find(r.last - 1)] : 0;
     }
 
-    /// Whether the run that begins at x with a pixel's disparity comes before the other.
+    /// Whether a run that begins at x with the disparity of `pixel` comes before another.
     bool is_before(std::int32_t x, std::int32_t pixel, std::int32_t other_x, std::int32_t other) const {
         if (x != other_x) return x < other_x;
         return disparity_[pixel] != disparity_[other] ? disparity_[pixel] > disparity_[other] : pixel < other;
@@ -144,20 +144,10 @@ private:
         buffer<line> lines;
         for (std::size_t r = first_run_[y]; r < first_run_[static_cast<std::size_t>(y) + 1]; ++r)
             lines.push_back({runs_[r].first, runs_[r].last - 1, left_of(runs_[r]), right_of(runs_[r])});
-        if (lines.size() > 1)
-            std::sort(lines.begin(), lines.end(), [&](const line& a, const line& b) {
-                return is_before(graph_.x()[a.first] - a.left, a.first, graph_.x()[b.first] - b.left, b.first);
-            });
+        std::sort(lines.begin(), lines.end(), [&](const line& a, const line& b) {
+            return is_before(graph_.x()[a.first] - a.left, a.first, graph_.x()[b.first] - b.left, b.first);
+        });
         return lines;
-    }
-
-    /// The pixels that the continuation of a run's end shows, from the border outwards.
-    buffer<std::int32_t> shown_past(const border_side& b, std::int32_t pixel, std::int32_t count) const {
-        buffer<std::int32_t> path;
-        if (count == 0) return path;
-        const std::int32_t rim = b.add_path(pixel, count, path);
-        path.erase(path.begin(), path.begin() + rim);
-        return path;
     }
 
     /// Lists what the rim inwards of a border pixel shows.
@@ -173,12 +163,12 @@ private:
         here.left.clear(), here.right.clear();
         for (const line& l : lines) {
             const std::int32_t begin = next_;
-            const buffer<std::int32_t> left = shown_past(left_, l.first, l.left), right = shown_past(right_, l.last, l.right);
-            if (l.left > 0) add_piece(l.left);
+            const buffer<std::int32_t> left = left_.shown_past(l.first, l.left), right = right_.shown_past(l.last, l.right);
+            add_piece(l.left);
             for (std::int32_t k = l.left; k > 0; --k) add_new(-k, y, l.first, left[k - 1]);
             if (l.left > 0) link_strip({l.first, next_ - 1, l.left}, -1, before.left, here.left);
             add_old(l, y);
-            if (l.right > 0) add_piece(l.right);
+            add_piece(l.right);
             const std::int32_t nearest = next_;
             for (std::int32_t k = 1; k <= l.right; ++k) add_new(graph_.width() - 1 + k, y, l.last, right[k - 1]);
             if (l.right > 0) link_strip({l.last, nearest, l.right}, 1, before.right, here.right);
@@ -257,7 +247,7 @@ private:
                 const std::size_t i = from.find(pixel);
                 columns.push_back({x, pixel, source, from.reach[i], from.slopes[i], columns.size() > first});
             };
-            const buffer<std::int32_t> left = shown_past(left_, l.first, l.left), right = shown_past(right_, l.last, l.right);
+            const buffer<std::int32_t> left = left_.shown_past(l.first, l.left), right = right_.shown_past(l.last, l.right);
             for (std::int32_t k = l.left; k > 0; --k) add(-k, l.first, left[k - 1]);
             for (std::int32_t i = l.first; i <= l.last; ++i) add(graph_.x()[i], i, i);
             for (std::int32_t k = 1; k <= l.right; ++k) add(graph_.width() - 1 + k, l.last, right[k - 1]);
@@ -270,7 +260,9 @@ private:
         result_.write_neighbors(side::up)[next_] = result_.write_neighbors(side::down)[next_] = no_pixel;
         ++next_;
     }
-    void add_piece(std::int32_t count) { pieces_.push_back({origins_.count(), count, true}); }
+    void add_piece(std::int32_t count) {
+        if (count > 0) pieces_.push_back({origins_.count(), count, true});
+    }
     void add_new(std::int32_t x, std::int32_t y, std::int32_t border, std::int32_t source) {
         origins_.push_back(source), borders_.push_back(border);
         place(x, y);
