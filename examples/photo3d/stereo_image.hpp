@@ -1,4 +1,4 @@
-// One picture for each eye: `photo3d --stereo-image FILE`.
+// Writes one picture for each eye: `photo3d --stereo-image FILE`.
 #pragma once
 
 #include "outputs.hpp"
@@ -24,13 +24,13 @@
 
 namespace ldi::examples {
 
-/// What the two eyes see.
+/// Views of the two eyes.
 struct stereo_pair {
     image<std::uint8_t> left, right;
-    float eye_distance = 0;  ///< in the units of the photo's space
+    float eye_distance = 0;  ///< in units of the photo's space
 };
 
-/// To be called before the work. Raises invalid_option for another kind of file, and as output_files::claim().
+/// Checks the output before the work. Raises invalid_option for another type of file, and the errors of output_files::claim().
 inline void check_stereo_image(const std::filesystem::path& file, output_files& files) {
     if (file.empty()) return;
     files.claim(file);
@@ -71,8 +71,10 @@ stereo_pair draw_stereo_pair(const photo3d& result, photo_texture& texture, Exec
     return {draw(-half, 2 * shift), draw(half, 0), 2 * half};
 }
 
-/// quality   of JPEG, 1 to 100
-/// is_metric whether depth is in meters
+/// Writes a stereo picture.
+///
+/// quality    quality of JPEG, 1 to 100
+/// is_metric  whether depth is in meters
 template <executor Executor>
 void save_stereo_image(const photo3d& result, photo_texture& texture, const std::filesystem::path& file, int quality,
                        bool is_metric, output_files& files, Executor& threads) {
