@@ -36,9 +36,9 @@ struct arguments {
     float field_of_view = 0.0F, texture = photo3d_options().texture.strength, grain = photo3d_options().grain.strength,
           motion = photo3d_options().expand.motion;
     int quality = 85;
-    std::string inpaint;  // empty: network if its weights are found
+    std::string inpaint;  // empty: by the network if its weights are found
     std::string arithmetic = "float32";
-    std::string formats;  // picture formats that may be read; empty: all
+    std::string formats;  // of pictures that are read; empty: all
     video_options video;
     compression_choice compression;
 

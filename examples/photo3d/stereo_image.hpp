@@ -41,10 +41,9 @@ inline void check_stereo_image(const std::filesystem::path& file, output_files& 
           kind.empty() ? "no extension" : kind);
 }
 
-/// Draws the two views of a scene behind a window at the distance of the nearest surface. The window is at the same place for
-/// both eyes, so the picture's edges cut off nothing in front of them. The parallax of the farthest surface is a thirtieth of
-/// the width, or the limit of the photo's motion. The pictures are narrower than the photo by this parallax, because its border
-/// would be visible.
+/// The two views of a scene behind a window, which is as far as the nearest surface: that is at the same place for both eyes, so
+/// that the picture's edges cut off nothing that stands before them. The farthest lies a thirtieth of the width apart, or as far
+/// as the photo's motion goes; by as much the pictures are narrower than the photo, whose border would show.
 template <executor Executor>
 stereo_pair draw_stereo_pair(const photo3d& result, photo_texture& texture, Executor& threads) {
     const pinhole_camera camera = texture.camera();
@@ -56,7 +55,7 @@ stereo_pair draw_stereo_pair(const photo3d& result, photo_texture& texture, Exec
     view from;
     from.camera = camera;
     from.camera.focal_length *= zoom;
-    // Offset of the window in each picture; pictures are drawn wider by it and then cropped.
+    // The window's place in each picture, by which they are drawn wider and then cut.
     const std::int32_t shift = static_cast<std::int32_t>(std::lround(from.camera.focal_length * half * range.inverse_depth(1)));
     from.camera.width += 2 * shift;
     raster_options raster;

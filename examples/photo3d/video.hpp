@@ -220,8 +220,8 @@ inline void check_video(const video_options& v, output_files& files) {
     if (camera_paths().count(v.path) == 0) load_key_frames(v.path);
 }
 
-/// Computes the views of all frames at the video's size, cropped so that no frame shows the photo's border. One view per frame,
-/// or two for two eyes, the left one first.
+/// The views of all frames, of the video's size, framed so that nothing past the photo's border is seen: for each frame one, or
+/// for two eyes two, the left one first.
 ///
 /// camera  camera that took the photo
 inline std::vector<view> frame_views(const photo3d& result, const pinhole_camera& camera, const video_options& v,
@@ -249,7 +249,7 @@ inline std::vector<view> frame_views(const photo3d& result, const pinhole_camera
             views.back().position = within_motion(views.back().position, camera, range, result.facts.motion);
         }
     }
-    // A path that leaves the photo's surroundings has no frame; the border then becomes visible.
+    // A path that leaves the photo's surroundings has no frame; then the border shows.
     const float frame = frame_within(views, camera, range);
     const int size = v.size > 0 ? v.size : v.is_for_chats() ? 480 : 960;
     const float scale = std::min(1.0F, static_cast<float>(size) / static_cast<float>(std::max(camera.width, camera.height)));
