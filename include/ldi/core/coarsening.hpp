@@ -89,7 +89,8 @@ inline void link_kept_pixels(const graph_view& g, const coarsened& result, graph
     }
 }
 
-/// Finds the parents of a run's other pixels, as corner_of_group() does; the first path is nearly always open.
+/// Finds the parents of the pixels of a run that are not kept. Tries the first path of corner_of_group() before it calls the
+/// function, because all links on this path almost always exist.
 inline void find_parents(const graph_view& g, const pixel_run& run, buffer<std::int32_t>& parent) {
     const auto by_corner = [&](std::int32_t pixel) {
         const std::int32_t corner = corner_of_group(g, pixel);

@@ -104,7 +104,7 @@ inline std::vector<std::byte> encode_jpeg(image_view<const std::uint8_t> picture
     const image<std::uint8_t> without_gaps(picture);
     std::vector<std::byte> bytes;
     const auto append = [](void* to, void* data, int size) {
-        // Not insert(): g++ 12 reports a false overflow in its inlined code, in the user's build.
+        // insert() would cause a false warning of an overflow from g++ 12 in the user's build.
         std::vector<std::byte>& all = *static_cast<std::vector<std::byte>*>(to);
         const std::size_t used = all.size(), added = static_cast<std::size_t>(size);
         all.resize(used + added);

@@ -112,7 +112,7 @@ public:
         return network_.run(quantized_color(rgb), threads, progress, memory);
     }
 
-    /// As levels(), but layer by layer.
+    /// Same as levels(), but layer by layer.
     ///
     /// observe  as in quantized_network::run_observed
     template <executor Executor, class Observe>

@@ -103,7 +103,7 @@ private:
         }
     }
 
-    /// Adds one texel of filter padding. Where two surfaces meet, each gets half of the gap. A surface that continues takes
+    /// Adds one texel of filter padding. Two surfaces that meet get half of the gap each. A surface that continues takes
     /// precedence over one that ends.
     void grow_border() {
         next_border_.clear();
