@@ -263,7 +263,7 @@ private:
 /// differ by up to twice the threshold, and disparities may be a little below 0. `after_iteration(graph, disparity, first_new)`,
 /// if given, sees the unordered state after every iteration (for tests and pictures; it costs a copy each).
 ///
-/// At most 1 / surface_rule::largest_step surfaces lie at one position; noise at all scales adds five pixels per pixel of the
+/// At most 1 / surface_rule::largest_step surfaces lie at one position; noise at all scales adds six pixels per pixel of the
 /// photo, most photos less than a half. Time is linear in the pixels of the result; up to 110 bytes for each of them.
 template <payload_column... Columns, class AfterIteration = std::nullptr_t>
 expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule surface,
