@@ -19,6 +19,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -36,16 +37,17 @@ struct arguments {
     float field_of_view = 0.0F, texture = photo3d_options().texture.strength, grain = photo3d_options().grain.strength,
           motion = photo3d_options().expand.motion;
     int quality = 85;
-    std::string inpaint;  // empty: by the network if its weights are found
-    std::string arithmetic = "float32";
-    std::string formats;  // of pictures that are read; empty: all
+    std::string inpaint;     // empty: by the network if its weights are found
+    std::string arithmetic;  // empty: 8 bits if the weights allow it
+    std::string formats;     // of pictures that are read; empty: all
     video_options video;
     compression_choice compression;
 
     /// How photos are read, and the depth inside them.
     photo_options reading() const { return {{}, formats.empty() ? picture_formats() : *picture_formats::parse(formats)}; }
 
-    ldi::arithmetic inpainting_arithmetic() const {
+    std::optional<ldi::arithmetic> inpainting_arithmetic() const {
+        if (arithmetic.empty()) return {};
         return arithmetic == to_string(ldi::arithmetic::int8) ? ldi::arithmetic::int8 : ldi::arithmetic::float32;
     }
 };
@@ -128,10 +130,11 @@ inline void describe(CLI::App& app, arguments& a, const std::filesystem::path& d
     app.add_option("--inpaint", a.inpaint,
                    "how hidden surfaces get their colors: network (the default where its weights are found) or diffusion")
         ->check(CLI::IsMember({"diffusion", "network"}));
-    app.add_option("--arithmetic", a.arithmetic,
-                   "the numbers the inpainting network computes with: float32, or int8 (faster, at 50 dB of float32)")
-        ->check(CLI::IsMember({"float32", "int8"}))
-        ->capture_default_str();
+    app.add_option(
+           "--arithmetic", a.arithmetic,
+           "the numbers the inpainting network computes with: float32, or int8 (faster, at 50 dB of float32); default: int8 "
+           "if the weights come with what it needs")
+        ->check(CLI::IsMember({"float32", "int8"}));
     app.add_option(
            "--texture", a.texture,
            "how much of the photo's texture what is inpainted gets, from places of the same surface that look like it; 0 for "
