@@ -19,6 +19,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -36,16 +37,17 @@ struct arguments {
     float field_of_view = 0.0F, texture = photo3d_options().texture.strength, grain = photo3d_options().grain.strength,
           motion = photo3d_options().expand.motion;
     int quality = 85;
-    std::string inpaint;  // empty: by the network if its weights are found
-    std::string arithmetic = "float32";
-    std::string formats;  // of pictures that are read; empty: all
+    std::string inpaint;     // empty: by the network if its weights are found
+    std::string arithmetic;  // empty: 8 bits if the weights allow it
+    std::string formats;     // of pictures that are read; empty: all
     video_options video;
     compression_choice compression;
 
     /// Options for reading photos and the depth inside them.
     photo_options reading() const { return {{}, formats.empty() ? picture_formats() : *picture_formats::parse(formats)}; }
 
-    ldi::arithmetic inpainting_arithmetic() const {
+    std::optional<ldi::arithmetic> inpainting_arithmetic() const {
+        if (arithmetic.empty()) return {};
         return arithmetic == to_string(ldi::arithmetic::int8) ? ldi::arithmetic::int8 : ldi::arithmetic::float32;
     }
 };
@@ -129,9 +131,9 @@ inline void describe(CLI::App& app, arguments& a, const std::filesystem::path& d
                    "method that colors hidden surfaces: network (the default if its weights are found) or diffusion")
         ->check(CLI::IsMember({"diffusion", "network"}));
     app.add_option("--arithmetic", a.arithmetic,
-                   "number format of the inpainting network: float32, or int8 (faster, 50 dB from float32)")
-        ->check(CLI::IsMember({"float32", "int8"}))
-        ->capture_default_str();
+                   "number format of the inpainting network: float32, or int8 (faster, 50 dB from float32); default: int8 if the "
+                   "weights have the ranges that it needs")
+        ->check(CLI::IsMember({"float32", "int8"}));
     app.add_option("--texture", a.texture,
                    "strength of texture on inpainted pixels, copied from similar places of the same surface; 0 for none")
         ->check(between(0, 4))
