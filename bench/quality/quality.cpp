@@ -1,4 +1,4 @@
-// Prints how good 3D photos are, as Markdown, and ends with a line of the main figures. bench/quality/run.sh builds and runs it.
+// Prints the quality of 3D photos as Markdown, and a last line of main figures. Run by bench/quality/run.sh.
 #include "depth.hpp"
 #include "estimated_views.hpp"
 #include "inpainting.hpp"
@@ -30,7 +30,7 @@ struct arguments {
     bool views = true, depth = true, each_depth = false, sizes = true, int8 = false;
 };
 
-/// How long the network was trained, as its file says.
+/// Training time of the network, from its file.
 std::string training_of(const std::filesystem::path& file) {
     const ldi::named_tensors tensors = ldi::load_safetensors(file);
     const auto found = tensors.metadata.find("provenance");
@@ -85,7 +85,7 @@ void run(const arguments& a) {
             const float longer = static_cast<float>(std::max(s.camera.width, s.camera.height));
             for (const float side : {1.0F, -1.0F}) {
                 const inpainting_result r = measure_inpainting(s, side * 0.08F * longer, network, perceived, a.pictures, threads);
-                if (r.inpainted_share > 0) inpainting.push_back(r);  // from one side of the T-junction everything is in sight
+                if (r.inpainted_share > 0) inpainting.push_back(r);  // from one side of the T-junction, everything is visible
             }
         }
         print_novel_views(title, views);

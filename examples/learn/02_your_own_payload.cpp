@@ -1,6 +1,5 @@
-// Pixels can hold any data. This lesson adds a column of normals to the lifted photo. Every stage keeps it with its pixels,
-// extends it to the hidden pixels that expand() makes, and gather() transfers it to the vertices. A virtual lamp can then light
-// the photo.
+// Pixels can hold any data: this lesson adds a column of normals. Every stage keeps it with its pixels, expand() extends it to
+// the hidden ones, and gather() transfers it to the vertices. A virtual lamp can then light the photo.
 #include "drawing.hpp"
 #include "sample.hpp"
 

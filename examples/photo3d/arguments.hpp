@@ -1,4 +1,4 @@
-// What photo3d is called with: its options, and what follows from them.
+// Command line of photo3d: its options, and the settings derived from them.
 #pragma once
 
 #include "compression.hpp"
@@ -28,7 +28,7 @@ struct arguments {
     std::vector<std::filesystem::path> photos;  // one; with --batch any number, also folders and lists
     std::filesystem::path output, html, viewer, depth, depth_model, inpainting_model, stages, report, data, stereo_image, usdz;
     bool batch = false, skip_existing = false;
-    std::uint64_t memory = 0;  // bytes; 0: half of the machine's
+    std::uint64_t memory = 0;  // bytes; 0: half of the machine's memory
     depth_map_options depth_map;
     bool near_is_black = false, is_inverse = false, quiet = false, hard_edges = false;
     bool takes_depth_of_photo = false;  // set by find_weights()
@@ -36,13 +36,13 @@ struct arguments {
     float field_of_view = 0.0F, texture = photo3d_options().texture.strength, grain = photo3d_options().grain.strength,
           motion = photo3d_options().expand.motion;
     int quality = 85;
-    std::string inpaint;  // empty: by the network if its weights are found
+    std::string inpaint;  // empty: network if its weights are found
     std::string arithmetic = "float32";
-    std::string formats;  // of pictures that are read; empty: all
+    std::string formats;  // picture formats that may be read; empty: all
     video_options video;
     compression_choice compression;
 
-    /// How photos are read, and the depth inside them.
+    /// Options for reading photos and the depth inside them.
     photo_options reading() const { return {{}, formats.empty() ? picture_formats() : *picture_formats::parse(formats)}; }
 
     ldi::arithmetic inpainting_arithmetic() const {
@@ -66,7 +66,7 @@ inline void describe_compression(CLI::App& app, compression_choice& c) {
         ->capture_default_str();
 }
 
-/// The options of a run over many photos.
+/// Adds the options of a run over many photos.
 inline void describe_batch(CLI::App& app, arguments& a) {
     CLI::Option* batch = app.add_flag(
         "--batch", a.batch,
@@ -187,7 +187,7 @@ inline void describe(CLI::App& app, arguments& a, const std::filesystem::path& d
     app.add_flag("--quiet", a.quiet, "print errors only");
 }
 
-/// Fills in the weights that no option names.
+/// Finds the weights that no option names.
 inline void find_weights(arguments& a, const std::filesystem::path& data) {
     a.takes_depth_of_photo = a.depth.empty() && a.depth_model.empty();
     if (a.depth == "none") a.depth.clear();
@@ -221,7 +221,7 @@ inline photo3d_options options_for(const arguments& a, const photo_with_depth& i
     if (a.hard_edges) options.mesh.soft_edges.min_width = 0.0F;
     if (photo.focal_length_35mm) options.focal_length_35mm = *photo.focal_length_35mm;
     if (a.field_of_view > 0.0F) {
-        // The same field of view as a 35 mm equivalent, which is what the options hold.
+        // The 35 mm equivalent with the same field of view, because the options expect it.
         const std::int32_t w = static_cast<std::int32_t>(photo.color.width()),
                            h = static_cast<std::int32_t>(photo.color.height());
         options.focal_length_35mm = focal_length_from_field_of_view(a.field_of_view, w, h) / focal_length_from_35mm(1.0F, w, h);

@@ -29,7 +29,7 @@ inline void write_line(const nlohmann::ordered_json& line) {
     for (std::string_view rest = text; !rest.empty();) {
         const ssize_t written = ::write(STDOUT_FILENO, rest.data(), rest.size());
         if (written < 0 && errno == EINTR) continue;
-        if (written < 0) raise_system_error(errno, "standard output", "somebody who reads it");
+        if (written < 0) raise_system_error(errno, "standard output", "a reader");
         rest.remove_prefix(static_cast<std::size_t>(written));
     }
 }

@@ -120,7 +120,7 @@ inline std::vector<key_frame> load_key_frames(const std::filesystem::path& file)
             reader.fail("a target that is not straight above or below", "one that is");
         if (!(k.zoom > 0)) reader.fail("a \"zoom\" above 0", detail::to_text(k.zoom));
         if (!result.empty() && !(k.time > result.back().time))
-            reader.fail("times that rise", detail::to_text(result.back().time) + ", then " + detail::to_text(k.time));
+            reader.fail("increasing times", detail::to_text(result.back().time) + ", then " + detail::to_text(k.time));
         result.push_back(k);
     }
     return result;

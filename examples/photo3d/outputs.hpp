@@ -111,7 +111,7 @@ public:
         for (std::span<const std::byte> rest = standard_output_; !rest.empty();) {
             const ssize_t written = ::write(STDOUT_FILENO, rest.data(), rest.size());
             if (written < 0 && errno == EINTR) continue;
-            if (written < 0) raise_system_error(errno, "standard output", "somebody who reads it");
+            if (written < 0) raise_system_error(errno, "standard output", "a reader");
             rest = rest.subspan(static_cast<std::size_t>(written));
         }
         files_.commit();

@@ -1,4 +1,4 @@
-// What a run of photo3d took and made: the table that it prints, and the same as JSON.
+// Figures of a run of photo3d: the table that it prints, and the same as JSON.
 #pragma once
 
 #include "messages.hpp"
@@ -26,16 +26,16 @@ namespace ldi::examples {
 struct stage_time {
     std::string stage;
     double elapsed = 0;
-    double processor = 0;  ///< of the thread that runs the stages: all of it where there is only one
+    double processor = 0;  ///< of the thread that runs the stages; with one thread, all processor time
 };
 
-/// Follows the stages and measures them.
+/// Measures the stages.
 class stage_clock {
 public:
-    /// quiet  print nothing while running
+    /// quiet  print nothing during the run
     explicit stage_clock(bool quiet) : quiet_(quiet), is_terminal_(isatty(STDERR_FILENO) == 1) {}
     ~stage_clock() {
-        if (is_running_ && !quiet_ && is_terminal_) std::fputc('\n', stderr);  // what comes is no part of the line
+        if (is_running_ && !quiet_ && is_terminal_) std::fputc('\n', stderr);  // ends the line of progress
     }
     stage_clock(const stage_clock&) = delete;
     stage_clock& operator=(const stage_clock&) = delete;
@@ -49,7 +49,7 @@ public:
         return o;
     }
 
-    /// Begins a stage that ldi does not know of, such as reading the photo. Ends with the next stage, or with finish().
+    /// Starts a stage outside ldi, such as reading the photo. It ends with the next stage, or with finish().
     void begin(std::string_view stage) {
         finish();
         stages_.push_back({std::string(stage)});
@@ -69,7 +69,7 @@ public:
         if (!quiet_) std::fprintf(stderr, "%s%-22s %8.1f ms\n", is_terminal_ ? "\r" : "", last.stage.c_str(), last.elapsed);
     }
 
-    /// All stages, in order.
+    /// All stages in order.
     const std::vector<stage_time>& stages() const { return stages_; }
 
 private:
@@ -92,15 +92,15 @@ private:
         std::fprintf(stderr, "\r%-22s %7d %%", stages_.back().stage.c_str(), percent);
     }
 
-    bool quiet_, is_terminal_;  // to anything else, a line is written once it is complete
+    bool quiet_, is_terminal_;  // if the output is not a terminal, a line is written when it is complete
     bool is_running_ = false;
-    int shown_tens_ = -1;  // of per cent; -1: nothing yet
+    int shown_tens_ = -1;  // tens of percent; -1: nothing yet
     clock::time_point started_;
     double processor_started_ = 0;
     std::vector<stage_time> stages_;
 };
 
-/// The largest number of pixels at one position.
+/// Maximum number of pixels at one position.
 inline std::size_t layer_count(const graph_view& g) {
     buffer<std::size_t> count(static_cast<std::size_t>(g.width()) * static_cast<std::size_t>(g.height()), 0);
     for (std::size_t i = 0; i < g.size(); ++i)
@@ -108,9 +108,9 @@ inline std::size_t layer_count(const graph_view& g) {
     return count.empty() ? 0 : *std::max_element(count.begin(), count.end());
 }
 
-/// The most memory that this process has had so far, in bytes.
+/// Peak memory of this process in bytes.
 inline std::size_t peak_memory() {
-    std::ifstream facts("/proc/self/status");  // getrusage() knows also what the program had that started this one
+    std::ifstream facts("/proc/self/status");  // getrusage() would include the program that started this one
     for (std::string name; facts >> name; std::getline(facts, name)) {
         std::size_t kilobytes = 0;
         if (name == "VmHWM:" && facts >> kilobytes) return kilobytes * 1024;
@@ -120,16 +120,16 @@ inline std::size_t peak_memory() {
     return static_cast<std::size_t>(usage.ru_maxrss) * 1024;
 }
 
-/// What is shown of a photo: its size, and the number and bytes of the pictures that do.
+/// Textures of a photo: size of the shown photo, and number and bytes of the pictures.
 struct texture_figures {
     std::size_t width = 0, height = 0, count = 1, bytes = 0;
 };
 
-/// Figures of the result; file sizes in bytes. `width` and `height` are what was worked on, `texture_width` and `texture_height`
-/// what is shown of the photo, on so many `textures`.
+/// Collects the figures of the result; file sizes in bytes. `width` and `height` are the size of the layered image,
+/// `texture_width` and `texture_height` the size of the shown photo, on `textures` pictures.
 ///
-/// depth, inpainting  what they come from: paths of files, or the name of a method
-/// texture, grain     their strengths over what was inpainted
+/// depth, inpainting  sources: paths of files, or the name of a method
+/// texture, grain     strengths on inpainted pixels
 inline nlohmann::ordered_json make_report(const photo3d& result, const stage_clock& clock, const std::string& depth,
                                           const std::string& inpainting, float texture, float grain, std::size_t glb_bytes,
                                           const texture_figures& shown) {
@@ -166,18 +166,18 @@ inline nlohmann::ordered_json make_report(const photo3d& result, const stage_clo
     return report;
 }
 
-/// The figures as JSON. What is no UTF-8 in names of files is replaced: JSON has no other text.
+/// Writes the figures as JSON. Replaces bytes that are not UTF-8 in names of files, because JSON requires UTF-8.
 inline std::string to_text(const nlohmann::ordered_json& report) {
     return report.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
-/// Text without what is no UTF-8 in it.
+/// Replaces bytes that are not UTF-8.
 inline std::string as_utf8(const std::string& text) {
     return nlohmann::json::parse(nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace))
         .get<std::string>();
 }
 
-/// The figures as lines of text.
+/// Writes the figures as lines of text.
 inline std::string to_table(const nlohmann::ordered_json& report) {
     std::string table;
     const auto line = [&](const std::string& name, const std::string& value) {

@@ -1,4 +1,4 @@
-// One picture for each eye: `photo3d --stereo-image FILE`.
+// Writes one picture for each eye: `photo3d --stereo-image FILE`.
 #pragma once
 
 #include "outputs.hpp"
@@ -24,13 +24,13 @@
 
 namespace ldi::examples {
 
-/// What the two eyes see.
+/// Views of the two eyes.
 struct stereo_pair {
     image<std::uint8_t> left, right;
-    float eye_distance = 0;  ///< in the units of the photo's space
+    float eye_distance = 0;  ///< in units of the photo's space
 };
 
-/// To be called before the work. Raises invalid_option for another kind of file, and as output_files::claim().
+/// Checks the output before the work. Raises invalid_option for another type of file, and the errors of output_files::claim().
 inline void check_stereo_image(const std::filesystem::path& file, output_files& files) {
     if (file.empty()) return;
     files.claim(file);
@@ -41,9 +41,10 @@ inline void check_stereo_image(const std::filesystem::path& file, output_files& 
           kind.empty() ? "no extension" : kind);
 }
 
-/// The two views of a scene behind a window, which is as far as the nearest surface: that is at the same place for both eyes, so
-/// that the picture's edges cut off nothing that stands before them. The farthest lies a thirtieth of the width apart, or as far
-/// as the photo's motion goes; by as much the pictures are narrower than the photo, whose border would show.
+/// Draws the two views of a scene behind a window at the distance of the nearest surface. The window is at the same place for
+/// both eyes, so the picture's edges cut off nothing in front of them. The parallax of the farthest surface is a thirtieth of
+/// the width, or the limit of the photo's motion. The pictures are narrower than the photo by this parallax, because its border
+/// would be visible.
 template <executor Executor>
 stereo_pair draw_stereo_pair(const photo3d& result, photo_texture& texture, Executor& threads) {
     const pinhole_camera camera = texture.camera();
@@ -55,7 +56,7 @@ stereo_pair draw_stereo_pair(const photo3d& result, photo_texture& texture, Exec
     view from;
     from.camera = camera;
     from.camera.focal_length *= zoom;
-    // The window's place in each picture, by which they are drawn wider and then cut.
+    // Offset of the window in each picture; pictures are drawn wider by it and then cropped.
     const std::int32_t shift = static_cast<std::int32_t>(std::lround(from.camera.focal_length * half * range.inverse_depth(1)));
     from.camera.width += 2 * shift;
     raster_options raster;
@@ -71,8 +72,10 @@ stereo_pair draw_stereo_pair(const photo3d& result, photo_texture& texture, Exec
     return {draw(-half, 2 * shift), draw(half, 0), 2 * half};
 }
 
-/// quality   of JPEG, 1 to 100
-/// is_metric whether depth is in meters
+/// Writes a stereo picture.
+///
+/// quality    quality of JPEG, 1 to 100
+/// is_metric  whether depth is in meters
 template <executor Executor>
 void save_stereo_image(const photo3d& result, photo_texture& texture, const std::filesystem::path& file, int quality,
                        bool is_metric, output_files& files, Executor& threads) {

@@ -25,7 +25,7 @@ inline std::vector<std::byte> encode_webp(const image<std::uint8_t>& picture, fl
     WebPConfig config;
     WebPPicture source;
     if (WebPConfigPreset(&config, WEBP_PRESET_PHOTO, quality) == 0 || WebPPictureInit(&source) == 0)
-        raise(error_code::unavailable, "libwebp", "the version compiled with", "another");
+        raise(error_code::unavailable, "libwebp", "the version of the headers", "another version");
     config.method = 6;         // smallest file
     config.use_sharp_yuv = 1;  // keeps color edges although chroma has half the resolution
     source.use_argb = 1;

@@ -329,12 +329,14 @@ concept element_iterator = requires(T i) {
 #if LDI_HAS_EXCEPTIONS
     throw std::bad_alloc();
 #else
-    raise(error_code::out_of_memory, "memory", "enough of it", "too little");  // texts so short that they need no allocation
+    raise(error_code::out_of_memory, "memory", "enough memory", "too little");  // texts so short that they need no allocation
 #endif
 }
 
 /// Raises too_large, because the size of the values in bytes overflows.
-[[noreturn]] inline void refuse_count() { raise(error_code::too_large, "buffer", "a size that memory can have", "a larger one"); }
+[[noreturn]] inline void refuse_count() {
+    raise(error_code::too_large, "buffer", "a size within the address space", "a larger size");
+}
 
 /// Type-independent part of a buffer, compiled once for all types.
 struct memory_block {
@@ -823,8 +825,7 @@ struct progress_listener {
     /// Reports progress. Raises error_code::canceled if the caller requests to stop.
     void report(std::string_view stage, float fraction) const {
         if (on_progress != nullptr) on_progress(user, stage, fraction);
-        if (is_canceled != nullptr && is_canceled(user))
-            raise(error_code::canceled, stage, "to run to the end", "a request to stop");
+        if (is_canceled != nullptr && is_canceled(user)) raise(error_code::canceled, stage, "completion", "a request to stop");
     }
 };
 
@@ -1352,13 +1353,13 @@ inline std::optional<violation> validate_canonical(const graph_view& g, std::spa
 }}  // namespace ldi
 
 // ---- ldi/core/columns.hpp
-// Payload columns: what a pixel of a layered image holds. A tag type names a column and says how its values reach pixels that
-// stages add, the pixels of coarser levels, and the vertices of a mesh.
+// Payload columns: the data of each pixel of a layered image. A tag type names a column and defines its values at pixels that
+// stages add, at pixels of coarser levels, and at vertices of a mesh.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A column tag: the scalar, and the number of scalars per pixel. Up to three static functions say how values travel; the
-/// defaults apply where a tag has none.
+/// A column tag: the scalar, and the number of scalars per pixel. Up to three static functions compute the values of new pixels,
+/// coarser levels and vertices; the defaults apply if a tag has none.
 ///
 ///     struct material {
 ///         using scalar = std::uint8_t;
@@ -1387,7 +1388,7 @@ constexpr Scalar zeroed(Scalar) {
 }
 
 /// All channels of one or more pixels, so that a rule can renormalize a vector or let pixels vote. The first pixel is the one
-/// that a coarser level keeps, or the one nearest to a vertex. All pixels lie at the same distance and count the same.
+/// that a coarser level keeps, or the one nearest to a vertex. All pixels have equal weight.
 template <class Scalar, std::size_t channels>
 struct pixel_values {
     array_view<const Scalar> values;  ///< pixels x channels, row-major
@@ -1454,8 +1455,8 @@ struct color_column {
     static constexpr scalar new_pixel(scalar origin) { return zeroed(origin); }  // until it is inpainted
 };
 
-/// The same in 16 bits, 0 to 65535: for lift(), the geometry, operators, gather() and the GLB. Inpainting, atlas and renderers
-/// work on color_column; as a column of the caller's beside it, this one passes through make_photo3d().
+/// Color in 16 bits, 0 to 65535: for lift(), the geometry, operators, gather() and the GLB. Inpainting, atlas and renderers use
+/// color_column; a caller's color16_column passes through make_photo3d() beside it.
 struct color16_column {
     using scalar = std::uint16_t;
     static constexpr std::size_t channels = 3;
@@ -1467,7 +1468,7 @@ struct disparity_column {
     static constexpr std::size_t channels = 1;
 };
 
-/// 1 where the photo shows the color, 0 where it must be inpainted.
+/// 1 if the photo shows the color, 0 if it must be inpainted.
 struct known_column {
     using scalar = std::uint8_t;
     static constexpr std::size_t channels = 1;
@@ -1477,7 +1478,7 @@ struct known_column {
     }
 };
 
-/// Near a silhouette: the share of the nearer surface in the photo's color, 0 to 255. 0 elsewhere.
+/// Share of the nearer surface in the photo's color near a silhouette, 0 to 255. 0 elsewhere.
 struct matte_column {
     using scalar = std::uint8_t;
     static constexpr std::size_t channels = 1;
@@ -1500,7 +1501,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 template <payload_column... Columns>
 class layered_image;
 
-/// Changes links between pixels, not the pixels. Argument of the function that edit_links() calls; it ends with that call.
+/// Changes links between pixels, not the pixels. Argument of the function that edit_links() calls; valid only during that call.
 class link_editor {
 public:
     link_editor(const link_editor&) = delete;
@@ -1519,23 +1520,22 @@ private:
     graph_builder& graph_;
 };
 
-/// Successive pixels of a layered image that grow() makes.
+/// A contiguous piece of the pixels of a layered image that grow() makes.
 struct grown_piece {
-    std::int32_t first;  ///< old pixels: index of the first one. New pixels: index of the first one's entry in `origins`
+    std::int32_t first;  ///< index of the first old pixel; for new pixels, index of the first entry in `origins`
     std::int32_t count;
     bool is_new;
 };
 
 /// Result of the function that grow() calls.
 struct grown_pixels {
-    graph topology;                ///< of all pixels, old and new
-    buffer<grown_piece> pieces;    ///< sources of its pixels in the order of their indices; every old pixel occurs once
-    buffer<std::int32_t> origins;  ///< the old pixel that each new one continues
+    graph topology;                ///< graph of all pixels, old and new
+    buffer<grown_piece> pieces;    ///< sources of all pixels in the order of their indices; every old pixel occurs once
+    buffer<std::int32_t> origins;  ///< per new pixel: the old pixel whose surface it continues
 };
 
 namespace detail {
 
-/// Reads the scalars of one pixel.
 template <class Column, class Scalar>
 std::span<Scalar, Column::channels> pixel_scalars(array_view<Scalar> column, std::int32_t pixel) {
     return std::span<Scalar, Column::channels>(column.data() + static_cast<std::size_t>(pixel) * Column::channels,
@@ -1566,8 +1566,9 @@ inline bool is_complete(const grown_pixels& grown, std::size_t old_count) {
 
 }  // namespace detail
 
-/// A graph with K pixels and, for each column, K rows of `channels` scalars, row-major. Every column has one row per pixel at all
-/// times: only members that take all columns along add, remove and move pixels, also if memory runs out or a callback throws.
+/// A graph with K pixels and, for each column, K rows of `channels` scalars, row-major. Every column always has one row per
+/// pixel: only members that process all columns together add, remove and move pixels, even if memory runs out or a callback
+/// throws.
 ///
 ///     struct normal { using scalar = float; static constexpr std::size_t channels = 3; };
 ///     layered_image<disparity_column, normal> surfaces(make_grid(6, 4));
@@ -1575,18 +1576,18 @@ inline bool is_complete(const grown_pixels& grown, std::size_t old_count) {
 template <payload_column... Columns>
 class layered_image {
 public:
-    /// Whether there is such a column.
+    /// Whether the layered image has this column.
     template <class Column>
     static constexpr bool has = (std::is_same_v<Column, Columns> || ...);
 
     layered_image() = default;
-    /// Columns are zero.
+    /// Initializes all columns to zero.
     explicit layered_image(graph g) : graph_(std::move(g)) { (zero_column<Columns>(), ...); }
-    /// columns  K x channels scalars each, in the order of the tags. Raises mismatch for any other length.
+    /// columns  K x channels scalars each, in the order of the tags. Raises mismatch for any other length
     layered_image(graph g, buffer<typename Columns::scalar>... columns) requires(sizeof...(Columns) > 0) : graph_(std::move(g)) {
         (set_column<Columns>(std::move(columns)), ...);
     }
-    /// Takes the graph and the columns that both have; other columns are zero.
+    /// Moves the graph and the common columns from another layered image; other columns are zero.
     template <payload_column... Others>
     requires(!std::is_same_v<layered_image<Others...>, layered_image>) explicit layered_image(layered_image<Others...>&& other) {
         const auto make = [&]<class Column>(const Column&) {
@@ -1597,7 +1598,7 @@ public:
             if constexpr (layered_image<Others...>::template has<Column>)
                 values<Column>() = std::move(other.template values<Column>());
         };
-        (make(Columns{}), ...);  // first: if memory runs out, `other` stays as it is
+        (make(Columns{}), ...);  // first, so that `other` does not change if memory runs out
         (take(Columns{}), ...);
         graph_ = std::move(other.graph_);
         other = {};
@@ -1613,10 +1614,10 @@ public:
     }
 
     const graph& topology() const { return graph_; }
-    /// The number of pixels K.
+    /// Number of pixels K.
     std::size_t size() const { return graph_.size(); }
 
-    /// K x channels scalars.
+    /// Returns K x channels scalars.
     template <payload_column Column>
     array_view<typename Column::scalar> column() {
         return values<Column>();
@@ -1626,7 +1627,7 @@ public:
         return std::get<storage<Column>>(columns_).values;
     }
 
-    /// The scalars of one pixel.
+    /// Returns the scalars of one pixel.
     template <payload_column Column>
     std::span<typename Column::scalar, Column::channels> at(std::int32_t pixel) {
         return detail::pixel_scalars<Column>(column<Column>(), pixel);
@@ -1643,8 +1644,8 @@ public:
         values<Column>() = std::move(scalars);
     }
 
-    /// Calls edit(link_editor&), which may link and unlink pixels. During the call the image is empty; afterwards it has its
-    /// pixels back, even if `edit` throws.
+    /// Calls edit(link_editor&), which may link and unlink pixels. During the call the image is empty; afterward it has its
+    /// pixels again, even if `edit` throws.
     template <class Edit>
     void edit_links(Edit&& edit) {
         layered_image edited = std::move(*this);
@@ -1663,7 +1664,7 @@ public:
     /// Moves pixel `order[i]` to index i. `order` is a permutation of all pixels. If memory runs out, nothing changes.
     void reorder(std::span<const std::int32_t> order) { *this = with_pixels(reordered(graph_, order), order); }
 
-    /// Removes the pixels whose entry in `kept` is 0, with their links. The others stay in their order. If memory runs out,
+    /// Removes the pixels whose entry in `kept` is 0, and their links. The other pixels keep their order. If memory runs out,
     /// nothing changes.
     ///
     /// kept  K, one per pixel
@@ -1698,7 +1699,7 @@ public:
         layered_image result;
         const auto move_column = [&]<class Column>(const Column&) {
             result.template values<Column>() = old.template grown_column<Column>(grown);
-            old.template values<Column>() = {};  // so that no more than one column is there twice
+            old.template values<Column>() = {};  // so that at most one column exists twice at a time
         };
         (move_column(Columns{}), ...);
         result.graph_ = std::move(grown.topology);
@@ -1724,7 +1725,7 @@ private:
         values<Column>() = buffer<typename Column::scalar>(size() * Column::channels);
     }
 
-    /// A graph with the rows of the old pixels `old_index`.
+    /// Returns a graph with the rows of the old pixels `old_index`.
     layered_image with_pixels(graph g, [[maybe_unused]] std::span<const std::int32_t> old_index) {
         layered_image result;
         ((result.template values<Columns>() = reordered(values<Columns>(), old_index, Columns::channels)), ...);
@@ -1752,25 +1753,25 @@ private:
     std::tuple<storage<Columns>...> columns_;
 };
 
-/// A type with the given column, and maybe others: a layered_image, a layered_view or a single_layer.
+/// A type with the given column: a layered_image, a layered_view or a single_layer.
 template <class Layers, class Column>
 concept has_column = requires {
     requires std::remove_cvref_t<Layers>::template has<Column>;
 };
 
-/// A type with all of the given columns, and maybe more.
+/// A type with all of the given columns.
 template <class Layers, class... Columns>
 concept has_columns = (has_column<Layers, Columns> && ...);
 
-/// Non-owning view of a layered image, or of some of its columns. Stages that only read accept it. Like std::string_view, a view
-/// of a temporary is valid until the end of the full expression only.
+/// Non-owning view of a layered image, or of some of its columns. Stages that only read accept it. As with std::string_view, a
+/// view of a temporary is valid only until the end of the full expression.
 template <payload_column... Columns>
 class layered_view {
 public:
     template <class Column>
     static constexpr bool has = (std::is_same_v<Column, Columns> || ...);
 
-    /// columns  K x channels scalars each, in the order of the tags. Raises mismatch for any other length.
+    /// columns  K x channels scalars each, in the order of the tags. Raises mismatch for any other length
     explicit layered_view(const graph_view& g, array_view<const typename Columns::scalar>... columns)
         : graph_(g), columns_(shown<Columns>{columns}...) {
         const auto check = [&](std::size_t expected, std::size_t found) {
@@ -1778,7 +1779,7 @@ public:
         };
         (check(g.size() * Columns::channels, columns.size()), ...);
     }
-    explicit layered_view(graph&&, array_view<const typename Columns::scalar>...) = delete;  // would outlive the graph
+    explicit layered_view(graph&&, array_view<const typename Columns::scalar>...) = delete;  // the view would outlive the graph
     template <has_columns<Columns...> Layers>
     layered_view(const Layers& layers) : layered_view(layers.topology(), layers.template column<Columns>()...) {}
 
@@ -1853,9 +1854,9 @@ public:
         layers_.edit_links(edit);
     }
 
-    /// The same layer with one more column.
+    /// Returns the layer with one more column.
     ///
-    /// scalars  K x channels, row-major. Raises mismatch for any other length.
+    /// scalars  K x channels, row-major. Raises mismatch for any other length
     ///
     ///     struct normal { using scalar = float; static constexpr std::size_t channels = 3; };
     ///     auto layer = ldi::lift(photo, disparity).with<normal>(normals);  // stays with its pixels, up to the mesh
@@ -1876,11 +1877,11 @@ private:
     layered_image<Columns...> layers_;
 };
 
-/// The layered image that a photo becomes, and the layer that it starts from.
+/// Layered image of a photo, and the single layer that it starts from.
 using photo_layers = layered_image<color_column, disparity_column, known_column, matte_column>;
 using photo_layer = single_layer<color_column, disparity_column, known_column, matte_column>;
 
-/// validate() of the topology, and that disparities lie in [0, 1].
+/// Checks the invariants of the topology, and that disparities are in [0, 1].
 template <has_column<disparity_column> Layers>
 std::optional<violation> validate(const Layers& layers) {
     if (const std::optional<violation> broken = validate(graph_view(layers.topology()))) return broken;
@@ -2436,8 +2437,8 @@ private:
 }}  // namespace ldi
 
 // ---- ldi/core/image.hpp
-// Row-major images, H x W x C, channels last. Stages take an `image_view`, so that an engine's, OpenCV's or NumPy's memory goes
-// in without a copy, and return an `image`, which owns its values.
+// Row-major images, H x W x C, channels last. Stages accept an `image_view`, so that memory of an engine, OpenCV or NumPy is
+// used without a copy. They return an `image`, which owns its values.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -2448,8 +2449,8 @@ namespace detail {
           std::to_string(height) + " x " + std::to_string(width) + " x " + std::to_string(channels));
 }
 
-/// The number of values from one row to the next: `row_stride`, or W C where that is 0. Raises too_large if rows, or all of them
-/// together, are larger than memory can be.
+/// Returns the number of values from one row to the next: `row_stride`, or W C if that is 0. Raises too_large if a row, or the
+/// whole image, exceeds the address space.
 inline std::size_t checked_row_stride(std::size_t height, std::size_t width, std::size_t channels, std::size_t row_stride,
                                       std::size_t value_size) {
     const std::size_t limit = static_cast<std::size_t>(PTRDIFF_MAX) / value_size;
@@ -2459,7 +2460,7 @@ inline std::size_t checked_row_stride(std::size_t height, std::size_t width, std
     return stride;
 }
 
-/// `bytes` in values. Raises mismatch if a value would straddle two rows or rows would overlap.
+/// Converts a stride from bytes to values. Raises mismatch if a value would straddle two rows or rows would overlap.
 inline std::size_t stride_in_values(std::size_t bytes, std::size_t row_values, std::size_t value_size) {
     if (bytes % value_size != 0 || bytes / value_size < row_values)
         raise(error_code::mismatch, "image_view",
@@ -2490,9 +2491,8 @@ public:
     using value_type = std::remove_const_t<Scalar>;
 
     image_view() = default;
-    /// row_stride  values from a row to the next; 0 for rows without a gap
-    ///
-    /// Raises too_large for a size that no memory has.
+    /// row_stride  values from the start of a row to the start of the next; 0 for rows without gaps. Raises too_large for
+    ///             impossible sizes
     image_view(Scalar* data, std::size_t height, std::size_t width, std::size_t channels = 1, std::size_t row_stride = 0)
         : data_(data),
           height_(height),
@@ -2501,11 +2501,11 @@ public:
           row_stride_(detail::checked_row_stride(height, width, channels, row_stride, sizeof(Scalar))) {
         LDI_ASSERT(row_stride_ >= width * channels);
     }
-    /// Rows `stride` bytes apart, as OpenCV, NumPy and graphics interfaces count. Raises mismatch unless that is a whole number
-    /// of values, and at least W C of them.
+    /// Views rows whose starts are `stride` bytes apart, the convention of OpenCV, NumPy and graphics interfaces. Raises
+    /// mismatch unless the stride is an integer number of values, at least W C.
     image_view(Scalar* data, std::size_t height, std::size_t width, std::size_t channels, byte_stride stride)
         : image_view(data, height, width, channels, detail::stride_in_values(stride.bytes, width * channels, sizeof(Scalar))) {}
-    /// From a view that may change the values to one that may not.
+    /// Converts a writable view to a read-only view.
     template <class Other>
     requires(std::is_const_v<Scalar>&& std::is_same_v<Other, value_type>) image_view(const image_view<Other>& other)
         : image_view(other.data(), other.height(), other.width(), other.channels(), other.row_stride()) {}
@@ -2516,9 +2516,9 @@ public:
     std::size_t row_stride() const { return row_stride_; }
     bool empty() const { return height_ == 0 || width_ == 0 || channels_ == 0; }
 
-    /// The first value of the first row.
+    /// Returns the first value of the first row.
     Scalar* data() const { return data_; }
-    /// The W x C values of row y, contiguous.
+    /// Returns the W x C values of row y, contiguous.
     template <std::integral Index>
     Scalar* row(Index y) const {
         return data_ + static_cast<std::size_t>(y) * row_stride_;
@@ -2535,28 +2535,28 @@ private:
     std::size_t height_ = 0, width_ = 0, channels_ = 0, row_stride_ = 0;
 };
 
-/// H x W x C values that it owns, without gaps. A size that no memory has raises too_large.
+/// An image that owns its H x W x C values, without gaps. Impossible sizes raise too_large.
 template <class Scalar>
 class image {
 public:
     using value_type = Scalar;
 
     image() = default;
-    /// Values are zero.
+    /// Initializes values to zero.
     image(std::size_t height, std::size_t width, std::size_t channels = 1) : image(height, width, channels, Scalar{}) {}
-    /// Values are not set.
+    /// Leaves values uninitialized.
     image(std::size_t height, std::size_t width, std::size_t channels, unset_t)
         : values_(detail::checked_size(height, width, channels, sizeof(Scalar)), unset),
           height_(height),
           width_(width),
           channels_(channels) {}
-    /// Every value is `value`.
+    /// Initializes every value to `value`.
     image(std::size_t height, std::size_t width, std::size_t channels, Scalar value)
         : values_(detail::checked_size(height, width, channels, sizeof(Scalar)), value),
           height_(height),
           width_(width),
           channels_(channels) {}
-    /// A copy of what a view shows.
+    /// Copies the values of a view.
     explicit image(image_view<const Scalar> view) : image(view.height(), view.width(), view.channels(), unset) {
         const std::size_t values = width_ * channels_;
         for (std::size_t y = 0; y < height_; ++y)
@@ -2580,7 +2580,7 @@ public:
     std::size_t width() const { return width_; }
     std::size_t channels() const { return channels_; }
     std::size_t row_stride() const { return width_ * channels_; }
-    /// H W C
+    /// H W C.
     std::size_t size() const { return values_.size(); }
     bool empty() const { return values_.empty(); }
 
@@ -2596,7 +2596,7 @@ public:
     Scalar* end() { return values_.end(); }
     const Scalar* end() const { return values_.end(); }
 
-    /// The W x C values of row y, contiguous.
+    /// Returns the W x C values of row y, contiguous.
     template <std::integral Index>
     Scalar* row(Index y) {
         return data() + static_cast<std::size_t>(y) * row_stride();
@@ -2655,16 +2655,16 @@ struct surface_rule {
 }}  // namespace ldi
 
 // ---- ldi/core/photo_facts.hpp
-// Facts about a photo that its pixels don't hold. They stand beside the layered image, and stages read the part that they need.
+// Properties of a photo that its pixels don't contain. They accompany the layered image; stages read the parts that they need.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct photo_facts {
-    pinhole_camera camera{};  ///< that took the photo
-    depth_range range{};      ///< distances of disparity 1 and 0
-    surface_rule surface{};   ///< which neighbors belong to one surface
-    /// Camera motion (render/motion.hpp) up to which hidden surfaces reach, as a share of the photo's longer side; 0: there are
-    /// no hidden surfaces.
+    pinhole_camera camera{};  ///< camera that took the photo
+    depth_range range{};      ///< distances at disparity 1 and 0
+    surface_rule surface{};   ///< rule for whether neighbors belong to one surface
+    /// Maximum camera motion (render/motion.hpp) for which hidden surfaces exist, as a share of the photo's longer side; 0:
+    /// there are no hidden surfaces.
     float motion = 0.0F;
 };
 
@@ -2717,6 +2717,24 @@ inline void gather_window(const graph_view& g, std::int32_t pixel, std::int32_t 
     for (std::int32_t row = 0; row < kernel_size; ++row)
         std::copy_n(found.begin() + (row + 1) * width + 1, kernel_size, window.begin() + row * kernel_size);
 }
+
+}}  // namespace ldi
+
+// ---- ldi/kernels/cpu_feature.hpp
+// Processor features that kernels require.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+enum class cpu_feature {
+    none,
+    avx2,
+    fma,
+    avx_vnni,
+    avx512,  ///< F, BW and VL
+    avx512_vnni,
+    arm_dot_product,
+    wasm_simd128,
+};
 
 }}  // namespace ldi
 
@@ -2834,22 +2852,9 @@ inline bool has_dot_product_extension() {
 #endif
 
 // ---- ldi/kernels/detail/cpu_features.hpp
-// Processor features that kernels need, and their detection.
+// Detects processor features.
 
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-enum class cpu_feature {
-    none,
-    avx2,
-    fma,
-    avx_vnni,
-    avx512,  ///< F, BW and VL
-    avx512_vnni,
-    arm_dot_product,
-    wasm_simd128,
-};
-
-namespace detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 #if LDI_HAS_X86_KERNELS
 /// Detects AVX-VNNI, for which clang 14 has no name. An operating system that saves AVX2's registers also saves those of
@@ -2882,8 +2887,7 @@ inline bool has_feature(cpu_feature feature) {
     }
 }
 
-}  // namespace detail
-}}  // namespace ldi
+}}}  // namespace ldi::detail
 
 // ---- ldi/kernels/isa.hpp
 // The instruction sets that kernels/ has code for, one row of `instruction_sets` each. Packing weights selects one at run time.
@@ -3088,28 +3092,8 @@ struct add_u8_kernel {
 
 }}  // namespace ldi
 
-// ---- ldi/kernels/detail/panel_cut.hpp
-// Splits the outputs of a matrix product or a convolution into panels.
-
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
-
-/// Splits outputs into panels of at most `max_vectors` vectors, as evenly as possible.
-struct panel_cut {
-    std::size_t panels, larger, vectors;  ///< the first `larger` panels have `vectors` vectors, the others one less
-
-    panel_cut(std::size_t outputs, std::size_t lanes, std::size_t most) {
-        const std::size_t all = (outputs + lanes - 1) / lanes;
-        panels = (all + most - 1) / most;
-        vectors = (all + panels - 1) / panels;
-        larger = panels - (vectors * panels - all);
-    }
-    std::size_t vectors_in(std::size_t panel) const { return panel < larger ? vectors : vectors - 1; }
-};
-
-}}}  // namespace ldi::detail
-
-// ---- ldi/kernels/detail/conv_weights.hpp
-// Packed weights of kernels/conv_f32.hpp, and the packing that kernels/conv_u8.hpp shares with it on all instruction sets.
+// ---- ldi/kernels/conv_f32/weights.hpp
+// Packed weights of kernels/conv_f32.hpp and the activation after a convolution.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -3131,6 +3115,33 @@ struct conv_f32_weights {
     buffer<float> values;
     buffer<float> bias;  ///< padded with zeros to whole panels
 };
+
+}}  // namespace ldi
+
+// ---- ldi/kernels/detail/panel_cut.hpp
+// Splits the outputs of a matrix product or a convolution into panels.
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+/// Splits outputs into panels of at most `max_vectors` vectors, as evenly as possible.
+struct panel_cut {
+    std::size_t panels, larger, vectors;  ///< the first `larger` panels have `vectors` vectors, the others one less
+
+    panel_cut(std::size_t outputs, std::size_t lanes, std::size_t most) {
+        const std::size_t all = (outputs + lanes - 1) / lanes;
+        panels = (all + most - 1) / most;
+        vectors = (all + panels - 1) / panels;
+        larger = panels - (vectors * panels - all);
+    }
+    std::size_t vectors_in(std::size_t panel) const { return panel < larger ? vectors : vectors - 1; }
+};
+
+}}}  // namespace ldi::detail
+
+// ---- ldi/kernels/detail/conv_weights.hpp
+// Packing of weights, which kernels/conv_f32.hpp and kernels/conv_u8.hpp share on all instruction sets.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Inputs of one panel of outputs.
 template <class Value>
@@ -8937,9 +8948,11 @@ struct basic_feature_map {
     Value zero = {};  ///< value that represents zero: the zero point of bytes
 
     basic_feature_map() = default;
-    /// Leaves the values uninitialized.
+    /// Leaves the values uninitialized. Raises too_large for a size that no memory has.
     basic_feature_map(std::size_t pixel_count, std::size_t channel_count, Value stands_for_zero = {})
-        : channels(channel_count), values(pixel_count * channel_count, unset), zero(stands_for_zero) {}
+        : channels(channel_count),
+          values(detail::checked_size(1, pixel_count, channel_count, sizeof(Value)), unset),
+          zero(stands_for_zero) {}
 
     std::size_t pixels() const { return channels > 0 ? values.size() / channels : 0; }
 
@@ -9384,7 +9397,7 @@ private:
 }}  // namespace ldi
 
 // ---- ldi/nn/ldi/elementwise.hpp
-// Elementwise operators on feature maps: addition, concatenation, activations.
+// Elementwise operators on feature maps: addition, concatenation, activations, conversion between floats and bytes.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -9481,18 +9494,38 @@ basic_feature_map<std::uint8_t> concatenate(std::initializer_list<basic_feature_
     return detail::concatenate(std::span<const basic_feature_view<std::uint8_t>>(maps.begin(), maps.size()), threads);
 }
 
-/// Applies relu to a map of bytes: raises values to at least the zero point.
-template <executor Executor = const serial_executor>
-basic_feature_map<std::uint8_t> relu_u8(basic_feature_map<std::uint8_t> x, Executor&& threads = {}) {
-    return detail::for_each_value(std::move(x), threads, [zero = x.zero](std::uint8_t v) { return (std::max)(v, zero); });
-}
-
 /// Applies relu or leaky_relu(slope), for example after an addition; a convolution_layer has its own activation.
 template <executor Executor = const serial_executor>
 feature_map activate(feature_map x, activation by, Executor&& threads = {}) {
     return detail::for_each_value(std::move(x), threads, [by](float v) {
         return v > 0.0F ? v : by.negative_slope == 0.0F ? 0.0F : by.negative_slope * v;  // also for -infinity
     });
+}
+
+/// Applies relu to a map of bytes: raises values to at least the zero point. Bytes support no other activation.
+template <executor Executor = const serial_executor>
+basic_feature_map<std::uint8_t> activate(basic_feature_map<std::uint8_t> x, activation by, Executor&& threads = {}) {
+    LDI_ASSERT(by.negative_slope == 0.0F);
+    const std::uint8_t zero = x.zero;
+    return detail::for_each_value(std::move(x), threads, [zero](std::uint8_t v) { return (std::max)(v, zero); });
+}
+
+/// Converts a map to bytes: the nearest multiples of `to.scale`, clamped to the range of bytes. NaN becomes the zero point.
+inline basic_feature_map<std::uint8_t> quantize(const feature_map& x, const quantization& to) {
+    basic_feature_map<std::uint8_t> result(x.pixels(), x.channels, to.zero_point);
+    std::transform(x.values.begin(), x.values.end(), result.values.begin(), [&](float v) {
+        const double steps = std::isnan(v) ? 0.0 : std::clamp(double{v} / double{to.scale}, -255.0, 255.0);
+        return static_cast<std::uint8_t>(std::clamp<std::int64_t>(detail::nearest_whole(steps) + to.zero_point, 0, 255));
+    });
+    return result;
+}
+
+/// Converts a map of bytes to floats.
+inline feature_map dequantize(const basic_feature_map<std::uint8_t>& x, const quantization& from) {
+    feature_map result(x.pixels(), x.channels);
+    std::transform(x.values.begin(), x.values.end(), result.values.begin(),
+                   [&](std::uint8_t v) { return static_cast<float>(v - from.zero_point) * from.scale; });
+    return result;
 }
 
 /// Computes 1 / (1 + exp(-x)) with the rounding of the standard library.
@@ -9808,7 +9841,7 @@ void check_no_others(const named_tensors& from, const Names& names) {
         bool is_named = false;
         for (const auto& known : names) is_named = is_named || known == name;
         if (!is_named)
-            raise(error_code::mismatch, detail::tensor_place(from, name), "only tensors that the network has", "one more");
+            raise(error_code::mismatch, detail::tensor_place(from, name), "only tensors of the network", "an unexpected tensor");
     }
 }
 
@@ -9819,6 +9852,13 @@ void check_no_others(const named_tensors& from, const Names& names) {
 // (nn/dense/quantized_network.hpp), which checks it.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// Height and width of a tensor.
+struct tensor_size {
+    std::size_t height = 0, width = 0;
+
+    friend bool operator==(const tensor_size&, const tensor_size&) = default;
+};
 
 /// A convolution with `kernel / 2` pixels of padding on each side, filled with the input's zero point.
 struct convolution_description {
@@ -9886,7 +9926,7 @@ inline void check_scale(const std::string& name, float scale) {
 
 inline const checked_tensor& checked_input(const std::string& name, const buffer<checked_tensor>& tensors, std::size_t input) {
     if (input >= tensors.size())
-        raise(error_code::invalid_data, name, "inputs that an earlier operator makes", "tensor " + std::to_string(input));
+        raise(error_code::invalid_data, name, "the result of an earlier operator as input", "tensor " + std::to_string(input));
     return tensors[input];
 }
 
@@ -9917,7 +9957,7 @@ inline std::size_t check_operator(const std::string& place, quantization output,
     if (c.stride == 0 || c.stride > max_stride)
         raise(error_code::unsupported, place, "a stride of 1 or 2", std::to_string(c.stride));
     if (c.depthwise && outputs != input.channels)
-        raise(error_code::mismatch, place, std::to_string(input.channels) + " channels, as the input has",
+        raise(error_code::mismatch, place, std::to_string(input.channels) + " channels, as in the input",
               std::to_string(outputs));
     const std::uint64_t weights = std::uint64_t{outputs} * c.kernel * c.kernel * (c.depthwise ? 1 : input.channels);
     if (c.weights.size() != weights)
@@ -9949,7 +9989,7 @@ inline std::size_t check_operator(const std::string& place, quantization output,
     const checked_tensor& input = checked_input(place, tensors, r.input);
     if (r.factor == 0 || r.factor > max_resize_factor)
         raise(error_code::unsupported, place, "a factor of 1 to " + std::to_string(max_resize_factor), std::to_string(r.factor));
-    if (output != input.values) raise(error_code::mismatch, place, "the input's scale and zero point", "others");
+    if (output != input.values) raise(error_code::mismatch, place, "the input's scale and zero point", "different values");
     return input.channels;
 }
 
@@ -9968,7 +10008,7 @@ inline void check_network(const network_description& network) {
         tensors.push_back({op.output, channels});
     }
     if (network.output >= tensors.size())
-        raise(error_code::invalid_data, input, "a result that an operator makes", "tensor " + std::to_string(network.output));
+        raise(error_code::invalid_data, input, "the result of an operator as output", "tensor " + std::to_string(network.output));
 }
 
 }}}  // namespace ldi::detail
@@ -9976,16 +10016,7 @@ inline void check_network(const network_description& network) {
 // ---- ldi/nn/dense/detail/packed_layer.hpp
 // The layers of a quantized_network, packed for the kernels.
 
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-/// Height and width of a tensor.
-struct tensor_size {
-    std::size_t height = 0, width = 0;
-
-    friend bool operator==(const tensor_size&, const tensor_size&) = default;
-};
-
-namespace detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 struct dense_layer {
     std::size_t kernel, stride;
@@ -11211,7 +11242,7 @@ private:
     const values& finite(const std::string& name, const buffer<std::size_t>& shape) const {
         const values& found = tensor_values<float>(file_, name, shape);
         if (!std::all_of(found.begin(), found.end(), [](float v) { return std::isfinite(v); }))
-            raise(error_code::invalid_data, tensor_place(file_, name), "finite values", "others");
+            raise(error_code::invalid_data, tensor_place(file_, name), "finite values", "infinite values or NaN");
         return found;
     }
 
@@ -13764,27 +13795,28 @@ image<float> weighted_median(image_view<const float> disparity, surface_rule sur
 }}  // namespace ldi
 
 // ---- ldi/occlusion/discontinuity_curves.hpp
-// Depth discontinuities of a lifted photo, grouped into curves, with the lines at their ends that hidden surfaces must not grow
-// past (paper, section "Occluded Surface Hallucination", and Figure "depth_expand").
+// Groups depth discontinuities of a lifted photo into curves, and computes the lines at their ends that hidden surfaces must not
+// cross (paper, section "Occluded Surface Hallucination", and Figure "depth_expand").
 //
 // A discontinuity runs along the sides of pixels, between the corners of the lattice. Where three or more sides with a
-// discontinuity meet in a corner there is a junction, and curves end; but where only two depths meet, two curves pass each other.
+// discontinuity meet in a corner, there is a junction, and curves end. Where only two depths meet, two curves pass each other
+// instead.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct curve_options {
-    /// Groups of curves that meet, and branches that end in nothing, are spurious if they have fewer pixel sides than this:
-    /// nothing grows behind them, and close_spurious_discontinuities() closes them. The paper drops every curve that is shorter;
-    /// but between two junctions of a good silhouette that would bridge it.
+    /// Groups of connected curves, and branches with a free end, are spurious if they have fewer pixel sides than this: nothing
+    /// grows behind them, and close_spurious_discontinuities() closes them. The paper drops every shorter curve; between two
+    /// junctions of a valid silhouette, this would bridge the silhouette.
     std::size_t shortest_length = 20;
-    /// The direction of a curve at its end is taken over this many pixel sides.
+    /// Number of pixel sides over which the direction of a curve at its end is measured.
     std::size_t tangent_length = 20;
 };
 
-/// A half line that the hidden surface behind a curve must not cross: it starts at the curve's end, perpendicular to the curve,
-/// and points behind the front surface. All in lattice coordinates, where pixel (x, y) covers [x, x + 1) x [y, y + 1).
+/// A half line that the hidden surface behind a curve must not cross. It starts at the curve's end, is perpendicular to the
+/// curve, and points behind the front surface. In lattice coordinates, where pixel (x, y) covers [x, x + 1) x [y, y + 1).
 struct growth_constraint {
-    float x, y;                              ///< the curve's end
+    float x, y;                              ///< end of the curve
     float outward_x, outward_y;              ///< unit vector along the curve, out of its end
     float perpendicular_x, perpendicular_y;  ///< unit vector along the half line
 };
@@ -13798,9 +13830,9 @@ struct discontinuity_curve {
 
 namespace detail::curves {
 
-// For every curve, the number of sides of all curves that junctions connect it to.
+// For every curve, counts the sides of all curves connected to it through junctions.
 inline buffer<std::size_t> group_lengths(const buffer<trace>& traces) {
-    buffer<std::pair<std::int32_t, std::int32_t>> ends;  // a corner, and the curve that ends there
+    buffer<std::pair<std::int32_t, std::int32_t>> ends;  // a corner, and a curve that ends there
     for (std::int32_t i = 0; i < traces.count(); ++i)
         if (!traces[i].is_closed) ends.emplace_back(traces[i].corners.front(), i), ends.emplace_back(traces[i].corners.back(), i);
     std::sort(ends.begin(), ends.end());
@@ -13830,16 +13862,16 @@ inline void check_curves(std::span<const discontinuity_curve> curves, const grap
 
 }  // namespace detail
 
-/// Finds the curves of a layer.
+/// Finds the discontinuity curves of a layer, in a deterministic order.
 ///
-/// surface  the rule that lift() linked the layer by
+/// surface  the rule by which lift() linked the layer
 ///
-/// Curves between a midground and what is in front of it are constrained where they end in a junction: the farthest of the
-/// surfaces that meet may grow freely under all others. Other ends are not constrained, as they are in the paper: the step at a
-/// curve's end is as large as the threshold, and a camera that moves along the curve sees past the end. Curves come in a fixed
-/// order. Time is linear, but for sorting the ends of curves; 5 bytes per pixel, 16 per pixel side and 500 per curve.
+/// A curve between a midground and the surface in front of it is constrained where it ends in a junction, so that the farthest
+/// of the meeting surfaces can grow under all others. Other ends are not constrained, unlike in the paper: the step at a curve's
+/// end is as large as the threshold, and a camera that moves along the curve sees past the end. Time is linear, except for
+/// sorting the ends of curves; 5 bytes per pixel, 16 per pixel side and 500 per curve.
 template <payload_column... Columns>
-buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns...>& layer, surface_rule surface,
+buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns...>& layer, surface_rule surface = {},
                                                       const curve_options& options = {}) {
     static_assert(has_columns<single_layer<Columns...>, disparity_column>);
     const auto disparity = layer.template column<disparity_column>();
@@ -14078,10 +14110,10 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct expand_options {
     /// Maximum parallax between the nearest and the farthest surface, as a share of the photo's longer side, 0 to 1
-    /// (render/motion.hpp). A step in disparity uncovers its share of that, and the surface behind it grows as far. (The paper
-    /// grows surfaces by 50 pixels, whatever the step and the camera.)
+    /// (render/motion.hpp). A step in disparity uncovers a proportional part of it, and the surface behind the step grows by
+    /// this distance. (The paper grows all surfaces by 50 pixels.)
     float motion = 0.08F;
-    /// Maximum growth of a surface in pixels. Where it is the tighter limit, views from within `motion` show gaps.
+    /// Maximum growth of a surface in pixels. If this is the tighter limit, views within `motion` show gaps.
     int iterations = 4096;
 };
 
@@ -14089,7 +14121,7 @@ struct expand_options {
 template <payload_column... Columns>
 struct expanded_layers {
     layered_image<Columns...> layers;
-    /// Camera motion up to which the hidden surfaces reach (photo_facts::motion): that of the options, or less where
+    /// Camera motion for which the hidden surfaces suffice (photo_facts::motion): expand_options::motion, or less if
     /// expand_options::iterations is the tighter limit.
     float motion = 0.0F;
 };
@@ -14115,7 +14147,7 @@ public:
         }
         for (const discontinuity_curve& curve : curves)
             for (const growth_constraint& c : curve.constraints) {
-                // Past the end of the midground, the camera sees the surface behind it. The nearest front there sets the
+                // Past the end of the midground, the camera sees the surface behind it. The nearest front there determines the
                 // parallax.
                 const float front = nearest_front(curve, c, disparity);
                 const std::int32_t x = static_cast<std::int32_t>(c.x), y = static_cast<std::int32_t>(c.y);
@@ -14135,7 +14167,7 @@ public:
 
     hidden_pixels& pixels() { return pixels_; }
 
-    /// Iterations after which nothing grows: in four directions, growth takes up to sqrt(2) of them per pixel.
+    /// Maximum number of iterations: in four directions, growth needs up to sqrt(2) iterations per pixel.
     int max_iterations() const {
         float farthest = 0.0F;
         for (const float f : farthest_) farthest = (std::max)(farthest, f);
@@ -14155,13 +14187,13 @@ public:
     }
 
 private:
-    // From the middle of a pixel at the silhouette to the edge of the last one that is uncovered, even if only in part.
+    // Distance from the center of a pixel at the silhouette to the edge of the last pixel that is at least partly uncovered.
     static constexpr float half_pixels = 1.5F;
-    // Errors of the mesh that its tolerances allow (mesh/simplify.hpp, mesh/studs.hpp): both outlines are a pixel off, and
-    // disparities on either side a few hundredths.
+    // Errors that the tolerances of the mesh allow (mesh/simplify.hpp, mesh/studs.hpp): both outlines are off by a pixel, and
+    // disparities on either side by some hundredths.
     static constexpr float mesh_pixels = 2.0F, mesh_disparity = 0.02F;
 
-    // The mesh smooths outlines: a side is seen with the disparities of sides up to so far along the curve.
+    // Sides within this distance along the curve, whose disparities the mesh mixes because it smooths outlines.
     static constexpr std::int32_t smoothing = 8;
 
     struct front_pixel {
@@ -14169,7 +14201,7 @@ private:
         std::int32_t pixel;
     };
 
-    // Grows `pixel` one step to side `s`: links it to the surface that is there already, or makes a pixel.
+    // Grows `pixel` one step to side `s`: links it to an existing pixel of its surface, or makes a pixel.
     void grow(std::size_t curve, std::int32_t pixel, side s) {
         if (pixels_.neighbor(pixel, s) != no_pixel) return;
         const std::int32_t x = pixels_.x(pixel) + step_x(s), y = pixels_.y(pixel) + step_y(s);
@@ -14241,7 +14273,7 @@ private:
         return hidden < 0 ? 0 : dives_[hidden];
     }
 
-    // Remaining growth of the surface at `origin` beyond (x, y), in pixels; negative where it may not reach (x, y).
+    // Returns the remaining growth of the surface at `origin` beyond (x, y), in pixels; negative if it may not reach (x, y).
     float room_beyond(std::int32_t origin, std::int32_t x, std::int32_t y) const {
         if (!(reach_[origin] > 0.0F)) return -1.0F;
         const float dx = nearest_float(x - pixels_.x(origin)), dy = nearest_float(y - pixels_.y(origin));
@@ -14263,7 +14295,7 @@ private:
         return best;
     }
 
-    // Largest disparity in front of the part of a curve whose hidden surface reaches the given end.
+    // Returns the largest disparity in front of the part of a curve whose hidden surface reaches the given end.
     float nearest_front(const discontinuity_curve& curve, const growth_constraint& end, array_view<const float> disparity) const {
         float nearest = 0.0F;
         for (const discontinuity& d : curve.sides)
@@ -14274,7 +14306,7 @@ private:
         return std::hypot(nearest_float(pixels_.x(pixel)) + 0.5F - end.x, nearest_float(pixels_.y(pixel)) + 0.5F - end.y);
     }
 
-    // Maximum growth of the surface behind a curve near one of its ends.
+    // Returns the maximum growth of the surface behind a curve near one of its ends.
     float reach_near(const discontinuity_curve& curve, const growth_constraint& end) const {
         constexpr float vicinity = 20.0F;  // pixels
         float farthest = 0.0F;
@@ -14284,8 +14316,8 @@ private:
     }
 
     // Whether the center of (x, y) lies on the line at one of the curve's ends. The line is so wide that no step of one pixel
-    // leads across it, and as long as the surface grows from that end: what grows farther from elsewhere may pass it. That it
-    // starts 2 pixels before the curve's end was chosen by trial.
+    // crosses it, and as long as the surface grows from that end: surfaces that grow farther from elsewhere may pass it. It
+    // starts 2 pixels before the curve's end, a value tuned by experiment.
     bool crosses_constraint(std::size_t curve, std::int32_t x, std::int32_t y) const {
         constexpr float thickness = 1.5F;
         const buffer<growth_constraint>& constraints = curves_[curve].constraints;
@@ -14303,11 +14335,11 @@ private:
     surface_rule surface_;
     std::span<const discontinuity_curve> curves_;
     buffer<front_pixel> front_, created_;  // the newest pixels, curve by curve
-    buffer<float> reach_;                  // of each visible pixel: how far its surface grows from there, in pixels
-    buffer<float> farthest_;               // the largest of each curve
+    buffer<float> reach_;                  // per visible pixel: growth of its surface from there, in pixels
+    buffer<float> farthest_;               // maximum over each curve
     buffer<buffer<float>> constraint_lengths_;
-    std::int32_t max_dive_ = 0;   // pixels that a surface goes on beneath another
-    buffer<std::int32_t> dives_;  // of each hidden pixel: how many of them it has gone
+    std::int32_t max_dive_ = 0;   // maximum length in pixels of a surface's continuation beneath another
+    buffer<std::int32_t> dives_;  // per hidden pixel: length of this continuation so far
 };
 
 }  // namespace detail
@@ -14362,8 +14394,8 @@ expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule 
 }}  // namespace ldi
 
 // ---- ldi/occlusion/lift.hpp
-// Lifting: a photo and its disparity become a layered image with one layer (paper, section "Lifting to Layered Depth Image").
-// Neighbors are linked except across discontinuities.
+// Lifts a photo and its disparity to a layered image with one layer (paper, section "Lifting to Layered Depth Image"). Neighbors
+// are linked except across discontinuities.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -14436,19 +14468,20 @@ single_layer<Color, disparity_column, known_column, matte_column> lift_colors(im
 
 }  // namespace detail
 
+/// Lifts a photo to a single layer. Pixels are in canonical order, and every color is known.
+///
 /// color      H x W x 3
 /// disparity  H x W x 1, in [0, 1], larger is nearer
-/// facts      of the photo; their surface rule decides which neighbors are linked
+/// facts      properties of the photo; their surface rule decides which neighbors are linked
 ///
-/// Pixels are in canonical order, and every color is known. Raises error_code::mismatch if the images differ in size or have no
-/// pixel, error_code::invalid_data for a disparity outside [0, 1], error_code::too_large for 2^31 pixels or more. Linear time; 32
-/// bytes per pixel.
+/// Raises error_code::mismatch if the images differ in size or have no pixel, error_code::invalid_data for a disparity outside
+/// [0, 1], error_code::too_large for 2^31 pixels or more. Linear time; 32 bytes per pixel.
 template <executor Executor = const serial_executor>
 photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> disparity, const photo_facts& facts = {},
                  Executor&& threads = {}) {
     return detail::lift_colors<color_column>(color, disparity, facts.surface, threads);
 }
-/// The same for a photo of 16 bits per channel.
+/// Lifts a photo with 16 bits per channel.
 template <executor Executor = const serial_executor>
 single_layer<color16_column, disparity_column, known_column, matte_column> lift(image_view<const std::uint16_t> color,
                                                                                 image_view<const float> disparity,
@@ -14460,15 +14493,15 @@ single_layer<color16_column, disparity_column, known_column, matte_column> lift(
 }}  // namespace ldi
 
 // ---- ldi/occlusion/spurious_discontinuities.hpp
-// Closes discontinuities that belong to no curve. The paper removes "spurious (shorter than 20 pixels) groups from consideration"
-// (section "Occluded Surface Hallucination"). Nothing grows behind them, so they would open as cracks and cut charts into
-// slivers. Therefore the pixels on both sides are linked again, and the mesh spans the step.
+// Closes discontinuities that belong to no curve. The paper removes "spurious (shorter than 20 pixels) groups from
+// consideration" (section "Occluded Surface Hallucination"). Nothing grows behind them, so they would open as cracks and cut
+// charts into slivers. Therefore, this stage links the pixels on both sides again, and the mesh spans the step.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Links all neighbors inside the photo but those on either side of a curve. Returns the number of links made.
+/// Links all neighbors inside the photo, except those on either side of a curve. Returns the number of links made.
 ///
-/// curves  those of its discontinuities that stay; raises mismatch for curves of another layer
+/// curves  the discontinuities to keep; raises mismatch for curves of another layer
 template <payload_column... Columns>
 std::size_t close_spurious_discontinuities(single_layer<Columns...>& layer, std::span<const discontinuity_curve> curves) {
     detail::check_curves(curves, layer.topology(), "close_spurious_discontinuities");
@@ -15210,9 +15243,10 @@ struct texture_cells {
     }
 
 private:
-    static std::int32_t follow(const buffer<std::int32_t>& near, const buffer<std::int32_t>& far, std::int32_t cell, int steps) {
-        for (; steps >= stride; steps -= stride) cell = far[cell];
-        for (; steps > 0; --steps) cell = near[cell];
+    static std::int32_t follow(const buffer<std::int32_t>& one_step, const buffer<std::int32_t>& strides, std::int32_t cell,
+                               int steps) {
+        for (; steps >= stride; steps -= stride) cell = strides[cell];
+        for (; steps > 0; --steps) cell = one_step[cell];
         return cell;
     }
 };
@@ -15516,7 +15550,7 @@ private:
                 best = from;
                 return;
             }
-            if (least < 0) least = cost(cell, best, std::numeric_limits<int>::max());
+            if (least < 0) least = cost(cell, best, (std::numeric_limits<int>::max)());
             if (const int c = cost(cell, from, least); c < least) least = c, best = from;
         };
         for (side s : {forward ? side::left : side::right, forward ? side::up : side::down}) {
@@ -16807,7 +16841,8 @@ inline void check_padding(const chart& shape, chart_placement in_atlas, const te
                        bottom = std::int64_t{in_atlas.y} + shape.height + padding;
     if (in_atlas.x < padding || in_atlas.y < padding || right > static_cast<std::int64_t>(atlas.kind.width()) ||
         bottom > static_cast<std::int64_t>(atlas.kind.height()))
-        raise(error_code::mismatch, "sheets", "an atlas of these charts with a padding of " + std::to_string(padding), "another");
+        raise(error_code::mismatch, "sheets", "an atlas of these charts with a padding of " + std::to_string(padding),
+              "another atlas");
 }
 
 }  // namespace detail
@@ -16840,7 +16875,7 @@ sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const
               std::to_string(options.max_side) + " and " + std::to_string(options.padding));
     const auto& g = layers.topology();
     if (atlas.placements.size() != charts.charts.size())
-        raise(error_code::mismatch, "lay_out_sheets", "an atlas of these charts", "another");
+        raise(error_code::mismatch, "lay_out_sheets", "an atlas of these charts", "another atlas");
     if (photo_height == 0 || photo_width == 0 || layers.size() == 0)
         raise(error_code::mismatch, "lay_out_sheets", "a photo and layers with at least one pixel",
               std::to_string(photo_height) + " x " + std::to_string(photo_width) + " and " + std::to_string(layers.size()));
@@ -16900,7 +16935,7 @@ image<std::uint8_t> draw_sheet(const sheet_layout& layout, std::size_t sheet, co
     if (sheet < 1 || sheet >= layout.sizes.size() || layout.placements.size() != charts.charts.size() ||
         atlas.placements.size() != charts.charts.size() || !is_of(photo, layout.down.photo, layout.across.photo) ||
         !is_of(worked_on, layout.down.layers, layout.across.layers))
-        raise(error_code::mismatch, "draw_sheet", "a sheet, charts and pictures that it was laid out for", "others");
+        raise(error_code::mismatch, "draw_sheet", "a sheet, charts and pictures of this layout", "other inputs");
     const rectangle_size size = layout.sizes[sheet];
     image<std::uint8_t> drawn(static_cast<std::size_t>(size.height), static_cast<std::size_t>(size.width), 3, std::uint8_t{128});
     for (std::size_t c = 0; c < charts.charts.size(); ++c) {
@@ -18992,11 +19027,12 @@ void check_triangles(const Mesh& mesh) {
                   std::to_string(mesh.triangles.size()) + " numbers");
     for (const std::uint32_t vertex : mesh.triangles)
         if (vertex >= count)
-            raise(error_code::invalid_data, "mesh", "indices of vertices",
-                  std::to_string(vertex) + " of " + std::to_string(count) + " vertices");
+            raise(error_code::invalid_data, "mesh", "vertices below " + std::to_string(count),
+                  "vertex " + std::to_string(vertex));
     for (const buffer<float>* values : {&mesh.positions, &mesh.texture_coordinates})
         for (const float value : *values)
-            if (!std::isfinite(value)) raise(error_code::invalid_data, "mesh", "finite coordinates", "one that is not");
+            if (!std::isfinite(value))
+                raise(error_code::invalid_data, "mesh", "finite coordinates", "an infinite coordinate or NaN");
 }
 
 /// Raises mismatch unless the mesh has `textures` textures and as many coordinates as vertices; invalid_data for coordinates that
@@ -19538,7 +19574,8 @@ inline textured_mesh move_to_sheets(const textured_mesh& mesh, const chart_set& 
                                     const sheet_layout& layout) {
     if (!mesh.parts.empty() || mesh.pixels.size() != mesh.vertex_count() || atlas.placements.size() != charts.charts.size() ||
         layout.placements.size() != charts.charts.size() || layout.sizes.empty())
-        raise(error_code::mismatch, "move_to_sheets", "a mesh of one texture, and a layout for its charts", "others");
+        raise(error_code::mismatch, "move_to_sheets", "a mesh with one texture, and a layout for its charts",
+              "inputs that don't fit together");
     const detail::sheet_coordinates coordinates(charts, atlas, layout);
     const auto chart_of = [&](std::size_t vertex) { return charts.chart_of[mesh.pixels[vertex]]; };
     const auto sheet_of = [&](std::size_t vertex) { return static_cast<std::size_t>(layout.placements[chart_of(vertex)].sheet); };
@@ -19806,7 +19843,7 @@ inline view view_between(std::span<const key_frame> keys, const pinhole_camera& 
     for (std::size_t i = 0; i < keys.size(); ++i) {
         if (!(keys[i].zoom > 0)) raise(error_code::invalid_option, "key frame", "a zoom above 0", detail::to_text(keys[i].zoom));
         if (i > 0 && !(keys[i].time > keys[i - 1].time))
-            raise(error_code::invalid_option, "key frames", "times that rise",
+            raise(error_code::invalid_option, "key frames", "increasing times",
                   detail::to_text(keys[i - 1].time) + ", then " + detail::to_text(keys[i].time));
     }
     std::size_t i = 0;
@@ -21174,7 +21211,7 @@ private:
             }
             std::sort(sorted.begin(), sorted.end());
             const std::string_view* const twice = std::adjacent_find(sorted.begin(), sorted.end());
-            if (twice != sorted.end()) raise(error_code::invalid_data, where, "every name once", printable(*twice) + " twice");
+            if (twice != sorted.end()) raise(error_code::invalid_data, where, "unique names", printable(*twice) + " twice");
         }
 
     private:
@@ -21278,7 +21315,7 @@ private:
     void read_escape() {
         ++at_;
         if (peek() != 'u') {
-            if (std::string_view("\"\\/bfnrt").find(peek()) == std::string_view::npos) fail("an escape that JSON has");
+            if (std::string_view("\"\\/bfnrt").find(peek()) == std::string_view::npos) fail("a valid escape");
             ++at_;
             return;
         }
@@ -21487,8 +21524,7 @@ struct entry {
 inline entry checked_entry(const std::string& name, const json_value& line, std::size_t data_bytes, const std::string& where) {
     const auto here = [&] { return where + ", tensor " + printable(name); };
     const auto part = [&](const char* key, bool is_right_kind) {
-        if (!is_right_kind)
-            raise(error_code::invalid_data, here(), std::string(key) + " as the format has it", "another or none");
+        if (!is_right_kind) raise(error_code::invalid_data, here(), "a valid " + std::string(key), "an invalid or missing one");
     };
     const auto sizes = [&](const char* key, const json_value& values, std::size_t max_count) {
         part(key, values.kind == json_kind::array);
@@ -21526,7 +21562,7 @@ inline entry checked_entry(const std::string& name, const json_value& line, std:
     std::size_t needed = scalar_bytes;
     for (std::size_t length : result.shape) {
         if (length != 0 && needed > (std::numeric_limits<std::size_t>::max)() / length)
-            raise(error_code::too_large, here(), "a shape that fits into memory", shape_text(result.shape));
+            raise(error_code::too_large, here(), "a shape that fits in memory", shape_text(result.shape));
         needed *= length;
     }
     if (needed != result.end - result.begin)
@@ -21538,11 +21574,11 @@ inline entry checked_entry(const std::string& name, const json_value& line, std:
 
 inline decltype(named_tensors::metadata) checked_metadata(const json_value& line, const std::string& where) {
     if (line.kind != json_kind::object)
-        raise(error_code::invalid_data, where, "metadata that is a JSON object", "something else");
+        raise(error_code::invalid_data, where, "metadata that are a JSON object", "another value");
     decltype(named_tensors::metadata) result;
     for_each_member(line, [&](const std::string& key, const json_value& value) {
         if (value.kind != json_kind::string)
-            raise(error_code::invalid_data, where, "metadata that is text", "something else for " + printable(key));
+            raise(error_code::invalid_data, where, "metadata that are text", "another value for " + printable(key));
         result.emplace(key, unescaped(value.text));
     });
     return result;
@@ -21557,7 +21593,7 @@ inline named_tensors decode_safetensors(std::span<const std::byte> bytes, const 
     const std::uint64_t header_bytes = little_endian(bytes.data(), 4) | (std::uint64_t{little_endian(bytes.data() + 4, 4)} << 32);
     if (header_bytes > bytes.size() - 8)
         raise(error_code::invalid_data, where, "a header of " + std::to_string(header_bytes) + " bytes",
-              std::to_string(bytes.size() - 8) + " bytes in all");
+              std::to_string(bytes.size() - 8) + " bytes in total");
     if (header_bytes > max_header_bytes)
         raise(error_code::too_large, where, "a header of at most " + std::to_string(max_header_bytes) + " bytes",
               std::to_string(header_bytes));
@@ -21583,7 +21619,7 @@ inline named_tensors decode_safetensors(std::span<const std::byte> bytes, const 
     for (const entry& e : entries) {
         if (e.begin != filled)
             raise(error_code::invalid_data, where + ", tensor " + detail::printable(e.name),
-                  "values from byte " + std::to_string(filled) + " on, where those before end",
+                  "values from byte " + std::to_string(filled) + ", the end of the previous tensor",
                   "byte " + std::to_string(e.begin));
         filled = e.end;
     }
@@ -22337,7 +22373,7 @@ public:
         }
         if (components_ == 0 || !unscanned_.empty()) broken("a file without a picture, or with only some of its channels");
         // Without Adobe's marker, the file does not say whether 0 or 255 is full ink, nor whether the channels are ink at all.
-        if (components_ == 4 && !adobe_) unsupported("four channels that no Adobe marker explains");
+        if (components_ == 4 && !adobe_) unsupported("four channels without an Adobe marker");
         // A block of at most 256 pixels of one channel occupies at least one bit.
         if (header_.width * header_.height / 2048 > bytes_.size())
             broken(std::to_string(header_.width) + " x " + std::to_string(header_.height) + " pixels in " +
@@ -22418,42 +22454,54 @@ inline picture_header read_jpeg_header(std::span<const std::byte> bytes, const s
     return jpeg_header_reader(bytes, where).read();
 }
 
+/// Facts of a PNG file that bound the memory for decoding it.
+struct png_layout {
+    std::size_t bits_per_pixel = 0;
+    std::size_t decoded_bytes = 0;  ///< per pixel
+    bool is_interlaced = false;
+};
+
+/// Reads the body of the chunk IHDR. Calls broken(found) for what PNG does not allow.
+template <class Broken>
+png_layout read_png_size(std::span<const std::byte> body, picture_header& header, const Broken& broken) {
+    header.width = big_endian_32(body, 0), header.height = big_endian_32(body, 4);
+    const std::size_t depth = byte_at(body, 8), color = byte_at(body, 9);
+    static constexpr std::array<std::size_t, 7> channels_of_color_type = {1, 0, 3, 1, 2, 0, 4};
+    const std::size_t channels = color < channels_of_color_type.size() ? channels_of_color_type[color] : 0;
+    const bool depth_fits =
+        depth == 8 || (depth == 16 && color != 3) || ((depth == 1 || depth == 2 || depth == 4) && (color == 0 || color == 3));
+    if (channels == 0 || !depth_fits || byte_at(body, 10) != 0 || byte_at(body, 11) != 0 || byte_at(body, 12) > 1)
+        broken("a bad header");
+    if (header.width == 0 || header.height == 0 || header.width > 0x7FFFFFFF || header.height > 0x7FFFFFFF)
+        broken("a width or height outside PNG's range");
+    header.bits = depth == 16 ? 16 : 8;
+    const std::size_t decoded = color == 3 ? 4 : channels * (std::max)(depth, std::size_t{8}) / 8;  // a palette may have alpha
+    return {depth * channels, decoded, byte_at(body, 12) == 1};
+}
+
 /// Walks over all chunks of a PNG file and checks the checksums of critical chunks. Raises invalid_data, unsupported.
 inline picture_header read_png_header(std::span<const std::byte> bytes, const std::string& where) {
     const auto broken = [&](const std::string& found) { damaged(picture_format::png, where, found); };
     picture_header header;
     header.format = picture_format::png;
-    std::size_t compressed = 0, bits_per_pixel = 0, decoded = 0;
-    bool begun = false, ended = false, interlaced = false, has_transparent_color = false;
-    for (std::size_t at = 8; !ended;) {
+    png_layout layout;
+    std::size_t compressed = 0;
+    bool has_begun = false, has_ended = false, has_transparent_color = false;
+    for (std::size_t at = 8; !has_ended;) {
         if (bytes.size() - at < 12) broken("a file that is cut off after " + std::to_string(bytes.size()) + " bytes");
         const std::size_t length = big_endian_32(bytes, at);
         if (length > bytes.size() - at - 12) broken("a chunk that is cut off");
         const std::span<const std::byte> type = bytes.subspan(at + 4, 4), body = bytes.subspan(at + 8, length);
         const bool critical = (byte_at(type, 0) & 0x20) == 0;
-        if (has_text(type, 0, "CgBI"))
-            raise(error_code::unsupported, where, "a PNG file as the standard has it", "Apple's CgBI variant of one");
-        if (!begun && !has_text(type, 0, "IHDR")) broken("a file that does not begin with its header");
+        if (has_text(type, 0, "CgBI")) raise(error_code::unsupported, where, "a standard PNG file", "Apple's CgBI variant");
+        if (!has_begun && !has_text(type, 0, "IHDR")) broken("a file that does not begin with its header");
         if (critical) {
             if (crc32(bytes.subspan(at + 4, 4 + length)) != big_endian_32(bytes, at + 8 + length)) broken("a wrong checksum");
         }
         if (has_text(type, 0, "IHDR")) {
-            if (begun || length != 13) broken("a bad header");
-            begun = true;
-            header.width = big_endian_32(body, 0), header.height = big_endian_32(body, 4);
-            const std::size_t depth = byte_at(body, 8), color = byte_at(body, 9);
-            static constexpr std::array<std::size_t, 7> channels_of_color_type = {1, 0, 3, 1, 2, 0, 4};
-            const std::size_t channels = color < channels_of_color_type.size() ? channels_of_color_type[color] : 0;
-            const bool depth_fits = depth == 8 || (depth == 16 && color != 3) ||
-                                    ((depth == 1 || depth == 2 || depth == 4) && (color == 0 || color == 3));
-            if (channels == 0 || !depth_fits || byte_at(body, 10) != 0 || byte_at(body, 11) != 0 || byte_at(body, 12) > 1)
-                broken("a bad header");
-            if (header.width == 0 || header.height == 0 || header.width > 0x7FFFFFFF || header.height > 0x7FFFFFFF)
-                broken("a width or height outside PNG's range");
-            header.bits = depth == 16 ? 16 : 8;
-            bits_per_pixel = depth * channels;
-            interlaced = byte_at(body, 12) == 1;
-            decoded = color == 3 ? 4 : channels * (std::max)(depth, std::size_t{8}) / 8;  // a palette's colors may have alpha
+            if (has_begun || length != 13) broken("a bad header");
+            has_begun = true;
+            layout = read_png_size(body, header, broken);
         } else if (has_text(type, 0, "IDAT")) {
             compressed += length;
         } else if (has_text(type, 0, "tRNS")) {
@@ -22463,18 +22511,19 @@ inline picture_header read_png_header(std::span<const std::byte> bytes, const st
         } else if (has_text(type, 0, "iCCP")) {
             header.profile_chunk = body;
         } else if (has_text(type, 0, "IEND")) {
-            ended = true;
+            has_ended = true;
         }
         at += 12 + length;
     }
     // Deflate cannot compress to less than 1 / 1032.
-    const double raw = nearest_double(header.width) * nearest_double(header.height) * nearest_double(bits_per_pixel) / 8;
+    const double raw = nearest_double(header.width) * nearest_double(header.height) * nearest_double(layout.bits_per_pixel) / 8;
     if (raw > 1032.0 * nearest_double(compressed) + 1024.0)
         broken(std::to_string(header.width) + " x " + std::to_string(header.height) + " pixels in " + std::to_string(compressed) +
                " bytes of data");
+    const auto [bits_per_pixel, decoded_bytes, interlaced] = layout;
     // Inflated rows and the picture made of them, finally 8-bit RGB. Rows of an interlaced picture are a few bytes longer, so
     // their buffer is doubled once.
-    if (has_transparent_color && bits_per_pixel >= 8) decoded += header.bits / 8;
+    const std::size_t decoded = decoded_bytes + (has_transparent_color && bits_per_pixel >= 8 ? header.bits / 8 : 0);
     const std::size_t row = (bits_per_pixel + 7) / 8, rows = interlaced ? 2 * row : row;
     header.memory_per_pixel = (std::max)({rows + decoded, decoded + 3, interlaced ? 3 * row : 0});
     header.more_memory = 3 * nearest_double(compressed) + nearest_double(header.height);
@@ -22522,15 +22571,20 @@ inline int paeth(int left, int upper, int upper_left) {
 
 /// Applies PNG's filter 0 to 4 to row y: stores the differences to the prediction from the neighbors. Returns the sum of their
 /// absolute values.
-inline std::size_t filter_row(image_view<const std::uint8_t> picture, std::size_t y, int filter, std::byte* to) {
+template <int filter>
+std::size_t filter_row(image_view<const std::uint8_t> picture, std::size_t y, std::byte* to) {
     const std::size_t channels = picture.channels(), values = picture.width() * channels;
     const std::uint8_t *const row = picture.row(y), *const above = y == 0 ? nullptr : picture.row(y - 1);
     std::size_t sum = 0;
     for (std::size_t i = 0; i < values; ++i) {
         const int left = i < channels ? 0 : row[i - channels], upper = above == nullptr ? 0 : above[i];
         const int upper_left = above == nullptr || i < channels ? 0 : above[i - channels];
-        const int predicted[] = {0, left, upper, (left + upper) / 2, paeth(left, upper, upper_left)};
-        const std::uint8_t difference = static_cast<std::uint8_t>(row[i] - predicted[filter]);
+        const int predicted = filter == 0   ? 0
+                              : filter == 1 ? left
+                              : filter == 2 ? upper
+                              : filter == 3 ? (left + upper) / 2
+                                            : paeth(left, upper, upper_left);
+        const std::uint8_t difference = static_cast<std::uint8_t>(row[i] - predicted);
         to[i] = std::byte{difference};
         sum += difference < 128 ? difference : 256U - difference;
     }
@@ -22544,13 +22598,17 @@ inline buffer<std::byte> filtered(image_view<const std::uint8_t> picture) {
     for (std::size_t y = 0; y < picture.height(); ++y) {
         std::byte* const row = result.data() + y * (values + 1);
         std::size_t smallest = SIZE_MAX;
-        for (std::uint8_t filter = 0; filter <= 4; ++filter) {
-            const std::size_t sum = filter_row(picture, y, filter, tried.data());
-            if (sum >= smallest) continue;
+        const auto try_filter = [&]<int filter>(std::integral_constant<int, filter>) {
+            const std::size_t sum = filter_row<filter>(picture, y, tried.data());
+            if (sum >= smallest) return;
             smallest = sum;
             row[0] = std::byte{filter};
             std::memcpy(row + 1, tried.data(), values);
-        }
+        };
+        const auto try_all = [&]<int... filters>(std::integer_sequence<int, filters...>) {
+            (try_filter(std::integral_constant<int, filters>{}), ...);
+        };
+        try_all(std::make_integer_sequence<int, 5>{});
     }
     return result;
 }
@@ -22787,9 +22845,9 @@ inline void check_attributes(const textured_mesh& mesh, const buffer<vertex_attr
         const vertex_attribute& a = attributes[i];
         const auto is_allowed = [](char c) { return (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_'; };
         if (a.name.size() < 2 || a.name.size() > 64 || a.name[0] != '_' || !std::all_of(a.name.begin(), a.name.end(), is_allowed))
-            refuse(a, "a name of an underscore, then up to 63 capital letters, digits and underscores", "others");
+            refuse(a, "an underscore, then up to 63 capital letters, digits and underscores as name", "another name");
         for (std::size_t k = 0; k < i; ++k)
-            if (attributes[k].name == a.name) refuse(a, "a name for each attribute", "the same name twice");
+            if (attributes[k].name == a.name) refuse(a, "unique names of attributes", "a duplicate name");
         if (a.channels < 1 || a.channels > 4) refuse(a, "1 to 4 channels", std::to_string(a.channels));
         if (a.values.size() != mesh.vertex_count() * a.channels)
             refuse(a, "one row per vertex",
@@ -23021,16 +23079,16 @@ inline tiefenrausch decode_tiefenrausch(std::span<const std::byte> bytes, const 
 }}  // namespace ldi
 
 // ---- ldi/photo3d.hpp
-// The whole way from a photo to a 3D photo: every stage in the paper's order with the paper's defaults. What the paper does
-// not have: edges of depth are sharpened (depth/sharpen_edges.hpp), silhouettes moved onto the photo's edges, colors beside them
-// unmixed, hidden surfaces given texture (occlusion/), silhouettes softened (mesh/soft_edges.hpp). Each stage is a function of
-// its own in the headers below. Call these functions to run some stages only, or to insert stages of your own.
+// Converts a photo to a 3D photo: calls every stage in the paper's order with the paper's defaults. Stages beyond the paper
+// sharpen depth edges (depth/sharpen_edges.hpp), align silhouettes with the photo's edges, unmix the colors beside them, add
+// texture to hidden surfaces (inpaint/), and soften silhouettes (mesh/soft_edges.hpp). Each stage is a separate function in the
+// headers below. Call these functions to run some stages only, or to insert your own.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A source of depth. `disparity(photo, progress, threads)` takes the photo H x W x 3 and returns a map h x w x 1 of
-/// any size, larger is nearer; `quantization_step()` is the ratio of neighboring values of that map, 1 if it is not quantized.
-/// `tiefenrausch` is one, `given_disparity` another.
+/// A source of depth. `disparity(photo, progress, threads)` accepts the photo, H x W x 3, and returns a map h x w x 1 of any
+/// size, larger is nearer. `quantization_step()` is the ratio of neighboring values of that map, 1 if it is not quantized.
+/// Examples: `tiefenrausch`, `given_disparity`.
 template <class T>
 concept depth_estimator = requires(const T& t, image_view<const std::uint8_t> photo, const progress_listener& progress,
                                    const serial_executor& threads) {
@@ -23038,23 +23096,23 @@ concept depth_estimator = requires(const T& t, image_view<const std::uint8_t> ph
     { t.quantization_step() } -> std::convertible_to<float>;
 };
 
-/// The layered image of a photo while make_photo3d() works on it, with columns of the caller's.
+/// Layered image of a photo inside make_photo3d(), with the caller's columns.
 template <payload_column... Own>
 using working_layers = layered_image<color_column, disparity_column, known_column, matte_column, rim_column, Own...>;
 
-/// A source of colors for the pixels that have none. `inpaint(layers, progress, threads)`, a template over layers with at least
-/// color, disparity and known_column, sets the color of every pixel whose known_column is 0 and changes nothing else.
-/// `diffusion_inpainter` is one.
+/// A source of colors. `inpaint(layers, progress, threads)`, a template over layers with at least color, disparity and
+/// known_column, sets the color of every pixel whose known_column is 0 and changes nothing else. Example: `diffusion_inpainter`.
 template <class T>
 concept color_inpainter = requires(const T& t, working_layers<>& layers, const progress_listener& progress,
                                    serial_executor& threads) {
     t.inpaint(layers, progress, threads);
 };
 
-/// A disparity map that is there already, from a phone or a file.
+/// An existing disparity map, for example from a phone or a file.
 struct given_disparity {
-    /// h x w x 1, finite, larger is nearer. With normalize_options::is_inverse_depth, the default, 0 or more: 0 is infinitely
-    /// far, such as the sky. If 0 means unknown, fill it first, with fill_invalid() of io/depth_map.hpp for example.
+    /// h x w x 1, finite, larger is nearer. With normalize_options::is_inverse_depth, the default, values are 0 or more, and 0
+    /// is infinitely far, such as the sky. If 0 means unknown, fill these pixels first, for example with fill_invalid() of
+    /// io/depth_map.hpp.
     image<float> map;
 
     template <executor Executor>
@@ -23064,15 +23122,15 @@ struct given_disparity {
     float quantization_step() const { return 1.0F; }
 };
 
-/// Lengths and sizes in `alignment`, `components` and `curves` are in pixels, for depth as fine as the photo. Where one depth
+/// Lengths and sizes in `alignment`, `components` and `curves` are in pixels, for depth as fine as the photo. If one depth
 /// sample covers several pixels, make_photo3d() multiplies lengths by the sample's side and sizes by its area.
 struct photo3d_options {
-    /// The photo is shrunk to this long side, in pixels, if it is larger.
+    /// Maximum long side in pixels; a larger photo is shrunk to it.
     std::size_t long_side = 1536;
     /// 35 mm equivalent focal length of the photo. The default is a phone's main camera.
     float focal_length_35mm = 26.0F;
-    /// Number of passes of the weighted median at the estimator's own resolution, at which a washed-out edge is only a few
-    /// samples wide, before the one at the photo's.
+    /// Number of weighted median passes at the estimator's own resolution, where a blurred edge is only some samples wide,
+    /// before the pass at the photo's resolution.
     int passes_before_resampling = 2;
     surface_rule surface;
     normalize_options normalize;
@@ -23089,13 +23147,13 @@ struct photo3d_options {
     chart_options charts;
     atlas_options atlas;
     mesh_options mesh;
-    /// Receives the stages under the names of the paper's table: "depth estimation", "depth filter", "connected components",
+    /// Receives the stages by the names in the paper's table: "depth estimation", "depth filter", "connected components",
     /// "occluded geometry", "color inpainting", "chart generation", "chart padding", "meshing"; each begins with fraction 0 and
     /// ends with 1.
     progress_listener progress;
 };
 
-/// Columns of the caller's for make_photo3d(), one image each.
+/// The caller's own columns for make_photo3d(), one image each.
 ///
 ///     struct material { using scalar = std::uint8_t; static constexpr std::size_t channels = 1; };
 ///     photo_columns<material>{materials}
@@ -23107,10 +23165,10 @@ struct photo_columns {
     photo_columns(image_view<const typename Own::scalar>... own) : images(own...) {}
 };
 
-/// A 3D photo, and what every stage made on the way. `Own`: the caller's columns.
+/// A 3D photo, and the results of all stages. `Own` are the caller's columns.
 template <payload_column... Own>
 struct basic_photo3d {
-    image<std::uint8_t> photo;  ///< H x W x 3, as it was worked on
+    image<std::uint8_t> photo;  ///< H x W x 3, at the size of the layered image
     image<float> estimated;     ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
     image<float> resampled;     ///< H x W x 1, before cleaning
     image<float> disparity;     ///< H x W x 1, cleaned
@@ -23125,12 +23183,12 @@ using photo3d = basic_photo3d<>;
 
 namespace detail {
 
-/// The length of a side of the photo when the longer side is shrunk to at most `long_side` pixels.
+/// Returns the length of a side after the photo's longer side is shrunk to at most `long_side` pixels.
 inline std::size_t shrunk_length(std::size_t length, std::size_t longer, std::size_t long_side) {
     return std::max<std::size_t>((length * (std::min)(longer, long_side) + longer / 2) / longer, 1);
 }
 
-/// The photo with a long side of at most `long_side` pixels.
+/// Shrinks the photo to a long side of at most `long_side` pixels.
 template <executor Executor>
 image<std::uint8_t> shrink_photo(image_view<const std::uint8_t> photo, std::size_t long_side, Executor& threads) {
     const std::size_t longer = (std::max)(photo.height(), photo.width());
@@ -23138,13 +23196,12 @@ image<std::uint8_t> shrink_photo(image_view<const std::uint8_t> photo, std::size
                        threads);
 }
 
-/// The side of a sample of the estimate, in pixels. At least 1, and at most 16: a map so coarse cannot tell where silhouettes
-/// are.
+/// Side of a sample of the estimate, in pixels. At least 1, and at most 16, because coarser maps cannot locate silhouettes.
 inline float sample_size(const image<float>& estimated, const image<std::uint8_t>& photo) {
     return std::clamp(nearest_float(photo.width()) / nearest_float(estimated.width()), 1.0F, 16.0F);
 }
 
-/// Lengths in pixels, and counts, that hold where depth is as fine as the photo, for depth with larger samples.
+/// Scales lengths in pixels, and counts, from depth as fine as the photo to depth with larger samples.
 template <std::integral Count>
 Count scaled(Count count, float by) {
     return static_cast<Count>(std::lround(nearest_float(count) * by));
@@ -23163,7 +23220,7 @@ inline curve_options scaled(curve_options options, float sample_size) {
     options.tangent_length = scaled(options.tangent_length, sample_size);
     return options;
 }
-/// Pixels that silhouettes may still be off, after alignment, where depth is coarser than the photo.
+/// Maximum remaining error of silhouettes after alignment, in pixels; 0 for depth as fine as the photo.
 inline int rim_width(const alignment_options& options, float sample_size) {
     return sample_size > 1.0F ? static_cast<int>(std::lround(options.uncertainty * sample_size)) : 0;
 }
@@ -23182,7 +23239,7 @@ inline void check_photo(image_view<const std::uint8_t> photo) {
         raise(error_code::invalid_data, "photo", "H x W x 3 values, at least one pixel", shape_text(photo));
 }
 
-/// The estimated disparity at the photo's resolution, its edges sharpened before where the estimator's is lower.
+/// Resamples the estimate to the photo's resolution. Sharpens its edges first if its resolution is lower.
 template <executor Executor>
 image<float> resample_estimate(const image<float>& estimated, const image<std::uint8_t>& photo, const photo3d_options& options,
                                Executor& threads) {
@@ -23196,8 +23253,8 @@ image<float> resample_estimate(const image<float>& estimated, const image<std::u
 
 }  // namespace detail
 
-/// The same options with charts of at most a size at which they fit on sheets of a photo H x W (texture/sheets.hpp). Raises
-/// too_large where the photo is too large for that, mismatch where it has no pixel.
+/// Limits charts to a size at which they fit on sheets of a photo H x W (texture/sheets.hpp). Raises too_large if the photo is
+/// too large for sheets, mismatch if it has no pixel.
 inline photo3d_options for_sheets(photo3d_options options, std::size_t photo_height, std::size_t photo_width,
                                   const sheet_options& sheets = {}) {
     if (photo_height == 0 || photo_width == 0 || options.long_side == 0)
@@ -23212,22 +23269,22 @@ inline photo3d_options for_sheets(photo3d_options options, std::size_t photo_hei
     return options;
 }
 
-/// A photo as it is worked on, with its depth.
+/// A photo at the size of its layered image, with its depth.
 struct cleaned_photo {
     image<std::uint8_t> photo;  ///< H x W x 3, no larger than options.long_side
     image<float> estimated;     ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
     image<float> resampled;     ///< H x W x 1, before cleaning
     image<float> disparity;     ///< H x W x 1, cleaned
-    depth_range range;          ///< the distances that its disparities stand for
+    depth_range range;          ///< distances at disparity 1 and 0
 };
 
 /// Estimates and cleans the depth of a photo: the stages "depth estimation", "depth filter" and "connected components".
 ///
 /// photo  H x W x 3, at least one pixel
 ///
-/// Raises what the stages raise; before anything is estimated, error_code::invalid_data for a photo of another shape, and
-/// error_code::invalid_option if long_side is 0, the focal length is not in [1, 1e5] or the surface rule's step not in [0.001,
-/// 1].
+/// Raises the errors of the stages; before the estimate, error_code::invalid_data for a photo of another shape, and
+/// error_code::invalid_option if long_side is 0, the focal length is not in [1, 1e5], or the surface rule's step is not in
+/// [0.001, 1].
 template <depth_estimator Estimator, executor Executor = const serial_executor>
 cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator& estimator, const photo3d_options& options = {},
                           Executor&& threads = {}) {
@@ -23258,19 +23315,19 @@ cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator&
     return result;
 }
 
-/// The layer that a photo becomes, and its silhouettes.
+/// The layer of a photo, and its silhouettes.
 template <payload_column... Own>
 struct lifted_photo {
-    /// The colors beside silhouettes are unmixed, or marked as unknown.
+    /// Colors beside silhouettes are unmixed, or marked as unknown.
     single_layer<color_column, disparity_column, known_column, matte_column, rim_column, Own...> layer;
     buffer<discontinuity_curve> curves;
     photo_facts facts;
-    buffer<uncertain_rim> rims;  ///< for restore_rims(), after the hidden surfaces have their colors
+    buffer<uncertain_rim> rims;  ///< for restore_rims(), after the hidden surfaces are colored
 };
 
 namespace detail {
 
-/// An image as a column of a layer of another size.
+/// Samples an image at the pixels of a layer of another size.
 template <payload_column Column>
 buffer<typename Column::scalar> sampled_column(image_view<const typename Column::scalar> from, std::size_t rows,
                                                std::size_t columns) {
@@ -23288,7 +23345,7 @@ buffer<typename Column::scalar> sampled_column(image_view<const typename Column:
     return result;
 }
 
-/// Adds the columns of the caller, one by one.
+/// Adds the caller's columns one by one.
 template <class Layer>
 Layer with_columns(Layer layer) {
     return layer;
@@ -23307,7 +23364,7 @@ auto with_columns(Layer layer, const image_view<const typename Column::scalar>& 
 
 }  // namespace detail
 
-/// Lifts a photo and prepares it for expand(). Raises what clean_depth() raises for its options, and mismatch for an image of
+/// Lifts a photo and prepares it for expand(). Raises the errors of clean_depth() for its options, and mismatch for an image of
 /// `own` without pixels or with another number of channels.
 template <payload_column... Own, executor Executor = const serial_executor>
 lifted_photo<Own...> lift_photo(const cleaned_photo& photo, const photo_columns<Own...>& own, const photo3d_options& options,
@@ -23336,10 +23393,10 @@ lifted_photo<> lift_photo(const cleaned_photo& photo, const photo3d_options& opt
     return lift_photo(photo, photo_columns<>(), options, threads);
 }
 
-/// Gives the hidden surfaces their colors, and the rims theirs back.
+/// Colors the hidden surfaces, then restores the colors of the rims.
 ///
-/// rims       of lift_photo()
-/// inpainter  texture and grain are added to its result; set both strengths to 0 for one that makes texture itself
+/// rims       from lift_photo()
+/// inpainter  texture and grain are added to its result; set both strengths to 0 for an inpainter that makes its own texture
 template <has_columns<color_column, disparity_column, known_column, rim_column> Layers, class Inpainter,
           executor Executor = const serial_executor>
 void inpaint_hidden(Layers& layers, std::span<const uncertain_rim> rims, const Inpainter& inpainter,
@@ -23349,11 +23406,13 @@ void inpaint_hidden(Layers& layers, std::span<const uncertain_rim> rims, const I
     restore_rims(layers, rims);
 }
 
+/// Converts a photo to a 3D photo.
+///
 /// photo      H x W x 3, at least one pixel
-/// own        columns that stay with their pixels through all stages; gather() (mesh/gather.hpp) brings them to the vertices
+/// own        columns that stay with their pixels through all stages; gather() (mesh/gather.hpp) transfers them to the vertices
 /// inpainter  as for inpaint_hidden()
 ///
-/// Raises what the stages raise. Memory and time are bounded for any depth map: each stage documents its bound, and
+/// Raises the errors of the stages. Memory and time are bounded for any depth map: each stage documents its bound, and
 /// bench/photo3d/README.md has the peaks.
 template <depth_estimator Estimator, color_inpainter Inpainter, payload_column... Own, executor Executor = const serial_executor>
 basic_photo3d<Own...> make_photo3d(image_view<const std::uint8_t> photo, const photo_columns<Own...>& own,
@@ -23398,5 +23457,5 @@ photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& esti
 }}  // namespace ldi
 
 // ---- ldi/ldi.hpp
-// Everything that needs the standard library only: from a photo's pixels and the bytes of weight files to the bytes of a GLB
-// file. Include by name: ldi/io/... for files and decoders (link ldi::io), ldi/adapt/... for Eigen and xtensor.
+// Everything that requires only the standard library: from a photo's pixels and the bytes of weight files to the bytes of a GLB
+// file. Include individually: ldi/io/... for files and decoders (link ldi::io), ldi/adapt/... for Eigen and xtensor.

@@ -11,7 +11,7 @@
 using namespace ldi;
 
 namespace {
-/// What a caller might bring: one thread a call, started in reverse.
+/// An executor of a caller: one thread per call, started in reverse order.
 struct callers_executor {
     std::size_t threads;
     std::size_t calls = 0;
@@ -28,7 +28,7 @@ static_assert(executor<callers_executor> && executor<thread_pool> && executor<se
               executor<const serial_executor>);
 static_assert(!executor<int> && !executor<const thread_pool>);
 
-/// Values that depend on their index alone, computed over pieces of any size.
+/// Values that depend only on their index, computed over pieces of any size.
 template <class Executor>
 std::vector<std::uint32_t> filled(Executor& threads, std::size_t count, std::size_t grain) {
     std::vector<std::uint32_t> values(count, 0);
@@ -171,7 +171,7 @@ TEST_CASE("an exception reaches the caller once all calls have ended, and the po
 }
 
 TEST_CASE("an exception never passes through the caller's executor") {
-    callers_executor own{3};  // its threads would end the program
+    callers_executor own{3};  // its threads would terminate the program
     const auto body = [](std::size_t first, std::size_t last) {
         if (first <= 500 && 500 < last) throw std::runtime_error("piece of 500");
     };

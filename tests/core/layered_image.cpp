@@ -20,7 +20,7 @@ struct name_column {  // a payload need not be a number
     using scalar = std::string;
     static constexpr std::size_t channels = 1;
 };
-struct other_disparity_column {  // columns of one scalar and size are told apart by their names
+struct other_disparity_column {  // columns of equal scalar and size are distinguished by their types
     using scalar = float;
     static constexpr std::size_t channels = 1;
 };
@@ -44,7 +44,7 @@ static_assert(std::is_same_v<decltype(std::declval<const photo_layers&>().column
 static_assert(std::is_same_v<decltype(std::declval<users_layers&>().at<normal_column>(0)), std::span<double, 3>>);
 static_assert(std::is_same_v<decltype(std::declval<const users_layers&>().at<normal_column>(0)), std::span<const double, 3>>);
 
-// These used to compile, and left columns of another length than the graph.
+// Code that used to compile and leave columns of another length than the graph.
 template <class L>
 concept can_change_topology = requires(L& l) {
     l.topology() = graph();
@@ -83,14 +83,14 @@ static_assert(!std::is_copy_constructible_v<link_editor> && !std::is_constructib
 static_assert(std::is_constructible_v<layered_view<disparity_column>, const graph&, const buffer<float>&>);
 static_assert(!std::is_constructible_v<layered_view<disparity_column>, graph, const buffer<float>&>, "it would dangle");
 
-/// Every column has one row per pixel, and the topology is valid.
+/// Checks that every column has one row per pixel, and that the topology is valid.
 template <class... Columns>
 bool is_sound(const layered_image<Columns...>& layers) {
     return !validate(graph_view(layers.topology())) &&
            ((layers.template column<Columns>().size() == layers.size() * Columns::channels) && ...);
 }
 
-/// Memory that ends after `left` allocations.
+/// Memory that is exhausted after `left` allocations.
 struct short_memory {
     std::size_t left = 0;
     memory source{this,
@@ -122,7 +122,7 @@ TEST_CASE("wherever memory runs out, every column has one row per pixel") {
         return l.topology() == original.topology() && l.column<normal_column>() == original.column<normal_column>() &&
                l.column<disparity_column>() == original.column<disparity_column>();
     };
-    // Runs `change` with memory for 0, 1, 2... allocations, until it succeeds. `check` sees the image after every failure.
+    // Runs `change` with memory for 0, 1, 2... allocations, until it succeeds. `check` inspects the image after every failure.
     const auto fail_everywhere = [&](auto&& change, auto&& check) {
         for (std::size_t n = 0;; ++n) {
             short_memory source;
@@ -157,7 +157,7 @@ TEST_CASE("wherever memory runs out, every column has one row per pixel") {
             });
         },
         [](const small_layers& l) { REQUIRE(l.size() == 0); });
-    short_memory source;  // outlives g
+    short_memory source;  // must outlive g
     graph g = make_grid(3, 3);
     const graph before = g, larger = make_grid(30, 30);
     for (std::size_t n = 0; g.size() == 9; ++n) {
@@ -225,7 +225,7 @@ TEST_CASE("grown pixels follow the rules of the columns, and the old rows stay")
             layers.at<known_column>(i)[0] = 1, layers.at<name_column>(i)[0] = std::to_string(i);
         const grown_layers before = layers;
 
-        // New pixels stand before and after the old ones.
+        // New pixels come before and after the old ones.
         const std::int32_t old_count = before.topology().count(), first = testing::below(random, 4);
         const std::int32_t last = testing::below(random, 4);
         buffer<std::int32_t> origins;

@@ -15,17 +15,17 @@ namespace {
 
 using color = std::array<float, 3>;
 
-/// A disc before a background, both textured, seen by a camera whose pixels mix both along the rim.
+/// A disc in front of a background, both textured, seen by a camera whose pixels mix both along the rim.
 struct disc_scene {
     static constexpr std::size_t size = 120;
     ldi::photo_layer photo;
-    ldi::image<float> alpha{size, size};  ///< the disc's true share
+    ldi::image<float> alpha{size, size};  ///< true share of the disc
     ldi::image<float> front{size, size, 3}, back{size, size, 3};
 
     disc_scene(std::mt19937& random, float blur) {
         std::uniform_real_distribution<float> unit(0.0F, 1.0F);
         const float x0 = 60 + 4 * unit(random), y0 = 60 + 4 * unit(random), radius = 30 + 8 * unit(random);
-        // Two colors that differ, with waves of a tenth of their distance.
+        // Two different colors, with waves of a tenth of their distance.
         const color disc{200 + 40 * unit(random), 20 + 60 * unit(random), 20 + 80 * unit(random)};
         const color wall{20 + 60 * unit(random), 120 + 60 * unit(random), 150 + 60 * unit(random)};
         ldi::image<std::uint8_t> picture(size, size, 3);
@@ -83,7 +83,7 @@ TEST_CASE("beside a silhouette the shares of the two surfaces are found to a ten
         }
         CHECK(off / mixed < 0.1);
         CHECK(after < 0.7 * before);
-        CHECK(leaked < 0.5);  // what had more of the foreground's color is refilled
+        CHECK(leaked < 0.5);  // pixels with more of the foreground's color are refilled
         CHECK(kept > 9000);
     }
 }
@@ -110,7 +110,7 @@ TEST_CASE("what is not mixed keeps its colors, but for some pixels and for the b
 }
 
 TEST_CASE("a color near another sample of a surface counts as that surface's rather than as a mixture") {
-    // Halfway between the first two samples. Near means up to a third of their contrast.
+    // Half way between the first two samples. "Close" means up to a third of their contrast.
     const ldi::detail::float_color middle{120, 100, 100}, backgrounds[] = {{20, 100, 100}, {20, 100, 100}};
     for (const auto& [distance, is_near] : {std::pair{30.0F, true}, {60.0F, true}, {80.0F, false}, {150.0F, false}}) {
         CAPTURE(distance);
@@ -162,7 +162,7 @@ TEST_CASE(
 }
 
 TEST_CASE("a cleaned pixel keeps half of what its own color differs by, where it is mixed half and half") {
-    // Beside the silhouette the foreground is brighter by 40 in blue, which no mixture explains.
+    // Beside the silhouette, the foreground is brighter by 40 in blue, which no mixture explains.
     ldi::image<float> disparity(30, 40);
     ldi::image<std::uint8_t> photo(30, 40, 3, std::uint8_t{100});
     for (std::size_t y = 0; y < 30; ++y)
@@ -259,7 +259,7 @@ TEST_CASE("margins as wide as silhouettes of a coarse depth map are off take mem
     ldi::unmix_colors(layer, options);
     const auto& known = layer.column<ldi::known_column>();
     CHECK(std::count(known.begin(), known.end(), 0) > 128 * 60);
-    // A margin without an end has no known pixel behind it, so that all stay.
+    // With an unlimited margin, no known pixel lies behind, so that all stay.
     layer = ldi::testing::lift_disparity(disparity);
     options.foreground_margin = options.background_margin = 1 << 30;
     ldi::unmix_colors(layer, options);

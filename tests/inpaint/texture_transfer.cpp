@@ -27,7 +27,7 @@ void set_color(photo_layers& layers, std::int32_t pixel, const rgb& color) {
         layers.at<color_column>(pixel)[c] = static_cast<std::uint8_t>(std::clamp(color[c], 0, 255));
 }
 
-/// One surface with a band in the middle that is not known: what it shows, and what an inpainter answered there.
+/// One surface with an unknown band in the middle: its true colors, and an inpainter's result there.
 template <class Shown, class Answer>
 photo_layers around_a_band(const Shown& shown, const Answer& answer) {
     photo_layers layers(make_grid(width, height));

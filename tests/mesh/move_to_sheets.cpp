@@ -20,7 +20,7 @@ namespace {
 
 using namespace ldi;
 
-/// A scene's photo at a whole multiple of the size that it is worked on.
+/// A scene's photo at an integer multiple of the layered image's size.
 struct full_size_scene {
     image<std::uint8_t> photo;
     photo3d made;
@@ -83,7 +83,7 @@ TEST_CASE("on sheets a mesh has the same vertices and triangles, bit for bit, in
     for (const char* name : names) {
         const full_size_scene s = make_scene(name, 120, 160, 256);
         INFO(name);
-        CHECK(s.layout.sizes.size() > 4);  // charts are cut to fit
+        CHECK(s.layout.sizes.size() > 4);  // charts are divided to fit
         CHECK(s.mesh.part_count() == s.layout.sizes.size());
         CHECK_NOTHROW(detail::check_parts(s.mesh, s.textures.size()));
         CHECK(s.mesh.vertex_count() == s.made.mesh.vertex_count());
@@ -145,5 +145,5 @@ TEST_CASE("a mesh and a layout of other charts are refused") {
     other.placements.pop_back();
     CHECK_THROWS_AS(move_to_sheets(made.mesh, made.charts, made.atlas, other), error);
     CHECK_THROWS_AS(move_to_sheets(made.mesh, made.charts, made.atlas, {}), error);
-    CHECK_THROWS_AS(move_to_sheets(s.mesh, made.charts, made.atlas, s.layout), error);  // which is on sheets already
+    CHECK_THROWS_AS(move_to_sheets(s.mesh, made.charts, made.atlas, s.layout), error);  // already on sheets
 }

@@ -24,7 +24,7 @@
 
 namespace {
 
-/// Random surfaces in front of each other, up to their mesh.
+/// Random surfaces in front of each other, converted to a mesh.
 struct scene {
     ldi::image<float> disparity;
     ldi::photo_layers layers;
@@ -94,13 +94,13 @@ TEST_CASE("a strip hangs on the mesh's vertices, bit for bit, and fades out over
             behind += seen > -p[2] ? 1U : 0U;
         }
         rims += outer;
-        CHECK(10 * behind >= 7 * outer);  // but in notches narrower than the strip, and where the outline was simplified
+        CHECK(10 * behind >= 7 * outer);  // except in notches narrower than the strip, and where the outline was simplified
     }
     CHECK(rims > 500);
 }
 
 TEST_CASE("a strip is as wide as the foreground's colors reach over what is behind it, and never much wider") {
-    // A disc in red before a gray wall, whose colors fade out over `fade` pixels beyond its edge in depth.
+    // A red disc in front of a gray wall; its colors fade out over `fade` pixels beyond its edge in depth.
     const auto widths = [](float fade) {
         ldi::image<float> disparity(90, 90);
         ldi::image<std::uint8_t> photo(90, 90, 3, std::uint8_t{60});
@@ -126,7 +126,7 @@ TEST_CASE("a strip is as wide as the foreground's colors reach over what is behi
         }
         return std::array<double, 3>{sum / count, widest, count};
     };
-    // Half a pixel lies between the disc and its outline. Widths are 1 to 3 pixels.
+    // The outline is half a pixel away from the disc. Widths are 1 to 3 pixels.
     for (const auto& [fade, width] : {std::pair{0.01F, 1.5}, {3.0F, 2.5}, {4.0F, 3.4}, {8.0F, 3.6}}) {
         CAPTURE(fade);
         const auto [mean, widest, count] = widths(fade);
@@ -172,7 +172,7 @@ TEST_CASE("a strip takes no more than its share of a file, and none where edges 
         CHECK(soft.positions == plain.positions);
         CHECK(soft.triangles == plain.triangles);
         CHECK(soft.soft_edges.triangles.size() <= s.mesh(everywhere()).soft_edges.triangles.size());
-        // Beside the strip itself, a file with one has 1000 bytes more of description.
+        // In addition to the strip itself, a file with a strip has 1000 bytes more of description.
         CHECK(static_cast<double>(bytes(soft)) < 1.08 * static_cast<double>(bytes(plain)) + 1000);
     }
 }

@@ -43,7 +43,7 @@ ldi::photo_layers grown(const ldi::photo_layer& lifted, int iterations, std::siz
     return expanded(lifted, iterations, shortest_length).layers;
 }
 
-// What must hold of the graph at any time. `first_new` splits the photo's own pixels from those added.
+// Invariants of the graph at any time. `first_new` separates the photo's own pixels from added ones.
 void require_sound(const ldi::graph_view& g, std::span<const float> disparity, std::size_t first_new) {
     const auto broken = ldi::validate(g);
     REQUIRE_FALSE(broken);
@@ -136,7 +136,7 @@ TEST_CASE(
         const float angle = std::uniform_real_distribution<float>(0.0F, 6.2831853F)(random);
         const float step = std::uniform_real_distribution<float>(0.1F, 0.7F)(random), motion = 0.15F;
         const float across = std::cos(angle), down = std::sin(angle);
-        // Pixels between their middle and a straight edge through the photo's middle, in front of it where positive.
+        // Distance of a pixel's center from a straight edge through the photo's middle, positive in front of it.
         const auto in_front = [&](std::int32_t x, std::int32_t y) {
             return (static_cast<float>(x) - 59.5F) * across + (static_cast<float>(y) - 59.5F) * down;
         };
@@ -191,7 +191,7 @@ TEST_CASE("fronts that meet behind a bar link up into one surface") {
     const ldi::photo_layers expanded = grown(ldi::testing::lift_disparity(map), 50);
     REQUIRE(expanded.size() == 30U * 80U + 30U * 21U);
     const ldi::graph& g = expanded.topology();
-    for (std::size_t i = 0; i < g.size(); ++i)  // from the left border one can walk to the right border behind the bar
+    for (std::size_t i = 0; i < g.size(); ++i)  // from the left border, a path leads behind the bar to the right border
         if (g.x()[i] == 0) {
             std::int32_t pixel = static_cast<std::int32_t>(i), steps = 0;
             while (g.neighbor(pixel, ldi::side::right) != ldi::no_pixel) pixel = g.neighbor(pixel, ldi::side::right), ++steps;

@@ -314,7 +314,7 @@ def main():
         run("a path that shows the photo from afar", [*video[:-1], "--video", far_frames, "--path", file(folder, "wide.json", wide.encode())])
         darkest = min(min(row) for name in os.listdir(far_frames) for row in pixels(open(os.path.join(far_frames, name), "rb").read()))
         check(f"past its border the photo goes on: {darkest}", darkest > 40)  # the checks are 60 and 180
-        run("key frames in disorder", [*video, frames, "--path", file(folder, "late.json", (keys % 2).encode())], ["times that rise"])
+        run("key frames in disorder", [*video, frames, "--path", file(folder, "late.json", (keys % 2).encode())], ["increasing times"])
         run("key frames of text", [*video, frames, "--path", file(folder, "text.json", b"hello")], ["text.json", "key frames"])
         if shutil.which("ffmpeg"):
             for name in ("a.mp4", "a.webp", "a.gif", "$(touch x) '.mp4"):

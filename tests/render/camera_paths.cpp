@@ -88,7 +88,7 @@ TEST_CASE("a path of one's own passes through its key frames, smoothly, and rest
     }
     check_same(view_between(keys, camera, -1), view_between(keys, camera, 0));
     check_same(view_between(keys, camera, 2), view_between(keys, camera, 1));
-    for (float time = 0.01F; time < 0.98F; time += 0.01F) {  // no jump, and no jump in speed
+    for (float time = 0.01F; time < 0.98F; time += 0.01F) {  // no jump in position or speed
         const auto x = [&](float t) { return view_between(keys, camera, t).position[0]; };
         CHECK(std::abs(x(time + 0.002F) - 2 * x(time + 0.001F) + x(time)) < 1e-4F);
     }

@@ -54,8 +54,7 @@ auto view_of(Tensor& values) {
     const auto stride = [&](std::size_t dimension) { return static_cast<std::size_t>(values.strides()[dimension]); };
     const bool has_channels = values.dimension() == 3 && channels > 1;
     if ((width > 1 && stride(1) != channels) || (has_channels && stride(2) != 1) || (height > 1 && stride(0) < width * channels))
-        raise(error_code::mismatch, "tensor", "rows whose values lie side by side",
-              "gaps, another order, or rows that go backwards");
+        raise(error_code::mismatch, "tensor", "contiguous rows", "gaps, another order, or reversed rows");
     return image_view<scalar>(values.data() + values.data_offset(), height, width, channels, height > 1 ? stride(0) : 0);
 }
 

@@ -37,12 +37,14 @@ concept element_iterator = requires(T i) {
 #if LDI_HAS_EXCEPTIONS
     throw std::bad_alloc();
 #else
-    raise(error_code::out_of_memory, "memory", "enough of it", "too little");  // texts so short that they need no allocation
+    raise(error_code::out_of_memory, "memory", "enough memory", "too little");  // texts so short that they need no allocation
 #endif
 }
 
 /// Raises too_large, because the size of the values in bytes overflows.
-[[noreturn]] inline void refuse_count() { raise(error_code::too_large, "buffer", "a size that memory can have", "a larger one"); }
+[[noreturn]] inline void refuse_count() {
+    raise(error_code::too_large, "buffer", "a size within the address space", "a larger size");
+}
 
 /// Type-independent part of a buffer, compiled once for all types.
 struct memory_block {

@@ -16,8 +16,7 @@ struct progress_listener {
     /// Reports progress. Raises error_code::canceled if the caller requests to stop.
     void report(std::string_view stage, float fraction) const {
         if (on_progress != nullptr) on_progress(user, stage, fraction);
-        if (is_canceled != nullptr && is_canceled(user))
-            raise(error_code::canceled, stage, "to run to the end", "a request to stop");
+        if (is_canceled != nullptr && is_canceled(user)) raise(error_code::canceled, stage, "completion", "a request to stop");
     }
 };
 

@@ -1,5 +1,5 @@
-// Payload columns: what a pixel of a layered image holds. A tag type names a column and says how its values reach pixels that
-// stages add, the pixels of coarser levels, and the vertices of a mesh.
+// Payload columns: the data of each pixel of a layered image. A tag type names a column and defines its values at pixels that
+// stages add, at pixels of coarser levels, and at vertices of a mesh.
 #pragma once
 
 #include <ldi/base/array_view.hpp>
@@ -15,8 +15,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A column tag: the scalar, and the number of scalars per pixel. Up to three static functions say how values travel; the
-/// defaults apply where a tag has none.
+/// A column tag: the scalar, and the number of scalars per pixel. Up to three static functions compute the values of new pixels,
+/// coarser levels and vertices; the defaults apply if a tag has none.
 ///
 ///     struct material {
 ///         using scalar = std::uint8_t;
@@ -45,7 +45,7 @@ constexpr Scalar zeroed(Scalar) {
 }
 
 /// All channels of one or more pixels, so that a rule can renormalize a vector or let pixels vote. The first pixel is the one
-/// that a coarser level keeps, or the one nearest to a vertex. All pixels lie at the same distance and count the same.
+/// that a coarser level keeps, or the one nearest to a vertex. All pixels have equal weight.
 template <class Scalar, std::size_t channels>
 struct pixel_values {
     array_view<const Scalar> values;  ///< pixels x channels, row-major
@@ -112,8 +112,8 @@ struct color_column {
     static constexpr scalar new_pixel(scalar origin) { return zeroed(origin); }  // until it is inpainted
 };
 
-/// The same in 16 bits, 0 to 65535: for lift(), the geometry, operators, gather() and the GLB. Inpainting, atlas and renderers
-/// work on color_column; as a column of the caller's beside it, this one passes through make_photo3d().
+/// Color in 16 bits, 0 to 65535: for lift(), the geometry, operators, gather() and the GLB. Inpainting, atlas and renderers use
+/// color_column; a caller's color16_column passes through make_photo3d() beside it.
 struct color16_column {
     using scalar = std::uint16_t;
     static constexpr std::size_t channels = 3;
@@ -125,7 +125,7 @@ struct disparity_column {
     static constexpr std::size_t channels = 1;
 };
 
-/// 1 where the photo shows the color, 0 where it must be inpainted.
+/// 1 if the photo shows the color, 0 if it must be inpainted.
 struct known_column {
     using scalar = std::uint8_t;
     static constexpr std::size_t channels = 1;
@@ -135,7 +135,7 @@ struct known_column {
     }
 };
 
-/// Near a silhouette: the share of the nearer surface in the photo's color, 0 to 255. 0 elsewhere.
+/// Share of the nearer surface in the photo's color near a silhouette, 0 to 255. 0 elsewhere.
 struct matte_column {
     using scalar = std::uint8_t;
     static constexpr std::size_t channels = 1;

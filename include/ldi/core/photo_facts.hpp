@@ -1,4 +1,4 @@
-// Facts about a photo that its pixels don't hold. They stand beside the layered image, and stages read the part that they need.
+// Properties of a photo that its pixels don't contain. They accompany the layered image; stages read the parts that they need.
 #pragma once
 
 #include <ldi/base/config.hpp>
@@ -8,11 +8,11 @@
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct photo_facts {
-    pinhole_camera camera{};  ///< that took the photo
-    depth_range range{};      ///< distances of disparity 1 and 0
-    surface_rule surface{};   ///< which neighbors belong to one surface
-    /// Camera motion (render/motion.hpp) up to which hidden surfaces reach, as a share of the photo's longer side; 0: there are
-    /// no hidden surfaces.
+    pinhole_camera camera{};  ///< camera that took the photo
+    depth_range range{};      ///< distances at disparity 1 and 0
+    surface_rule surface{};   ///< rule for whether neighbors belong to one surface
+    /// Maximum camera motion (render/motion.hpp) for which hidden surfaces exist, as a share of the photo's longer side; 0:
+    /// there are no hidden surfaces.
     float motion = 0.0F;
 };
 

@@ -54,7 +54,7 @@ public:
         }
         if (components_ == 0 || !unscanned_.empty()) broken("a file without a picture, or with only some of its channels");
         // Without Adobe's marker, the file does not say whether 0 or 255 is full ink, nor whether the channels are ink at all.
-        if (components_ == 4 && !adobe_) unsupported("four channels that no Adobe marker explains");
+        if (components_ == 4 && !adobe_) unsupported("four channels without an Adobe marker");
         // A block of at most 256 pixels of one channel occupies at least one bit.
         if (header_.width * header_.height / 2048 > bytes_.size())
             broken(std::to_string(header_.width) + " x " + std::to_string(header_.height) + " pixels in " +
@@ -174,8 +174,7 @@ inline picture_header read_png_header(std::span<const std::byte> bytes, const st
         if (length > bytes.size() - at - 12) broken("a chunk that is cut off");
         const std::span<const std::byte> type = bytes.subspan(at + 4, 4), body = bytes.subspan(at + 8, length);
         const bool critical = (byte_at(type, 0) & 0x20) == 0;
-        if (has_text(type, 0, "CgBI"))
-            raise(error_code::unsupported, where, "a PNG file as the standard has it", "Apple's CgBI variant of one");
+        if (has_text(type, 0, "CgBI")) raise(error_code::unsupported, where, "a standard PNG file", "Apple's CgBI variant");
         if (!has_begun && !has_text(type, 0, "IHDR")) broken("a file that does not begin with its header");
         if (critical) {
             if (crc32(bytes.subspan(at + 4, 4 + length)) != big_endian_32(bytes, at + 8 + length)) broken("a wrong checksum");

@@ -110,8 +110,7 @@ struct entry {
 inline entry checked_entry(const std::string& name, const json_value& line, std::size_t data_bytes, const std::string& where) {
     const auto here = [&] { return where + ", tensor " + printable(name); };
     const auto part = [&](const char* key, bool is_right_kind) {
-        if (!is_right_kind)
-            raise(error_code::invalid_data, here(), std::string(key) + " as the format has it", "another or none");
+        if (!is_right_kind) raise(error_code::invalid_data, here(), "a valid " + std::string(key), "an invalid or missing one");
     };
     const auto sizes = [&](const char* key, const json_value& values, std::size_t max_count) {
         part(key, values.kind == json_kind::array);
@@ -149,7 +148,7 @@ inline entry checked_entry(const std::string& name, const json_value& line, std:
     std::size_t needed = scalar_bytes;
     for (std::size_t length : result.shape) {
         if (length != 0 && needed > (std::numeric_limits<std::size_t>::max)() / length)
-            raise(error_code::too_large, here(), "a shape that fits into memory", shape_text(result.shape));
+            raise(error_code::too_large, here(), "a shape that fits in memory", shape_text(result.shape));
         needed *= length;
     }
     if (needed != result.end - result.begin)
@@ -161,11 +160,11 @@ inline entry checked_entry(const std::string& name, const json_value& line, std:
 
 inline decltype(named_tensors::metadata) checked_metadata(const json_value& line, const std::string& where) {
     if (line.kind != json_kind::object)
-        raise(error_code::invalid_data, where, "metadata that is a JSON object", "something else");
+        raise(error_code::invalid_data, where, "metadata that are a JSON object", "another value");
     decltype(named_tensors::metadata) result;
     for_each_member(line, [&](const std::string& key, const json_value& value) {
         if (value.kind != json_kind::string)
-            raise(error_code::invalid_data, where, "metadata that is text", "something else for " + printable(key));
+            raise(error_code::invalid_data, where, "metadata that are text", "another value for " + printable(key));
         result.emplace(key, unescaped(value.text));
     });
     return result;
@@ -180,7 +179,7 @@ inline named_tensors decode_safetensors(std::span<const std::byte> bytes, const 
     const std::uint64_t header_bytes = little_endian(bytes.data(), 4) | (std::uint64_t{little_endian(bytes.data() + 4, 4)} << 32);
     if (header_bytes > bytes.size() - 8)
         raise(error_code::invalid_data, where, "a header of " + std::to_string(header_bytes) + " bytes",
-              std::to_string(bytes.size() - 8) + " bytes in all");
+              std::to_string(bytes.size() - 8) + " bytes in total");
     if (header_bytes > max_header_bytes)
         raise(error_code::too_large, where, "a header of at most " + std::to_string(max_header_bytes) + " bytes",
               std::to_string(header_bytes));
@@ -206,7 +205,7 @@ inline named_tensors decode_safetensors(std::span<const std::byte> bytes, const 
     for (const entry& e : entries) {
         if (e.begin != filled)
             raise(error_code::invalid_data, where + ", tensor " + detail::printable(e.name),
-                  "values from byte " + std::to_string(filled) + " on, where those before end",
+                  "values from byte " + std::to_string(filled) + ", the end of the previous tensor",
                   "byte " + std::to_string(e.begin));
         filled = e.end;
     }

@@ -88,7 +88,7 @@ private:
             raise(error_code::unsupported, op.where(), "Int8GivenTensorFill or Int8GivenIntTensorFill", printable(message.type));
         }
         if (found != count)
-            raise(error_code::mismatch, op.where(), std::to_string(count) + " values, as the shape says", std::to_string(found));
+            raise(error_code::mismatch, op.where(), std::to_string(count) + " values for the shape", std::to_string(found));
         if (!constants_.emplace(op.output(), std::move(c)).second)
             raise(error_code::invalid_data, op.where(), "a name used once", "a second tensor of that name");
     }
@@ -98,7 +98,7 @@ private:
         std::int64_t count = 1;
         for (std::int64_t side : shape) {
             if (side < 1 || side > most || count * side > most)
-                op.fail("shape", "sides of 1 or more, 2^31 values at most", "others");
+                op.fail("shape", "positive sides, at most 2^31 values", "an invalid shape");
             count *= side;
         }
         return static_cast<std::uint64_t>(count);

@@ -25,10 +25,10 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct expand_options {
     /// Maximum parallax between the nearest and the farthest surface, as a share of the photo's longer side, 0 to 1
-    /// (render/motion.hpp). A step in disparity uncovers its share of that, and the surface behind it grows as far. (The paper
-    /// grows surfaces by 50 pixels, whatever the step and the camera.)
+    /// (render/motion.hpp). A step in disparity uncovers a proportional part of it, and the surface behind the step grows by
+    /// this distance. (The paper grows all surfaces by 50 pixels.)
     float motion = 0.08F;
-    /// Maximum growth of a surface in pixels. Where it is the tighter limit, views from within `motion` show gaps.
+    /// Maximum growth of a surface in pixels. If this is the tighter limit, views within `motion` show gaps.
     int iterations = 4096;
 };
 
@@ -36,7 +36,7 @@ struct expand_options {
 template <payload_column... Columns>
 struct expanded_layers {
     layered_image<Columns...> layers;
-    /// Camera motion up to which the hidden surfaces reach (photo_facts::motion): that of the options, or less where
+    /// Camera motion for which the hidden surfaces suffice (photo_facts::motion): expand_options::motion, or less if
     /// expand_options::iterations is the tighter limit.
     float motion = 0.0F;
 };
@@ -62,7 +62,7 @@ public:
         }
         for (const discontinuity_curve& curve : curves)
             for (const growth_constraint& c : curve.constraints) {
-                // Past the end of the midground, the camera sees the surface behind it. The nearest front there sets the
+                // Past the end of the midground, the camera sees the surface behind it. The nearest front there determines the
                 // parallax.
                 const float front = nearest_front(curve, c, disparity);
                 const std::int32_t x = static_cast<std::int32_t>(c.x), y = static_cast<std::int32_t>(c.y);
@@ -82,7 +82,7 @@ public:
 
     hidden_pixels& pixels() { return pixels_; }
 
-    /// Iterations after which nothing grows: in four directions, growth takes up to sqrt(2) of them per pixel.
+    /// Maximum number of iterations: in four directions, growth needs up to sqrt(2) iterations per pixel.
     int max_iterations() const {
         float farthest = 0.0F;
         for (const float f : farthest_) farthest = (std::max)(farthest, f);
@@ -102,13 +102,13 @@ public:
     }
 
 private:
-    // From the middle of a pixel at the silhouette to the edge of the last one that is uncovered, even if only in part.
+    // Distance from the center of a pixel at the silhouette to the edge of the last pixel that is at least partly uncovered.
     static constexpr float half_pixels = 1.5F;
-    // Errors of the mesh that its tolerances allow (mesh/simplify.hpp, mesh/studs.hpp): both outlines are a pixel off, and
-    // disparities on either side a few hundredths.
+    // Errors that the tolerances of the mesh allow (mesh/simplify.hpp, mesh/studs.hpp): both outlines are off by a pixel, and
+    // disparities on either side by some hundredths.
     static constexpr float mesh_pixels = 2.0F, mesh_disparity = 0.02F;
 
-    // The mesh smooths outlines: a side is seen with the disparities of sides up to so far along the curve.
+    // Sides within this distance along the curve, whose disparities the mesh mixes because it smooths outlines.
     static constexpr std::int32_t smoothing = 8;
 
     struct front_pixel {
@@ -116,7 +116,7 @@ private:
         std::int32_t pixel;
     };
 
-    // Grows `pixel` one step to side `s`: links it to the surface that is there already, or makes a pixel.
+    // Grows `pixel` one step to side `s`: links it to an existing pixel of its surface, or makes a pixel.
     void grow(std::size_t curve, std::int32_t pixel, side s) {
         if (pixels_.neighbor(pixel, s) != no_pixel) return;
         const std::int32_t x = pixels_.x(pixel) + step_x(s), y = pixels_.y(pixel) + step_y(s);
@@ -188,7 +188,7 @@ private:
         return hidden < 0 ? 0 : dives_[hidden];
     }
 
-    // Remaining growth of the surface at `origin` beyond (x, y), in pixels; negative where it may not reach (x, y).
+    // Returns the remaining growth of the surface at `origin` beyond (x, y), in pixels; negative if it may not reach (x, y).
     float room_beyond(std::int32_t origin, std::int32_t x, std::int32_t y) const {
         if (!(reach_[origin] > 0.0F)) return -1.0F;
         const float dx = nearest_float(x - pixels_.x(origin)), dy = nearest_float(y - pixels_.y(origin));
@@ -210,7 +210,7 @@ private:
         return best;
     }
 
-    // Largest disparity in front of the part of a curve whose hidden surface reaches the given end.
+    // Returns the largest disparity in front of the part of a curve whose hidden surface reaches the given end.
     float nearest_front(const discontinuity_curve& curve, const growth_constraint& end, array_view<const float> disparity) const {
         float nearest = 0.0F;
         for (const discontinuity& d : curve.sides)
@@ -221,7 +221,7 @@ private:
         return std::hypot(nearest_float(pixels_.x(pixel)) + 0.5F - end.x, nearest_float(pixels_.y(pixel)) + 0.5F - end.y);
     }
 
-    // Maximum growth of the surface behind a curve near one of its ends.
+    // Returns the maximum growth of the surface behind a curve near one of its ends.
     float reach_near(const discontinuity_curve& curve, const growth_constraint& end) const {
         constexpr float vicinity = 20.0F;  // pixels
         float farthest = 0.0F;
@@ -231,8 +231,8 @@ private:
     }
 
     // Whether the center of (x, y) lies on the line at one of the curve's ends. The line is so wide that no step of one pixel
-    // leads across it, and as long as the surface grows from that end: what grows farther from elsewhere may pass it. That it
-    // starts 2 pixels before the curve's end was chosen by trial.
+    // crosses it, and as long as the surface grows from that end: surfaces that grow farther from elsewhere may pass it. It
+    // starts 2 pixels before the curve's end, a value tuned by experiment.
     bool crosses_constraint(std::size_t curve, std::int32_t x, std::int32_t y) const {
         constexpr float thickness = 1.5F;
         const buffer<growth_constraint>& constraints = curves_[curve].constraints;
@@ -250,11 +250,11 @@ private:
     surface_rule surface_;
     std::span<const discontinuity_curve> curves_;
     buffer<front_pixel> front_, created_;  // the newest pixels, curve by curve
-    buffer<float> reach_;                  // of each visible pixel: how far its surface grows from there, in pixels
-    buffer<float> farthest_;               // the largest of each curve
+    buffer<float> reach_;                  // per visible pixel: growth of its surface from there, in pixels
+    buffer<float> farthest_;               // maximum over each curve
     buffer<buffer<float>> constraint_lengths_;
-    std::int32_t max_dive_ = 0;   // pixels that a surface goes on beneath another
-    buffer<std::int32_t> dives_;  // of each hidden pixel: how many of them it has gone
+    std::int32_t max_dive_ = 0;   // maximum length in pixels of a surface's continuation beneath another
+    buffer<std::int32_t> dives_;  // per hidden pixel: length of this continuation so far
 };
 
 }  // namespace detail

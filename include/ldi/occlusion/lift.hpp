@@ -1,5 +1,5 @@
-// Lifting: a photo and its disparity become a layered image with one layer (paper, section "Lifting to Layered Depth Image").
-// Neighbors are linked except across discontinuities.
+// Lifts a photo and its disparity to a layered image with one layer (paper, section "Lifting to Layered Depth Image"). Neighbors
+// are linked except across discontinuities.
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -87,19 +87,20 @@ single_layer<Color, disparity_column, known_column, matte_column> lift_colors(im
 
 }  // namespace detail
 
+/// Lifts a photo to a single layer. Pixels are in canonical order, and every color is known.
+///
 /// color      H x W x 3
 /// disparity  H x W x 1, in [0, 1], larger is nearer
-/// facts      of the photo; their surface rule decides which neighbors are linked
+/// facts      properties of the photo; their surface rule decides which neighbors are linked
 ///
-/// Pixels are in canonical order, and every color is known. Raises error_code::mismatch if the images differ in size or have no
-/// pixel, error_code::invalid_data for a disparity outside [0, 1], error_code::too_large for 2^31 pixels or more. Linear time; 32
-/// bytes per pixel.
+/// Raises error_code::mismatch if the images differ in size or have no pixel, error_code::invalid_data for a disparity outside
+/// [0, 1], error_code::too_large for 2^31 pixels or more. Linear time; 32 bytes per pixel.
 template <executor Executor = const serial_executor>
 photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> disparity, const photo_facts& facts = {},
                  Executor&& threads = {}) {
     return detail::lift_colors<color_column>(color, disparity, facts.surface, threads);
 }
-/// The same for a photo of 16 bits per channel.
+/// Lifts a photo with 16 bits per channel.
 template <executor Executor = const serial_executor>
 single_layer<color16_column, disparity_column, known_column, matte_column> lift(image_view<const std::uint16_t> color,
                                                                                 image_view<const float> disparity,

@@ -148,7 +148,7 @@ inline view view_between(std::span<const key_frame> keys, const pinhole_camera& 
     for (std::size_t i = 0; i < keys.size(); ++i) {
         if (!(keys[i].zoom > 0)) raise(error_code::invalid_option, "key frame", "a zoom above 0", detail::to_text(keys[i].zoom));
         if (i > 0 && !(keys[i].time > keys[i - 1].time))
-            raise(error_code::invalid_option, "key frames", "times that rise",
+            raise(error_code::invalid_option, "key frames", "increasing times",
                   detail::to_text(keys[i - 1].time) + ", then " + detail::to_text(keys[i].time));
     }
     std::size_t i = 0;

@@ -131,7 +131,7 @@ private:
             }
             std::sort(sorted.begin(), sorted.end());
             const std::string_view* const twice = std::adjacent_find(sorted.begin(), sorted.end());
-            if (twice != sorted.end()) raise(error_code::invalid_data, where, "every name once", printable(*twice) + " twice");
+            if (twice != sorted.end()) raise(error_code::invalid_data, where, "unique names", printable(*twice) + " twice");
         }
 
     private:
@@ -235,7 +235,7 @@ private:
     void read_escape() {
         ++at_;
         if (peek() != 'u') {
-            if (std::string_view("\"\\/bfnrt").find(peek()) == std::string_view::npos) fail("an escape that JSON has");
+            if (std::string_view("\"\\/bfnrt").find(peek()) == std::string_view::npos) fail("a valid escape");
             ++at_;
             return;
         }

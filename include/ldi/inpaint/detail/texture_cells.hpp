@@ -50,9 +50,10 @@ struct texture_cells {
     }
 
 private:
-    static std::int32_t follow(const buffer<std::int32_t>& near, const buffer<std::int32_t>& far, std::int32_t cell, int steps) {
-        for (; steps >= stride; steps -= stride) cell = far[cell];
-        for (; steps > 0; --steps) cell = near[cell];
+    static std::int32_t follow(const buffer<std::int32_t>& one_step, const buffer<std::int32_t>& strides, std::int32_t cell,
+                               int steps) {
+        for (; steps >= stride; steps -= stride) cell = strides[cell];
+        for (; steps > 0; --steps) cell = one_step[cell];
         return cell;
     }
 };

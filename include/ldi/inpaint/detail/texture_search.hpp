@@ -87,7 +87,7 @@ private:
                 best = from;
                 return;
             }
-            if (least < 0) least = cost(cell, best, std::numeric_limits<int>::max());
+            if (least < 0) least = cost(cell, best, (std::numeric_limits<int>::max)());
             if (const int c = cost(cell, from, least); c < least) least = c, best = from;
         };
         for (side s : {forward ? side::left : side::right, forward ? side::up : side::down}) {

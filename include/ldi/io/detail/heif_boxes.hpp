@@ -90,7 +90,7 @@ private:
 
     void count(std::size_t& counted, std::size_t more, std::size_t max, const char* what) const {
         counted += more;
-        if (counted > max) raise(error_code::too_large, where_, "at most " + std::to_string(max) + " " + what, "more of them");
+        if (counted > max) raise(error_code::too_large, where_, "at most " + std::to_string(max) + " " + what, "more");
     }
 
     /// Calls visit(type, body) for each box.

@@ -73,7 +73,7 @@ private:
         const cost c = cost_of(id, 0);
         if (c.pictures > max_pictures)
             raise(error_code::too_large, where,
-                  "a picture of at most " + std::to_string(static_cast<int>(max_pictures)) + " tiles", "more of them");
+                  "a picture of at most " + std::to_string(static_cast<int>(max_pictures)) + " tiles", "more");
         if (c.is_foreign) raise(error_code::unsupported, where, "a picture coded as HEVC or AV1", "another coding");
         picture_header header;
         header.format = picture_format::heif;

@@ -153,7 +153,7 @@ private:
     const values& finite(const std::string& name, const buffer<std::size_t>& shape) const {
         const values& found = tensor_values<float>(file_, name, shape);
         if (!std::all_of(found.begin(), found.end(), [](float v) { return std::isfinite(v); }))
-            raise(error_code::invalid_data, tensor_place(file_, name), "finite values", "others");
+            raise(error_code::invalid_data, tensor_place(file_, name), "finite values", "infinite values or NaN");
         return found;
     }
 

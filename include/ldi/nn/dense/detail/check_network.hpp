@@ -35,7 +35,7 @@ inline void check_scale(const std::string& name, float scale) {
 
 inline const checked_tensor& checked_input(const std::string& name, const buffer<checked_tensor>& tensors, std::size_t input) {
     if (input >= tensors.size())
-        raise(error_code::invalid_data, name, "inputs that an earlier operator makes", "tensor " + std::to_string(input));
+        raise(error_code::invalid_data, name, "the result of an earlier operator as input", "tensor " + std::to_string(input));
     return tensors[input];
 }
 
@@ -66,7 +66,7 @@ inline std::size_t check_operator(const std::string& place, quantization output,
     if (c.stride == 0 || c.stride > max_stride)
         raise(error_code::unsupported, place, "a stride of 1 or 2", std::to_string(c.stride));
     if (c.depthwise && outputs != input.channels)
-        raise(error_code::mismatch, place, std::to_string(input.channels) + " channels, as the input has",
+        raise(error_code::mismatch, place, std::to_string(input.channels) + " channels, as in the input",
               std::to_string(outputs));
     const std::uint64_t weights = std::uint64_t{outputs} * c.kernel * c.kernel * (c.depthwise ? 1 : input.channels);
     if (c.weights.size() != weights)
@@ -98,7 +98,7 @@ inline std::size_t check_operator(const std::string& place, quantization output,
     const checked_tensor& input = checked_input(place, tensors, r.input);
     if (r.factor == 0 || r.factor > max_resize_factor)
         raise(error_code::unsupported, place, "a factor of 1 to " + std::to_string(max_resize_factor), std::to_string(r.factor));
-    if (output != input.values) raise(error_code::mismatch, place, "the input's scale and zero point", "others");
+    if (output != input.values) raise(error_code::mismatch, place, "the input's scale and zero point", "different values");
     return input.channels;
 }
 
@@ -117,7 +117,7 @@ inline void check_network(const network_description& network) {
         tensors.push_back({op.output, channels});
     }
     if (network.output >= tensors.size())
-        raise(error_code::invalid_data, input, "a result that an operator makes", "tensor " + std::to_string(network.output));
+        raise(error_code::invalid_data, input, "the result of an operator as output", "tensor " + std::to_string(network.output));
 }
 
 }}}  // namespace ldi::detail
