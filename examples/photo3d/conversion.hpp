@@ -29,8 +29,8 @@ namespace ldi::examples {
 
 /// Networks, loaded once for any number of photos.
 struct networks {
-    std::optional<tiefenrausch> depth;     ///< empty if depth is given
-    std::optional<farbrausch> inpainting;  ///< empty: diffusion
+    std::optional<tiefenrausch> depth;     ///< none where depth is given
+    std::optional<farbrausch> inpainting;  ///< none: diffusion
 };
 
 /// Loads the networks. Raises the errors of reading weights.

@@ -63,26 +63,25 @@ inline const std::map<std::string, camera_path>& camera_paths() {
 }
 
 inline void describe_video(CLI::App& app, video_options& v) {
-    CLI::Option* video = app.add_option(
-        "--video", v.output,
-        "moving picture of the result: .mp4, .webp or .gif (needs ffmpeg); any other name: a folder of PNG frames");
+    CLI::Option* video =
+        app.add_option("--video", v.output,
+                       "video of the result: .mp4, .webp or .gif (requires ffmpeg); any other name: a folder of PNG frames");
     video->check(named());
-    app.add_option("--path", v.path, "of the camera: swing, circle, zoom-in, dolly-zoom, or a JSON file of key frames")
+    app.add_option("--path", v.path, "camera path: swing, circle, zoom-in, dolly-zoom, or a JSON file of key frames")
         ->check(named())
         ->needs(video)
         ->capture_default_str();
     app.add_option("--seconds", v.seconds, "length of the video")->check(between(0.1, 600))->needs(video)->capture_default_str();
-    app.add_option("--fps", v.frames_per_second, "frames a second; default 30, or 20 in .webp and .gif")
+    app.add_option("--fps", v.frames_per_second, "frames per second; default 30, or 20 in .webp and .gif")
         ->check(between(1, 120))
         ->needs(video);
     app.add_option("--video-size", v.size, "long side of the video in pixels; default 960, or 480 in .webp and .gif")
         ->check(between(16, 8192))
         ->needs(video);
-    app.add_option("--stereo", v.stereo, "a picture for each eye: side-by-side, or anaglyph for red-cyan glasses")
+    app.add_option("--stereo", v.stereo, "stereo video: side-by-side, or anaglyph for red-cyan glasses")
         ->check(CLI::IsMember({"none", "side-by-side", "anaglyph"}))
         ->needs(video);
-    app.add_option("--depth-map", v.depth_map, "16-bit PNG of the result's depth: white near, 0 where there is nothing")
-        ->check(named());
+    app.add_option("--depth-map", v.depth_map, "16-bit PNG of the result's depth: white near, 0 in holes")->check(named());
 }
 
 /// Finds a program in the PATH, as the shell does.

@@ -68,7 +68,7 @@ concept color_inpainter = requires(const T& t, working_layers<>& layers, const p
     t.inpaint(layers, progress, threads);
 };
 
-/// An existing disparity map, for example from a phone or a file.
+/// A disparity map that is there already, from a phone or a file.
 struct given_disparity {
     /// h x w x 1, finite, larger is nearer. With normalize_options::is_inverse_depth, the default, values are 0 or more, and 0
     /// is infinitely far, such as the sky. If 0 means unknown, fill these pixels first, for example with fill_invalid() of
@@ -237,16 +237,16 @@ struct cleaned_photo {
     image<float> estimated;     ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
     image<float> resampled;     ///< H x W x 1, before cleaning
     image<float> disparity;     ///< H x W x 1, cleaned
-    depth_range range;          ///< distances at disparity 1 and 0
+    depth_range range;          ///< the distances that its disparities stand for
 };
 
 /// Estimates and cleans the depth of a photo: the stages "depth estimation", "depth filter" and "connected components".
 ///
 /// photo  H x W x 3, at least one pixel
 ///
-/// Raises the errors of the stages; before the estimate, error_code::invalid_data for a photo of another shape, and
-/// error_code::invalid_option if long_side is 0, the focal length is not in [1, 1e5], or the surface rule's step is not in
-/// [0.001, 1].
+/// Raises what the stages raise; before anything is estimated, error_code::invalid_data for a photo of another shape, and
+/// error_code::invalid_option if long_side is 0, the focal length is not in [1, 1e5] or the surface rule's step not in [0.001,
+/// 1].
 template <depth_estimator Estimator, executor Executor = const serial_executor>
 cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator& estimator, const photo3d_options& options = {},
                           Executor&& threads = {}) {

@@ -8,7 +8,7 @@
 //                         not define it.
 //
 // Translation units of one program may be compiled with different settings: the namespace separates their code, which the linker
-// would otherwise merge. An object of one configuration is therefore not an object of another, and an ldi::error that crosses
+// would otherwise merge. Types of one configuration therefore differ from those of another, and an ldi::error that crosses
 // the boundary is caught as std::runtime_error. Each configuration has its own error handler and its own current memory per
 // thread.
 #pragma once

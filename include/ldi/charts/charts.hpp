@@ -54,7 +54,7 @@ struct chart_options {
 
 namespace detail {
 
-/// Raises mismatch unless the charts are of an image with `pixel_count` pixels.
+/// Raises mismatch unless the charts belong to an image with `pixel_count` pixels.
 inline void check_charts(const chart_set& charts, std::size_t pixel_count, const char* where) {
     bool fits = charts.chart_of.size() == pixel_count;
     for (const chart& c : charts.charts)

@@ -42,7 +42,7 @@ inline std::size_t stride_in_values(std::size_t bytes, std::size_t row_values, s
     return bytes / value_size;
 }
 
-/// H W C.
+/// Returns height * width * channels. Raises what checked_row_stride() raises.
 inline std::size_t checked_size(std::size_t height, std::size_t width, std::size_t channels, std::size_t value_size) {
     return height * checked_row_stride(height, width, channels, 0, value_size);
 }
@@ -55,7 +55,7 @@ struct byte_stride {
 };
 
 /// Non-owning view of H x W x C values, with `row_stride` values from the start of a row to the start of the next.
-/// Stages take an `image_view<const T>`, which cannot change them.
+/// Stages accept an `image_view<const T>`, through which they cannot change the values.
 ///
 ///     ldi::image_view<const std::uint8_t> photo(mat.data, mat.rows, mat.cols, 3, ldi::byte_stride{mat.step});  // CV_8UC3
 template <class Scalar>

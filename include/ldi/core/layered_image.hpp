@@ -37,7 +37,7 @@ public:
     link_editor& operator=(const link_editor&) = delete;
 
     std::int32_t neighbor(std::int32_t pixel, side s) const { return graph_.neighbor(pixel, s); }
-    /// As graph_builder::link() and unlink().
+    /// Same as graph_builder::link() and unlink().
     void link(std::int32_t a, side s, std::int32_t b) { graph_.link(a, s, b); }
     void unlink(std::int32_t a, side s) { graph_.unlink(a, s); }
 

@@ -21,8 +21,8 @@ struct normalize_options {
     /// Relative difference between two neighboring steps of a quantized source: exp(0.0187) - 1 for Tiefenrausch, whose 8 bits
     /// are log disparity; 0 for a source with fine steps.
     float relative_step = 0.0F;
-    /// Maximum size of a source's step in the result, well below the discontinuity threshold of 0.05. In a scene as flat as a
-    /// wall, where one step is a large part of the range, disparity therefore does not reach 0.
+    /// Maximum size of a quantization step in the result, well below the discontinuity threshold of 0.05. In a scene as flat as a
+    /// wall, one step is a large part of the range; disparity then does not reach 0.
     float largest_step = 0.02F;
     /// Whether the source is 1 / depth up to scale, so that ratios of distances are known. If false, it is known only up to
     /// scale and shift, and distances are a guess, `assumed_range`.

@@ -132,7 +132,10 @@ struct sorted_columns {
         for (buffer<float>& plane : pair) plane.resize(stride + wide);
     }
 
-    // rows[r]  row r of five rows with `stride` samples, infinite where the weight is zero; stride is a multiple of `wide`
+    // Sorts the columns of five rows, then merges each column with the next one.
+    //
+    // rows    five rows of `stride` samples; a sample is infinite if its weight is zero
+    // stride  multiple of `wide`
     void sort(const std::array<const float*, diameter>& rows, std::size_t stride) {
         for (std::size_t x = 0; x < stride; x += wide) {
             four_floats v[diameter];

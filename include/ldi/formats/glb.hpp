@@ -187,7 +187,7 @@ inline buffer<char> describe(const contents& c, const glb_options& options) {
         json.add(R"({"bufferView":)", c.view_of_texture(t), R"(,"mimeType":")",
                  is_png(c.textures[t]) ? "image/png" : "image/jpeg", R"("})");
     });
-    // The texture unchanged, unlit; not metallic in viewers without unlit materials.
+    // Unlit materials show the texture unchanged. Viewers without unlit materials show it as not metallic.
     json.add(R"(],"materials":[)");
     add_list(c.parts.size(), [&](std::size_t p) {
         json.add("{", c.parts[p].is_strip() ? R"("alphaMode":"BLEND",)" : "",

@@ -135,14 +135,14 @@ inline picture_header read_jpeg_header(std::span<const std::byte> bytes, const s
     return jpeg_header_reader(bytes, where).read();
 }
 
-/// Facts of a PNG file that bound the memory for decoding it.
+/// Properties of a PNG file that bound the memory for decoding it.
 struct png_layout {
     std::size_t bits_per_pixel = 0;
     std::size_t decoded_bytes = 0;  ///< per pixel
     bool is_interlaced = false;
 };
 
-/// Reads the body of the chunk IHDR. Calls broken(found) for what PNG does not allow.
+/// Reads the body of the chunk IHDR. Calls broken(found) for values that PNG does not allow.
 template <class Broken>
 png_layout read_png_size(std::span<const std::byte> body, picture_header& header, const Broken& broken) {
     header.width = big_endian_32(body, 0), header.height = big_endian_32(body, 4);

@@ -23,15 +23,15 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Margins apply to photos with a long side of up to 1536 pixels, the paper's size, and grow in proportion for larger photos.
 struct mixed_color_options {
-    /// Where both surfaces look alike, foreground colors are refilled within this many pixels of the silhouette.
+    /// Foreground colors are refilled within this many pixels of the silhouette where both surfaces look alike.
     int foreground_margin = 2;
     /// Background colors are always refilled within this many pixels of the silhouette. The paper marks only the foreground.
     /// Without this margin, the hidden surface would continue the lens blur on the background, and the foreground colors that an
     /// inaccurate depth edge leaves there. On the views of bench/quality, the first pixel gains 0.08 dB compared to refilling
     /// only where colors look mixed; on six stereo pairs, a second pixel costs 0.23 dB.
     int background_margin = 1;
-    /// Where the two surfaces differ, mixed colors are searched on either side of the silhouette within this share of the
-    /// photo's long side, and within at least two pixels. 0 disables the search.
+    /// Maximum distance of mixed colors from a silhouette between surfaces that differ, as a share of the photo's long side, but
+    /// at least two pixels. 0 disables the search.
     float reach = 4.0F / 1536.0F;
     /// Minimum Euclidean RGB distance of colors that count as different, 0 to 255 per channel.
     float contrast = 40.0F;

@@ -91,7 +91,7 @@ inline namespace LDI_READERS {
 inline std::vector<std::byte> encode_jpeg(image_view<const std::uint8_t> picture, int quality) {
     LDI_ASSERT(picture.channels() == 1 || picture.channels() == 3);
     LDI_ASSERT(picture.height() > 0 && picture.width() > 0);
-    constexpr std::size_t max_side = 65500;  // libjpeg's
+    constexpr std::size_t max_side = 65500;  // limit of libjpeg
     if (quality < 1 || quality > 100) raise(error_code::invalid_option, "JPEG quality", "1 to 100", std::to_string(quality));
     if (picture.height() > max_side || picture.width() > max_side ||
         picture.height() * picture.width() * picture.channels() >
@@ -104,7 +104,7 @@ inline std::vector<std::byte> encode_jpeg(image_view<const std::uint8_t> picture
     const image<std::uint8_t> without_gaps(picture);
     std::vector<std::byte> bytes;
     const auto append = [](void* to, void* data, int size) {
-        // Not insert(): g++ 12 reports a false overflow in its inlined code, in the user's build.
+        // insert() would cause a false warning of an overflow from g++ 12 in the user's build.
         std::vector<std::byte>& all = *static_cast<std::vector<std::byte>*>(to);
         const std::size_t used = all.size(), added = static_cast<std::size_t>(size);
         all.resize(used + added);

@@ -41,7 +41,7 @@ public:
         for (const std::int32_t pixel : c.pixels) shown_[graph_.position_of(pixel)] = {chart_, pixel};
     }
 
-    /// Of the chart's pixels around the corner (x, y), returns the one nearest in disparity.
+    /// Returns the chart's pixel around the corner (x, y) that is nearest in disparity.
     std::int32_t find(std::int32_t x, std::int32_t y, float disparity) const {
         std::int32_t best = no_pixel;
         float best_difference = 0;

@@ -44,8 +44,8 @@ struct mesh_options {
 
 /// Triangles of one chart, in the plane of the photo.
 struct chart_mesh {
-    buffer<std::int32_t> outline;        ///< its first vertices: indices of corners in chart_outlines, loop by loop
-    std::int32_t first_stud_vertex = 0;  ///< its other vertices: stud_set::vertices from this index on
+    buffer<std::int32_t> outline;  ///< outline vertices, which come first: indices of corners in chart_outlines, loop by loop
+    std::int32_t first_stud_vertex = 0;  ///< first of the stud vertices: index into stud_set::vertices
     std::int32_t stud_vertex_count = 0;
     buffer<std::uint32_t> triangles;  ///< F x 3 indices into outline vertices, then stud vertices; counter-clockwise on screen
 };

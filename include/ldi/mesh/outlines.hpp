@@ -209,7 +209,8 @@ private:
             mean = {};
             const pixel_side following = walk_.next(last, visit);
             if (partner(following) != other) break;
-            // Continues if the other side sees the same two sides in a row; otherwise a third chart or a silhouette begins here.
+            // The piece continues if the other chart has the same two sides in a row. Otherwise a third chart or a silhouette
+            // begins here.
             if (other >= 0 && !(walk_.next(walk_.twin(following), visit) == walk_.twin(last))) break;
             forward_.push_back({x, y, mean.value()});
             last = following;

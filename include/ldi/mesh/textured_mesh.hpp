@@ -54,7 +54,7 @@ struct textured_mesh {
 
 namespace detail {
 
-/// Raises what check_mesh() raises for the vertices and triangles of a mesh or a strip.
+/// Checks the vertices and triangles of a mesh or a strip of soft edges. Raises the same errors as check_mesh().
 template <class Mesh>
 void check_triangles(const Mesh& mesh) {
     const std::size_t count = mesh.vertex_count();
@@ -72,8 +72,8 @@ void check_triangles(const Mesh& mesh) {
                 raise(error_code::invalid_data, "mesh", "finite coordinates", "an infinite coordinate or NaN");
 }
 
-/// Raises mismatch unless the mesh has `textures` textures and as many coordinates as vertices; invalid_data for coordinates that
-/// are not finite, indices out of range, and parts that don't fit together.
+/// Raises mismatch unless the mesh has `textures` textures and as many texture coordinates as vertices. Raises invalid_data for
+/// coordinates that are not finite, for indices out of range, and for parts that do not fit together.
 inline void check_mesh(const textured_mesh& mesh, std::size_t textures) {
     check_triangles(mesh);
     check_triangles(mesh.soft_edges);

@@ -65,7 +65,7 @@ private:
     polygon_conflict conflict_at(const polygon& shape, const swept_point& p) const;
 
     buffer<std::uint64_t> events_;  ///< vertices sorted by y, then x
-    buffer<std::int32_t> before_;   ///< per vertex its predecessor
+    buffer<std::int32_t> before_;   ///< predecessor of each vertex in its polygon
     detail::waiting_chains chains_;
     buffer<active_edge> status_;    ///< edges that cross the sweep line, from left to right
     buffer<active_edge> starting_;  ///< edges that begin at the current point, from left to right

@@ -82,7 +82,7 @@ private:
 
     std::size_t depth() const { return architecture_.channels.size(); }
 
-    /// Output of the last layer, in rows of `decoded` of level 0.
+    /// Runs all layers. Returns the output of the last layer, in the rows of `decoded` of level 0.
     template <class Weights, executor Executor, class Report>
     buffer<float> run_layers(const detail::farbrausch_convolutions<Weights>& layers, detail::network_input input,
                              buffer<detail::farbrausch_level>& levels, Executor& threads, Report&& report) const;

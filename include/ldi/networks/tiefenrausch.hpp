@@ -112,7 +112,7 @@ public:
         return network_.run(quantized_color(rgb), threads, progress, memory);
     }
 
-    /// As levels(), but layer by layer.
+    /// Same as levels(), but layer by layer.
     ///
     /// observe  as in quantized_network::run_observed
     template <executor Executor, class Observe>
@@ -121,7 +121,7 @@ public:
         return network_.run_observed(quantized_color(rgb), threads, observe);
     }
 
-    /// As quantized_network::describe_steps().
+    /// Same as quantized_network::describe_steps().
     buffer<quantized_network::step_description> describe_steps(tensor_size rgb) const { return network_.describe_steps(rgb); }
 
     isa target() const { return network_.target(); }

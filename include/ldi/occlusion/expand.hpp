@@ -124,8 +124,8 @@ private:
         const float source = pixels_.disparity(pixel);
         const std::int32_t position = pixels_.position(x, y);
 
-        // The paper's average of the neighbors: on each side the pixel of this surface, if there is one that is free to be
-        // linked. The new pixel's origin is that of the neighbor whose reach goes farthest beyond it.
+        // As in the paper, the disparity is the average of the neighbors: on each side, the pixel of this surface that is free
+        // to be linked, if one exists. The new pixel's origin is that of the neighbor whose reach extends farthest beyond it.
         std::int32_t neighbors[4], origin = no_pixel;
         float sum = 0.0F, count = 0.0F, room = 0.0F;
         for (int i = 0; i < 4; ++i) {
@@ -261,9 +261,9 @@ private:
 
 /// Adds the surfaces that a camera in motion uncovers behind curves.
 ///
-/// layer    as lift() makes it and close_spurious_discontinuities() leaves it
-/// surface  the rule that lift() linked it by
-/// curves   of the same layer; raises mismatch for those of another one
+/// layer    result of lift() after close_spurious_discontinuities()
+/// surface  rule that lift() linked the layer by
+/// curves   discontinuity curves of this layer; raises mismatch for curves of another layer
 ///
 /// Returns the same image with hidden pixels added, in canonical order. The disparity of a new pixel is the average of those that
 /// it grew from, and always farther than the photo's at that position by more than surface_rule::largest_step; every other column
@@ -272,8 +272,9 @@ private:
 /// differ by up to twice the threshold, and disparities may be a little below 0. `after_iteration(graph, disparity, first_new)`,
 /// if given, sees the unordered state after every iteration (for tests and pictures; it costs a copy each).
 ///
-/// At most 1 / surface_rule::largest_step surfaces lie at one position; noise at all scales adds five pixels per pixel of the
-/// photo, most photos less than a half. Time is linear in the pixels of the result; up to 110 bytes for each of them.
+/// At most 1 / surface_rule::largest_step surfaces lie at one position. A disparity map of noise at all scales adds six pixels
+/// per pixel of the photo; most photos add less than half a pixel. Time is linear in the number of pixels of the result; memory
+/// is up to 110 bytes per pixel.
 template <payload_column... Columns, class AfterIteration = std::nullptr_t>
 expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule surface,
                                    std::span<const discontinuity_curve> curves, const expand_options& options = {},

@@ -125,7 +125,7 @@ private:
     rendering& seen_;
     buffer<cell> cells_;
     disjoint_sets gaps_;        // sets of adjacent cells
-    buffer<outline> outlines_;  // stored at a gap's first cell
+    buffer<outline> outlines_;  // outline of each gap, at the index of its first cell
 };
 
 }  // namespace detail

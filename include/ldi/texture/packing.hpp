@@ -62,7 +62,7 @@ private:
         std::size_t next;
     };
 
-    /// Splits the rest of the leaf: first along its whole side where more is left, then the rest of the other side.
+    /// Splits the rest of the leaf: first along the whole side with more space, then along the rest of the other side.
     void take(std::size_t found, rectangle_size size) {
         const leaf old = leaves_[found];
         const std::int32_t right = old.size.width - size.width, below = old.size.height - size.height;

@@ -1,5 +1,5 @@
-// Writes JPEG files through libjpeg(-turbo), where ldi::io was configured with it: about seven times as fast as stb_image_write,
-// with the same tables.
+// Writes JPEG files with libjpeg(-turbo), if ldi::io was configured with it: about seven times as fast as stb_image_write, with
+// the same tables.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -19,7 +19,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// One file.
+/// Encodes one file.
 class jpeg_encoder {
 public:
     jpeg_encoder() {
@@ -38,7 +38,7 @@ public:
         std::free(file_.bytes);
     }
 
-    /// Raises out_of_memory and, for what else the library refuses, too_large.
+    /// Raises out_of_memory, or too_large if the library refuses the picture for any other reason.
     std::vector<std::byte> encode(image_view<const std::uint8_t> picture, int quality) {
         if (!write(picture, quality)) {
             if (errors_.base.msg_code == JERR_OUT_OF_MEMORY) out_of_memory();
@@ -51,7 +51,7 @@ public:
 
 private:
     struct errors {
-        jpeg_error_mgr base;  // first, so that a pointer to it is one to this
+        jpeg_error_mgr base;  // first, so that a pointer to it can be cast to a pointer to `errors`
         std::jmp_buf back;
     };
     struct file {
@@ -59,7 +59,7 @@ private:
         std::byte* bytes;
         std::size_t capacity;
 
-        /// Twice as much room; false if there is none. All of what was there has been written to.
+        /// Doubles the buffer, which is full; returns false if there is no memory.
         bool grow() {
             const std::size_t used = capacity, larger = 2 * capacity + 4096;
             void* const place = std::realloc(bytes, larger);
@@ -72,7 +72,7 @@ private:
 
     static void fail(j_compress_ptr state) { state->err->error_exit(reinterpret_cast<j_common_ptr>(state)); }
 
-    /// False after an error of the library, which jumps here. No object with a destructor may live in here.
+    /// Returns false after an error of the library, which jumps back here. Local objects must not have destructors.
     bool write(image_view<const std::uint8_t> picture, int quality) {
         if (setjmp(errors_.back) != 0) return false;
         jpeg_create_compress(&state_);

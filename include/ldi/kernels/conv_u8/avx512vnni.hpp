@@ -88,7 +88,7 @@ struct conv_u8_tiles {
 
 LDI_END_TARGET
 
-/// Result: float or std::uint8_t.
+/// Result  float or std::uint8_t
 template <class Result>
 void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
              const float* ratios, Result* result) {

@@ -15,7 +15,7 @@ struct depthwise_columns {
     static constexpr std::size_t max_slots = 40, max_taps = 4 * max_slots;
 
     std::size_t first = 0, count = 0;
-    std::size_t first_column = 0;  ///< column of slot 0, plus one
+    std::size_t first_column = 0;  ///< column of slot 0, plus one because columns start at -1
     std::size_t slot_count = 0;
     /// Slot of column first + i - 1 of the enlarged rows, at stride 1; a window reads three consecutive entries.
     std::uint16_t slot_of[max_taps];

@@ -22,9 +22,11 @@ struct gemm_u8_weights {
     buffer<std::int16_t> wide;  ///< scalar, WebAssembly, a single output with AVX2: weight minus its zero point
     /// AVX2, VNNI: weight minus its zero point, or the negative of it (see `fast`); NEON: see `output`
     buffer<std::int8_t> narrow;
-    buffer<std::uint32_t> order;  ///< AVX2: pairs of terms, and the first input of each term
-    buffer<std::int32_t> bias;    ///< zero points folded in; padded with zeros to whole vectors
-    requantization output;        ///< NEON: the multiplier is negated if `narrow` and `bias` are
+    /// AVX2, for each segment of each panel: the number of pairs of terms, the number of single terms, and the first input of
+    /// each term
+    buffer<std::uint32_t> order;
+    buffer<std::int32_t> bias;  ///< zero points folded in; padded with zeros to whole vectors
+    requantization output;      ///< NEON: the multiplier is negated if `narrow` and `bias` are
     /// Negated if `narrow` and `bias` are. On WebAssembly, the constants of an unfused_requantization. Unused by scalar and
     /// NEON.
     float_requantization fast;

@@ -33,7 +33,8 @@ public:
         }
     }
 
-    /// As find_all(), but compares only edges with fresh[v] != 0 to all edges; the other edges must not meet each other.
+    /// Same as find_all(), but compares only the edges with fresh[v] != 0 to all edges. The caller guarantees that no two of the
+    /// remaining edges meet.
     template <class Report>
     void find_fresh(const polygon& shape, const buffer<std::uint8_t>& fresh, Report& report) {
         if (std::count(fresh.begin(), fresh.end(), 0) + max_fresh < fresh.count()) return find_all(shape, report);

@@ -33,7 +33,7 @@ struct convolution_description {
 
 /// The sum of two tensors of equal shape.
 struct addition_description {
-    std::array<std::size_t, 2> inputs = {};  ///< tensors
+    std::array<std::size_t, 2> inputs = {};  ///< indices of tensors
 };
 
 /// Every pixel repeated `factor` times in both directions.

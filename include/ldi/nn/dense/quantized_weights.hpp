@@ -26,8 +26,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 ///     i.weight                             uint8  outputs x kernel x kernel x (inputs; 1 if depthwise)
 ///     i.bias                               int32  outputs
 ///
-/// Kinds: 0 convolution, 1 depthwise convolution, 2 addition, 3 enlargement by repeating pixels. The last operator makes the
-/// result. "operator_names" in the metadata, separated by spaces, name the operators in messages.
+/// Kinds: 0 convolution, 1 depthwise convolution, 2 addition, 3 enlargement by repeating pixels. The last operator computes the
+/// result of the network. "operator_names" in the metadata contains names of the operators for messages, separated by spaces.
 ///
 /// Raises mismatch or invalid_data, naming the tensor, if the file differs from this. quantized_network checks the description
 /// afterwards.

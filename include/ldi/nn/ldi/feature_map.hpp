@@ -51,7 +51,7 @@ struct basic_feature_map {
     Value zero = {};  ///< value that represents zero: the zero point of bytes
 
     basic_feature_map() = default;
-    /// Leaves the values uninitialized. Raises too_large for a size that no memory has.
+    /// Leaves the values uninitialized. Raises too_large if the values exceed the address space.
     basic_feature_map(std::size_t pixel_count, std::size_t channel_count, Value stands_for_zero = {})
         : channels(channel_count),
           values(detail::checked_size(1, pixel_count, channel_count, sizeof(Value)), unset),

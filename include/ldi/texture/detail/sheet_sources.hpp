@@ -92,7 +92,7 @@ private:
 
     /// Searches along rows, then along columns.
     void guard_borders() {
-        // 1: a pixel of the row within `guarded` does not show the photo
+        // 1 if a pixel of the row within `guarded` columns does not show the photo
         image<std::uint8_t> beside(found_.height(), found_.width());
         for (std::int32_t y = 0; y < height_; ++y)
             for (std::int32_t x = 0; x < width_; ++x)
