@@ -172,7 +172,7 @@ inline coarsened coarsen(const graph_view& g, orphan_rule orphans = orphan_rule:
 template <payload_column... Columns>
 struct coarsened_layers {
     layered_image<Columns...> layers;
-    buffer<std::int32_t> kept, parent;  ///< as in coarsened
+    buffer<std::int32_t> kept, parent;  ///< same as coarsened::kept and coarsened::parent
 };
 
 /// Halves the resolution of a layered image. The column rule `coarser` (core/columns.hpp) combines the values of the fine pixels

@@ -50,7 +50,9 @@ inline image<float> interpolated(const image<float>& source, std::size_t height,
     return result;
 }
 
-/// Averages squares of `side` x `side` pixels. source  H x W x 1, H and W multiples of `side`; result H / side x W / side x 1.
+/// Averages squares of `side` x `side` pixels. Returns H / side x W / side x 1.
+///
+/// source  H x W x 1; H and W are multiples of `side`
 inline image<float> square_means(const image<float>& source, std::size_t side) {
     image<float> result(source.height() / side, source.width() / side);
     for (std::size_t y = 0; y < source.height(); ++y)
