@@ -11,7 +11,9 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Mirrors an image horizontally. source  H x W x C
+/// Mirrors an image horizontally.
+///
+/// source  H x W x C
 template <class T>
 image<T> mirrored(const image<T>& source) {
     image<T> result(source.height(), source.width(), source.channels(), unset);
