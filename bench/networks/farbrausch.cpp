@@ -205,6 +205,7 @@ void run(const char* name, const ldi::photo_layers& layers, int runs, bool in_de
 ldi::photo_layers photo_at(std::size_t long_side) {
     ldi::photo3d_options options;
     options.long_side = long_side;
+    options.frame = ldi::photo_frame::crop;
     return ldi_bench::converted_photo(options).layers;
 }
 
@@ -212,6 +213,7 @@ ldi::photo_layers sample() {
     const std::filesystem::path folder = std::filesystem::path(LDI_SOURCE_DIR) / "examples/photo3d";
     ldi::photo3d_options options;
     options.normalize.is_inverse_depth = false;
+    options.frame = ldi::photo_frame::crop;  // colors past the frame are not the network's
     const ldi::given_disparity depth{ldi::fill_invalid(ldi::load_depth_map(folder / "sample_depth.png"))};
     return ldi::make_photo3d(ldi::load_photo(folder / "sample.jpg").color, depth, ldi::diffusion_inpainter(), options).layers;
 }

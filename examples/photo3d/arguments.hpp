@@ -19,6 +19,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -36,16 +37,18 @@ struct arguments {
     float field_of_view = 0.0F, texture = photo3d_options().texture.strength, grain = photo3d_options().grain.strength,
           motion = photo3d_options().expand.motion;
     int quality = 85;
-    std::string inpaint;  // empty: by the network if its weights are found
-    std::string arithmetic = "float32";
-    std::string formats;  // of pictures that are read; empty: all
+    std::string inpaint;     // empty: network if its weights are found
+    std::string arithmetic;  // empty: int8 if the weights allow it
+    photo_frame frame = photo3d_options().frame;
+    std::string formats;  // picture formats that may be read; empty: all
     video_options video;
     compression_choice compression;
 
     /// Options for reading photos and the depth inside them.
     photo_options reading() const { return {{}, formats.empty() ? picture_formats() : *picture_formats::parse(formats)}; }
 
-    ldi::arithmetic inpainting_arithmetic() const {
+    std::optional<ldi::arithmetic> inpainting_arithmetic() const {
+        if (arithmetic.empty()) return {};
         return arithmetic == to_string(ldi::arithmetic::int8) ? ldi::arithmetic::int8 : ldi::arithmetic::float32;
     }
 };
@@ -129,9 +132,9 @@ inline void describe(CLI::App& app, arguments& a, const std::filesystem::path& d
                    "method that colors hidden surfaces: network (the default if its weights are found) or diffusion")
         ->check(CLI::IsMember({"diffusion", "network"}));
     app.add_option("--arithmetic", a.arithmetic,
-                   "number format of the inpainting network: float32, or int8 (faster, 50 dB from float32)")
-        ->check(CLI::IsMember({"float32", "int8"}))
-        ->capture_default_str();
+                   "number format of the inpainting network: float32, or int8 (faster, 50 dB from float32); default: int8 if the "
+                   "weights have the ranges that it needs")
+        ->check(CLI::IsMember({"float32", "int8"}));
     app.add_option("--texture", a.texture,
                    "strength of texture on inpainted pixels, copied from similar places of the same surface; 0 for none")
         ->check(between(0, 4))
@@ -158,11 +161,15 @@ inline void describe(CLI::App& app, arguments& a, const std::filesystem::path& d
     app.add_option(
            "--motion", a.motion,
            "how far a camera may move what is nearest against what is farthest, as a share of the long side: surfaces grow "
-           "behind silhouettes for as much. Videos, headsets and scrolling into a page use all of it; sideways a page moves as "
-           "far "
-           "as its frame hides, at most 5.1 % of the short side")
+           "behind silhouettes and past the photo's border for as much")
         ->check(between(0, 0.3))
         ->capture_default_str();
+    app.add_option(
+           "--frame", a.frame,
+           "of pages, videos and stereo pictures: grow (the default) shows the whole photo, whose surfaces go on past its "
+           "border; crop hides the border, and a page moves sideways by at most 5.1 % of the short side")
+        ->transform(CLI::CheckedTransformer(
+            std::map<std::string, photo_frame>{{"grow", photo_frame::grow}, {"crop", photo_frame::crop}}));
     app.add_option("--quality", a.quality, "JPEG quality of the texture")->check(between(1, 100))->capture_default_str();
     describe_compression(app, a.compression);
     app.add_option("--threads", a.threads, "number of threads; 0: one per processor")
@@ -217,6 +224,7 @@ inline photo3d_options options_for(const arguments& a, const photo_with_depth& i
     options.texture.strength = a.texture;
     options.grain.strength = a.grain;
     options.expand.motion = a.motion;
+    options.frame = a.frame;
     if (a.hard_edges) options.mesh.soft_edges.min_width = 0.0F;
     if (photo.focal_length_35mm) options.focal_length_35mm = *photo.focal_length_35mm;
     if (a.field_of_view > 0.0F) {

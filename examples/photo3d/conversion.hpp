@@ -187,7 +187,7 @@ encoded_photo3d encode(const photo3d& made, const photo_texture& texture, const 
         },
         threads);
     result.facts.camera = made.facts.camera;
-    result.facts.motion = made.facts.motion;
+    result.facts.motion = made.facts.motion, result.facts.is_past_frame = made.facts.margin > 0;
     result.facts.range = made.facts.range;
     if (!is_standard(names.photo)) result.facts.source = as_utf8(names.photo.filename().string());
     const std::vector<std::span<const std::byte>> jpegs(result.textures.jpeg.begin(), result.textures.jpeg.end());
@@ -239,7 +239,7 @@ inline nlohmann::ordered_json report_on(const photo3d& made, const encoded_photo
 inline std::string make_page(const viewer_page& viewer, const photo_files& names, const photo3d& made,
                              const encoded_photo3d& encoded) {
     const std::string title = is_standard(names.photo) ? "3D photo" : names.photo.stem().string();
-    return viewer.with_photo(title, made.photo, encoded.glb);
+    return viewer.with_photo(title, made.photo, encoded.glb, made.facts.margin > 0);
 }
 
 }  // namespace ldi::examples

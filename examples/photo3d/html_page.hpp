@@ -38,9 +38,11 @@ public:
 
     /// Returns the page with a photo in it.
     ///
-    /// title  plain text
-    /// photo  H x W x 3
-    std::string with_photo(std::string_view title, const image<std::uint8_t>& photo, std::span<const std::byte> glb) const;
+    /// title     plain text
+    /// photo     H x W x 3
+    /// is_whole  surfaces go on past the photo's border: the page hides none of it
+    std::string with_photo(std::string_view title, const image<std::uint8_t>& photo, std::span<const std::byte> glb,
+                           bool is_whole) const;
 
 private:
     static constexpr std::string_view title_marker = "<title>3D photo</title>", photo_marker = "<!-- the photo goes here -->";
@@ -94,14 +96,14 @@ inline std::vector<std::byte> encode_poster(const image<std::uint8_t>& photo) {
 }
 
 inline std::string viewer_page::with_photo(std::string_view title, const image<std::uint8_t>& photo,
-                                           std::span<const std::byte> glb) const {
+                                           std::span<const std::byte> glb, bool is_whole) const {
     const std::size_t after_title = title_ + title_marker.size(), after_photo = photo_ + photo_marker.size();
     std::string page;
     page.reserve(text_.size() + (glb.size() + 2) / 3 * 4 + 200'000);  // growing, it would need three times its memory
     page +=
         text_.substr(0, title_) + "<title>" + escape_html(title) + "</title>" + text_.substr(after_title, photo_ - after_title);
     page += "<style>:root { --photo-width: " + std::to_string(photo.width()) +
-            "; --photo-height: " + std::to_string(photo.height()) +
+            "; --photo-height: " + std::to_string(photo.height()) + (is_whole ? "; --hidden-border: 0" : "") +
             " }</style>\n<img id=\"poster\" alt=\"\" src=\"data:image/jpeg;base64,";
     append_base64(page, encode_poster(photo));
     page += "\">\n<script id=\"photo\" type=\"model/gltf-binary;base64\">";

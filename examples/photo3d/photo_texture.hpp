@@ -46,7 +46,9 @@ public:
             shrunk_ = ldi::detail::shrink_photo(photo, shown_side, threads);
             photo_ = shrunk_;
         }
-        layout_ = lay_out_sheets(made.layers, made.charts, made.atlas, photo_.height(), photo_.width());
+        sheet_options sheets;
+        sheets.margin = made.facts.margin;
+        layout_ = lay_out_sheets(made.layers, made.charts, made.atlas, photo_.height(), photo_.width(), sheets);
         on_sheets_ = move_to_sheets(made.mesh, made.charts, made.atlas, *layout_);
     }
     photo_texture(const photo_texture&) = delete;

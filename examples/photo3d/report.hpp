@@ -108,7 +108,19 @@ inline std::size_t layer_count(const graph_view& g) {
     return count.empty() ? 0 : *std::max_element(count.begin(), count.end());
 }
 
-/// The most memory that this process has had so far, in bytes.
+/// Counts the pixels outside the photo.
+inline std::size_t pixels_past_frame(const photo3d& result) {
+    const graph& g = result.layers.topology();
+    const std::int32_t margin = result.facts.margin;
+    const auto is_outside = [&](std::int32_t i) {
+        return std::min(g.x()[i], g.y()[i]) < margin || g.x()[i] >= g.width() - margin || g.y()[i] >= g.height() - margin;
+    };
+    std::size_t count = 0;
+    for (std::int32_t i = 0; margin > 0 && i < g.count(); ++i) count += is_outside(i) ? 1U : 0U;
+    return count;
+}
+
+/// Peak memory of this process in bytes.
 inline std::size_t peak_memory() {
     std::ifstream facts("/proc/self/status");  // getrusage() would include the program that started this one
     for (std::string name; facts >> name; std::getline(facts, name)) {
@@ -147,7 +159,9 @@ inline nlohmann::ordered_json make_report(const photo3d& result, const stage_clo
     report["texture_height"] = shown.height;
     report["textures"] = shown.count;
     report["pixels"] = result.layers.size();
-    report["hidden_pixels"] = result.layers.size() - result.photo.size() / 3;
+    const std::size_t past_frame = pixels_past_frame(result);
+    report["hidden_pixels"] = result.layers.size() - result.photo.size() / 3 - past_frame;
+    report["pixels_past_frame"] = past_frame;
     report["depth"] = depth;
     report["inpainting"] = inpainting;
     report["texture"] = texture;
@@ -192,8 +206,8 @@ inline std::string to_table(const nlohmann::ordered_json& report) {
     line("photo", number("width") + " x " + number("height"));
     if (report["textures"] != 1)
         line("texture", number("texture_width") + " x " + number("texture_height") + ", on " + number("textures") + " pictures");
-    line("pixels",
-         number("pixels") + ", " + number("hidden_pixels") + " of them hidden, in up to " + number("layers") + " layers");
+    line("pixels", number("pixels") + ", " + number("hidden_pixels") + " of them hidden and " + number("pixels_past_frame") +
+                       " past the frame, in up to " + number("layers") + " layers");
     char fill[32];
     std::snprintf(fill, sizeof fill, "%.0f %% full", 100.0 * report["atlas_fill"].get<double>());
     line("charts", number("charts") + ", in an atlas of " + number("atlas_width") + " x " + number("atlas_height") + ", " + fill);

@@ -219,8 +219,8 @@ inline void check_video(const video_options& v, output_files& files) {
     if (camera_paths().count(v.path) == 0) load_key_frames(v.path);
 }
 
-/// The views of all frames, of the video's size, framed so that nothing past the photo's border is seen: for each frame one, or
-/// for two eyes two, the left one first.
+/// Computes the views of all frames at the video's size, cropped so that no frame shows the end of the photo's surfaces. One
+/// view per frame, or two for two eyes, the left one first.
 ///
 /// camera  camera that took the photo
 inline std::vector<view> frame_views(const photo3d& result, const pinhole_camera& camera, const video_options& v,
@@ -244,12 +244,12 @@ inline std::vector<view> frame_views(const photo3d& result, const pinhole_camera
         from.position = within_motion(from.position, camera, range, options.motion);
         for (const float side : {-0.5F, 0.5F}) {
             if (v.stereo == "none" && side > 0) break;
-            views.push_back(eyes > 0 ? beside(from, side * eyes) : from);
+            views.push_back(eyes > 0 ? beside(from, side * eyes, range.depth(options.focus_disparity) + from.position[2]) : from);
             views.back().position = within_motion(views.back().position, camera, range, result.facts.motion);
         }
     }
-    // A path that leaves the photo's surroundings has no frame; then the border shows.
-    const float frame = frame_within(views, camera, range);
+    // A path that leaves the photo's surroundings has no frame; the end of the surfaces then becomes visible.
+    const float frame = frame_within(views, camera, range, result.facts.margin > 0 ? result.facts.motion : 0.0F);
     const int size = v.size > 0 ? v.size : v.is_for_chats() ? 480 : 960;
     const float scale = std::min(1.0F, static_cast<float>(size) / static_cast<float>(std::max(camera.width, camera.height)));
     const auto even = [&](std::int32_t length) {
@@ -258,6 +258,7 @@ inline std::vector<view> frame_views(const photo3d& result, const pinhole_camera
     for (view& from : views) {
         from = framed(from, frame > 0.5F ? frame : 1.0F);
         from.camera.focal_length *= scale;
+        for (float& shift : from.lens_shift) shift *= scale;
         from.camera.width = even(camera.width), from.camera.height = even(camera.height);
     }
     return views;

@@ -217,7 +217,7 @@ inline std::array<std::uint8_t, 3> to_bytes(const vector3& color) {
 /// Returns the ray through (x, y) of a view, whose distances are depths along the view's axis.
 inline ray primary_ray(const view& from, double x, double y) {
     const double f = static_cast<double>(from.camera.focal_length);
-    const vector3 d{(x - 0.5 * from.camera.width) / f, (0.5 * from.camera.height - y) / f, -1};
+    const vector3 d{(x - from.axis_x()) / f, (from.axis_y() - y) / f, -1};
     std::array<double, 9> r{};
     for (std::size_t i = 0; i < 9; ++i) r[i] = static_cast<double>(from.rotation[i]);
     return {{static_cast<double>(from.position[0]), static_cast<double>(from.position[1]), static_cast<double>(from.position[2])},

@@ -68,6 +68,7 @@
 #include <ldi/occlusion/discontinuity_curves.hpp>
 #include <ldi/occlusion/expand.hpp>
 #include <ldi/occlusion/lift.hpp>
+#include <ldi/occlusion/past_frame.hpp>
 #include <ldi/occlusion/spurious_discontinuities.hpp>
 
 #include <ldi/inpaint/diffusion_inpainter.hpp>

@@ -29,6 +29,7 @@
 #include <ldi/occlusion/discontinuity_curves.hpp>
 #include <ldi/occlusion/expand.hpp>
 #include <ldi/occlusion/lift.hpp>
+#include <ldi/occlusion/past_frame.hpp>
 #include <ldi/occlusion/spurious_discontinuities.hpp>
 #include <ldi/texture/atlas.hpp>
 #include <ldi/texture/sheets.hpp>
@@ -101,6 +102,8 @@ struct photo3d_options {
     mixed_color_options mixed_colors;
     curve_options curves;
     expand_options expand;
+    /// Whether surfaces continue past the photo's border, as far as `expand.motion` uncovers them.
+    photo_frame frame = photo_frame::grow;
     texture_options texture;
     grain_options grain;
     chart_options charts;
@@ -392,6 +395,7 @@ basic_photo3d<Own...> make_photo3d(image_view<const std::uint8_t> photo, const p
     progress.report("color inpainting", 0.0F);
     inpaint_hidden(layers, lifted.rims, inpainter, options, threads);
     result.layers = decltype(result.layers)(std::move(layers));
+    if (options.frame == photo_frame::grow) result.facts.margin = grow_past_frame(result.layers, result.facts);
     progress.report("color inpainting", 1.0F);
 
     progress.report("chart generation", 0.0F);

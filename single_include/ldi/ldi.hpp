@@ -22,7 +22,7 @@
 //                         not define it.
 //
 // Translation units of one program may be compiled with different settings: the namespace separates their code, which the linker
-// would otherwise merge. An object of one configuration is therefore not an object of another, and an ldi::error that crosses
+// would otherwise merge. Types of one configuration therefore differ from those of another, and an ldi::error that crosses
 // the boundary is caught as std::runtime_error. Each configuration has its own error handler and its own current memory per
 // thread.
 
@@ -1508,7 +1508,7 @@ public:
     link_editor& operator=(const link_editor&) = delete;
 
     std::int32_t neighbor(std::int32_t pixel, side s) const { return graph_.neighbor(pixel, s); }
-    /// As graph_builder::link() and unlink().
+    /// Same as graph_builder::link() and unlink().
     void link(std::int32_t a, side s, std::int32_t b) { graph_.link(a, s, b); }
     void unlink(std::int32_t a, side s) { graph_.unlink(a, s); }
 
@@ -2005,7 +2005,8 @@ inline void link_kept_pixels(const graph_view& g, const coarsened& result, graph
     }
 }
 
-/// Finds the parents of a run's other pixels, as corner_of_group() does; the first path is nearly always open.
+/// Finds the parents of the pixels of a run that are not kept. Tries the first path of corner_of_group() before it calls the
+/// function, because all links on this path almost always exist.
 inline void find_parents(const graph_view& g, const pixel_run& run, buffer<std::int32_t>& parent) {
     const auto by_corner = [&](std::int32_t pixel) {
         const std::int32_t corner = corner_of_group(g, pixel);
@@ -2083,6 +2084,26 @@ inline coarsened coarsen(const graph_view& g, orphan_rule orphans = orphan_rule:
     return result;
 }
 
+namespace detail {
+
+/// The fine pixels that collapse to each coarse one: coarse pixel i has those from first[i] to first[i + 1], ascending.
+struct collapsed_pixels {
+    buffer<std::size_t> first;
+    buffer<std::int32_t> pixels;
+
+    explicit collapsed_pixels(const coarsened& by) : first(by.kept.size() + 1, 0) {
+        for (const std::int32_t parent : by.parent)
+            if (parent != no_pixel) ++first[parent + 1];
+        for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
+        pixels.resize(first.back(), unset);
+        buffer<std::size_t> next(first);
+        for (std::int32_t i = 0; i < by.parent.count(); ++i)
+            if (by.parent[i] != no_pixel) pixels[next[by.parent[i]]++] = i;
+    }
+};
+
+}  // namespace detail
+
 /// A layered image at half resolution, and how it connects to its parent level.
 template <payload_column... Columns>
 struct coarsened_layers {
@@ -2095,28 +2116,22 @@ struct coarsened_layers {
 template <payload_column... Columns>
 coarsened_layers<Columns...> coarsen(const layered_image<Columns...>& fine, orphan_rule orphans = orphan_rule::stay) {
     coarsened level = coarsen(graph_view(fine.topology()), orphans);
-    const std::size_t count = level.kept.size();
-    // children[first[c]] to children[first[c + 1] - 1] are the fine pixels of coarse pixel c; the kept pixel comes first.
-    buffer<std::size_t> first(count + 1);
-    for (const std::int32_t p : level.parent)
-        if (p != no_pixel) ++first[static_cast<std::size_t>(p) + 1];
-    for (std::size_t c = 0; c < count; ++c) first[c + 1] += first[c];
-    buffer<std::int32_t> children(first[count]);
-    buffer<std::size_t> next = first;
-    for (std::size_t c = 0; c < count; ++c) children[next[c]++] = level.kept[c];
-    for (std::int32_t i = 0; i < level.parent.count(); ++i) {
-        const std::int32_t p = level.parent[i];
-        if (p != no_pixel && level.kept[p] != i) children[next[static_cast<std::size_t>(p)]++] = i;
+    detail::collapsed_pixels children(level);
+    const std::int32_t count = level.kept.count();
+    for (std::int32_t c = 0; c < count; ++c) {  // the kept pixel comes first
+        std::int32_t* const first = children.pixels.data() + children.first[c];
+        std::int32_t* const kept = std::find(first, children.pixels.data() + children.first[c + 1], level.kept[c]);
+        std::rotate(first, kept, kept + 1);
     }
 
     coarsened_layers<Columns...> result{layered_image<Columns...>(std::move(level.topology)), std::move(level.kept),
                                         std::move(level.parent)};
     const auto fill = [&]<class Column>(const Column&) {
         buffer<typename Column::scalar> values;
-        for (std::int32_t c = 0; c < static_cast<std::int32_t>(count); ++c) {
+        for (std::int32_t c = 0; c < count; ++c) {
             values.clear();
-            for (std::size_t k = first[c]; k < first[static_cast<std::size_t>(c) + 1]; ++k)
-                for (const auto& value : fine.template at<Column>(children[k])) values.push_back(value);
+            for (std::size_t k = children.first[c]; k < children.first[c + 1]; ++k)
+                for (const auto& value : fine.template at<Column>(children.pixels[k])) values.push_back(value);
             const auto coarse = detail::coarser_values<Column>({values});
             std::copy(coarse.begin(), coarse.end(), result.layers.template at<Column>(c).begin());
         }
@@ -2469,7 +2484,7 @@ inline std::size_t stride_in_values(std::size_t bytes, std::size_t row_values, s
     return bytes / value_size;
 }
 
-/// H W C.
+/// Returns height * width * channels. Raises what checked_row_stride() raises.
 inline std::size_t checked_size(std::size_t height, std::size_t width, std::size_t channels, std::size_t value_size) {
     return height * checked_row_stride(height, width, channels, 0, value_size);
 }
@@ -2482,7 +2497,7 @@ struct byte_stride {
 };
 
 /// Non-owning view of H x W x C values, with `row_stride` values from the start of a row to the start of the next.
-/// Stages take an `image_view<const T>`, which cannot change them.
+/// Stages accept an `image_view<const T>`, through which they cannot change the values.
 ///
 ///     ldi::image_view<const std::uint8_t> photo(mat.data, mat.rows, mat.cols, 3, ldi::byte_stride{mat.step});  // CV_8UC3
 template <class Scalar>
@@ -2659,6 +2674,10 @@ struct surface_rule {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// Disparity of the window through which a 3D photo is seen: the middle, so the nearest and the farthest surface move equally
+/// far.
+inline constexpr float window_disparity = 0.5F;
+
 struct photo_facts {
     pinhole_camera camera{};  ///< camera that took the photo
     depth_range range{};      ///< distances at disparity 1 and 0
@@ -2666,6 +2685,12 @@ struct photo_facts {
     /// Maximum camera motion (render/motion.hpp) for which hidden surfaces exist, as a share of the photo's longer side; 0:
     /// there are no hidden surfaces.
     float motion = 0.0F;
+    /// Width of the lattice's margin around the photo, in pixels (occlusion/past_frame.hpp); 0: surfaces end at the photo's
+    /// border.
+    std::int32_t margin = 0;
+
+    /// Returns the camera whose pixels the layered image has: the photo's, with a sensor larger by the margin.
+    pinhole_camera layers_camera() const { return {camera.width + 2 * margin, camera.height + 2 * margin, camera.focal_length}; }
 };
 
 }}  // namespace ldi
@@ -3685,7 +3710,7 @@ LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
     return sums;
 }
 
-/// As add_products(), but multiplies every group of four bytes of a by the same four bytes of b, from `4 * lane` on.
+/// Same as add_products(), but multiplies every group of four bytes of a by the same four bytes of b, from `4 * lane` on.
 template <int lane>
 [[gnu::always_inline]] inline int32x4_t add_products_with(int32x4_t sums, int8x16_t a, int8x16_t b) {
     asm("sdot %0.4s, %1.16b, %2.4b[%3]" : "+w"(sums) : "w"(a), "w"(b), "i"(lane));
@@ -4237,7 +4262,10 @@ inline void area_resize_row(const area_weights& horizontal, const area_weights& 
     const area_weights::cover& rows = vertical.covers[y];
     for (std::size_t i = 0; i < rows.count; ++i)
         add_area_row(horizontal, source.row(rows.first + i), channels, vertical.weights[rows.weight + i], sums.data());
-    for (std::size_t i = 0; i < sums.size(); ++i) result[i] = static_cast<std::uint8_t>(std::lrint(sums[i]));
+    // Half to even, as std::lrint() rounds, without a call: where floats count in ones.
+    constexpr float ones = 0x1.8p23F;
+    for (std::size_t i = 0; i < sums.size(); ++i)
+        result[i] = static_cast<std::uint8_t>(static_cast<std::int32_t>((sums[i] + ones) - ones));
 }
 
 /// Resizes an image by averaging over areas. An enlarged image consists of rectangles of equal color, mixed at their borders.
@@ -4249,9 +4277,14 @@ image<std::uint8_t> area_resize(image_view<const std::uint8_t> source, std::size
         raise(error_code::invalid_data, "area_resize", "a source and a result with at least one pixel",
               std::to_string(source.height()) + " x " + std::to_string(source.width()) + " and " + std::to_string(result_height) +
                   " x " + std::to_string(result_width));
+    image<std::uint8_t> result(result_height, result_width, source.channels(), unset);
+    if (source.height() == result_height && source.width() == result_width) {
+        for (std::size_t y = 0; y < result_height; ++y)
+            std::copy_n(source.row(y), result_width * source.channels(), result.row(y));
+        return result;
+    }
     const area_weights horizontal = make_area_weights(source.width(), result_width);
     const area_weights vertical = make_area_weights(source.height(), result_height);
-    image<std::uint8_t> result(result_height, result_width, source.channels(), unset);
     parallel_for(threads, result_height, 8, [&](std::size_t first, std::size_t last) {
         buffer<float> sums;
         for (std::size_t y = first; y < last; ++y) area_resize_row(horizontal, vertical, y, source, sums, result.row(y));
@@ -5213,7 +5246,7 @@ struct conv_u8_tiles {
 
 LDI_END_TARGET
 
-/// Result: float or std::uint8_t.
+/// Result  float or std::uint8_t
 template <class Result>
 void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
              const float* ratios, Result* result) {
@@ -6627,7 +6660,7 @@ struct depthwise_columns {
     static constexpr std::size_t max_slots = 40, max_taps = 4 * max_slots;
 
     std::size_t first = 0, count = 0;
-    std::size_t first_column = 0;  ///< column of slot 0, plus one
+    std::size_t first_column = 0;  ///< column of slot 0, plus one because columns start at -1
     std::size_t slot_count = 0;
     /// Slot of column first + i - 1 of the enlarged rows, at stride 1; a window reads three consecutive entries.
     std::uint16_t slot_of[max_taps];
@@ -7122,9 +7155,11 @@ struct gemm_u8_weights {
     buffer<std::int16_t> wide;  ///< scalar, WebAssembly, a single output with AVX2: weight minus its zero point
     /// AVX2, VNNI: weight minus its zero point, or the negative of it (see `fast`); NEON: see `output`
     buffer<std::int8_t> narrow;
-    buffer<std::uint32_t> order;  ///< AVX2: pairs of terms, and the first input of each term
-    buffer<std::int32_t> bias;    ///< zero points folded in; padded with zeros to whole vectors
-    requantization output;        ///< NEON: the multiplier is negated if `narrow` and `bias` are
+    /// AVX2, for each segment of each panel: the number of pairs of terms, the number of single terms, and the first input of
+    /// each term
+    buffer<std::uint32_t> order;
+    buffer<std::int32_t> bias;  ///< zero points folded in; padded with zeros to whole vectors
+    requantization output;      ///< NEON: the multiplier is negated if `narrow` and `bias` are
     /// Negated if `narrow` and `bias` are. On WebAssembly, the constants of an unfused_requantization. Unused by scalar and
     /// NEON.
     float_requantization fast;
@@ -8948,7 +8983,7 @@ struct basic_feature_map {
     Value zero = {};  ///< value that represents zero: the zero point of bytes
 
     basic_feature_map() = default;
-    /// Leaves the values uninitialized. Raises too_large for a size that no memory has.
+    /// Leaves the values uninitialized. Raises too_large if the values exceed the address space.
     basic_feature_map(std::size_t pixel_count, std::size_t channel_count, Value stands_for_zero = {})
         : channels(channel_count),
           values(detail::checked_size(1, pixel_count, channel_count, sizeof(Value)), unset),
@@ -9663,25 +9698,11 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// The fine pixels that collapse to each coarse one: coarse pixel i has those from first[i] to first[i + 1], ascending.
-struct collapsed_pixels {
-    buffer<std::size_t> first;
-    buffer<std::int32_t> pixels;
-
-    explicit collapsed_pixels(const coarsened& by) : first(by.kept.size() + 1, 0) {
-        for (const std::int32_t parent : by.parent)
-            if (parent != no_pixel) ++first[parent + 1];
-        for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
-        pixels.resize(first.back(), unset);
-        buffer<std::size_t> next(first);
-        for (std::int32_t i = 0; i < by.parent.count(); ++i)
-            if (by.parent[i] != no_pixel) pixels[next[by.parent[i]]++] = i;
-    }
-};
-
-/// Sum  the type that values are combined in
+/// Applies `combine` to the fine pixels of each coarse pixel, then `finish`.
+///
+/// Sum      type of the combined values
 /// combine  combines the values of two pixels
-/// finish   maps a coarse pixel's combined value and number of fine pixels to the result
+/// finish   maps a coarse pixel's combined value and its number of fine pixels to the result
 template <class Sum, class Value, executor Executor, class Combine, class Finish>
 basic_feature_map<Value> pool(const basic_feature_map<Value>& fine, const coarsened& by, Executor& threads, Combine combine,
                               Finish finish) {
@@ -9708,10 +9729,10 @@ basic_feature_map<Value> pool(const basic_feature_map<Value>& fine, const coarse
 
 }  // namespace detail
 
-/// Average over the fine pixels of each coarse pixel. Bytes: rounded half up.
+/// Returns the average over the fine pixels of each coarse pixel. Averages of bytes are rounded half up.
 ///
-/// fine  float or bytes
-/// by    coarsen() of the graph of `fine`
+/// fine  values of type float or std::uint8_t
+/// by    result of coarsen() for the graph of `fine`
 template <class Value, executor Executor = const serial_executor>
 basic_feature_map<Value> average_pool(const basic_feature_map<Value>& fine, const coarsened& by, Executor&& threads = {}) {
     if constexpr (std::same_as<Value, float>)
@@ -9724,10 +9745,10 @@ basic_feature_map<Value> average_pool(const basic_feature_map<Value>& fine, cons
             [](std::size_t sum, std::size_t count) { return static_cast<Value>((2 * sum + count) / (2 * count)); });
 }
 
-/// Maximum of each channel over the fine pixels of each coarse pixel.
+/// Returns the maximum of each channel over the fine pixels of each coarse pixel.
 ///
-/// fine  float or bytes
-/// by    coarsen() of the graph of `fine`
+/// fine  values of type float or std::uint8_t
+/// by    result of coarsen() for the graph of `fine`
 template <class Value, executor Executor = const serial_executor>
 basic_feature_map<Value> max_pool(const basic_feature_map<Value>& fine, const coarsened& by, Executor&& threads = {}) {
     return detail::pool<Value>(
@@ -9785,14 +9806,14 @@ struct tensor {
     std::variant<buffer<float>, buffer<std::int32_t>, buffer<std::int8_t>, buffer<std::uint8_t>> values;
 };
 
-/// Names are unique.
+/// Tensors and metadata of a weight file. Names are unique.
 struct named_tensors {
     std::map<std::string, tensor, std::less<>> tensors;
     std::map<std::string, std::string, std::less<>> metadata;
-    std::string where;  ///< the file's path, for messages
+    std::string where;  ///< path of the file, for messages
 };
 
-/// "20 x 4 x 7 x 7", or "a single value".
+/// Returns the shape as text: "20 x 4 x 7 x 7", or "a single value".
 inline std::string shape_text(const buffer<std::size_t>& shape) {
     if (shape.empty()) return "a single value";
     std::string text;
@@ -9809,15 +9830,15 @@ constexpr std::string_view scalar_name() {
     if constexpr (std::is_same_v<Scalar, std::uint8_t>) return "uint8";
 }
 
-/// The name of a tensor in messages.
+/// Returns the name of a tensor in messages.
 inline std::string tensor_place(const named_tensors& from, std::string_view name) {
     return place_in(from.where, "tensor " + printable(name));
 }
 }  // namespace detail
 
-/// The values of the tensor `name`, which must be of this type and shape.
+/// Returns the values of the tensor `name`, which must have this type and shape.
 ///
-/// Raises mismatch, naming the tensor, where there is none of that name or it is of another type or shape.
+/// Raises mismatch, with the name of the tensor, if it is missing or has another type or shape.
 template <class Scalar>
 const buffer<Scalar>& tensor_values(const named_tensors& from, std::string_view name, const buffer<std::size_t>& shape) {
     const std::string expected = std::string(detail::scalar_name<Scalar>()) + ", " + shape_text(shape);
@@ -9834,7 +9855,7 @@ const buffer<Scalar>& tensor_values(const named_tensors& from, std::string_view 
     return *values;
 }
 
-/// Raises mismatch, naming the first tensor that is not among `names`.
+/// Raises mismatch for the first tensor that is not among `names`.
 template <class Names>
 void check_no_others(const named_tensors& from, const Names& names) {
     for (const auto& [name, values] : from.tensors) {
@@ -9873,7 +9894,7 @@ struct convolution_description {
 
 /// The sum of two tensors of equal shape.
 struct addition_description {
-    std::array<std::size_t, 2> inputs = {};  ///< tensors
+    std::array<std::size_t, 2> inputs = {};  ///< indices of tensors
 };
 
 /// Every pixel repeated `factor` times in both directions.
@@ -10850,8 +10871,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 ///     i.weight                             uint8  outputs x kernel x kernel x (inputs; 1 if depthwise)
 ///     i.bias                               int32  outputs
 ///
-/// Kinds: 0 convolution, 1 depthwise convolution, 2 addition, 3 enlargement by repeating pixels. The last operator makes the
-/// result. "operator_names" in the metadata, separated by spaces, name the operators in messages.
+/// Kinds: 0 convolution, 1 depthwise convolution, 2 addition, 3 enlargement by repeating pixels. The last operator computes the
+/// result of the network. "operator_names" in the metadata contains names of the operators for messages, separated by spaces.
 ///
 /// Raises mismatch or invalid_data, naming the tensor, if the file differs from this. quantized_network checks the description
 /// afterwards.
@@ -11804,7 +11825,7 @@ private:
 
     std::size_t depth() const { return architecture_.channels.size(); }
 
-    /// Output of the last layer, in rows of `decoded` of level 0.
+    /// Runs all layers. Returns the output of the last layer, in the rows of `decoded` of level 0.
     template <class Weights, executor Executor, class Report>
     buffer<float> run_layers(const detail::farbrausch_convolutions<Weights>& layers, detail::network_input input,
                              buffer<detail::farbrausch_level>& levels, Executor& threads, Report&& report) const;
@@ -12112,7 +12133,7 @@ public:
         return network_.run(quantized_color(rgb), threads, progress, memory);
     }
 
-    /// As levels(), but layer by layer.
+    /// Same as levels(), but layer by layer.
     ///
     /// observe  as in quantized_network::run_observed
     template <executor Executor, class Observe>
@@ -12121,7 +12142,7 @@ public:
         return network_.run_observed(quantized_color(rgb), threads, observe);
     }
 
-    /// As quantized_network::describe_steps().
+    /// Same as quantized_network::describe_steps().
     buffer<quantized_network::step_description> describe_steps(tensor_size rgb) const { return network_.describe_steps(rgb); }
 
     isa target() const { return network_.target(); }
@@ -13080,8 +13101,8 @@ struct normalize_options {
     /// Relative difference between two neighboring steps of a quantized source: exp(0.0187) - 1 for Tiefenrausch, whose 8 bits
     /// are log disparity; 0 for a source with fine steps.
     float relative_step = 0.0F;
-    /// Maximum size of a source's step in the result, well below the discontinuity threshold of 0.05. In a scene as flat as a
-    /// wall, where one step is a large part of the range, disparity therefore does not reach 0.
+    /// Maximum size of a quantization step in the result, well below the discontinuity threshold of 0.05. In a scene as flat as a
+    /// wall, one step is a large part of the range; disparity then does not reach 0.
     float largest_step = 0.02F;
     /// Whether the source is 1 / depth up to scale, so that ratios of distances are known. If false, it is known only up to
     /// scale and shift, and distances are a guess, `assumed_range`.
@@ -13651,7 +13672,10 @@ struct sorted_columns {
         for (buffer<float>& plane : pair) plane.resize(stride + wide);
     }
 
-    // rows[r]  row r of five rows with `stride` samples, infinite where the weight is zero; stride is a multiple of `wide`
+    // Sorts the columns of five rows, then merges each column with the next one.
+    //
+    // rows    five rows of `stride` samples; a sample is infinite if its weight is zero
+    // stride  multiple of `wide`
     void sort(const std::array<const float*, diameter>& rows, std::size_t stride) {
         for (std::size_t x = 0; x < stride; x += wide) {
             four_floats v[diameter];
@@ -14209,8 +14233,8 @@ private:
         const float source = pixels_.disparity(pixel);
         const std::int32_t position = pixels_.position(x, y);
 
-        // The paper's average of the neighbors: on each side the pixel of this surface, if there is one that is free to be
-        // linked. The new pixel's origin is that of the neighbor whose reach goes farthest beyond it.
+        // As in the paper, the disparity is the average of the neighbors: on each side, the pixel of this surface that is free
+        // to be linked, if one exists. The new pixel's origin is that of the neighbor whose reach extends farthest beyond it.
         std::int32_t neighbors[4], origin = no_pixel;
         float sum = 0.0F, count = 0.0F, room = 0.0F;
         for (int i = 0; i < 4; ++i) {
@@ -14346,9 +14370,9 @@ private:
 
 /// Adds the surfaces that a camera in motion uncovers behind curves.
 ///
-/// layer    as lift() makes it and close_spurious_discontinuities() leaves it
-/// surface  the rule that lift() linked it by
-/// curves   of the same layer; raises mismatch for those of another one
+/// layer    result of lift() after close_spurious_discontinuities()
+/// surface  rule that lift() linked the layer by
+/// curves   discontinuity curves of this layer; raises mismatch for curves of another layer
 ///
 /// Returns the same image with hidden pixels added, in canonical order. The disparity of a new pixel is the average of those that
 /// it grew from, and always farther than the photo's at that position by more than surface_rule::largest_step; every other column
@@ -14357,8 +14381,9 @@ private:
 /// differ by up to twice the threshold, and disparities may be a little below 0. `after_iteration(graph, disparity, first_new)`,
 /// if given, sees the unordered state after every iteration (for tests and pictures; it costs a copy each).
 ///
-/// At most 1 / surface_rule::largest_step surfaces lie at one position; noise at all scales adds five pixels per pixel of the
-/// photo, most photos less than a half. Time is linear in the pixels of the result; up to 110 bytes for each of them.
+/// At most 1 / surface_rule::largest_step surfaces lie at one position. A disparity map of noise at all scales adds six pixels
+/// per pixel of the photo; most photos add less than half a pixel. Time is linear in the number of pixels of the result; memory
+/// is up to 110 bytes per pixel.
 template <payload_column... Columns, class AfterIteration = std::nullptr_t>
 expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule surface,
                                    std::span<const discontinuity_curve> curves, const expand_options& options = {},
@@ -14488,6 +14513,620 @@ single_layer<color16_column, disparity_column, known_column, matte_column> lift(
                                                                                 const photo_facts& facts = {},
                                                                                 Executor&& threads = {}) {
     return detail::lift_colors<color16_column>(color, disparity, facts.surface, threads);
+}
+
+}}  // namespace ldi
+
+// ---- ldi/occlusion/detail/photo_rim.hpp
+// Rims that are not of the scene: the edges of scanned slides, and thin frames. Mirrored and seen from the side they would become
+// lines across the picture.
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+/// Finds the rows or columns along each side of a photo that have one color each, up to the first that has not, and the few in
+/// which that color fades out. More than `max_rim` of them are a plain background, and no rim.
+class rim_finder {
+public:
+    /// g             in canonical order
+    /// color, known  K x 3 and K
+    rim_finder(const graph_view& g, array_view<const std::uint8_t> color, array_view<const std::uint8_t> known,
+               const buffer<pixel_run>& runs)
+        : graph_(g), color_(color), known_(known), runs_(runs) {}
+
+    /// The width of the rim on the side from which `inwards` leads into the photo, in pixels.
+    std::int32_t width(side inwards) const {
+        const bool is_row = inwards == side::up || inwards == side::down;
+        const std::int32_t length = is_row ? graph_.width() : graph_.height(), depth = is_row ? graph_.height() : graph_.width();
+        if (length < min_length || depth < 4 * (max_rim + fading)) return 0;
+        std::int32_t rim = 0;
+        while (rim <= max_rim && has_one_color(inwards, rim)) ++rim;
+        return rim == 0 || rim > max_rim ? 0 : rim + fading;
+    }
+
+private:
+    static constexpr std::int32_t max_rim = 8, fading = 2, min_length = 32;
+    static constexpr double max_deviation = 5;  // mean, in gray levels
+
+    /// Whether the photo's pixels at a distance from a side are nearly of one color.
+    bool has_one_color(side inwards, std::int32_t distance) const {
+        std::array<double, 3> mean{};
+        double count = 0, deviation = 0;
+        for_each_pixel(inwards, distance, [&](const std::uint8_t* color) {
+            count += 1;
+            for (std::size_t c = 0; c < 3; ++c) mean[c] += color[c];
+        });
+        if (count == 0) return false;
+        for (double& value : mean) value /= count;
+        for_each_pixel(inwards, distance, [&](const std::uint8_t* color) {
+            for (std::size_t c = 0; c < 3; ++c) deviation += std::abs(color[c] - mean[c]) / 3;
+        });
+        return deviation <= max_deviation * count;
+    }
+
+    template <class Visit>
+    void for_each_pixel(side inwards, std::int32_t distance, Visit&& visit) const {
+        const auto see = [&](std::int32_t pixel) {
+            if (known_[pixel] != 0) visit(color_.data() + 3 * std::ptrdiff_t{pixel});
+        };
+        const std::int32_t x = inwards == side::right ? distance : graph_.width() - 1 - distance;
+        const std::int32_t y = inwards == side::down ? distance : graph_.height() - 1 - distance;
+        for (const pixel_run& r : runs_) {
+            const std::int32_t x0 = graph_.x()[r.first];
+            if (inwards == side::left || inwards == side::right) {
+                if (x0 <= x && x < x0 + r.size()) see(r.first + x - x0);
+            } else if (graph_.y()[r.first] == y) {
+                for (std::int32_t i = r.first; i < r.last; ++i) see(i);
+            }
+        }
+    }
+
+    graph_view graph_;
+    array_view<const std::uint8_t> color_, known_;
+    const buffer<pixel_run>& runs_;
+};
+
+}}}  // namespace ldi::detail
+
+// ---- ldi/occlusion/detail/border_lines.hpp
+// Slopes of a photo's lines at its border, and the pixels that its continuation shows (occlusion/past_frame.hpp).
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+/// Measures the slope of a photo's lines along one side of its border: steps along the border, downwards or to the right, per
+/// step inwards.
+class border_lines {
+public:
+    /// color    K x 3
+    /// inwards  from that side of the border
+    /// rim      pixels along that side that are not of the scene (detail/photo_rim.hpp)
+    border_lines(const graph_view& g, array_view<const std::uint8_t> color, side inwards, std::int32_t rim)
+        : graph_(g),
+          color_(color),
+          rim_(rim),
+          inwards_(inwards),
+          along_(inwards == side::left || inwards == side::right ? side::down : side::right) {}
+
+    /// The slope at each border pixel of that side.
+    ///
+    /// pixels  of that side, ascending
+    buffer<float> slopes(const buffer<std::int32_t>& pixels) const {
+        buffer<float> result(pixels.size());
+        buffer<sums> chain;
+        buffer<std::size_t> members;  // of a chain: successive pixels of one surface
+        for (std::size_t first = 0; first < pixels.size(); ++first) {
+            if (graph_.neighbor(pixels[first], opposite(along_)) != no_pixel) continue;
+            chain.clear(), members.clear();
+            for (std::int32_t pixel = pixels[first]; pixel != no_pixel; pixel = graph_.neighbor(pixel, along_)) {
+                members.push_back(
+                    static_cast<std::size_t>(std::lower_bound(pixels.begin(), pixels.end(), pixel) - pixels.begin()));
+                chain.push_back(gradients_inwards_of(pixel));
+            }
+            smooth(chain), smooth(chain);
+            for (std::size_t i = 0; i < members.size(); ++i) result[members[i]] = chain[i].slope();
+        }
+        return result;
+    }
+
+    /// Appends the pixels that the rim and the continuation of a surface past a border pixel show, from the rim's inner side
+    /// outwards: those inwards of the rim, mirrored, and shifted along the border by so much that lines of the given slope go on
+    /// straight. At the surface's end it turns around. Returns how many of them are the rim's: 0 where the surface ends within.
+    std::int32_t add_path(std::int32_t start, std::int32_t count, float slope, buffer<std::int32_t>& path) const {
+        const std::int32_t inner = pixel_inside(start), rim = inner == no_pixel ? 0 : rim_;
+        std::int32_t at = inner == no_pixel ? start : inner, shifted = 0;
+        side direction = inwards_;
+        for (std::int32_t k = 0; k < rim + count; ++k) {
+            if (k > 0) {
+                const std::int32_t next = graph_.neighbor(at, direction);
+                if (next == no_pixel) direction = opposite(direction);
+                if (next != no_pixel) at = next;
+            }
+            const std::int32_t wanted = static_cast<std::int32_t>(std::lround(slope * nearest_float(2 * k + 1)));
+            for (; shifted != wanted; shifted += shifted < wanted ? 1 : -1) {
+                const std::int32_t next = graph_.neighbor(at, shifted < wanted ? along_ : opposite(along_));
+                if (next != no_pixel) at = next;
+            }
+            path.push_back(at);
+        }
+        return rim;
+    }
+
+private:
+    static constexpr int depth = 24;              // pixels inwards that count
+    static constexpr std::ptrdiff_t radius = 16;  // pixels along the border over which slopes are averaged, twice
+
+    /// Sums of products of gradients: inwards, and along the border.
+    struct sums {
+        float inwards_along = 0, along_along = 0, inwards_inwards = 0;
+
+        /// The m with the least sum of (inwards + m along)^2. Lines that nearly follow the border count little; noise pulls to 0.
+        float slope() const {
+            const float squares = along_along + 0.1F * inwards_inwards + nearest_float(20 * depth);
+            return std::clamp(-inwards_along / squares, -1.5F, 1.5F);
+        }
+    };
+
+    /// The first pixel inwards of the rim; no_pixel where the surface ends before.
+    std::int32_t pixel_inside(std::int32_t pixel) const {
+        for (std::int32_t k = 0; k < rim_ && pixel != no_pixel; ++k) pixel = graph_.neighbor(pixel, inwards_);
+        return pixel;
+    }
+
+    float brightness(std::int32_t pixel) const {
+        const std::uint8_t* color = color_.data() + 3 * std::ptrdiff_t{pixel};
+        return nearest_float(color[0] + 2 * color[1] + color[2]) * 0.25F;
+    }
+
+    sums gradients_inwards_of(std::int32_t pixel) const {
+        sums result;
+        pixel = pixel_inside(pixel);
+        for (int k = 0; k < depth && pixel != no_pixel; ++k) {
+            const std::int32_t next = graph_.neighbor(pixel, inwards_);
+            if (next == no_pixel) break;
+            const std::int32_t before = graph_.neighbor(next, opposite(along_)), after = graph_.neighbor(next, along_);
+            const std::int32_t beyond = graph_.neighbor(next, inwards_);
+            if (before != no_pixel && after != no_pixel && beyond != no_pixel) {
+                const float inwards = brightness(beyond) - brightness(pixel), along = brightness(after) - brightness(before);
+                result.inwards_along += inwards * along, result.along_along += along * along;
+                result.inwards_inwards += inwards * inwards;
+            }
+            pixel = next;
+        }
+        return result;
+    }
+
+    /// The mean over a window along the border.
+    static void smooth(buffer<sums>& chain) {
+        const buffer<sums> from = chain;
+        const std::ptrdiff_t count = static_cast<std::ptrdiff_t>(chain.size());
+        for (float sums::*value : {&sums::inwards_along, &sums::along_along, &sums::inwards_inwards}) {
+            double sum = 0;
+            for (std::ptrdiff_t i = 0; i < (std::min)(radius, count); ++i) sum += double{from[i].*value};
+            for (std::ptrdiff_t i = 0; i < count; ++i) {
+                if (i + radius < count) sum += double{from[i + radius].*value};
+                if (i > radius) sum -= double{from[i - radius - 1].*value};
+                chain[i].*value = static_cast<float>(
+                    sum / nearest_double((std::min)(i + radius + 1, count) - std::max<std::ptrdiff_t>(i - radius, 0)));
+            }
+        }
+    }
+
+    graph_view graph_;
+    array_view<const std::uint8_t> color_;
+    std::int32_t rim_;
+    side inwards_, along_;
+};
+
+/// One side of a photo's border, and how surfaces continue past it.
+struct border_side {
+    side inwards;
+    border_lines lines;
+    buffer<std::int32_t> pixels = {};  ///< ascending
+    buffer<std::int32_t> reach = {};   ///< of each: steps by which its surface continues
+    buffer<float> slopes = {};         ///< of each
+
+    border_side(const graph_view& g, array_view<const std::uint8_t> color, array_view<const std::uint8_t> known,
+                const buffer<pixel_run>& runs, side from)
+        : inwards(from), lines(g, color, from, rim_finder(g, color, known, runs).width(from)) {}
+
+    std::size_t find(std::int32_t pixel) const {
+        return static_cast<std::size_t>(std::lower_bound(pixels.begin(), pixels.end(), pixel) - pixels.begin());
+    }
+    /// The same for one of the pixels.
+    std::int32_t add_path(std::int32_t pixel, std::int32_t count, buffer<std::int32_t>& path) const {
+        return lines.add_path(pixel, count, slopes[find(pixel)], path);
+    }
+    /// Returns the pixels that the continuation past a border pixel shows, from the border outwards.
+    buffer<std::int32_t> shown_past(std::int32_t pixel, std::int32_t count) const {
+        buffer<std::int32_t> path;
+        if (count == 0) return path;
+        const std::int32_t rim = add_path(pixel, count, path);
+        path.erase(path.begin(), path.begin() + rim);
+        return path;
+    }
+};
+
+}}}  // namespace ldi::detail
+
+// ---- ldi/occlusion/detail/frame_growth.hpp
+// The layout of a layered image whose surfaces continue past the photo's border (occlusion/past_frame.hpp).
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+/// Lays out old and new pixels row by row, from the top, in canonical order. Each run that reaches the left or the right border
+/// continues past it; then each pixel of the first and the last row, and of their continuation, continues upwards or downwards.
+class frame_growth {
+public:
+    /// g       in canonical order, with at least one pixel
+    /// reach   reach(pixel): steps by which the surface of a border pixel continues, 0 or more
+    template <class Reach>
+    frame_growth(const graph_view& g, array_view<const std::uint8_t> color, array_view<const std::uint8_t> known,
+                 array_view<const float> disparity, Reach&& reach)
+        : graph_(g),
+          disparity_(disparity),
+          runs_(runs_of(g)),
+          first_run_(static_cast<std::size_t>(g.height()) + 1),
+          left_(g, color, known, runs_, side::right),
+          right_(g, color, known, runs_, side::left),
+          top_(g, color, known, runs_, side::down),
+          bottom_(g, color, known, runs_, side::up),
+          new_index_(g.size(), unset),
+          result_(0, 0) {
+        for (const pixel_run& r : runs_) ++first_run_[g.y()[r.first] + 1];
+        for (std::size_t y = 1; y < first_run_.size(); ++y) first_run_[y] += first_run_[y - 1];
+        for (const pixel_run& r : runs_) {
+            if (g.x()[r.first] == 0) left_.pixels.push_back(r.first);
+            if (g.x()[r.last - 1] + 1 == g.width()) right_.pixels.push_back(r.last - 1);
+            for (std::int32_t i = r.first; g.y()[r.first] == 0 && i < r.last; ++i) top_.pixels.push_back(i);
+            for (std::int32_t i = r.first; g.y()[r.first] + 1 == g.height() && i < r.last; ++i) bottom_.pixels.push_back(i);
+        }
+        for (border_side* b : {&left_, &right_, &top_, &bottom_}) {
+            b->slopes = b->lines.slopes(b->pixels);
+            for (const std::int32_t pixel : b->pixels) b->reach.push_back(reach(pixel));
+            for (const std::int32_t steps : b->reach) margin_ = (std::max)(margin_, steps);
+        }
+    }
+
+    /// The width of the new lattice's margin on each side.
+    std::int32_t margin() const { return margin_; }
+    /// The number of pixels, old and new.
+    std::int64_t count() const {
+        std::int64_t total = graph_.count();
+        const std::int32_t last = graph_.height() - 1;
+        for (const border_side* b : {&left_, &right_, &top_, &bottom_})
+            for (std::size_t i = 0; i < b->pixels.size(); ++i) {
+                const std::int64_t reach = b->reach[i];
+                total += reach;
+                if (b != &left_ && b != &right_) continue;
+                const std::int32_t y = graph_.y()[b->pixels[i]];  // a corner continues in both directions
+                total += reach * reach * ((y == 0 ? 1 : 0) + (y == last ? 1 : 0));
+            }
+        return total;
+    }
+
+    grown_pixels run() {
+        result_ =
+            graph_builder(graph_.width() + 2 * margin_, graph_.height() + 2 * margin_, static_cast<std::size_t>(count()), unset);
+        const std::int32_t last = graph_.height() - 1;
+        strips before, here;
+        for (std::int32_t y = 0; y <= last; ++y) {
+            const buffer<line> lines = lines_of(y);
+            buffer<std::int32_t> above;
+            if (y == 0) above = add_outer_rows(lines, side::up, {});
+            const std::int32_t begin = next_;
+            add_row(lines, y, before, here);
+            for (std::int32_t c = 0; c < above.count(); ++c)
+                if (above[c] != no_pixel) link_down(above[c], begin + c);
+            std::swap(before, here);
+            if (y < last) continue;
+            buffer<std::int32_t> row(static_cast<std::size_t>(next_ - begin), unset);
+            std::iota(row.begin(), row.end(), begin);
+            add_outer_rows(lines, side::down, std::move(row));
+        }
+        LDI_ASSERT(next_ == result_.count());
+        for (const border_side* b : {&left_, &right_, &top_, &bottom_})
+            for (const std::int32_t pixel : b->pixels) repaint_rim(*b, pixel);
+        for (const side s : {side::up, side::down}) {
+            const array_view<std::int32_t> to = result_.write_neighbors(s);
+            const array_view<const std::int32_t> from = graph_.neighbors(s);
+            for (std::int32_t i = 0; i < graph_.count(); ++i)
+                if (from[i] != no_pixel) to[new_index_[i]] = new_index_[from[i]];
+        }
+        return {std::move(result_).build(), std::move(pieces_), origins_};
+    }
+
+    /// An old pixel and the one whose color it gets.
+    struct repainted_pixel {
+        std::int32_t pixel, source;
+    };
+    /// Pixels of rims, in the order in which to repaint them.
+    const buffer<repainted_pixel>& repainted() const { return repainted_; }
+    /// New index of each old pixel.
+    const buffer<std::int32_t>& new_index() const { return new_index_; }
+    /// Per new pixel: the old pixel that it shows, and the border pixel whose surface it continues.
+    const buffer<std::int32_t>& origins() const { return origins_; }
+    const buffer<std::int32_t>& borders() const { return borders_; }
+
+private:
+    /// A run of old pixels, and the lengths of its continuation to the left and to the right.
+    struct line {
+        std::int32_t first, last, left, right;
+    };
+    /// A pixel of the photo's first or last row, or of its continuation, that a column of new pixels continues.
+    struct column {
+        std::int32_t x, border, source, reach;
+        float slope;
+        bool follows;  ///< linked to the one before
+    };
+    /// The new pixels beside a border pixel.
+    struct strip {
+        std::int32_t border, nearest, count;  ///< nearest: the new index of the first one
+    };
+    /// Those of one row.
+    struct strips {
+        buffer<strip> left, right;
+    };
+
+    std::int32_t left_of(const pixel_run& r) const { return graph_.x()[r.first] == 0 ? left_.reach[left_.find(r.first)] : 0; }
+    std::int32_t right_of(const pixel_run& r) const {
+        return graph_.x()[r.last - 1] + 1 == graph_.width() ? right_.reach[right_.find(r.last - 1)] : 0;
+    }
+
+    /// Whether a run that begins at x with the disparity of `pixel` comes before another.
+    bool is_before(std::int32_t x, std::int32_t pixel, std::int32_t other_x, std::int32_t other) const {
+        if (x != other_x) return x < other_x;
+        return disparity_[pixel] != disparity_[other] ? disparity_[pixel] > disparity_[other] : pixel < other;
+    }
+
+    buffer<line> lines_of(std::int32_t y) const {
+        buffer<line> lines;
+        for (std::size_t r = first_run_[y]; r < first_run_[static_cast<std::size_t>(y) + 1]; ++r)
+            lines.push_back({runs_[r].first, runs_[r].last - 1, left_of(runs_[r]), right_of(runs_[r])});
+        std::sort(lines.begin(), lines.end(), [&](const line& a, const line& b) {
+            return is_before(graph_.x()[a.first] - a.left, a.first, graph_.x()[b.first] - b.left, b.first);
+        });
+        return lines;
+    }
+
+    /// Lists what the rim inwards of a border pixel shows.
+    void repaint_rim(const border_side& b, std::int32_t pixel) {
+        buffer<std::int32_t> path;
+        for (std::int32_t k = b.add_path(pixel, 0, path); k-- > 0;) {
+            repainted_.push_back({pixel, path[k]});
+            pixel = graph_.neighbor(pixel, b.inwards);
+        }
+    }
+
+    void add_row(const buffer<line>& lines, std::int32_t y, const strips& before, strips& here) {
+        here.left.clear(), here.right.clear();
+        for (const line& l : lines) {
+            const std::int32_t begin = next_;
+            const buffer<std::int32_t> left = left_.shown_past(l.first, l.left), right = right_.shown_past(l.last, l.right);
+            add_piece(l.left);
+            for (std::int32_t k = l.left; k > 0; --k) add_new(-k, y, l.first, left[k - 1]);
+            if (l.left > 0) link_strip({l.first, next_ - 1, l.left}, -1, before.left, here.left);
+            add_old(l, y);
+            add_piece(l.right);
+            const std::int32_t nearest = next_;
+            for (std::int32_t k = 1; k <= l.right; ++k) add_new(graph_.width() - 1 + k, y, l.last, right[k - 1]);
+            if (l.right > 0) link_strip({l.last, nearest, l.right}, 1, before.right, here.right);
+            link_row(begin);
+        }
+    }
+
+    /// Links a strip to that of the pixel above its border pixel, as far as both go. `step` leads to the next pixel outwards.
+    void link_strip(const strip& s, std::int32_t step, const buffer<strip>& before, buffer<strip>& here) {
+        here.push_back(s);
+        const std::int32_t above = graph_.up()[s.border];
+        for (const strip& other : before)
+            for (std::int32_t k = 0; other.border == above && k < (std::min)(s.count, other.count); ++k)
+                link_down(other.nearest + k * step, s.nearest + k * step);
+    }
+
+    /// Adds the rows above the photo's first, or below its last.
+    ///
+    /// beside  the new indices of the last row and its continuation; empty for rows above
+    /// Returns those of the row next to the first row, column by column, no_pixel where there is none.
+    buffer<std::int32_t> add_outer_rows(const buffer<line>& lines, side outwards, buffer<std::int32_t> beside) {
+        const border_side& from = outwards == side::up ? top_ : bottom_;
+        const buffer<column> columns = columns_of(lines, from);
+        buffer<std::int32_t> paths, start;  // the pixels that each column shows, outwards
+        std::int32_t longest = 0;
+        for (const column& c : columns) {
+            const std::int32_t begin = paths.count();
+            start.push_back(begin + from.lines.add_path(c.source, c.reach, c.slope, paths));
+            longest = (std::max)(longest, c.reach);
+        }
+        beside.resize(columns.size(), no_pixel);
+        buffer<std::int32_t> row(columns.size(), unset);
+        for (std::int32_t n = 1; n <= longest; ++n) {
+            const std::int32_t distance = outwards == side::up ? longest + 1 - n : n;
+            const std::int32_t y = outwards == side::up ? -distance : graph_.height() - 1 + distance;
+            std::fill(row.begin(), row.end(), no_pixel);
+            for (const auto& [first, last] : runs_at(distance, columns)) {
+                const std::int32_t begin = next_;
+                add_piece(last - first);
+                for (std::int32_t c = first; c < last; ++c) {
+                    row[c] = next_;
+                    add_new(columns[c].x, y, columns[c].border, paths[start[c] + distance - 1]);
+                }
+                link_row(begin);
+            }
+            for (std::int32_t c = 0; c < columns.count(); ++c)
+                if (beside[c] != no_pixel && row[c] != no_pixel) link_down(beside[c], row[c]);
+            std::swap(beside, row);
+        }
+        return beside;
+    }
+
+    /// The runs of columns at a distance from the photo, first and one after the last, in canonical order.
+    buffer<std::pair<std::int32_t, std::int32_t>> runs_at(std::int32_t distance, const buffer<column>& columns) const {
+        const auto is_there = [&](std::int32_t c) { return columns[c].reach >= distance; };
+        buffer<std::pair<std::int32_t, std::int32_t>> runs;
+        for (std::int32_t c = 0; c < columns.count(); ++c) {
+            if (!is_there(c)) continue;
+            if (c > 0 && columns[c].follows && is_there(c - 1))
+                ++runs.back().second;
+            else
+                runs.emplace_back(c, c + 1);
+        }
+        std::sort(runs.begin(), runs.end(), [&](const auto& a, const auto& b) {
+            return is_before(columns[a.first].x, columns[a.first].border, columns[b.first].x, columns[b.first].border);
+        });
+        return runs;
+    }
+
+    /// All pixels of a row and its continuation.
+    buffer<column> columns_of(const buffer<line>& lines, const border_side& from) const {
+        buffer<column> columns;
+        for (const line& l : lines) {
+            const std::size_t first = columns.size();
+            const auto add = [&](std::int32_t x, std::int32_t pixel, std::int32_t source) {
+                const std::size_t i = from.find(pixel);
+                columns.push_back({x, pixel, source, from.reach[i], from.slopes[i], columns.size() > first});
+            };
+            const buffer<std::int32_t> left = left_.shown_past(l.first, l.left), right = right_.shown_past(l.last, l.right);
+            for (std::int32_t k = l.left; k > 0; --k) add(-k, l.first, left[k - 1]);
+            for (std::int32_t i = l.first; i <= l.last; ++i) add(graph_.x()[i], i, i);
+            for (std::int32_t k = 1; k <= l.right; ++k) add(graph_.width() - 1 + k, l.last, right[k - 1]);
+        }
+        return columns;
+    }
+
+    void place(std::int32_t x, std::int32_t y) {
+        result_.write_x()[next_] = x + margin_, result_.write_y()[next_] = y + margin_;
+        result_.write_neighbors(side::up)[next_] = result_.write_neighbors(side::down)[next_] = no_pixel;
+        ++next_;
+    }
+    void add_piece(std::int32_t count) {
+        if (count > 0) pieces_.push_back({origins_.count(), count, true});
+    }
+    void add_new(std::int32_t x, std::int32_t y, std::int32_t border, std::int32_t source) {
+        origins_.push_back(source), borders_.push_back(border);
+        place(x, y);
+    }
+    void add_old(const line& l, std::int32_t y) {
+        pieces_.push_back({l.first, l.last - l.first + 1, false});
+        for (std::int32_t i = l.first; i <= l.last; ++i) {
+            new_index_[i] = next_;
+            place(graph_.x()[i], y);
+        }
+    }
+    /// Links all pixels from `begin` on to a run.
+    void link_row(std::int32_t begin) {
+        const array_view<std::int32_t> left = result_.write_neighbors(side::left), right = result_.write_neighbors(side::right);
+        for (std::int32_t i = begin; i < next_; ++i) left[i] = i - 1, right[i] = i + 1;
+        left[begin] = right[next_ - 1] = no_pixel;
+    }
+    void link_down(std::int32_t upper, std::int32_t lower) {
+        result_.write_neighbors(side::down)[upper] = lower, result_.write_neighbors(side::up)[lower] = upper;
+    }
+
+    graph_view graph_;
+    array_view<const float> disparity_;
+    std::int32_t margin_ = 0;
+    buffer<pixel_run> runs_;
+    buffer<std::size_t> first_run_;  // of each row
+    border_side left_, right_, top_, bottom_;
+    buffer<std::int32_t> new_index_;  // of each old pixel
+    graph_builder result_;
+    std::int32_t next_ = 0;  // the new index of the next pixel
+    buffer<grown_piece> pieces_;
+    buffer<std::int32_t> origins_, borders_;  // of each new pixel
+    buffer<repainted_pixel> repainted_;
+};
+
+}}}  // namespace ldi::detail
+
+// ---- ldi/occlusion/past_frame.hpp
+// Surfaces past the photo's border. A moving camera sees past the border. grow_past_frame() continues every surface that reaches
+// the border, as far as a camera within the motion budget sees it. The paper hides the border behind a smaller frame instead.
+//
+// The frame is a window as large as the photo, at the middle of its disparities (window_disparity). Surfaces at the window keep
+// their position in it. Others move by up to the motion, times their difference in disparity from the window, in any direction.
+// Each surface continues past the border by this distance, at the disparity of its border pixel. Its colors are those of the
+// photo, mirrored at the border along the surface, and sheared so that lines continue straight (detail/border_lines.hpp). This
+// costs little, keeps the photo's texture, and leaves no seam.
+//
+// The lattice gets a margin of the same width on all four sides. The photo's center stays the lattice's center, so later stages
+// see a photo of the same camera with a larger sensor (photo_facts::layers_camera()).
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// Frame in which viewers show a 3D photo.
+enum class photo_frame : std::uint8_t {
+    grow,  ///< the photo's size: surfaces continue past its border
+    crop,  ///< the paper's frame, smaller than the photo: surfaces end at its border
+};
+
+/// Returns how far past the photo's border a camera within the motion budget sees a surface, in pixels.
+///
+/// camera  camera that took the photo
+/// motion  photo_facts::motion
+inline float reach_past_frame(float disparity, const pinhole_camera& camera, float motion) {
+    // Errors of the mesh that its tolerances allow (mesh/simplify.hpp, mesh/studs.hpp): its outline is a pixel off, disparities a
+    // few hundredths.
+    constexpr float mesh_pixels = 2.0F, mesh_disparity = 0.02F;
+    const float width = detail::nearest_float(camera.width);
+    const float pixels_per_disparity = motion * (std::max)(width, detail::nearest_float(camera.height));
+    // The window of a stereo pair is at the nearest surface. Each eye moves by at most a sixtieth of the width
+    // (render/stereo.hpp).
+    const float eye = (std::min)(0.5F * pixels_per_disparity, width / 60.0F);
+    const float d = std::clamp(disparity, 0.0F, 1.0F);
+    return (std::max)(std::abs(d - window_disparity) * pixels_per_disparity, (1.0F - d) * eye) + mesh_pixels +
+           mesh_disparity * pixels_per_disparity;
+}
+
+/// Continues all surfaces past the photo's border and returns the width of the lattice's new margin (photo_facts::margin).
+///
+/// layers  layers of a photo, in canonical order, with a color everywhere, on the photo's lattice
+/// facts   camera and motion are used
+///
+/// New pixels are unknown. Their columns have the values of the pixels that they show, by the columns' new_pixel rules; their
+/// disparity is that of the border pixel. A rim of one color along a side, such as the edge of a scanned slide, would become a
+/// line across the picture: it is replaced by the colors inside it, and becomes unknown. The result is in canonical order. Raises
+/// too_large for 2^31 pixels or positions. Linear time.
+template <payload_column... Columns>
+std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_facts& facts) {
+    static_assert(has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>);
+    if (layers.size() == 0) return 0;
+    std::optional<detail::frame_growth> growth;
+    std::int32_t margin = 0;
+    const buffer<grown_piece> pieces = layers.grow([&](graph_builder base) {
+        const graph old = std::move(base).build();
+        const array_view<const float> disparity = layers.template column<disparity_column>();
+        const auto reach = [&](std::int32_t pixel) {
+            return static_cast<std::int32_t>(std::ceil(reach_past_frame(disparity[pixel], facts.camera, facts.motion)));
+        };
+        growth.emplace(old, layers.template column<color_column>(), layers.template column<known_column>(), disparity, reach);
+        margin = growth->margin();
+        constexpr std::int64_t limit = (std::numeric_limits<std::int32_t>::max)();
+        const std::int64_t width = std::int64_t{old.width()} + 2 * margin, height = std::int64_t{old.height()} + 2 * margin;
+        if (growth->count() > limit || width * height > limit)
+            raise(error_code::too_large, "grow_past_frame", "fewer than 2^31 pixels",
+                  std::to_string(width) + " x " + std::to_string(height));
+        return growth->run();
+    });
+    const auto copy_color = [&](std::int32_t from, std::int32_t to) {
+        const auto shown = layers.template at<color_column>(from);
+        std::copy(shown.begin(), shown.end(), layers.template at<color_column>(to).begin());
+    };
+    const buffer<std::int32_t>& new_index = growth->new_index();
+    for (const auto& [pixel, source] : growth->repainted()) {
+        copy_color(new_index[source], new_index[pixel]);
+        layers.template column<known_column>()[new_index[pixel]] = 0;
+    }
+    const auto disparity = layers.template column<disparity_column>();
+    std::int32_t to = 0;
+    for (const grown_piece& p : pieces) {
+        for (std::int32_t i = p.first; p.is_new && i < p.first + p.count; ++i) {
+            // Colors of new pixels are black until now (color_column), and disparities those of the pixels that they show.
+            const std::int32_t at = to + i - p.first;
+            copy_color(new_index[growth->origins()[i]], at);
+            disparity[at] = disparity[new_index[growth->borders()[i]]];
+        }
+        to += p.count;
+    }
+    return margin;
 }
 
 }}  // namespace ldi
@@ -15015,15 +15654,15 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Margins apply to photos with a long side of up to 1536 pixels, the paper's size, and grow in proportion for larger photos.
 struct mixed_color_options {
-    /// Where both surfaces look alike, foreground colors are refilled within this many pixels of the silhouette.
+    /// Foreground colors are refilled within this many pixels of the silhouette where both surfaces look alike.
     int foreground_margin = 2;
     /// Background colors are always refilled within this many pixels of the silhouette. The paper marks only the foreground.
     /// Without this margin, the hidden surface would continue the lens blur on the background, and the foreground colors that an
     /// inaccurate depth edge leaves there. On the views of bench/quality, the first pixel gains 0.08 dB compared to refilling
     /// only where colors look mixed; on six stereo pairs, a second pixel costs 0.23 dB.
     int background_margin = 1;
-    /// Where the two surfaces differ, mixed colors are searched on either side of the silhouette within this share of the
-    /// photo's long side, and within at least two pixels. 0 disables the search.
+    /// Maximum distance of mixed colors from a silhouette between surfaces that differ, as a share of the photo's long side, but
+    /// at least two pixels. 0 disables the search.
     float reach = 4.0F / 1536.0F;
     /// Minimum Euclidean RGB distance of colors that count as different, 0 to 255 per channel.
     float contrast = 40.0F;
@@ -15843,7 +16482,7 @@ struct chart_options {
 
 namespace detail {
 
-/// Raises mismatch unless the charts are of an image with `pixel_count` pixels.
+/// Raises mismatch unless the charts belong to an image with `pixel_count` pixels.
 inline void check_charts(const chart_set& charts, std::size_t pixel_count, const char* where) {
     bool fits = charts.chart_of.size() == pixel_count;
     for (const chart& c : charts.charts)
@@ -16143,7 +16782,7 @@ private:
         std::size_t next;
     };
 
-    /// Splits the rest of the leaf: first along its whole side where more is left, then the rest of the other side.
+    /// Splits the rest of the leaf: first along the whole side with more space, then along the rest of the other side.
     void take(std::size_t found, rectangle_size size) {
         const leaf old = leaves_[found];
         const std::int32_t right = old.size.width - size.width, below = old.size.height - size.height;
@@ -16352,12 +16991,25 @@ private:
 
     std::ptrdiff_t step(side s) const { return step_y(s) * stride_ + step_x(s); }
 
-    void draw_own(const chart& c, chart_placement placement) {
-        for (std::int32_t pixel : c.pixels) {
-            const std::ptrdiff_t texel = texel_of(pixel, c, placement);
-            kind_[texel] = kind_of_[pixel];
-            copy_color(texel, pixel);
+    /// Calls `visit(pixel, texel, count)` for pixels that are consecutive in memory and in a row of the atlas.
+    template <class Visit>
+    void for_each_stretch(const chart& c, chart_placement placement, Visit&& visit) const {
+        for (std::size_t first = 0, last; first < c.pixels.size(); first = last) {
+            const std::int32_t pixel = c.pixels[first], x = graph_.x()[pixel], y = graph_.y()[pixel];
+            std::int32_t count = 1;
+            for (last = first + 1; last < c.pixels.size() && c.pixels[last] == pixel + count &&
+                                   graph_.x()[pixel + count] == x + count && graph_.y()[pixel + count] == y;
+                 ++last)
+                ++count;
+            visit(pixel, texel_of(pixel, c, placement), std::ptrdiff_t{count});
         }
+    }
+
+    void draw_own(const chart& c, chart_placement placement) {
+        for_each_stretch(c, placement, [&](std::int32_t pixel, std::ptrdiff_t texel, std::ptrdiff_t count) {
+            std::copy_n(kind_of_ + pixel, count, kind_ + texel);
+            std::copy_n(colors_ + 3 * std::ptrdiff_t{pixel}, 3 * count, color_ + 3 * texel);
+        });
     }
 
     void copy_color(std::ptrdiff_t texel, std::int32_t pixel) {
@@ -16367,15 +17019,25 @@ private:
 
     void find_border(const chart& c, chart_placement placement) {
         border_.clear();
-        for (std::int32_t pixel : c.pixels) {
-            const std::ptrdiff_t texel = texel_of(pixel, c, placement);
-            if (kind_[texel - 1] == texel_kind::empty || kind_[texel + 1] == texel_kind::empty ||
-                kind_[texel - stride_] == texel_kind::empty || kind_[texel + stride_] == texel_kind::empty)
-                border_.push_back({texel, pixel});
-        }
+        for_each_stretch(c, placement, [&](std::int32_t pixel, std::ptrdiff_t texel, std::ptrdiff_t count) {
+            constexpr std::ptrdiff_t block = 32;  // texels looked at together: hardly any lie at the border
+            for (std::ptrdiff_t i = 0; i < count; i += block) {
+                const std::ptrdiff_t end = (std::min)(i + block, count);
+                int found = 0;
+                for (std::ptrdiff_t t = i; t < end; ++t) found |= static_cast<int>(is_at_border(texel + t));
+                for (std::ptrdiff_t t = i; found != 0 && t < end; ++t)
+                    if (is_at_border(texel + t)) border_.push_back({texel + t, pixel + static_cast<std::int32_t>(t)});
+            }
+        });
     }
 
-    /// Adds one texel of filter padding. Where two surfaces meet, each gets half of the gap. A surface that continues takes
+    /// Without branches, for the sake of vector instructions.
+    bool is_at_border(std::ptrdiff_t texel) const {
+        const auto is_empty = [&](std::ptrdiff_t t) { return static_cast<int>(kind_[t] == texel_kind::empty); };
+        return (is_empty(texel - 1) | is_empty(texel + 1) | is_empty(texel - stride_) | is_empty(texel + stride_)) != 0;
+    }
+
+    /// Adds one texel of filter padding. Two surfaces that meet get half of the gap each. A surface that continues takes
     /// precedence over one that ends.
     void grow_border() {
         next_border_.clear();
@@ -16560,22 +17222,30 @@ struct sheet_options {
     std::int32_t max_side = 4096;
     /// Padding around charts, in pixels of the layered image; at least 1, and at most the atlas's filter padding.
     std::int32_t padding = 4;
+    /// Pixels of the layered image on each side beyond the photo's (photo_facts::margin).
+    std::int32_t margin = 0;
 };
 
-/// Scale along one direction: `photo` pixels of the photo cover the same length as `layers` pixels of the layered image.
+/// Scale along one direction: `photo` pixels of the photo cover the same length as `layers` pixels of the layered image within
+/// its margin. Positions in the layered image include the margin.
 struct sheet_scale {
-    std::int64_t photo = 1, layers = 1;
+    std::int64_t photo = 1, layers = 1;  ///< pixels of the photo; the layered image's within its margin
+    std::int32_t margin = 0;
 
     /// Position in the photo of a position in the layered image.
-    double in_photo(double place) const { return place * detail::nearest_double(photo) / detail::nearest_double(layers); }
+    double in_photo(double place) const {
+        return (place - margin) * detail::nearest_double(photo) / detail::nearest_double(layers);
+    }
     /// Position in the layered image of a position in the photo.
-    double in_layers(double place) const { return place * detail::nearest_double(layers) / detail::nearest_double(photo); }
+    double in_layers(double place) const {
+        return place * detail::nearest_double(layers) / detail::nearest_double(photo) + margin;
+    }
     /// Pixel of the layered image that contains the center of a photo pixel. May lie outside the layered image.
-    std::int32_t pixel_of(std::int64_t photo_pixel) const { return floored((2 * photo_pixel + 1) * layers, 2 * photo); }
+    std::int32_t pixel_of(std::int64_t photo_pixel) const { return floored((2 * photo_pixel + 1) * layers, 2 * photo) + margin; }
     /// Last photo pixel that starts at or before the start of a pixel of the layered image.
-    std::int32_t first_at(std::int64_t pixel) const { return floored(pixel * photo, layers); }
+    std::int32_t first_at(std::int64_t pixel) const { return floored((pixel - margin) * photo, layers); }
     /// First photo pixel that starts at or after the start of a pixel of the layered image.
-    std::int32_t last_at(std::int64_t pixel) const { return -floored(-pixel * photo, layers); }
+    std::int32_t last_at(std::int64_t pixel) const { return -floored((margin - pixel) * photo, layers); }
 
 private:
     static std::int32_t floored(std::int64_t a, std::int64_t positive) {
@@ -16615,9 +17285,9 @@ enum class sheet_source : std::uint8_t {
 class sheet_sources {
 public:
     sheet_sources(const chart& shape, const texture_atlas& atlas, chart_placement in_atlas, std::int32_t padding,
-                  image_view<const std::uint8_t> worked_on)
-        : left_(shape.x - padding),
-          top_(shape.y - padding),
+                  std::int32_t margin, image_view<const std::uint8_t> worked_on)
+        : left_(shape.x - padding - margin),
+          top_(shape.y - padding - margin),
           atlas_left_(in_atlas.x - padding),
           atlas_top_(in_atlas.y - padding),
           width_(shape.width + 2 * padding),
@@ -16680,7 +17350,7 @@ private:
 
     /// Searches along rows, then along columns.
     void guard_borders() {
-        // 1: a pixel of the row within `guarded` does not show the photo
+        // 1 if a pixel of the row within `guarded` columns does not show the photo
         image<std::uint8_t> beside(found_.height(), found_.width());
         for (std::int32_t y = 0; y < height_; ++y)
             for (std::int32_t x = 0; x < width_; ++x)
@@ -16695,7 +17365,8 @@ private:
             }
     }
 
-    std::int32_t left_, top_, atlas_left_, atlas_top_, width_, height_;
+    std::int32_t left_, top_;  // in the photo
+    std::int32_t atlas_left_, atlas_top_, width_, height_;
     const texture_atlas& atlas_;
     image_view<const std::uint8_t> worked_on_;
     image<sheet_source> found_;
@@ -16715,7 +17386,7 @@ public:
         : place_(place),
           atlas_(atlas),
           photo_(photo),
-          sources_(shape, atlas, in_atlas, layout.padding, worked_on),
+          sources_(shape, atlas, in_atlas, layout.padding, layout.across.margin, worked_on),
           columns_(
               samples_along(layout.across, place.photo_x, place.room.width, shape.x, shape.width, in_atlas.x, layout.padding)),
           rows_(samples_along(layout.down, place.photo_y, place.room.height, shape.y, shape.height, in_atlas.y, layout.padding)) {
@@ -16826,7 +17497,8 @@ private:
 // drawn one at a time, so that only one must be in memory.
 //
 //     made = make_photo3d(photo, estimator, inpainter, for_sheets(options, photo.height(), photo.width()));   // photo3d.hpp
-//     const sheet_layout layout = lay_out_sheets(made.layers, made.charts, made.atlas, photo.height(), photo.width());
+//     const sheet_layout layout = lay_out_sheets(made.layers, made.charts, made.atlas, photo.height(), photo.width(),
+//                                                {.margin = made.facts.margin});
 //     const textured_mesh mesh = move_to_sheets(made.mesh, made.charts, made.atlas, layout);   // mesh/move_to_sheets.hpp
 //     // its textures: made.atlas.color, then for each s from 1 to layout.sizes.size() - 1
 //     draw_sheet(layout, s, made.charts, made.atlas, made.photo, photo);
@@ -16874,6 +17546,9 @@ sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const
         raise(error_code::invalid_option, "sheet_options", "a side that is a multiple of 16, a padding of at least 1",
               std::to_string(options.max_side) + " and " + std::to_string(options.padding));
     const auto& g = layers.topology();
+    if (options.margin < 0 || 2 * std::int64_t{options.margin} >= (std::min)(g.width(), g.height()))
+        raise(error_code::mismatch, "lay_out_sheets", "a lattice with a photo inside its margin",
+              std::to_string(g.width()) + " x " + std::to_string(g.height()) + ", " + std::to_string(options.margin));
     if (atlas.placements.size() != charts.charts.size())
         raise(error_code::mismatch, "lay_out_sheets", "an atlas of these charts", "another atlas");
     if (photo_height == 0 || photo_width == 0 || layers.size() == 0)
@@ -16881,8 +17556,8 @@ sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const
               std::to_string(photo_height) + " x " + std::to_string(photo_width) + " and " + std::to_string(layers.size()));
     sheet_layout layout;
     layout.padding = options.padding;
-    layout.across = {static_cast<std::int64_t>(photo_width), g.width()};
-    layout.down = {static_cast<std::int64_t>(photo_height), g.height()};
+    layout.across = {static_cast<std::int64_t>(photo_width), g.width() - 2 * options.margin, options.margin};
+    layout.down = {static_cast<std::int64_t>(photo_height), g.height() - 2 * options.margin, options.margin};
     layout.sizes.push_back({static_cast<std::int32_t>(atlas.color.width()), static_cast<std::int32_t>(atlas.color.height())});
     layout.placements.resize(charts.charts.size());
 
@@ -17315,7 +17990,8 @@ private:
             mean = {};
             const pixel_side following = walk_.next(last, visit);
             if (partner(following) != other) break;
-            // Continues if the other side sees the same two sides in a row; otherwise a third chart or a silhouette begins here.
+            // The piece continues if the other chart has the same two sides in a row. Otherwise a third chart or a silhouette
+            // begins here.
             if (other >= 0 && !(walk_.next(walk_.twin(following), visit) == walk_.twin(last))) break;
             forward_.push_back({x, y, mean.value()});
             last = following;
@@ -18114,7 +18790,8 @@ public:
         }
     }
 
-    /// As find_all(), but compares only edges with fresh[v] != 0 to all edges; the other edges must not meet each other.
+    /// Same as find_all(), but compares only the edges with fresh[v] != 0 to all edges. The caller guarantees that no two of the
+    /// remaining edges meet.
     template <class Report>
     void find_fresh(const polygon& shape, const buffer<std::uint8_t>& fresh, Report& report) {
         if (std::count(fresh.begin(), fresh.end(), 0) + max_fresh < fresh.count()) return find_all(shape, report);
@@ -18525,7 +19202,7 @@ private:
     polygon_conflict conflict_at(const polygon& shape, const swept_point& p) const;
 
     buffer<std::uint64_t> events_;  ///< vertices sorted by y, then x
-    buffer<std::int32_t> before_;   ///< per vertex its predecessor
+    buffer<std::int32_t> before_;   ///< predecessor of each vertex in its polygon
     detail::waiting_chains chains_;
     buffer<active_edge> status_;    ///< edges that cross the sweep line, from left to right
     buffer<active_edge> starting_;  ///< edges that begin at the current point, from left to right
@@ -18738,8 +19415,8 @@ struct mesh_options {
 
 /// Triangles of one chart, in the plane of the photo.
 struct chart_mesh {
-    buffer<std::int32_t> outline;        ///< its first vertices: indices of corners in chart_outlines, loop by loop
-    std::int32_t first_stud_vertex = 0;  ///< its other vertices: stud_set::vertices from this index on
+    buffer<std::int32_t> outline;  ///< outline vertices, which come first: indices of corners in chart_outlines, loop by loop
+    std::int32_t first_stud_vertex = 0;  ///< first of the stud vertices: index into stud_set::vertices
     std::int32_t stud_vertex_count = 0;
     buffer<std::uint32_t> triangles;  ///< F x 3 indices into outline vertices, then stud vertices; counter-clockwise on screen
 };
@@ -19017,7 +19694,7 @@ struct textured_mesh {
 
 namespace detail {
 
-/// Raises what check_mesh() raises for the vertices and triangles of a mesh or a strip.
+/// Checks the vertices and triangles of a mesh or a strip of soft edges. Raises the same errors as check_mesh().
 template <class Mesh>
 void check_triangles(const Mesh& mesh) {
     const std::size_t count = mesh.vertex_count();
@@ -19035,8 +19712,8 @@ void check_triangles(const Mesh& mesh) {
                 raise(error_code::invalid_data, "mesh", "finite coordinates", "an infinite coordinate or NaN");
 }
 
-/// Raises mismatch unless the mesh has `textures` textures and as many coordinates as vertices; invalid_data for coordinates that
-/// are not finite, indices out of range, and parts that don't fit together.
+/// Raises mismatch unless the mesh has `textures` textures and as many texture coordinates as vertices. Raises invalid_data for
+/// coordinates that are not finite, for indices out of range, and for parts that do not fit together.
 inline void check_mesh(const textured_mesh& mesh, std::size_t textures) {
     check_triangles(mesh);
     check_triangles(mesh.soft_edges);
@@ -19070,7 +19747,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Columns of the pixels visible from the photo's camera, by lattice position.
 struct visible_surfaces {
-    image<float> disparity;     ///< H x W x 1
+    static constexpr float nothing = -std::numeric_limits<float>::infinity();
+    image<float> disparity;     ///< H x W x 1; `nothing` past the end of all surfaces
     image<std::uint8_t> matte;  ///< H x W x 1
 };
 
@@ -19137,7 +19815,8 @@ private:
     /// Returns the disparity visible at a position, or `nothing` outside the photo.
     float seen_at(std::int32_t x, std::int32_t y, float nothing) const {
         const bool inside = x >= 0 && y >= 0 && x < camera_.width && y < camera_.height;
-        return inside ? seen_.disparity(y, x) : nothing;
+        const float seen = inside ? seen_.disparity(y, x) : nothing;
+        return seen == visible_surfaces::nothing ? nothing : seen;
     }
 
     /// Returns the step in disparity from a corner to the farthest surface visible beside it; 0 if a nearer surface is visible,
@@ -19279,7 +19958,7 @@ public:
         for (const std::int32_t pixel : c.pixels) shown_[graph_.position_of(pixel)] = {chart_, pixel};
     }
 
-    /// Of the chart's pixels around the corner (x, y), returns the one nearest in disparity.
+    /// Returns the chart's pixel around the corner (x, y) that is nearest in disparity.
     std::int32_t find(std::int32_t x, std::int32_t y, float disparity) const {
         std::int32_t best = no_pixel;
         float best_difference = 0;
@@ -19310,6 +19989,7 @@ public:
     template <class Layers>
     mesh_assembler(const Layers& layers, const photo_facts& facts, const flat_mesh& flat, const texture_atlas& atlas)
         : facts_(facts),
+          camera_(facts.layers_camera()),
           flat_(flat),
           u_scale_(1.0F / nearest_float(atlas.color.width())),
           v_scale_(1.0F / nearest_float(atlas.color.height())),
@@ -19352,7 +20032,7 @@ public:
         const float bytes = vertex_bytes * nearest_float(mesh_.vertex_count()) +
                             triangle_bytes * nearest_float(mesh_.triangle_count()) +
                             texel_bytes * nearest_float(atlas.color.size() / 3);
-        soft_edge_builder builder(flat_, seen, facts_.surface, facts_.camera, facts_.range, options);
+        soft_edge_builder builder(flat_, seen, facts_.surface, camera_, facts_.range, options);
         builder.choose(static_cast<std::size_t>(options.largest_share * bytes / edge_bytes));
         for (std::int32_t p = 0; p < flat_.outlines.pieces.count(); ++p) {
             const std::int32_t c = flat_.outlines.pieces[p].right_chart;
@@ -19371,7 +20051,7 @@ private:
         const float least = 0.9F * facts_.range.inverse_depth(0);
         const float inverse_depth = (std::max)(facts_.range.inverse_depth((std::min)(corner.disparity, 1.0F)), least);
         const std::array<float, 3> point =
-            facts_.camera.unproject(nearest_float(corner.x), nearest_float(corner.y), 1.0F / inverse_depth);
+            camera_.unproject(nearest_float(corner.x), nearest_float(corner.y), 1.0F / inverse_depth);
         mesh_.positions.append(point.begin(), point.end());
     }
 
@@ -19388,6 +20068,7 @@ private:
     }
 
     const photo_facts& facts_;
+    pinhole_camera camera_;  ///< of the lattice
     const flat_mesh& flat_;
     float u_scale_, v_scale_;
     buffer<std::int32_t> first_coordinate_;  ///< per corner: index in mesh_.positions, or -1
@@ -19401,7 +20082,7 @@ visible_surfaces find_visible(const Layers& layers) {
     const auto& g = layers.topology();
     const std::size_t rows = static_cast<std::size_t>(g.height()), columns = static_cast<std::size_t>(g.width());
     visible_surfaces seen{image<float>(rows, columns, 1), image<std::uint8_t>(rows, columns, 1)};
-    std::fill_n(seen.disparity.data(), seen.disparity.size(), -std::numeric_limits<float>::infinity());
+    std::fill_n(seen.disparity.data(), seen.disparity.size(), visible_surfaces::nothing);
     const auto disparity = layers.template column<disparity_column>();
     for (std::int32_t i = 0; i < g.count(); ++i) {
         const std::size_t position = g.position_of(i);
@@ -19418,7 +20099,7 @@ visible_surfaces find_visible(const Layers& layers) {
 ///
 /// layers  in canonical order; disparities are limited to [0, 1], except for surfaces slightly behind the farthest. Edges along
 ///         silhouettes are soft if there is a matte column
-/// facts   camera, range and surface rule are used
+/// facts   camera, margin, range and surface rule are used
 /// charts  a partition of the pixels (make_charts)
 /// atlas   texture atlas of these charts
 ///
@@ -19431,7 +20112,7 @@ template <has_columns<disparity_column> Layers, executor Executor = const serial
 textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const chart_set& charts, const texture_atlas& atlas,
                          const mesh_options& options = {}, Executor&& threads = {}) {
     const auto& g = layers.topology();
-    const pinhole_camera& camera = facts.camera;
+    const pinhole_camera camera = facts.layers_camera();
     const buffer<chart_placement>& placements = atlas.placements;
     if (camera.width != g.width() || camera.height != g.height() || placements.size() != charts.charts.size())
         raise(error_code::mismatch, "build_mesh",
@@ -19500,6 +20181,7 @@ template <payload_column Column, has_column<Column> Layers>
 buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& layers, const pinhole_camera& camera) {
     using scalar = typename Column::scalar;
     const graph_view g = layers.topology();
+    const pinhole_camera lattice{g.width(), g.height(), camera.focal_length};  // larger than the photo by photo_facts::margin
     if (mesh.pixels.size() != mesh.vertex_count())
         raise(error_code::mismatch, "gather", "a pixel for each of " + std::to_string(mesh.vertex_count()) + " vertices",
               std::to_string(mesh.pixels.size()) + " pixels");
@@ -19509,7 +20191,7 @@ buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& 
             raise(error_code::mismatch, "gather", "vertices of " + std::to_string(g.size()) + " pixels",
                   "pixel " + std::to_string(mesh.pixels[v]));
         const float* position = mesh.positions.data() + 3 * v;
-        const std::array<float, 2> seen = camera.project({position[0], position[1], position[2]});
+        const std::array<float, 2> seen = lattice.project({position[0], position[1], position[2]});
         const detail::corner_pixels around = detail::pixels_around_corner(
             g, mesh.pixels[v], static_cast<std::int32_t>(std::lround(seen[0])), static_cast<std::int32_t>(std::lround(seen[1])));
         std::array<scalar, 4 * Column::channels> values{};
@@ -19625,6 +20307,12 @@ struct view {
     std::array<float, 3> position{0, 0, 0};  ///< position of the camera in the photo's space
     /// 3 x 3, row-major, orthonormal: rotates from the camera's axes to the photo's axes.
     std::array<float, 9> rotation{1, 0, 0, 0, 1, 0, 0, 0, 1};
+    /// Offset of the optical axis from the picture's center, in pixels to the right and down.
+    std::array<float, 2> lens_shift{0, 0};
+
+    /// Position of the optical axis in the picture, in pixels.
+    float axis_x() const { return camera.center_x() + lens_shift[0]; }
+    float axis_y() const { return camera.center_y() + lens_shift[1]; }
 
     /// Rotates a direction from the camera's axes to the photo's axes.
     std::array<float, 3> direction_to_photo(const std::array<float, 3>& d) const {
@@ -19728,7 +20416,7 @@ struct path_options {
     /// uncovers them.
     float motion = 0.08F;
     /// Disparity, in [0, 1], of the surfaces that stay in place on screen.
-    float focus_disparity = 0.5F;
+    float focus_disparity = window_disparity;
     /// zoom_in and dolly_zoom: distance to travel, as a share of the distance to the nearest surface; below 1. `motion` may
     /// limit it further.
     float approach = 0.3F;
@@ -19737,6 +20425,11 @@ struct path_options {
 /// Returns a camera at `position` that looks at `target`, with the picture's vertical upright in the photo. The points must
 /// differ, and not only in height.
 view look_at(const pinhole_camera& camera, const std::array<float, 3>& position, const std::array<float, 3>& target);
+
+/// Returns the view from `position` through a window as large as the photo at the disparity `window`. The window fills the
+/// picture. The camera does not turn, so the view has no perspective distortion. The position must be in front of the window.
+view view_through_window(const pinhole_camera& camera, const depth_range& range, const std::array<float, 3>& position,
+                         float window = window_disparity);
 
 /// Returns the view at `time` on a path, from 0 at its start to 1 at its end. Raises invalid_option for options out of bounds.
 view view_on_path(camera_path path, const pinhole_camera& camera, const depth_range& range, float time,
@@ -19756,14 +20449,18 @@ struct key_frame {
 /// it with within_motion().
 view view_between(std::span<const key_frame> keys, const pinhole_camera& camera, float time);
 
-/// Computes a frame that hides the photo's border: the largest centered part of the picture, with the same proportions, in which
-/// no view sees beyond the border, for any disparity from 0 to 1. Returns its size relative to the photo, in [0, 1].
-float frame_within(std::span<const view> views, const pinhole_camera& camera, const depth_range& range);
+/// Computes a frame that hides the end of the photo's surfaces: the largest centered part of the picture, with the same
+/// proportions, in which no view sees beyond the end, for any disparity from 0 to 1. Returns its size relative to the photo, in
+/// [0, 1].
+///
+/// past_border  motion for which surfaces continue past the photo's border (occlusion/past_frame.hpp); 0: they end there
+float frame_within(std::span<const view> views, const pinhole_camera& camera, const depth_range& range, float past_border = 0);
 
 /// Crops a view to the middle `size` of its picture, with the same number of pixels.
 inline view framed(view from, float size) {
     LDI_ASSERT(size > 0);
     from.camera.focal_length /= size;
+    for (float& shift : from.lens_shift) shift /= size;
     return from;
 }
 
@@ -19813,6 +20510,18 @@ inline view look_at(const pinhole_camera& camera, const std::array<float, 3>& po
     return result;
 }
 
+inline view view_through_window(const pinhole_camera& camera, const depth_range& range, const std::array<float, 3>& position,
+                                float window) {
+    const float distance = range.depth(window), pixels = camera.focal_length / distance;
+    LDI_ASSERT(distance + position[2] > 0);
+    view result;
+    result.camera = camera;
+    result.position = position;
+    result.camera.focal_length = pixels * (distance + position[2]);
+    result.lens_shift = {pixels * position[0], -pixels * position[1]};
+    return result;
+}
+
 inline view view_on_path(camera_path path, const pinhole_camera& camera, const depth_range& range, float time,
                          const path_options& options) {
     if (!(options.motion >= 0 && options.motion <= 1) || !(options.focus_disparity >= 0 && options.focus_disparity <= 1) ||
@@ -19826,16 +20535,16 @@ inline view view_on_path(camera_path path, const pinhole_camera& camera, const d
         detail::reach_within_motion({0, 0, -1}, camera, range, options.motion, options.approach * range.z_near);
     const float angle = 6.28318530718F * time;
     const float forward = farthest_forward * 0.5F * (1 - std::cos(0.5F * angle));  // starts and stops gently
-    const std::array<float, 3> target{0, 0, -focus};
+    const auto through_window = [&](const std::array<float, 3>& position) {
+        return view_through_window(camera, range, position, options.focus_disparity);
+    };
     switch (path) {
-        case camera_path::circle: return look_at(camera, {radius * std::cos(angle), -radius * std::sin(angle), 0}, target);
-        case camera_path::swing: return look_at(camera, {radius * std::sin(angle), 0, 0}, target);
-        case camera_path::zoom_in: return look_at(camera, {0, 0, -forward}, target);
+        case camera_path::circle: return through_window({radius * std::cos(angle), -radius * std::sin(angle), 0});
+        case camera_path::swing: return through_window({radius * std::sin(angle), 0, 0});
+        case camera_path::zoom_in: return look_at(camera, {0, 0, -forward}, {0, 0, -focus});
         case camera_path::dolly_zoom: break;
     }
-    view result = look_at(camera, {0, 0, -forward}, target);
-    result.camera.focal_length *= (focus - forward) / focus;
-    return result;
+    return through_window({0, 0, -forward});
 }
 
 inline view view_between(std::span<const key_frame> keys, const pinhole_camera& camera, float time) {
@@ -19868,24 +20577,28 @@ inline view view_between(std::span<const key_frame> keys, const pinhole_camera& 
     return result;
 }
 
-inline float frame_within(std::span<const view> views, const pinhole_camera& camera, const depth_range& range) {
+inline float frame_within(std::span<const view> views, const pinhole_camera& camera, const depth_range& range,
+                          float past_border) {
     const float w = detail::nearest_float(camera.width), h = detail::nearest_float(camera.height);
-    // Whether pixel (x, y) of a view shows a point of the photo, if the surface there has this depth.
-    const auto sees_photo = [&](const view& v, float x, float y, float depth) {
-        const std::array<float, 3> ray =
-            v.direction_to_photo({x - v.camera.center_x(), v.camera.center_y() - y, -v.camera.focal_length});
+    // Whether pixel (x, y) of a view shows a point of the photo or of its continuation, if the surface there has this disparity.
+    // Along a ray the position in the photo is linear in disparity, so it is enough to test the ends and the window.
+    const auto sees_photo = [&](const view& v, float x, float y, float disparity) {
+        const std::array<float, 3> ray = v.direction_to_photo({x - v.axis_x(), v.axis_y() - y, -v.camera.focal_length});
+        const float depth = range.depth(disparity);
         if (!(ray[2] < 0) || !(v.position[2] > -depth)) return false;
         const float scale = (-depth - v.position[2]) / ray[2];
         const std::array<float, 2> seen =
             camera.project({v.position[0] + scale * ray[0], v.position[1] + scale * ray[1], -depth});
-        return seen[0] >= -1e-3F * w && seen[0] <= 1.001F * w && seen[1] >= -1e-3F * h && seen[1] <= 1.001F * h;
+        const float grown = past_border * std::abs(disparity - window_disparity) * (std::max)(w, h);
+        const float more_x = grown + 1e-3F * w, more_y = grown + 1e-3F * h;
+        return seen[0] >= -more_x && seen[0] <= w + more_x && seen[1] >= -more_y && seen[1] <= h + more_y;
     };
     const auto is_inside = [&](float size) {
         for (const view& v : views)
             for (const float x : {-1.0F, 1.0F})
                 for (const float y : {-1.0F, 1.0F})
-                    for (const float depth : {range.z_near, range.z_far})
-                        if (!sees_photo(v, v.camera.center_x() * (1 + size * x), v.camera.center_y() * (1 + size * y), depth))
+                    for (const float disparity : {0.0F, window_disparity, 1.0F})
+                        if (!sees_photo(v, v.camera.center_x() * (1 + size * x), v.camera.center_y() * (1 + size * y), disparity))
                             return false;
         return true;
     };
@@ -20117,8 +20830,8 @@ private:
         const double inverse_depth = -1 / v.position[2];
         const double scale = from_.camera.focal_length * inverse_depth;
         const double steps = nearest_double(subsample_steps) * samples_;
-        return {std::llround((0.5 * from_.camera.width + v.position[0] * scale) * steps),
-                std::llround((0.5 * from_.camera.height - v.position[1] * scale) * steps),
+        return {std::llround((double{from_.axis_x()} + v.position[0] * scale) * steps),
+                std::llround((double{from_.axis_y()} - v.position[1] * scale) * steps),
                 inverse_depth,
                 v.u,
                 v.v,
@@ -20514,7 +21227,7 @@ private:
     rendering& seen_;
     buffer<cell> cells_;
     disjoint_sets gaps_;        // sets of adjacent cells
-    buffer<outline> outlines_;  // stored at a gap's first cell
+    buffer<outline> outlines_;  // outline of each gap, at the index of its first cell
 };
 
 }  // namespace detail
@@ -20644,11 +21357,11 @@ private:
         relative_projection(const view& taken_from, const view& from, std::int32_t samples, float z_near)
             : z_near_(z_near),
               source_focal_(taken_from.camera.focal_length),
-              source_x_(0.5 * taken_from.camera.width),
-              source_y_(0.5 * taken_from.camera.height),
+              source_x_(taken_from.axis_x()),
+              source_y_(taken_from.axis_y()),
               focal_(double{from.camera.focal_length} * samples),
-              x_(0.5 * from.camera.width * samples),
-              y_(0.5 * from.camera.height * samples) {
+              x_(double{from.axis_x()} * samples),
+              y_(double{from.axis_y()} * samples) {
             std::array<double, 3> offset{};
             for (std::size_t i = 0; i < 3; ++i) offset[i] = double{taken_from.position[i]} - from.position[i];
             for (std::size_t i = 0; i < 3; ++i)
@@ -21022,10 +21735,12 @@ peeled_layers<Columns...> peel(const layered_image<Columns...>& layers, const de
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Moves a view sideways by `distance`, in units of the photo's space, to the right along its picture's horizontal (negative:
-/// left). For a stereo pair, move each eye by half the eye distance.
-inline view beside(view from, float distance) {
+/// left). For a stereo pair, move each eye by half the eye distance. Surfaces at the distance `window` keep their position in the
+/// picture.
+inline view beside(view from, float distance, float window = std::numeric_limits<float>::infinity()) {
     const std::array<float, 3> step = from.direction_to_photo({distance, 0, 0});
     for (std::size_t i = 0; i < 3; ++i) from.position[i] += step[i];
+    from.lens_shift[0] += from.camera.focal_length * distance / window;
     return from;
 }
 
@@ -21642,10 +22357,14 @@ inline named_tensors decode_safetensors(std::span<const std::byte> bytes, const 
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Decodes an inpainting network. Raises the errors of decode_safetensors() and farbrausch; mismatch and unsupported if the
-/// metadata describe another kind of network.
+/// Decodes an inpainting network.
+///
+/// kind  without a value: int8 if the weights have the ranges of values that it needs, else float32
+///
+/// Raises the errors of decode_safetensors() and farbrausch; mismatch and unsupported if the metadata describe another kind of
+/// network.
 farbrausch decode_farbrausch(std::span<const std::byte> bytes, const std::string& where = "weights",
-                             arithmetic kind = arithmetic::float32, isa target = best_isa());
+                             std::optional<arithmetic> kind = arithmetic::float32, isa target = best_isa());
 
 namespace detail {
 
@@ -21707,10 +22426,12 @@ inline inpainting_architecture parse_inpainting_architecture(const named_tensors
 
 }  // namespace detail
 
-inline farbrausch decode_farbrausch(std::span<const std::byte> bytes, const std::string& where, arithmetic kind, isa target) {
+inline farbrausch decode_farbrausch(std::span<const std::byte> bytes, const std::string& where, std::optional<arithmetic> kind,
+                                    isa target) {
     const named_tensors file = decode_safetensors(bytes, where);
+    if (!kind) kind = file.tensors.contains("input.range") ? arithmetic::int8 : arithmetic::float32;
     inpainting_architecture architecture = detail::parse_inpainting_architecture(file, where);
-    return farbrausch(file, std::move(architecture), kind, target);
+    return farbrausch(file, std::move(architecture), *kind, target);
 }
 
 }}  // namespace ldi
@@ -22454,14 +23175,14 @@ inline picture_header read_jpeg_header(std::span<const std::byte> bytes, const s
     return jpeg_header_reader(bytes, where).read();
 }
 
-/// Facts of a PNG file that bound the memory for decoding it.
+/// Properties of a PNG file that bound the memory for decoding it.
 struct png_layout {
     std::size_t bits_per_pixel = 0;
     std::size_t decoded_bytes = 0;  ///< per pixel
     bool is_interlaced = false;
 };
 
-/// Reads the body of the chunk IHDR. Calls broken(found) for what PNG does not allow.
+/// Reads the body of the chunk IHDR. Calls broken(found) for values that PNG does not allow.
 template <class Broken>
 png_layout read_png_size(std::span<const std::byte> body, picture_header& header, const Broken& broken) {
     header.width = big_endian_32(body, 0), header.height = big_endian_32(body, 4);
@@ -22787,6 +23508,9 @@ struct glb_options {
     /// Distances of the nearest and the farthest surface, written together with `motion` as `nearest` and `farthest`. The lens
     /// of the camera is written as `focal_length_35mm`.
     depth_range range = {};
+    /// Whether surfaces continue past the photo's border (photo_facts::margin). If true, `past_frame` is written together with
+    /// `motion`: a viewer may show the whole photo.
+    bool is_past_frame = false;
     /// Name of the photo in UTF-8, written as `source` in the scene's extras unless empty.
     std::string source = {};
     /// Additional vertex attributes with distinct names. Soft edges have none.
@@ -22903,6 +23627,7 @@ inline void add_extras(json_text& json, const glb_options& options) {
         add("focal_length_35mm",
             shortest(options.camera->focal_length / focal_length_from_35mm(1.0F, options.camera->width, options.camera->height)));
     if (options.motion) add("motion", shortest(*options.motion)), add("nearest", shortest(options.range.z_near));
+    if (options.motion && options.is_past_frame) add("past_frame", std::string_view("true"));
     if (!options.source.empty()) add("source", std::string_view(json_string(options.source)));
     if (before[0] == ',') json.add("},");
 }
@@ -22924,7 +23649,7 @@ inline buffer<char> describe(const contents& c, const glb_options& options) {
         json.add(R"({"bufferView":)", c.view_of_texture(t), R"(,"mimeType":")",
                  is_png(c.textures[t]) ? "image/png" : "image/jpeg", R"("})");
     });
-    // The texture unchanged, unlit; not metallic in viewers without unlit materials.
+    // Unlit materials show the texture unchanged. Viewers without unlit materials show it as not metallic.
     json.add(R"(],"materials":[)");
     add_list(c.parts.size(), [&](std::size_t p) {
         json.add("{", c.parts[p].is_strip() ? R"("alphaMode":"BLEND",)" : "",
@@ -23108,7 +23833,7 @@ concept color_inpainter = requires(const T& t, working_layers<>& layers, const p
     t.inpaint(layers, progress, threads);
 };
 
-/// An existing disparity map, for example from a phone or a file.
+/// A disparity map that is there already, from a phone or a file.
 struct given_disparity {
     /// h x w x 1, finite, larger is nearer. With normalize_options::is_inverse_depth, the default, values are 0 or more, and 0
     /// is infinitely far, such as the sky. If 0 means unknown, fill these pixels first, for example with fill_invalid() of
@@ -23142,6 +23867,8 @@ struct photo3d_options {
     mixed_color_options mixed_colors;
     curve_options curves;
     expand_options expand;
+    /// Whether surfaces continue past the photo's border, as far as `expand.motion` uncovers them.
+    photo_frame frame = photo_frame::grow;
     texture_options texture;
     grain_options grain;
     chart_options charts;
@@ -23275,16 +24002,16 @@ struct cleaned_photo {
     image<float> estimated;     ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
     image<float> resampled;     ///< H x W x 1, before cleaning
     image<float> disparity;     ///< H x W x 1, cleaned
-    depth_range range;          ///< distances at disparity 1 and 0
+    depth_range range;          ///< the distances that its disparities stand for
 };
 
 /// Estimates and cleans the depth of a photo: the stages "depth estimation", "depth filter" and "connected components".
 ///
 /// photo  H x W x 3, at least one pixel
 ///
-/// Raises the errors of the stages; before the estimate, error_code::invalid_data for a photo of another shape, and
-/// error_code::invalid_option if long_side is 0, the focal length is not in [1, 1e5], or the surface rule's step is not in
-/// [0.001, 1].
+/// Raises what the stages raise; before anything is estimated, error_code::invalid_data for a photo of another shape, and
+/// error_code::invalid_option if long_side is 0, the focal length is not in [1, 1e5] or the surface rule's step not in [0.001,
+/// 1].
 template <depth_estimator Estimator, executor Executor = const serial_executor>
 cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator& estimator, const photo3d_options& options = {},
                           Executor&& threads = {}) {
@@ -23433,6 +24160,7 @@ basic_photo3d<Own...> make_photo3d(image_view<const std::uint8_t> photo, const p
     progress.report("color inpainting", 0.0F);
     inpaint_hidden(layers, lifted.rims, inpainter, options, threads);
     result.layers = decltype(result.layers)(std::move(layers));
+    if (options.frame == photo_frame::grow) result.facts.margin = grow_past_frame(result.layers, result.facts);
     progress.report("color inpainting", 1.0F);
 
     progress.report("chart generation", 0.0F);

@@ -42,7 +42,8 @@ full_size_scene make_scene(const std::string& name, std::int32_t width, std::int
     options.normalize.clipped_share = 0.0F;
     options = for_sheets(options, s.photo.height(), s.photo.width(), sheets);
     s.made = make_photo3d(s.photo, given_disparity{picture.disparity}, diffusion_inpainter{}, options);
-    s.layout = lay_out_sheets(s.made.layers, s.made.charts, s.made.atlas, s.photo.height(), s.photo.width(), sheets);
+    s.layout = lay_out_sheets(s.made.layers, s.made.charts, s.made.atlas, s.photo.height(), s.photo.width(),
+                              {.max_side = sheet_side, .margin = s.made.facts.margin});
     s.mesh = move_to_sheets(s.made.mesh, s.made.charts, s.made.atlas, s.layout);
     s.textures.push_back(s.made.atlas.color);
     for (std::size_t i = 1; i < s.layout.sizes.size(); ++i)

@@ -438,6 +438,7 @@ TEST_CASE("with bytes, the shipped network's colors are within 45 dB of those wi
     const photo_layers layers = smooth_picture();
     const buffer<float> exact = run(load_farbrausch(weights), layers);
     const buffer<float> of_bytes = run(load_farbrausch(weights, arithmetic::int8), layers);
+    CHECK((run(load_farbrausch(weights, std::nullopt), layers) == of_bytes));
     CHECK(peak_signal_to_noise(of_bytes, exact) > 45.0);
     for (const instruction_set& set : instruction_sets) {
         INFO(set.name);

@@ -163,6 +163,35 @@ TEST_CASE(
     }
 }
 
+TEST_CASE(
+    "behind a straight edge the background grows by what is uncovered, 3.5 pixels, and the parallax of a disparity of 0.02") {
+    for (const auto& [step, expected] : {std::pair{0.1F, 15}, {0.2F, 25}, {0.4F, 45}}) {
+        ldi::image<float> map(30, 100);
+        for (std::size_t y = 0; y < 30; ++y)
+            for (std::size_t x = 0; x < 100; ++x) map(y, x) = x < 40 ? 0.2F : 0.2F + step;
+        const auto layers = expanded(ldi::testing::lift_disparity(map), 4096).layers;
+        CAPTURE(step);
+        CHECK(layers.size() == 30U * (100U + static_cast<std::size_t>(expected)));
+    }
+}
+
+TEST_CASE("a side is seen with the disparities of sides up to eight pixels along the curve") {
+    // The front comes nearer by 0.3 pixels of parallax per row.
+    ldi::image<float> map(41, 100);
+    for (std::size_t y = 0; y < 41; ++y)
+        for (std::size_t x = 0; x < 100; ++x) map(y, x) = x < 40 ? 0.1F : 0.2F + 0.015F * static_cast<float>(y);
+    const ldi::photo_layer lifted = ldi::testing::lift_disparity(map);
+    const auto curves = ldi::find_discontinuity_curves(lifted, {});
+    ldi::expand_options options;
+    options.motion = 0.2F;
+    const ldi::photo_layers layers = ldi::expand(lifted, {}, std::span<const ldi::discontinuity_curve>(curves), options).layers;
+    int hidden = 0;
+    for (std::int32_t i = 0; i < layers.topology().count(); ++i)
+        hidden += layers.topology().y()[i] == 20 && layers.column<ldi::known_column>()[i] == 0 ? 1 : 0;
+    CHECK(hidden >= 14);  // 12 if each row went by its own step
+    CHECK(hidden <= 16);
+}
+
 TEST_CASE("layers say how far the camera may go: less where growth was ended early") {
     ldi::image<float> map(40, 60);
     for (std::size_t y = 0; y < 40; ++y)

@@ -19,7 +19,8 @@ TEST_CASE("where the paper has no number, these are the defaults") {
     CHECK(o.long_side == 1536);
     CHECK(o.focal_length_35mm == 26.0F);
     CHECK(o.passes_before_resampling == 2);
-    CHECK(o.expand.motion == 0.08F);  // the paper grows 50 pixels, for any step and camera
+    CHECK(o.frame == ldi::photo_frame::grow);  // the paper's frame crops
+    CHECK(o.expand.motion == 0.08F);           // the paper grows 50 pixels, for any step and camera
     CHECK(o.sharpen.radius == 3);
     CHECK(o.sharpen.min_change == 3.0F);
     CHECK(o.sharpen.min_share == 0.7F);

@@ -118,6 +118,7 @@ TEST_CASE("sheets of a photo four times as large take no more memory, but for th
         const ldi::memory_scope scope(own.source);
         const ldi::photo3d made =
             ldi::make_photo3d(photo, depth, ldi::diffusion_inpainter{}, ldi::for_sheets(options, rows, columns, sheets));
+        sheets.margin = made.facts.margin;
         const ldi::sheet_layout layout = ldi::lay_out_sheets(made.layers, made.charts, made.atlas, rows, columns, sheets);
         const ldi::textured_mesh mesh = ldi::move_to_sheets(made.mesh, made.charts, made.atlas, layout);
         for (std::size_t i = 1; i < layout.sizes.size(); ++i)

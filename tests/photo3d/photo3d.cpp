@@ -193,6 +193,12 @@ TEST_CASE("the smallest photos become 3D photos") {
         const ldi::photo3d result = ldi::make_photo3d(photo, estimator, ldi::diffusion_inpainter{});
         INFO(rows << " x " << columns);
         CHECK(result.mesh.triangle_count() >= 2);
-        CHECK(result.layers.size() == rows * columns);
+        CHECK(result.layers.size() > rows * columns);
+        CHECK(result.facts.margin > 0);
+        ldi::photo3d_options cropped;
+        cropped.frame = ldi::photo_frame::crop;
+        const ldi::photo3d small = ldi::make_photo3d(photo, estimator, ldi::diffusion_inpainter{}, cropped);
+        CHECK(small.layers.size() == rows * columns);
+        CHECK(small.facts.margin == 0);
     }
 }

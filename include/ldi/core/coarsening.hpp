@@ -168,6 +168,26 @@ inline coarsened coarsen(const graph_view& g, orphan_rule orphans = orphan_rule:
     return result;
 }
 
+namespace detail {
+
+/// The fine pixels that collapse to each coarse one: coarse pixel i has those from first[i] to first[i + 1], ascending.
+struct collapsed_pixels {
+    buffer<std::size_t> first;
+    buffer<std::int32_t> pixels;
+
+    explicit collapsed_pixels(const coarsened& by) : first(by.kept.size() + 1, 0) {
+        for (const std::int32_t parent : by.parent)
+            if (parent != no_pixel) ++first[parent + 1];
+        for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
+        pixels.resize(first.back(), unset);
+        buffer<std::size_t> next(first);
+        for (std::int32_t i = 0; i < by.parent.count(); ++i)
+            if (by.parent[i] != no_pixel) pixels[next[by.parent[i]]++] = i;
+    }
+};
+
+}  // namespace detail
+
 /// A layered image at half resolution, and how it connects to its parent level.
 template <payload_column... Columns>
 struct coarsened_layers {
@@ -180,28 +200,22 @@ struct coarsened_layers {
 template <payload_column... Columns>
 coarsened_layers<Columns...> coarsen(const layered_image<Columns...>& fine, orphan_rule orphans = orphan_rule::stay) {
     coarsened level = coarsen(graph_view(fine.topology()), orphans);
-    const std::size_t count = level.kept.size();
-    // children[first[c]] to children[first[c + 1] - 1] are the fine pixels of coarse pixel c; the kept pixel comes first.
-    buffer<std::size_t> first(count + 1);
-    for (const std::int32_t p : level.parent)
-        if (p != no_pixel) ++first[static_cast<std::size_t>(p) + 1];
-    for (std::size_t c = 0; c < count; ++c) first[c + 1] += first[c];
-    buffer<std::int32_t> children(first[count]);
-    buffer<std::size_t> next = first;
-    for (std::size_t c = 0; c < count; ++c) children[next[c]++] = level.kept[c];
-    for (std::int32_t i = 0; i < level.parent.count(); ++i) {
-        const std::int32_t p = level.parent[i];
-        if (p != no_pixel && level.kept[p] != i) children[next[static_cast<std::size_t>(p)]++] = i;
+    detail::collapsed_pixels children(level);
+    const std::int32_t count = level.kept.count();
+    for (std::int32_t c = 0; c < count; ++c) {  // the kept pixel comes first
+        std::int32_t* const first = children.pixels.data() + children.first[c];
+        std::int32_t* const kept = std::find(first, children.pixels.data() + children.first[c + 1], level.kept[c]);
+        std::rotate(first, kept, kept + 1);
     }
 
     coarsened_layers<Columns...> result{layered_image<Columns...>(std::move(level.topology)), std::move(level.kept),
                                         std::move(level.parent)};
     const auto fill = [&]<class Column>(const Column&) {
         buffer<typename Column::scalar> values;
-        for (std::int32_t c = 0; c < static_cast<std::int32_t>(count); ++c) {
+        for (std::int32_t c = 0; c < count; ++c) {
             values.clear();
-            for (std::size_t k = first[c]; k < first[static_cast<std::size_t>(c) + 1]; ++k)
-                for (const auto& value : fine.template at<Column>(children[k])) values.push_back(value);
+            for (std::size_t k = children.first[c]; k < children.first[c + 1]; ++k)
+                for (const auto& value : fine.template at<Column>(children.pixels[k])) values.push_back(value);
             const auto coarse = detail::coarser_values<Column>({values});
             std::copy(coarse.begin(), coarse.end(), result.layers.template at<Column>(c).begin());
         }

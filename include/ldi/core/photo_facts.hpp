@@ -5,7 +5,13 @@
 #include <ldi/core/camera.hpp>
 #include <ldi/core/surface.hpp>
 
+#include <cstdint>
+
 namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// Disparity of the window through which a 3D photo is seen: the middle, so the nearest and the farthest surface move equally
+/// far.
+inline constexpr float window_disparity = 0.5F;
 
 struct photo_facts {
     pinhole_camera camera{};  ///< camera that took the photo
@@ -14,6 +20,12 @@ struct photo_facts {
     /// Maximum camera motion (render/motion.hpp) for which hidden surfaces exist, as a share of the photo's longer side; 0:
     /// there are no hidden surfaces.
     float motion = 0.0F;
+    /// Width of the lattice's margin around the photo, in pixels (occlusion/past_frame.hpp); 0: surfaces end at the photo's
+    /// border.
+    std::int32_t margin = 0;
+
+    /// Returns the camera whose pixels the layered image has: the photo's, with a sensor larger by the margin.
+    pinhole_camera layers_camera() const { return {camera.width + 2 * margin, camera.height + 2 * margin, camera.focal_length}; }
 };
 
 }}  // namespace ldi

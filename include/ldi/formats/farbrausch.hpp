@@ -20,10 +20,14 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Decodes an inpainting network. Raises the errors of decode_safetensors() and farbrausch; mismatch and unsupported if the
-/// metadata describe another kind of network.
+/// Decodes an inpainting network.
+///
+/// kind  without a value: int8 if the weights have the ranges of values that it needs, else float32
+///
+/// Raises the errors of decode_safetensors() and farbrausch; mismatch and unsupported if the metadata describe another kind of
+/// network.
 farbrausch decode_farbrausch(std::span<const std::byte> bytes, const std::string& where = "weights",
-                             arithmetic kind = arithmetic::float32, isa target = best_isa());
+                             std::optional<arithmetic> kind = arithmetic::float32, isa target = best_isa());
 
 namespace detail {
 
@@ -85,10 +89,12 @@ inline inpainting_architecture parse_inpainting_architecture(const named_tensors
 
 }  // namespace detail
 
-inline farbrausch decode_farbrausch(std::span<const std::byte> bytes, const std::string& where, arithmetic kind, isa target) {
+inline farbrausch decode_farbrausch(std::span<const std::byte> bytes, const std::string& where, std::optional<arithmetic> kind,
+                                    isa target) {
     const named_tensors file = decode_safetensors(bytes, where);
+    if (!kind) kind = file.tensors.contains("input.range") ? arithmetic::int8 : arithmetic::float32;
     inpainting_architecture architecture = detail::parse_inpainting_architecture(file, where);
-    return farbrausch(file, std::move(architecture), kind, target);
+    return farbrausch(file, std::move(architecture), *kind, target);
 }
 
 }}  // namespace ldi

@@ -46,6 +46,9 @@ struct glb_options {
     /// Distances of the nearest and the farthest surface, written together with `motion` as `nearest` and `farthest`. The lens
     /// of the camera is written as `focal_length_35mm`.
     depth_range range = {};
+    /// Whether surfaces continue past the photo's border (photo_facts::margin). If true, `past_frame` is written together with
+    /// `motion`: a viewer may show the whole photo.
+    bool is_past_frame = false;
     /// Name of the photo in UTF-8, written as `source` in the scene's extras unless empty.
     std::string source = {};
     /// Additional vertex attributes with distinct names. Soft edges have none.
@@ -162,6 +165,7 @@ inline void add_extras(json_text& json, const glb_options& options) {
         add("focal_length_35mm",
             shortest(options.camera->focal_length / focal_length_from_35mm(1.0F, options.camera->width, options.camera->height)));
     if (options.motion) add("motion", shortest(*options.motion)), add("nearest", shortest(options.range.z_near));
+    if (options.motion && options.is_past_frame) add("past_frame", std::string_view("true"));
     if (!options.source.empty()) add("source", std::string_view(json_string(options.source)));
     if (before[0] == ',') json.add("},");
 }

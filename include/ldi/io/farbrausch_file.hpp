@@ -5,11 +5,12 @@
 #include <ldi/io/file.hpp>
 
 #include <filesystem>
+#include <optional>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Loads the inpainting network. Raises file_access and the errors of decode_farbrausch().
-inline farbrausch load_farbrausch(const std::filesystem::path& path, arithmetic kind = arithmetic::float32) {
+/// Loads the inpainting network as decode_farbrausch() decodes it. Raises file_access and the errors of decode_farbrausch().
+inline farbrausch load_farbrausch(const std::filesystem::path& path, std::optional<arithmetic> kind = arithmetic::float32) {
     return decode_farbrausch(read_file(path), path.string(), kind);
 }
 

@@ -108,7 +108,10 @@ inline void area_resize_row(const area_weights& horizontal, const area_weights& 
     const area_weights::cover& rows = vertical.covers[y];
     for (std::size_t i = 0; i < rows.count; ++i)
         add_area_row(horizontal, source.row(rows.first + i), channels, vertical.weights[rows.weight + i], sums.data());
-    for (std::size_t i = 0; i < sums.size(); ++i) result[i] = static_cast<std::uint8_t>(std::lrint(sums[i]));
+    // Half to even, as std::lrint() rounds, without a call: where floats count in ones.
+    constexpr float ones = 0x1.8p23F;
+    for (std::size_t i = 0; i < sums.size(); ++i)
+        result[i] = static_cast<std::uint8_t>(static_cast<std::int32_t>((sums[i] + ones) - ones));
 }
 
 /// Resizes an image by averaging over areas. An enlarged image consists of rectangles of equal color, mixed at their borders.
@@ -120,9 +123,14 @@ image<std::uint8_t> area_resize(image_view<const std::uint8_t> source, std::size
         raise(error_code::invalid_data, "area_resize", "a source and a result with at least one pixel",
               std::to_string(source.height()) + " x " + std::to_string(source.width()) + " and " + std::to_string(result_height) +
                   " x " + std::to_string(result_width));
+    image<std::uint8_t> result(result_height, result_width, source.channels(), unset);
+    if (source.height() == result_height && source.width() == result_width) {
+        for (std::size_t y = 0; y < result_height; ++y)
+            std::copy_n(source.row(y), result_width * source.channels(), result.row(y));
+        return result;
+    }
     const area_weights horizontal = make_area_weights(source.width(), result_width);
     const area_weights vertical = make_area_weights(source.height(), result_height);
-    image<std::uint8_t> result(result_height, result_width, source.channels(), unset);
     parallel_for(threads, result_height, 8, [&](std::size_t first, std::size_t last) {
         buffer<float> sums;
         for (std::size_t y = first; y < last; ++y) area_resize_row(horizontal, vertical, y, source, sums, result.row(y));

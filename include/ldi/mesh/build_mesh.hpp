@@ -72,6 +72,7 @@ public:
     template <class Layers>
     mesh_assembler(const Layers& layers, const photo_facts& facts, const flat_mesh& flat, const texture_atlas& atlas)
         : facts_(facts),
+          camera_(facts.layers_camera()),
           flat_(flat),
           u_scale_(1.0F / nearest_float(atlas.color.width())),
           v_scale_(1.0F / nearest_float(atlas.color.height())),
@@ -114,7 +115,7 @@ public:
         const float bytes = vertex_bytes * nearest_float(mesh_.vertex_count()) +
                             triangle_bytes * nearest_float(mesh_.triangle_count()) +
                             texel_bytes * nearest_float(atlas.color.size() / 3);
-        soft_edge_builder builder(flat_, seen, facts_.surface, facts_.camera, facts_.range, options);
+        soft_edge_builder builder(flat_, seen, facts_.surface, camera_, facts_.range, options);
         builder.choose(static_cast<std::size_t>(options.largest_share * bytes / edge_bytes));
         for (std::int32_t p = 0; p < flat_.outlines.pieces.count(); ++p) {
             const std::int32_t c = flat_.outlines.pieces[p].right_chart;
@@ -133,7 +134,7 @@ private:
         const float least = 0.9F * facts_.range.inverse_depth(0);
         const float inverse_depth = (std::max)(facts_.range.inverse_depth((std::min)(corner.disparity, 1.0F)), least);
         const std::array<float, 3> point =
-            facts_.camera.unproject(nearest_float(corner.x), nearest_float(corner.y), 1.0F / inverse_depth);
+            camera_.unproject(nearest_float(corner.x), nearest_float(corner.y), 1.0F / inverse_depth);
         mesh_.positions.append(point.begin(), point.end());
     }
 
@@ -150,6 +151,7 @@ private:
     }
 
     const photo_facts& facts_;
+    pinhole_camera camera_;  ///< of the lattice
     const flat_mesh& flat_;
     float u_scale_, v_scale_;
     buffer<std::int32_t> first_coordinate_;  ///< per corner: index in mesh_.positions, or -1
@@ -163,7 +165,7 @@ visible_surfaces find_visible(const Layers& layers) {
     const auto& g = layers.topology();
     const std::size_t rows = static_cast<std::size_t>(g.height()), columns = static_cast<std::size_t>(g.width());
     visible_surfaces seen{image<float>(rows, columns, 1), image<std::uint8_t>(rows, columns, 1)};
-    std::fill_n(seen.disparity.data(), seen.disparity.size(), -std::numeric_limits<float>::infinity());
+    std::fill_n(seen.disparity.data(), seen.disparity.size(), visible_surfaces::nothing);
     const auto disparity = layers.template column<disparity_column>();
     for (std::int32_t i = 0; i < g.count(); ++i) {
         const std::size_t position = g.position_of(i);
@@ -180,7 +182,7 @@ visible_surfaces find_visible(const Layers& layers) {
 ///
 /// layers  in canonical order; disparities are limited to [0, 1], except for surfaces slightly behind the farthest. Edges along
 ///         silhouettes are soft if there is a matte column
-/// facts   camera, range and surface rule are used
+/// facts   camera, margin, range and surface rule are used
 /// charts  a partition of the pixels (make_charts)
 /// atlas   texture atlas of these charts
 ///
@@ -193,7 +195,7 @@ template <has_columns<disparity_column> Layers, executor Executor = const serial
 textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const chart_set& charts, const texture_atlas& atlas,
                          const mesh_options& options = {}, Executor&& threads = {}) {
     const auto& g = layers.topology();
-    const pinhole_camera& camera = facts.camera;
+    const pinhole_camera camera = facts.layers_camera();
     const buffer<chart_placement>& placements = atlas.placements;
     if (camera.width != g.width() || camera.height != g.height() || placements.size() != charts.charts.size())
         raise(error_code::mismatch, "build_mesh",

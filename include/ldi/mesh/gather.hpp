@@ -56,6 +56,7 @@ template <payload_column Column, has_column<Column> Layers>
 buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& layers, const pinhole_camera& camera) {
     using scalar = typename Column::scalar;
     const graph_view g = layers.topology();
+    const pinhole_camera lattice{g.width(), g.height(), camera.focal_length};  // larger than the photo by photo_facts::margin
     if (mesh.pixels.size() != mesh.vertex_count())
         raise(error_code::mismatch, "gather", "a pixel for each of " + std::to_string(mesh.vertex_count()) + " vertices",
               std::to_string(mesh.pixels.size()) + " pixels");
@@ -65,7 +66,7 @@ buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& 
             raise(error_code::mismatch, "gather", "vertices of " + std::to_string(g.size()) + " pixels",
                   "pixel " + std::to_string(mesh.pixels[v]));
         const float* position = mesh.positions.data() + 3 * v;
-        const std::array<float, 2> seen = camera.project({position[0], position[1], position[2]});
+        const std::array<float, 2> seen = lattice.project({position[0], position[1], position[2]});
         const detail::corner_pixels around = detail::pixels_around_corner(
             g, mesh.pixels[v], static_cast<std::int32_t>(std::lround(seen[0])), static_cast<std::int32_t>(std::lround(seen[1])));
         std::array<scalar, 4 * Column::channels> values{};

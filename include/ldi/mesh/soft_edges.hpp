@@ -25,7 +25,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Columns of the pixels visible from the photo's camera, by lattice position.
 struct visible_surfaces {
-    image<float> disparity;     ///< H x W x 1
+    static constexpr float nothing = -std::numeric_limits<float>::infinity();
+    image<float> disparity;     ///< H x W x 1; `nothing` past the end of all surfaces
     image<std::uint8_t> matte;  ///< H x W x 1
 };
 
@@ -92,7 +93,8 @@ private:
     /// Returns the disparity visible at a position, or `nothing` outside the photo.
     float seen_at(std::int32_t x, std::int32_t y, float nothing) const {
         const bool inside = x >= 0 && y >= 0 && x < camera_.width && y < camera_.height;
-        return inside ? seen_.disparity(y, x) : nothing;
+        const float seen = inside ? seen_.disparity(y, x) : nothing;
+        return seen == visible_surfaces::nothing ? nothing : seen;
     }
 
     /// Returns the step in disparity from a corner to the farthest surface visible beside it; 0 if a nearer surface is visible,

@@ -272,7 +272,7 @@ private:
 /// differ by up to twice the threshold, and disparities may be a little below 0. `after_iteration(graph, disparity, first_new)`,
 /// if given, sees the unordered state after every iteration (for tests and pictures; it costs a copy each).
 ///
-/// At most 1 / surface_rule::largest_step surfaces lie at one position. A disparity map of noise at all scales adds five pixels
+/// At most 1 / surface_rule::largest_step surfaces lie at one position. A disparity map of noise at all scales adds six pixels
 /// per pixel of the photo; most photos add less than half a pixel. Time is linear in the number of pixels of the result; memory
 /// is up to 110 bytes per pixel.
 template <payload_column... Columns, class AfterIteration = std::nullptr_t>

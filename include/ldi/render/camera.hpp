@@ -13,6 +13,12 @@ struct view {
     std::array<float, 3> position{0, 0, 0};  ///< position of the camera in the photo's space
     /// 3 x 3, row-major, orthonormal: rotates from the camera's axes to the photo's axes.
     std::array<float, 9> rotation{1, 0, 0, 0, 1, 0, 0, 0, 1};
+    /// Offset of the optical axis from the picture's center, in pixels to the right and down.
+    std::array<float, 2> lens_shift{0, 0};
+
+    /// Position of the optical axis in the picture, in pixels.
+    float axis_x() const { return camera.center_x() + lens_shift[0]; }
+    float axis_y() const { return camera.center_y() + lens_shift[1]; }
 
     /// Rotates a direction from the camera's axes to the photo's axes.
     std::array<float, 3> direction_to_photo(const std::array<float, 3>& d) const {

@@ -6,6 +6,7 @@
 #include <ldi/base/numbers.hpp>
 #include <ldi/base/printable.hpp>
 #include <ldi/core/camera.hpp>
+#include <ldi/core/photo_facts.hpp>
 #include <ldi/render/camera.hpp>
 #include <ldi/render/motion.hpp>
 
@@ -33,7 +34,7 @@ struct path_options {
     /// uncovers them.
     float motion = 0.08F;
     /// Disparity, in [0, 1], of the surfaces that stay in place on screen.
-    float focus_disparity = 0.5F;
+    float focus_disparity = window_disparity;
     /// zoom_in and dolly_zoom: distance to travel, as a share of the distance to the nearest surface; below 1. `motion` may
     /// limit it further.
     float approach = 0.3F;
@@ -42,6 +43,11 @@ struct path_options {
 /// Returns a camera at `position` that looks at `target`, with the picture's vertical upright in the photo. The points must
 /// differ, and not only in height.
 view look_at(const pinhole_camera& camera, const std::array<float, 3>& position, const std::array<float, 3>& target);
+
+/// Returns the view from `position` through a window as large as the photo at the disparity `window`. The window fills the
+/// picture. The camera does not turn, so the view has no perspective distortion. The position must be in front of the window.
+view view_through_window(const pinhole_camera& camera, const depth_range& range, const std::array<float, 3>& position,
+                         float window = window_disparity);
 
 /// Returns the view at `time` on a path, from 0 at its start to 1 at its end. Raises invalid_option for options out of bounds.
 view view_on_path(camera_path path, const pinhole_camera& camera, const depth_range& range, float time,
@@ -61,14 +67,18 @@ struct key_frame {
 /// it with within_motion().
 view view_between(std::span<const key_frame> keys, const pinhole_camera& camera, float time);
 
-/// Computes a frame that hides the photo's border: the largest centered part of the picture, with the same proportions, in which
-/// no view sees beyond the border, for any disparity from 0 to 1. Returns its size relative to the photo, in [0, 1].
-float frame_within(std::span<const view> views, const pinhole_camera& camera, const depth_range& range);
+/// Computes a frame that hides the end of the photo's surfaces: the largest centered part of the picture, with the same
+/// proportions, in which no view sees beyond the end, for any disparity from 0 to 1. Returns its size relative to the photo, in
+/// [0, 1].
+///
+/// past_border  motion for which surfaces continue past the photo's border (occlusion/past_frame.hpp); 0: they end there
+float frame_within(std::span<const view> views, const pinhole_camera& camera, const depth_range& range, float past_border = 0);
 
 /// Crops a view to the middle `size` of its picture, with the same number of pixels.
 inline view framed(view from, float size) {
     LDI_ASSERT(size > 0);
     from.camera.focal_length /= size;
+    for (float& shift : from.lens_shift) shift /= size;
     return from;
 }
 
@@ -118,6 +128,18 @@ inline view look_at(const pinhole_camera& camera, const std::array<float, 3>& po
     return result;
 }
 
+inline view view_through_window(const pinhole_camera& camera, const depth_range& range, const std::array<float, 3>& position,
+                                float window) {
+    const float distance = range.depth(window), pixels = camera.focal_length / distance;
+    LDI_ASSERT(distance + position[2] > 0);
+    view result;
+    result.camera = camera;
+    result.position = position;
+    result.camera.focal_length = pixels * (distance + position[2]);
+    result.lens_shift = {pixels * position[0], -pixels * position[1]};
+    return result;
+}
+
 inline view view_on_path(camera_path path, const pinhole_camera& camera, const depth_range& range, float time,
                          const path_options& options) {
     if (!(options.motion >= 0 && options.motion <= 1) || !(options.focus_disparity >= 0 && options.focus_disparity <= 1) ||
@@ -131,16 +153,16 @@ inline view view_on_path(camera_path path, const pinhole_camera& camera, const d
         detail::reach_within_motion({0, 0, -1}, camera, range, options.motion, options.approach * range.z_near);
     const float angle = 6.28318530718F * time;
     const float forward = farthest_forward * 0.5F * (1 - std::cos(0.5F * angle));  // starts and stops gently
-    const std::array<float, 3> target{0, 0, -focus};
+    const auto through_window = [&](const std::array<float, 3>& position) {
+        return view_through_window(camera, range, position, options.focus_disparity);
+    };
     switch (path) {
-        case camera_path::circle: return look_at(camera, {radius * std::cos(angle), -radius * std::sin(angle), 0}, target);
-        case camera_path::swing: return look_at(camera, {radius * std::sin(angle), 0, 0}, target);
-        case camera_path::zoom_in: return look_at(camera, {0, 0, -forward}, target);
+        case camera_path::circle: return through_window({radius * std::cos(angle), -radius * std::sin(angle), 0});
+        case camera_path::swing: return through_window({radius * std::sin(angle), 0, 0});
+        case camera_path::zoom_in: return look_at(camera, {0, 0, -forward}, {0, 0, -focus});
         case camera_path::dolly_zoom: break;
     }
-    view result = look_at(camera, {0, 0, -forward}, target);
-    result.camera.focal_length *= (focus - forward) / focus;
-    return result;
+    return through_window({0, 0, -forward});
 }
 
 inline view view_between(std::span<const key_frame> keys, const pinhole_camera& camera, float time) {
@@ -173,24 +195,28 @@ inline view view_between(std::span<const key_frame> keys, const pinhole_camera& 
     return result;
 }
 
-inline float frame_within(std::span<const view> views, const pinhole_camera& camera, const depth_range& range) {
+inline float frame_within(std::span<const view> views, const pinhole_camera& camera, const depth_range& range,
+                          float past_border) {
     const float w = detail::nearest_float(camera.width), h = detail::nearest_float(camera.height);
-    // Whether pixel (x, y) of a view shows a point of the photo, if the surface there has this depth.
-    const auto sees_photo = [&](const view& v, float x, float y, float depth) {
-        const std::array<float, 3> ray =
-            v.direction_to_photo({x - v.camera.center_x(), v.camera.center_y() - y, -v.camera.focal_length});
+    // Whether pixel (x, y) of a view shows a point of the photo or of its continuation, if the surface there has this disparity.
+    // Along a ray the position in the photo is linear in disparity, so it is enough to test the ends and the window.
+    const auto sees_photo = [&](const view& v, float x, float y, float disparity) {
+        const std::array<float, 3> ray = v.direction_to_photo({x - v.axis_x(), v.axis_y() - y, -v.camera.focal_length});
+        const float depth = range.depth(disparity);
         if (!(ray[2] < 0) || !(v.position[2] > -depth)) return false;
         const float scale = (-depth - v.position[2]) / ray[2];
         const std::array<float, 2> seen =
             camera.project({v.position[0] + scale * ray[0], v.position[1] + scale * ray[1], -depth});
-        return seen[0] >= -1e-3F * w && seen[0] <= 1.001F * w && seen[1] >= -1e-3F * h && seen[1] <= 1.001F * h;
+        const float grown = past_border * std::abs(disparity - window_disparity) * (std::max)(w, h);
+        const float more_x = grown + 1e-3F * w, more_y = grown + 1e-3F * h;
+        return seen[0] >= -more_x && seen[0] <= w + more_x && seen[1] >= -more_y && seen[1] <= h + more_y;
     };
     const auto is_inside = [&](float size) {
         for (const view& v : views)
             for (const float x : {-1.0F, 1.0F})
                 for (const float y : {-1.0F, 1.0F})
-                    for (const float depth : {range.z_near, range.z_far})
-                        if (!sees_photo(v, v.camera.center_x() * (1 + size * x), v.camera.center_y() * (1 + size * y), depth))
+                    for (const float disparity : {0.0F, window_disparity, 1.0F})
+                        if (!sees_photo(v, v.camera.center_x() * (1 + size * x), v.camera.center_y() * (1 + size * y), disparity))
                             return false;
         return true;
     };

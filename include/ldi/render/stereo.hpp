@@ -12,15 +12,18 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <string>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Moves a view sideways by `distance`, in units of the photo's space, to the right along its picture's horizontal (negative:
-/// left). For a stereo pair, move each eye by half the eye distance.
-inline view beside(view from, float distance) {
+/// left). For a stereo pair, move each eye by half the eye distance. Surfaces at the distance `window` keep their position in the
+/// picture.
+inline view beside(view from, float distance, float window = std::numeric_limits<float>::infinity()) {
     const std::array<float, 3> step = from.direction_to_photo({distance, 0, 0});
     for (std::size_t i = 0; i < 3; ++i) from.position[i] += step[i];
+    from.lens_shift[0] += from.camera.focal_length * distance / window;
     return from;
 }
 

@@ -80,12 +80,25 @@ private:
 
     std::ptrdiff_t step(side s) const { return step_y(s) * stride_ + step_x(s); }
 
-    void draw_own(const chart& c, chart_placement placement) {
-        for (std::int32_t pixel : c.pixels) {
-            const std::ptrdiff_t texel = texel_of(pixel, c, placement);
-            kind_[texel] = kind_of_[pixel];
-            copy_color(texel, pixel);
+    /// Calls `visit(pixel, texel, count)` for pixels that are consecutive in memory and in a row of the atlas.
+    template <class Visit>
+    void for_each_stretch(const chart& c, chart_placement placement, Visit&& visit) const {
+        for (std::size_t first = 0, last; first < c.pixels.size(); first = last) {
+            const std::int32_t pixel = c.pixels[first], x = graph_.x()[pixel], y = graph_.y()[pixel];
+            std::int32_t count = 1;
+            for (last = first + 1; last < c.pixels.size() && c.pixels[last] == pixel + count &&
+                                   graph_.x()[pixel + count] == x + count && graph_.y()[pixel + count] == y;
+                 ++last)
+                ++count;
+            visit(pixel, texel_of(pixel, c, placement), std::ptrdiff_t{count});
         }
+    }
+
+    void draw_own(const chart& c, chart_placement placement) {
+        for_each_stretch(c, placement, [&](std::int32_t pixel, std::ptrdiff_t texel, std::ptrdiff_t count) {
+            std::copy_n(kind_of_ + pixel, count, kind_ + texel);
+            std::copy_n(colors_ + 3 * std::ptrdiff_t{pixel}, 3 * count, color_ + 3 * texel);
+        });
     }
 
     void copy_color(std::ptrdiff_t texel, std::int32_t pixel) {
@@ -95,12 +108,22 @@ private:
 
     void find_border(const chart& c, chart_placement placement) {
         border_.clear();
-        for (std::int32_t pixel : c.pixels) {
-            const std::ptrdiff_t texel = texel_of(pixel, c, placement);
-            if (kind_[texel - 1] == texel_kind::empty || kind_[texel + 1] == texel_kind::empty ||
-                kind_[texel - stride_] == texel_kind::empty || kind_[texel + stride_] == texel_kind::empty)
-                border_.push_back({texel, pixel});
-        }
+        for_each_stretch(c, placement, [&](std::int32_t pixel, std::ptrdiff_t texel, std::ptrdiff_t count) {
+            constexpr std::ptrdiff_t block = 32;  // texels looked at together: hardly any lie at the border
+            for (std::ptrdiff_t i = 0; i < count; i += block) {
+                const std::ptrdiff_t end = (std::min)(i + block, count);
+                int found = 0;
+                for (std::ptrdiff_t t = i; t < end; ++t) found |= static_cast<int>(is_at_border(texel + t));
+                for (std::ptrdiff_t t = i; found != 0 && t < end; ++t)
+                    if (is_at_border(texel + t)) border_.push_back({texel + t, pixel + static_cast<std::int32_t>(t)});
+            }
+        });
+    }
+
+    /// Without branches, for the sake of vector instructions.
+    bool is_at_border(std::ptrdiff_t texel) const {
+        const auto is_empty = [&](std::ptrdiff_t t) { return static_cast<int>(kind_[t] == texel_kind::empty); };
+        return (is_empty(texel - 1) | is_empty(texel + 1) | is_empty(texel - stride_) | is_empty(texel + stride_)) != 0;
     }
 
     /// Adds one texel of filter padding. Two surfaces that meet get half of the gap each. A surface that continues takes

@@ -4,7 +4,8 @@
 // drawn one at a time, so that only one must be in memory.
 //
 //     made = make_photo3d(photo, estimator, inpainter, for_sheets(options, photo.height(), photo.width()));   // photo3d.hpp
-//     const sheet_layout layout = lay_out_sheets(made.layers, made.charts, made.atlas, photo.height(), photo.width());
+//     const sheet_layout layout = lay_out_sheets(made.layers, made.charts, made.atlas, photo.height(), photo.width(),
+//                                                {.margin = made.facts.margin});
 //     const textured_mesh mesh = move_to_sheets(made.mesh, made.charts, made.atlas, layout);   // mesh/move_to_sheets.hpp
 //     // its textures: made.atlas.color, then for each s from 1 to layout.sizes.size() - 1
 //     draw_sheet(layout, s, made.charts, made.atlas, made.photo, photo);
@@ -72,6 +73,9 @@ sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const
         raise(error_code::invalid_option, "sheet_options", "a side that is a multiple of 16, a padding of at least 1",
               std::to_string(options.max_side) + " and " + std::to_string(options.padding));
     const auto& g = layers.topology();
+    if (options.margin < 0 || 2 * std::int64_t{options.margin} >= (std::min)(g.width(), g.height()))
+        raise(error_code::mismatch, "lay_out_sheets", "a lattice with a photo inside its margin",
+              std::to_string(g.width()) + " x " + std::to_string(g.height()) + ", " + std::to_string(options.margin));
     if (atlas.placements.size() != charts.charts.size())
         raise(error_code::mismatch, "lay_out_sheets", "an atlas of these charts", "another atlas");
     if (photo_height == 0 || photo_width == 0 || layers.size() == 0)
@@ -79,8 +83,8 @@ sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const
               std::to_string(photo_height) + " x " + std::to_string(photo_width) + " and " + std::to_string(layers.size()));
     sheet_layout layout;
     layout.padding = options.padding;
-    layout.across = {static_cast<std::int64_t>(photo_width), g.width()};
-    layout.down = {static_cast<std::int64_t>(photo_height), g.height()};
+    layout.across = {static_cast<std::int64_t>(photo_width), g.width() - 2 * options.margin, options.margin};
+    layout.down = {static_cast<std::int64_t>(photo_height), g.height() - 2 * options.margin, options.margin};
     layout.sizes.push_back({static_cast<std::int32_t>(atlas.color.width()), static_cast<std::int32_t>(atlas.color.height())});
     layout.placements.resize(charts.charts.size());
 

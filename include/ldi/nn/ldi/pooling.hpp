@@ -20,22 +20,6 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// The fine pixels that collapse to each coarse one: coarse pixel i has those from first[i] to first[i + 1], ascending.
-struct collapsed_pixels {
-    buffer<std::size_t> first;
-    buffer<std::int32_t> pixels;
-
-    explicit collapsed_pixels(const coarsened& by) : first(by.kept.size() + 1, 0) {
-        for (const std::int32_t parent : by.parent)
-            if (parent != no_pixel) ++first[parent + 1];
-        for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
-        pixels.resize(first.back(), unset);
-        buffer<std::size_t> next(first);
-        for (std::int32_t i = 0; i < by.parent.count(); ++i)
-            if (by.parent[i] != no_pixel) pixels[next[by.parent[i]]++] = i;
-    }
-};
-
 /// Applies `combine` to the fine pixels of each coarse pixel, then `finish`.
 ///
 /// Sum      type of the combined values

@@ -133,11 +133,11 @@ private:
         relative_projection(const view& taken_from, const view& from, std::int32_t samples, float z_near)
             : z_near_(z_near),
               source_focal_(taken_from.camera.focal_length),
-              source_x_(0.5 * taken_from.camera.width),
-              source_y_(0.5 * taken_from.camera.height),
+              source_x_(taken_from.axis_x()),
+              source_y_(taken_from.axis_y()),
               focal_(double{from.camera.focal_length} * samples),
-              x_(0.5 * from.camera.width * samples),
-              y_(0.5 * from.camera.height * samples) {
+              x_(double{from.axis_x()} * samples),
+              y_(double{from.axis_y()} * samples) {
             std::array<double, 3> offset{};
             for (std::size_t i = 0; i < 3; ++i) offset[i] = double{taken_from.position[i]} - from.position[i];
             for (std::size_t i = 0; i < 3; ++i)

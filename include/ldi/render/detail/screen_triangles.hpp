@@ -227,8 +227,8 @@ private:
         const double inverse_depth = -1 / v.position[2];
         const double scale = from_.camera.focal_length * inverse_depth;
         const double steps = nearest_double(subsample_steps) * samples_;
-        return {std::llround((0.5 * from_.camera.width + v.position[0] * scale) * steps),
-                std::llround((0.5 * from_.camera.height - v.position[1] * scale) * steps),
+        return {std::llround((double{from_.axis_x()} + v.position[0] * scale) * steps),
+                std::llround((double{from_.axis_y()} - v.position[1] * scale) * steps),
                 inverse_depth,
                 v.u,
                 v.v,

@@ -25,7 +25,7 @@ public:
         : place_(place),
           atlas_(atlas),
           photo_(photo),
-          sources_(shape, atlas, in_atlas, layout.padding, worked_on),
+          sources_(shape, atlas, in_atlas, layout.padding, layout.across.margin, worked_on),
           columns_(
               samples_along(layout.across, place.photo_x, place.room.width, shape.x, shape.width, in_atlas.x, layout.padding)),
           rows_(samples_along(layout.down, place.photo_y, place.room.height, shape.y, shape.height, in_atlas.y, layout.padding)) {

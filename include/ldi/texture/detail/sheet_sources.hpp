@@ -27,9 +27,9 @@ enum class sheet_source : std::uint8_t {
 class sheet_sources {
 public:
     sheet_sources(const chart& shape, const texture_atlas& atlas, chart_placement in_atlas, std::int32_t padding,
-                  image_view<const std::uint8_t> worked_on)
-        : left_(shape.x - padding),
-          top_(shape.y - padding),
+                  std::int32_t margin, image_view<const std::uint8_t> worked_on)
+        : left_(shape.x - padding - margin),
+          top_(shape.y - padding - margin),
           atlas_left_(in_atlas.x - padding),
           atlas_top_(in_atlas.y - padding),
           width_(shape.width + 2 * padding),
@@ -107,7 +107,8 @@ private:
             }
     }
 
-    std::int32_t left_, top_, atlas_left_, atlas_top_, width_, height_;
+    std::int32_t left_, top_;  // in the photo
+    std::int32_t atlas_left_, atlas_top_, width_, height_;
     const texture_atlas& atlas_;
     image_view<const std::uint8_t> worked_on_;
     image<sheet_source> found_;
