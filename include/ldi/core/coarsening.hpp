@@ -170,7 +170,7 @@ inline coarsened coarsen(const graph_view& g, orphan_rule orphans = orphan_rule:
 
 namespace detail {
 
-/// The fine pixels that collapse to each coarse one: coarse pixel i has those from first[i] to first[i + 1], ascending.
+/// Lists the fine pixels of each coarse pixel i, ascending: pixels[first[i]] up to, but without pixels[first[i + 1]].
 struct collapsed_pixels {
     buffer<std::size_t> first;
     buffer<std::int32_t> pixels;
