@@ -31,7 +31,7 @@ struct boundary_piece {
     std::int32_t right_chart;  ///< chart on the right
     std::int32_t left_chart;   ///< chart on the left, or no_chart
     std::int32_t start, end;   ///< indices of corners; equal if the piece is a closed loop
-    std::int32_t first_inner;  ///< the corners between them are corners[first_inner .. first_inner + inner_count)
+    std::int32_t first_inner;  ///< corners between start and end: corners[first_inner .. first_inner + inner_count)
     std::int32_t inner_count;
 };
 

@@ -35,7 +35,7 @@ private:
     struct active_edge {
         lattice_point upper, lower;
         std::int32_t upper_vertex, lower_vertex;
-        std::int32_t edge;  ///< the vertex at which it begins in the polygon
+        std::int32_t edge;  ///< vertex at which the edge begins in the polygon
         bool interior_left, interior_right;
         detail::waiting_chain part{};  ///< chain of the part to the right; only if interior_right
     };
