@@ -91,7 +91,9 @@ ldi::photo_layers lift_cleaned(const subject& s, Executor& threads) {
     return ldi::expand(std::move(lifted), {}, {}).layers;
 }
 
-/// Measures inpainting. shift  motion of the nearest surface in pixels; the canonical view is to the left by this much
+/// Measures inpainting.
+///
+/// shift  motion of the nearest surface in pixels; the canonical view is to the left by this much
 template <ldi::executor Executor>
 inpainting_result measure_inpainting(const subject& s, float shift, const ldi::farbrausch& network,
                                      const lpips_network& perceived, const std::filesystem::path& folder, Executor& threads) {

@@ -284,7 +284,7 @@ struct lifted_photo {
     single_layer<color_column, disparity_column, known_column, matte_column, rim_column, Own...> layer;
     buffer<discontinuity_curve> curves;
     photo_facts facts;
-    buffer<uncertain_rim> rims;  ///< for restore_rims(), after the hidden surfaces are colored
+    buffer<uncertain_rim> rims;  ///< input of restore_rims(), which runs after the hidden surfaces are colored
 };
 
 namespace detail {

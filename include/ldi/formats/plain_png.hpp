@@ -178,7 +178,7 @@ inline void append_compressed(std::span<const std::byte> bytes, buffer<std::byte
 
     to.push_back(std::byte{0x78}), to.push_back(std::byte{0x01});
     bit_writer writer(to);
-    writer.put(0b101, 3);  // the last block, with its own code
+    writer.put(0b101, 3);  // marks the last block, with a Huffman code of its own
     // 257 lengths, and 1 length of an unused code for repetitions. A length is a number of 4 bits: the code for lengths has
     // equal length for all symbols except 16, 17 and 18.
     writer.put(0, 5), writer.put(0, 5), writer.put(15, 4);

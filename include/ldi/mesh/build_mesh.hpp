@@ -151,7 +151,7 @@ private:
     }
 
     const photo_facts& facts_;
-    pinhole_camera camera_;  ///< of the lattice
+    pinhole_camera camera_;  ///< camera of the lattice, which includes the margin
     const flat_mesh& flat_;
     float u_scale_, v_scale_;
     buffer<std::int32_t> first_coordinate_;  ///< per corner: index in mesh_.positions, or -1

@@ -7,7 +7,7 @@
 //     const sheet_layout layout = lay_out_sheets(made.layers, made.charts, made.atlas, photo.height(), photo.width(),
 //                                                {.margin = made.facts.margin});
 //     const textured_mesh mesh = move_to_sheets(made.mesh, made.charts, made.atlas, layout);   // mesh/move_to_sheets.hpp
-//     // its textures: made.atlas.color, then for each s from 1 to layout.sizes.size() - 1
+//     // textures of the mesh: made.atlas.color, then for each s from 1 to layout.sizes.size() - 1
 //     draw_sheet(layout, s, made.charts, made.atlas, made.photo, photo);
 #pragma once
 
