@@ -1,5 +1,5 @@
-// What is wrong beside silhouettes of photographs without true depth: islands, colors that belong to neither surface, hard
-// borders between hidden surfaces; and the worst places, enlarged.
+// Faults beside silhouettes of photographs without true depth: islands, colors that belong to neither surface, hard borders
+// between hidden surfaces; and the worst places, enlarged.
 #pragma once
 
 #include "holes.hpp"
@@ -23,23 +23,23 @@
 
 namespace ldi_quality {
 
-/// A pixel of a view around which much is wrong.
+/// A pixel of a view with many faults around it.
 struct bad_place {
     std::string photo;
     std::size_t view = 0;  ///< index in views_beside()
     std::int32_t x = 0, y = 0;
-    std::int64_t score = 0;  ///< pixels of hard borders and of colors of neither surface, around it
+    std::int64_t score = 0;  ///< pixels of hard borders and of colors of neither surface around it
 };
 
 struct silhouette_faults {
     std::size_t islands = 0, charts = 0, layers = 0;
-    double band = 0, neither = 0;   ///< pixels of the band; those of them whose color fits neither surface
+    double band = 0, neither = 0;   ///< pixels of the band; those whose color fits neither surface
     std::int64_t hard_borders = 0;  ///< pixels in views_beside()
     std::size_t views_with_holes = 0;
-    std::vector<bad_place> places;  ///< the worst, none near another
+    std::vector<bad_place> places;  ///< the worst places, none close to another
 };
 
-/// From the limits of the motion: right, left, above, below; at the photo's resolution.
+/// Views from the limits of the motion: right, left, above, below; at the photo's resolution.
 inline std::vector<ldi::view> views_beside(const ldi::photo_facts& photo) {
     std::vector<ldi::view> result;
     const float far = 0.99F * photo.range.z_near;
@@ -54,9 +54,9 @@ inline std::vector<ldi::view> views_beside(const ldi::photo_facts& photo) {
 
 namespace detail {
 
-/// The photo's pixels as a layer, linked as expand() found them.
+/// Converts the photo's pixels to a layer, linked as by expand().
 inline ldi::photo_layer visible_layer(const ldi::photo3d& made) {
-    picture colors = made.photo;  // as the 3D photo shows them
+    picture colors = made.photo;  // as in the 3D photo
     const ldi::graph& g = made.layers.topology();
     ldi::buffer<float> nearest(g.position_count(), -1.0F);
     for (std::int32_t i = 0; i < g.count(); ++i) {
@@ -66,13 +66,13 @@ inline ldi::photo_layer visible_layer(const ldi::photo3d& made) {
         nearest[position] = disparity;
         std::copy_n(made.layers.at<ldi::color_column>(i).data(), 3, colors.data() + 3 * position);
     }
-    ldi::photo_layer layer = ldi::lift(colors, made.disparity, made.facts.surface);
+    ldi::photo_layer layer = ldi::lift(colors, made.disparity, made.facts);
     ldi::close_spurious_discontinuities(layer, made.curves);
     return layer;
 }
 
-/// Surfaces narrower than 12 pixels of a photo of 1152 that lie between a nearer and a farther one: an eighth of the border
-/// beside either.
+/// Counts surfaces narrower than 12 pixels of a photo of 1152 between a nearer and a farther surface, each along an eighth of
+/// the border.
 inline std::size_t count_islands(const ldi::graph& g, std::span<const ldi::discontinuity_curve> curves) {
     const ldi::components found = ldi::connected_components(g);
     ldi::buffer<std::int32_t> beside_nearer(found.count(), 0), beside_farther(found.count(), 0);
@@ -115,7 +115,7 @@ inline mask fits_neither(const ldi::photo_layer& layer) {
     return result;
 }
 
-/// The atlas with marks for colors: red where a pixel is hidden, green where its color fits neither surface.
+/// Marks colors in the atlas: red for hidden pixels, green for colors that fit neither surface.
 inline picture marked_atlas(const ldi::photo3d& made, const mask& neither) {
     picture result(made.atlas.color.height(), made.atlas.color.width(), 3, std::uint8_t{0});
     const ldi::graph& g = made.layers.topology();
@@ -143,8 +143,8 @@ inline picture marked_atlas(const ldi::photo3d& made, const mask& neither) {
     return result;
 }
 
-/// H x W x 1 over a view: 1 for hard borders between hidden surfaces (both hidden, depth and color step), 2 for visible colors
-/// that fit neither surface, 0 for all else.
+/// Returns H x W x 1 over a view: 1 for hard borders between hidden surfaces (both hidden, depth and color step), 2 for visible
+/// colors that fit neither surface, 0 elsewhere.
 template <ldi::executor Executor>
 mask faults_seen(const ldi::photo3d& made, const picture& marks, const ldi::view& from, Executor& threads) {
     ldi::raster_options raster;
@@ -172,7 +172,7 @@ mask faults_seen(const ldi::photo3d& made, const picture& marks, const ldi::view
 
 }  // namespace detail
 
-/// The pixels around a place, four times as large.
+/// Enlarges the pixels around a place fourfold.
 inline picture enlarged(const picture& seen, std::int32_t x, std::int32_t y, std::int32_t side = 80, std::int32_t times = 4) {
     picture result(side * times, side * times, 3);
     for (std::int32_t v = 0; v < side * times; ++v)
@@ -185,7 +185,7 @@ inline picture enlarged(const picture& seen, std::int32_t x, std::int32_t y, std
     return result;
 }
 
-/// What a place looks like.
+/// Draws a place.
 template <ldi::executor Executor>
 picture picture_of(const ldi::photo3d& made, const bad_place& place, Executor& threads) {
     ldi::raster_options raster;
@@ -195,7 +195,7 @@ picture picture_of(const ldi::photo3d& made, const bad_place& place, Executor& t
                     place.x, place.y);
 }
 
-/// Pictures of one size in a grid.
+/// Arranges pictures of one size in a grid.
 inline picture in_grid(const std::vector<picture>& pictures, std::size_t columns) {
     if (pictures.empty()) return picture(1, 1, 3);
     const std::size_t rows = (pictures.size() + columns - 1) / columns, h = pictures[0].height(), w = pictures[0].width();
@@ -206,7 +206,7 @@ inline picture in_grid(const std::vector<picture>& pictures, std::size_t columns
     return result;
 }
 
-/// Everything but holes.
+/// Finds all faults except holes.
 template <ldi::executor Executor>
 silhouette_faults find_faults(const ldi::photo3d& made, const std::string& photo, Executor& threads) {
     constexpr std::size_t cell = 20, places_per_view = 2;
@@ -243,7 +243,8 @@ silhouette_faults find_faults(const ldi::photo3d& made, const std::string& photo
         std::stable_sort(here.begin(), here.end(), [](const bad_place& a, const bad_place& b) { return a.score > b.score; });
         for (std::size_t taken = 0; const bad_place& p : here) {
             const bool is_new = std::none_of(result.places.begin(), result.places.end(), [&](const bad_place& other) {
-                return std::abs(other.x - p.x) < 60 && std::abs(other.y - p.y) < 60;  // of all views: they show one silhouette
+                // over all views, because they show the same silhouette
+                return std::abs(other.x - p.x) < 60 && std::abs(other.y - p.y) < 60;
             });
             if (is_new && taken++ < places_per_view) result.places.push_back(p);
         }

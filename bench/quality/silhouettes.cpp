@@ -1,6 +1,5 @@
-// Prints what bench/quality measures of silhouettes alone, and what is wrong beside those of photographs without true depth: for
-// the time while they are worked on.
-// bench/quality/run.sh --only silhouettes builds and runs it.
+// Prints only the measures of silhouettes, and the faults beside silhouettes of photographs without true depth, for work on
+// silhouettes. Run by bench/quality/run.sh --only silhouettes.
 #include "silhouette_tables.hpp"
 #include "silhouettes_in_photographs.hpp"
 #include "subjects.hpp"

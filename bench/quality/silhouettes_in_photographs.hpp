@@ -21,7 +21,7 @@
 
 namespace ldi_quality {
 
-/// Places and what they look like, the worst first.
+/// Places with their pictures, the worst first.
 struct sheet_of_places {
     static constexpr std::size_t max_places = 24;
     std::vector<std::pair<bad_place, picture>> places;
@@ -35,7 +35,7 @@ struct sheet_of_places {
     bool has_room_for(std::int64_t score) const { return places.size() < max_places || places.back().first.score < score; }
 };
 
-/// The places that save_sheet() listed, in its order.
+/// Reads the places that save_sheet() listed, in its order.
 inline std::vector<bad_place> read_places(const std::filesystem::path& folder) {
     std::vector<bad_place> result;
     std::ifstream file(folder / "worst_places.txt");
@@ -53,7 +53,7 @@ inline void save_sheet(const std::filesystem::path& folder, const sheet_of_place
     ldi::save_png(folder / "worst_places.png", in_grid(pictures, 6));
 }
 
-/// Every place of an earlier sheet as it was, and to the right of it as it is now.
+/// Draws every place of an earlier sheet beside its current state.
 inline void save_before_and_after(const std::filesystem::path& folder, const std::filesystem::path& before,
                                   const std::vector<picture>& now) {
     const picture sheet = ldi::load_photo(before / "worst_places.png").color;

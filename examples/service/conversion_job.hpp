@@ -155,7 +155,7 @@ private:
             throw;
         }
         for (const stage_clock* const stages : {&storing, &clock})
-            for (const auto& [stage, milliseconds] : stages->stages()) metrics_.observe(stage, milliseconds / 1000);
+            for (const stage_time& time : stages->stages()) metrics_.observe(time.stage, time.elapsed / 1000);
         metrics_.bytes_read.Increment(static_cast<double>(photo.size()));
         nlohmann::ordered_json result{{"output", output}};
         result.update(facts);

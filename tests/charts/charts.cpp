@@ -19,7 +19,7 @@ using namespace ldi::testing;
 
 std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
 
-/// Where the pixels of one chart lie.
+/// Positions of the pixels of one chart.
 class chart_map {
 public:
     chart_map(const graph_view& g, const chart& c) : c_(c), pixels_(at(c.width) * at(c.height), no_pixel) {
@@ -56,7 +56,8 @@ std::size_t connected_count(const graph_view& g, const chart_set& set, std::int3
     return seen.size();
 }
 
-/// Every pixel is in exactly one chart, charts are flat and connected, their boxes tight and within the cap.
+/// Checks that every pixel is in exactly one chart, that charts are flat and connected, and that their boxes are tight and
+/// within the limit.
 void check_partition(const graph_view& g, const chart_set& set, const chart_options& options) {
     REQUIRE(set.chart_of.size() == g.size());
     buffer<int> uses(g.size(), 0);
@@ -87,7 +88,7 @@ void check_partition(const graph_view& g, const chart_set& set, const chart_opti
     CHECK(std::count(uses.begin(), uses.end(), 1) == static_cast<std::ptrdiff_t>(g.size()));
 }
 
-/// How many pixels have another surface of their own chart straight ahead, within the filter's reach.
+/// Counts pixels with another surface of their own chart straight ahead, within the filter's range.
 std::size_t mixed_surfaces(const graph_view& g, std::span<const float> disparity, const chart_set& set,
                            const chart_options& options, surface_rule rule = {}) {
     const float threshold = 2 * rule.largest_step + 1e-6F;

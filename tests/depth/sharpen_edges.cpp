@@ -10,7 +10,7 @@
 
 namespace {
 
-// A step at x = `edge`, in samples, as a Gaussian of standard deviation `sigma` leaves it.
+// A step at x = `edge`, in samples, blurred by a Gaussian of standard deviation `sigma`.
 ldi::image<float> washed_out_step(float low, float high, float edge, float sigma) {
     ldi::image<float> map(20, 60);
     for (std::size_t y = 0; y < map.height(); ++y)

@@ -1,5 +1,5 @@
-// The numbers of the paper, and ours where it has none, in one place. A change to one of them is a change to every 3D photo: it
-// is made here too, knowingly.
+// The paper's numbers, and ours where it has none, in one place. Changing one of them changes every 3D photo: change it here as
+// well, deliberately.
 #include <ldi/ldi.hpp>
 
 #include <catch2/catch.hpp>
@@ -10,8 +10,8 @@ TEST_CASE("the paper's numbers are the defaults") {
     CHECK(o.median.sigma == 0.2F);               // depth filter
     CHECK(o.components.smallest_size == 20);     // connected components, in pixels
     CHECK(o.curves.shortest_length == 20);       // spurious groups, in pixels
-    CHECK(ldi::tiefenrausch::long_side == 384);  // of the network's photo
-    CHECK(ldi::macroblock_side == 16);           // of the atlas' alignment
+    CHECK(ldi::tiefenrausch::long_side == 384);  // input size of the network
+    CHECK(ldi::macroblock_side == 16);           // alignment in the atlas
 }
 
 TEST_CASE("where the paper has no number, these are the defaults") {
@@ -19,7 +19,8 @@ TEST_CASE("where the paper has no number, these are the defaults") {
     CHECK(o.long_side == 1536);
     CHECK(o.focal_length_35mm == 26.0F);
     CHECK(o.passes_before_resampling == 2);
-    CHECK(o.expand.motion == 0.08F);  // the paper grows 50 pixels, whatever the step and the camera
+    CHECK(o.frame == ldi::photo_frame::grow);  // the paper's frame crops
+    CHECK(o.expand.motion == 0.08F);           // the paper grows 50 pixels, for any step and camera
     CHECK(o.sharpen.radius == 3);
     CHECK(o.sharpen.min_change == 3.0F);
     CHECK(o.sharpen.min_share == 0.7F);

@@ -35,6 +35,9 @@ fi
 sample=("$top/examples/photo3d/sample.jpg" --depth "$top/examples/photo3d/sample_depth.png" --fov 56 --compress --quiet)
 "$top/build/photo3d/examples/photo3d" "${sample[@]}" -o "$top/out/sample_compressed.glb" --compressed-texture jpeg
 "$top/build/photo3d/examples/photo3d" "${sample[@]}" --html "$top/out/sample_compressed.html" --usdz "$top/out/sample.usdz"
+# In the paper's frame, with surfaces that end at the photo's border.
+"$top/build/photo3d/examples/photo3d" "$top/examples/photo3d/sample.jpg" --depth "$top/examples/photo3d/sample_depth.png" --fov 56 --frame crop \
+    --quiet -o "$top/out/sample_cropped.glb" --html "$top/out/sample_cropped.html"
 # Worked on at a third of its size and shown at its own: several textures.
 "$top/build/photo3d/examples/photo3d" "${sample[@]}" --size full --geometry-size 320 --html "$top/out/sample_full.html" --usdz "$top/out/sample_full.usdz"
 node "$here/viewer.mjs"

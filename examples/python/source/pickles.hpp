@@ -68,12 +68,14 @@ inline std::shared_ptr<layer_value> layer_from(const py::tuple& state) {
 inline py::tuple state_of(const layers_value& layers) {
     const silhouettes_value& silhouettes = silhouettes_of(layers);
     return py::make_tuple(version_text(), silhouettes.depth, silhouettes.focal_length_35mm, layers.motion, layers.geometry,
-                          copy_of(layers.layers.column<color_column>(), 3), copy_of(layers.layers.column<known_column>()));
+                          copy_of(layers.layers.column<color_column>(), 3), copy_of(layers.layers.column<known_column>()),
+                          layers.margin > 0);
 }
 inline std::shared_ptr<layers_value> layers_from(const py::tuple& state) {
-    const py::tuple items = checked(state, 6);
+    const py::tuple items = checked(state, 7);
     const auto layer = make_layer(items[0].cast<std::shared_ptr<depth_value>>(), items[1].cast<float>(), 0);
     auto layers = make_layers(*layer, items[2].cast<float>());
+    if (items[6].cast<bool>()) layers = make_past_frame(*layers);
     layers->geometry = items[3].cast<geometry_id>();
     buffer<std::uint8_t> color = column_of<std::uint8_t>(items[4], 3, "color"),
                          known = column_of<std::uint8_t>(items[5], 1, "known");

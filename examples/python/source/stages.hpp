@@ -62,7 +62,7 @@ inline std::shared_ptr<layers_value> make_layers(const layer_value& layer, float
         const silhouettes_value& silhouettes = *layer.silhouettes;
         auto grown = expand(layer.layers, silhouettes.facts.surface, silhouettes.curves, options, listener);
         return std::make_shared<layers_value>(
-            layers_value{std::move(grown.layers), layer.silhouettes, motion, new_geometry_id()});
+            layers_value{std::move(grown.layers), layer.silhouettes, motion, 0, new_geometry_id()});
     });
 }
 
@@ -76,6 +76,17 @@ inline std::shared_ptr<layers_value> make_inpainted(const layers_value& layers, 
         options.progress = listener;
         auto made = std::make_shared<layers_value>(layers);
         inpaint_hidden(made->layers, silhouettes.rims, colors, options, pool);
+        return made;
+    });
+}
+
+inline std::shared_ptr<layers_value> make_past_frame(const layers_value& layers) {
+    const photo_facts facts = facts_of(layers);
+    if (facts.margin > 0) raise(error_code::mismatch, "layers", "layers that end at the photo's border", "those that go on past it");
+    return run_unlocked(py::none(), 1, [&](const progress_listener&, thread_pool&) {
+        auto made = std::make_shared<layers_value>(layers);
+        made->margin = grow_past_frame(made->layers, facts);
+        made->geometry = new_geometry_id();
         return made;
     });
 }
@@ -98,10 +109,10 @@ inline std::shared_ptr<atlas_value> make_texture_atlas(const layers_value& layer
 inline std::shared_ptr<mesh_value> make_textured_mesh(const layers_value& layers, const charts_value& charts,
                                                       const atlas_value& atlas, std::size_t threads) {
     check_same_geometry(layers, charts, atlas);
-    const silhouettes_value& silhouettes = silhouettes_of(layers);
+    const photo_facts facts = facts_of(layers);
     return run_unlocked(py::none(), threads, [&](const progress_listener&, thread_pool& pool) {
         return std::make_shared<mesh_value>(
-            mesh_value{build_mesh(layers.layers, silhouettes.facts, charts, atlas, {}, pool), layers.geometry});
+            mesh_value{build_mesh(layers.layers, facts, charts, atlas, {}, pool), layers.geometry});
     });
 }
 

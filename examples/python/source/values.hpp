@@ -45,6 +45,7 @@ struct layers_value {
     working_layers<> layers;
     std::shared_ptr<silhouettes_value> silhouettes;  ///< null for layers that a Python inpainter is called with
     float motion = 0;
+    std::int32_t margin = 0;  ///< photo_facts::margin
     geometry_id geometry = 0;
 };
 
@@ -83,9 +84,16 @@ inline const silhouettes_value& silhouettes_of(const layers_value& layers) {
     return *layers.silhouettes;
 }
 
-/// Camera and range of layers. Raises mismatch for layers that an inpainter was called with.
-inline const photo_facts& facts_of(const layers_value& layers) { return silhouettes_of(layers).facts; }
+/// Raises mismatch for layers that an inpainter was called with.
+inline photo_facts facts_of(const layers_value& layers) {
+    photo_facts facts = silhouettes_of(layers).facts;
+    facts.motion = layers.motion, facts.margin = layers.margin;
+    return facts;
+}
 inline const photo_facts& facts_of(const layer_value& layer) { return layer.silhouettes->facts; }
+
+inline std::int32_t margin_of(const layers_value& layers) { return layers.margin; }
+inline std::int32_t margin_of(const layer_value&) { return 0; }
 
 /// Splits a finished 3D photo into the parts that Python sees.
 inline photo3d_value parts_of(photo3d&& made, const photo3d_options& options) {
@@ -97,7 +105,7 @@ inline photo3d_value parts_of(photo3d&& made, const photo3d_options& options) {
     const geometry_id id = new_geometry_id();
     return {std::make_shared<layers_value>(layers_value{working_layers<>(std::move(made.layers)),
                                                         std::make_shared<silhouettes_value>(std::move(silhouettes)),
-                                                        options.expand.motion, id}),
+                                                        options.expand.motion, made.facts.margin, id}),
             std::make_shared<charts_value>(charts_value{std::move(made.charts), id}),
             std::make_shared<atlas_value>(atlas_value{std::move(made.atlas), id}),
             std::make_shared<mesh_value>(mesh_value{std::move(made.mesh), id})};

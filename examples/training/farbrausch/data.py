@@ -51,7 +51,7 @@ def crop_of(rng, image, size):
     return cut(image, window_of(rng, *image.shape[:2], size), size)
 
 
-def vary_colour(rng, crop):
+def vary_color(rng, crop):
     """Gamma, gain and balance by a table a channel; saturation up or down; now and then the channels change places, so that no hue
     is at home anywhere."""
     if rng.random() < 0.25:
@@ -62,8 +62,8 @@ def vary_colour(rng, crop):
         crop = cv2.LUT(np.ascontiguousarray(crop), table[None])
     if rng.random() < 0.3:
         s = rng.uniform(0.5, 1.6)
-        grey = np.array([[0.299, 0.587, 0.114]])
-        crop = cv2.transform(np.ascontiguousarray(crop), (s * np.eye(3) + (1 - s) * np.repeat(grey, 3, 0)).astype(np.float32))
+        gray = np.array([[0.299, 0.587, 0.114]])
+        crop = cv2.transform(np.ascontiguousarray(crop), (s * np.eye(3) + (1 - s) * np.repeat(gray, 3, 0)).astype(np.float32))
     return crop
 
 
@@ -130,7 +130,7 @@ class Photographs:
             pick = min(int(np.searchsorted(self.cumulative, rng.random())), len(self.train) - 1)
             window = window_of(rng, *self.train[pick].shape[:2], size)
             own = self.own_labels(rng, pick, window, size) if rng.random() < OWN_HOLES else None
-            photos[i], labels[i] = vary_colour(rng, cut(self.train[pick], window, size)), labels_of(rng, bank, size) if own is None else own
+            photos[i], labels[i] = vary_color(rng, cut(self.train[pick], window, size)), labels_of(rng, bank, size) if own is None else own
             if rng.random() < 0.5:
                 photos[i], labels[i] = photos[i, :, ::-1].copy(), labels[i, :, ::-1].copy()
         return to_tensors(photos, labels)

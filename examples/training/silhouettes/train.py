@@ -30,6 +30,7 @@ from muon import Muon  # noqa: E402
 
 WARM_UP = 200  # steps
 SOFT_WEIGHT, WRONG_WEIGHT, GRADIENT_WEIGHT, DOUBT_WEIGHT = 4.0, 2.0, 0.7, 0.1
+FILES_PER_BATCH = 4  # crops of one file have few photographs between them
 SAVE_SECONDS, LOOK_SECONDS, SNAPSHOT_SECONDS = 120, 300, 1800
 
 
@@ -51,9 +52,9 @@ class Crops:
         return sum(len(f) for f in self.files.values())
 
     def batch(self, rng, count):
-        """Crops of a random file, augmented."""
-        file = self.files[self.paths[int(rng.integers(len(self.paths)))]]
-        x, alpha, state = tensors(file[np.sort(rng.choice(len(file), count, replace=False))])
+        """Crops of random files, augmented."""
+        files = [self.files[self.paths[int(rng.integers(len(self.paths)))]] for _ in range(FILES_PER_BATCH)]
+        x, alpha, state = tensors(np.concatenate([f[np.sort(rng.choice(len(f), count // len(files), replace=False))] for f in files]))
         for dim in (2, 3):
             if rng.random() < 0.5:
                 x, alpha, state = (t.flip(dim) for t in (x, alpha, state))
@@ -224,7 +225,6 @@ def main():
         done = asked or fallen >= 1 or os.path.exists(path("stop"))
         if run.seconds - looked > LOOK_SECONDS or done:
             looked = run.seconds
-            crops.find()
             with quantize.rounded_weights(run.average, ranges):
                 wrong, threshold, error = validate(run.average, validation, run.observe(run.average))
             new = not os.path.exists(path("log.tsv"))
@@ -239,6 +239,7 @@ def main():
                   f"(threshold {threshold:.2f}), error {error:.2f} %", flush=True)
         if done or time.time() - saved > SAVE_SECONDS:
             saved = time.time()
+            crops.find()
             run.save(checkpoint)
         if run.seconds - snapped > SNAPSHOT_SECONDS:
             snapped = run.seconds

@@ -45,6 +45,11 @@ export function motionOf(position, budget) {
     return forward < budget.nearest ? (across(position, budget) * budget.nearest) / (budget.nearest - forward) : Infinity;
 }
 
+/** How far a viewer may go sideways. @param {Budget} budget */
+export function asideWithin({ motion, nearest, farthest, halfWidth, halfHeight }) {
+    return (2 * motion * Math.max(halfWidth, halfHeight)) / (1 / nearest - 1 / farthest);
+}
+
 /**
  * The place nearest to `position`, on the way there, that uncovers no more than the photo has.
  *
