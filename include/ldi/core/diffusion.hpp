@@ -31,9 +31,10 @@ public:
     /// The channels, and one internal value; with three channels they fill a vector register.
     using value_type = std::array<float, Channels + 1>;
 
-    /// Removes all cells.
-    void start() {
+    /// Removes all cells, and makes room for so many.
+    void start(std::size_t cells = 0) {
         if (levels_.empty()) levels_.resize(1);
+        levels_[0].reserve(cells + 1);
         levels_[0].clear();
     }
 
@@ -95,6 +96,10 @@ private:
         buffer<std::int32_t> parent;
 
         std::size_t size() const { return value.empty() ? 0 : value.size() - 1; }
+
+        void reserve(std::size_t cells) {
+            value.reserve(cells), known.reserve(cells), links.reserve(cells), position.reserve(cells);
+        }
 
         void clear() {
             value.clear(), known.clear(), links.clear(), position.clear();
