@@ -31,12 +31,14 @@ public:
     /// The channels, and one internal value; with three channels they fill a vector register.
     using value_type = std::array<float, Channels + 1>;
 
-    /// Removes all cells, and makes room for so many.
-    void start(std::size_t cells = 0) {
+    /// Removes all cells.
+    void start() {
         if (levels_.empty()) levels_.resize(1);
-        levels_[0].reserve(cells + 1);
         levels_[0].clear();
     }
+
+    /// Makes room for so many cells. Optional, after start().
+    void reserve(std::size_t cells) { levels_[0].reserve(cells + 1); }
 
     /// Adds an unknown cell and returns its number, starting at 1. Add cells in scanline order. Several may share a position.
     std::int32_t add_cell(std::int32_t x, std::int32_t y) { return levels_[0].add(x, y); }

@@ -25,7 +25,8 @@ template <std::size_t Channels, class Value, class BeforeSolving, class Store>
 void diffuse_unknown(const graph_view& g, array_view<const std::uint8_t> known, int rounds, Value&& value,
                      BeforeSolving&& before_solving, Store&& store) {
     diffusion<Channels> solver;
-    solver.start(static_cast<std::size_t>(std::count(known.begin(), known.end(), std::uint8_t{0})));
+    solver.start();
+    solver.reserve(static_cast<std::size_t>(std::count(known.begin(), known.end(), std::uint8_t{0})));
     buffer<std::int32_t> cell_of(g.size(), unset);  // where a pixel is not known
     for (std::int32_t i = 0; i < g.count(); ++i) {
         if (known[i] != 0) continue;
