@@ -169,9 +169,11 @@ private:
 
     void grow_from(const strip& r, array_view<const std::int32_t> links, std::int32_t y) {
         std::int32_t pixel = r.first;
-        for (std::int32_t x = r.x; x < r.x + r.count; ++x, pixel = graph_.right()[pixel]) {
-            const std::int32_t beyond = links[pixel];
-            if (may_join(beyond, x, y)) add_strip(beyond, x, y);
+        for (std::int32_t x = r.x; x < r.x + r.count; pixel = graph_.right()[pixel]) {
+            const std::int32_t first = pixel;  // of pixels side by side in memory, over which no step waits for a link
+            while (x + pixel - first + 1 < r.x + r.count && graph_.right()[pixel] == pixel + 1) ++pixel;
+            for (std::int32_t p = first; p <= pixel; ++p, ++x)
+                if (may_join(links[p], x, y)) add_strip(links[p], x, y);
         }
     }
 
