@@ -83,7 +83,7 @@ template <ldi::executor Executor>
 ldi::photo_layers lift_cleaned(const subject& s, Executor& threads) {
     ldi::normalize_options normalize;
     normalize.clipped_share = 0;
-    normalize.largest_depth_ratio = 1e6F;
+    normalize.max_depth_ratio = 1e6F;
     ldi::image<float> disparity = ldi::weighted_median(ldi::normalize(s.inverse_depth, normalize).disparity, {}, {}, threads);
     ldi::merge_middle_components(disparity);
     ldi::photo_layer lifted = ldi::lift(s.photo, disparity, {}, threads);

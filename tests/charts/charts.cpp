@@ -91,7 +91,7 @@ void check_partition(const graph_view& g, const chart_set& set, const chart_opti
 /// Counts pixels with another surface of their own chart straight ahead, within the filter's range.
 std::size_t mixed_surfaces(const graph_view& g, std::span<const float> disparity, const chart_set& set,
                            const chart_options& options, surface_rule rule = {}) {
-    const float threshold = rule.largest_step + 1e-6F;
+    const float threshold = rule.max_step + 1e-6F;
     const auto differ = [&](std::int32_t a, std::int32_t b) { return std::abs(disparity[at(a)] - disparity[at(b)]) > threshold; };
     std::size_t mixed = 0;
     for (const chart& c : set.charts) {
@@ -166,7 +166,7 @@ TEST_CASE("charts of real photos keep all three constraints") {
 TEST_CASE("without constraint 3 the same scenes do mix surfaces") {
     std::mt19937 random(3);
     const photo_layers layers = random_scene(random, 120, 160);
-    const chart_set set = make_charts(layers, {.largest_step = 2.0F});
+    const chart_set set = make_charts(layers, {.max_step = 2.0F});
     CHECK(mixed_surfaces(layers.topology(), layers.column<disparity_column>(), set, {}) > 0);
 }
 

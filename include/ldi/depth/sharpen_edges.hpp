@@ -80,7 +80,7 @@ image<float> edge_zone(const image<float>& map, surface_rule surface, const shar
     for (std::size_t y = margin; y + margin < map.height(); ++y)
         for (std::size_t x = margin; x + margin < map.width(); ++x) {
             const float change = inner.high(y, x) - inner.low(y, x), beyond = outer.high(y, x) - outer.low(y, x);
-            const bool is_edge = change > options.min_change * surface.largest_step && change > options.min_share * beyond;
+            const bool is_edge = change > options.min_change * surface.max_step && change > options.min_share * beyond;
             zone(y, x) = is_edge ? 1.0F : 0.0F;
         }
     const image<float> wide = extremes_around(zone, radius, threads).high;

@@ -31,7 +31,7 @@ namespace detail::plain_png {
 
 /// Symbols are the bytes and the end of the data.
 inline constexpr std::size_t symbols = 257, end_of_data = 256;
-inline constexpr int longest_code = 15;
+inline constexpr int max_code_length = 15;
 
 /// Returns the neighbor closest to left + upper - upper left.
 inline int paeth(int left, int upper, int upper_left) {
@@ -122,7 +122,7 @@ inline std::array<int, symbols> huffman_lengths(const std::array<std::size_t, sy
 inline std::array<int, symbols> code_lengths(std::array<std::size_t, symbols> counts) {
     for (;;) {
         const std::array<int, symbols> lengths = huffman_lengths(counts);
-        if (*std::max_element(lengths.begin(), lengths.end()) <= longest_code) return lengths;
+        if (*std::max_element(lengths.begin(), lengths.end()) <= max_code_length) return lengths;
         for (std::size_t& count : counts) count = (count + 1) / 2;  // makes the counts more even; none becomes 0
     }
 }
@@ -162,7 +162,7 @@ inline std::uint32_t reversed(std::uint32_t code, int bits) {
 inline std::array<std::uint32_t, symbols> codes_of(const std::array<int, symbols>& lengths) {
     std::array<std::uint32_t, symbols> codes{};
     std::uint32_t code = 0;
-    for (int length = 1; length <= longest_code; ++length, code <<= 1)
+    for (int length = 1; length <= max_code_length; ++length, code <<= 1)
         for (std::size_t s = 0; s < symbols; ++s)
             if (lengths[s] == length) codes[s] = reversed(code++, length);
     return codes;
