@@ -228,6 +228,27 @@ TEST_CASE("fronts that meet behind a bar link up into one surface") {
         }
 }
 
+TEST_CASE("fronts that meet at similar depth become one surface, others pass each other") {
+    std::mt19937 random(26);
+    std::uniform_real_distribution<float> unit(0.0F, 1.0F);
+    for (int round = 0; round < 60; ++round) {
+        const float left = 0.1F + 0.2F * unit(random), step = 0.25F * (unit(random) - 0.5F), slope = 0.0004F * unit(random);
+        const std::size_t first = 25 + random() % 10, last = first + 5 + random() % 30;  // of a bar
+        if (std::abs(std::abs(step) - 2 * threshold) < 0.02F) continue;
+        ldi::image<float> map(40, 100);
+        for (std::size_t y = 0; y < 40; ++y)
+            for (std::size_t x = 0; x < 100; ++x)
+                map(y, x, 0) = x >= first && x < last ? 0.9F : left + (x < first ? 0.0F : step) + slope * static_cast<float>(y);
+        const ldi::photo_layers expanded = grown(ldi::testing::lift_disparity(map), 80);
+        ldi::buffer<std::size_t> behind(map.size(), 0);
+        for (std::size_t i = 0; i < expanded.size(); ++i)
+            behind[expanded.topology().position_of(static_cast<std::int32_t>(i))] += 1;
+        CAPTURE(left, step, slope, first, last);
+        for (std::size_t y = 0; y < 40; ++y)
+            for (std::size_t x = first; x < last; ++x) REQUIRE(behind[100 * y + x] == (std::abs(step) < 2 * threshold ? 2U : 3U));
+    }
+}
+
 TEST_CASE("the midground does not grow past the perpendicular at its end, the background passes under both") {
     const std::int32_t width = 192, height = 256;
     const ldi::scenes::scene scene = ldi::scenes::t_junction(width, height);

@@ -96,7 +96,7 @@ public:
         : graph_(g),
           disparity_(disparity),
           range_(options.filter_range),
-          threshold_(surface.max_step),
+          threshold_(2 * surface.max_step),
           cap_x_(even_share(g.width(), options.max_side)),
           cap_y_(even_share(g.height(), options.max_side)),
           near_other_(positions_near_other_surfaces(g, options.filter_range)),
@@ -270,6 +270,7 @@ private:
                differ(other, walk(along_y, std::abs(steps_y), along_x, std::abs(steps_x)));
     }
 
+    /// Surfaces within twice the threshold are one, as they are for expand().
     bool differ(std::int32_t a, std::int32_t b) const { return std::abs(disparity_[a] - disparity_[b]) > threshold_; }
 
     std::size_t at(std::int32_t x, std::int32_t y) const { return graph_.position(x, y); }

@@ -140,12 +140,14 @@ private:
         }
         if (origin == no_pixel) return;
 
-        if (meets_another(pixel, s, position)) return;
+        const meeting met = meet_others(pixel, s, position);
+        if (met == meeting::ends) return;
         const float average = sum / count,
                     created = (std::min)(average, pixels_.disparity(position) - min_gap * surface_.max_step);
-        if (created < average && lies_on_another(position, created)) return;
+        if (lies_on_another(position, created)) return;
         if (!may_link(created, source)) return;
-        const std::int32_t dive = dive_of(pixel) + (created < average || dive_of(pixel) > 0 ? 1 : 0);
+        const bool dives = created < average || met == meeting::goes_beneath || dive_of(pixel) > 0;
+        const std::int32_t dive = dive_of(pixel) + (dives ? 1 : 0);
         if (dive > max_dive_) return;
         const std::int32_t made = pixels_.add(position, created, origin);
         dives_.push_back(dive);
@@ -155,22 +157,25 @@ private:
         created_.push_back({curve, made});
     }
 
-    // Hidden surfaces at similar depth are one. Where a front meets another they are linked; where that one already has a
-    // neighbor here, this one ends.
-    bool meets_another(std::int32_t pixel, side s, std::int32_t position) {
-        std::int32_t met = no_pixel;
-        float nearest = (1.0F + min_gap) * surface_.max_step;
-        bool ends = false;
+    enum class meeting { none, ends, goes_beneath };
+
+    // Hidden surfaces at similar depth are one. Where a front meets another they are linked. Where that one already has a
+    // neighbor here, this one ends on it, or goes on beneath it for as many pixels as a camera can see into the gap between both.
+    meeting meet_others(std::int32_t pixel, side s, std::int32_t position) {
+        std::int32_t other = no_pixel;
+        float nearest = max_link * surface_.max_step;
+        meeting result = meeting::none;
         for (std::int32_t there = position; there != no_pixel; there = pixels_.next_at_position(there)) {
-            const float difference = std::abs(pixels_.disparity(there) - pixels_.disparity(pixel));
-            if (difference > (there == position ? surface_.max_step : nearest)) continue;
+            const float step = pixels_.disparity(there) - pixels_.disparity(pixel);
+            if (std::abs(step) > (there == position ? surface_.max_step : nearest)) continue;
             if (pixels_.neighbor(there, opposite(s)) == no_pixel)
-                met = there, nearest = difference;
-            else
-                ends = ends || there != position;
+                other = there, nearest = std::abs(step);
+            else if (there != position && result != meeting::ends)
+                result = step > resting_step * surface_.max_step ? meeting::goes_beneath : meeting::ends;
         }
-        if (met != no_pixel) pixels_.link(pixel, s, met);
-        return met != no_pixel || ends;
+        if (other == no_pixel) return result;
+        pixels_.link(pixel, s, other);
+        return meeting::ends;
     }
 
     // A surface that comes as near to the photo's as the threshold, and cannot be linked to it, goes on beneath it for as many
@@ -181,8 +186,10 @@ private:
             if (surface_.same_surface(pixels_.disparity(there), disparity)) return true;
         return false;
     }
-    bool may_link(float a, float b) const { return std::abs(a - b) <= (1.0F + min_gap) * surface_.max_step; }
-    static constexpr float min_gap = 1.001F;  // in thresholds
+    bool may_link(float a, float b) const { return std::abs(a - b) <= max_link * surface_.max_step; }
+    // In thresholds. A front ends on a surface that is nearer by up to resting_step. At 1.25, one of forty photographs has a
+    // hole.
+    static constexpr float min_gap = 1.001F, max_link = 1.0F + min_gap, resting_step = 1.2F;
     std::int32_t dive_of(std::int32_t pixel) const {
         const std::int32_t hidden = pixel - reach_.count();
         return hidden < 0 ? 0 : dives_[hidden];
@@ -195,13 +202,13 @@ private:
         return reach_[origin] - std::sqrt(dx * dx + dy * dy);
     }
 
-    // The pixel next to (x, y) on side `s`, with no neighbor there yet, that is nearest in disparity to `source` and within the
-    // threshold of it.
+    // The pixel next to (x, y) on side `s`, with no neighbor there yet, that is nearest in disparity to `source` and may be
+    // linked to it.
     std::int32_t free_neighbor(std::int32_t x, std::int32_t y, side s, float source) const {
         const std::int32_t u = x + step_x(s), v = y + step_y(s);
         if (!pixels_.inside(u, v)) return no_pixel;
         std::int32_t best = no_pixel;
-        float best_difference = surface_.max_step;
+        float best_difference = max_link * surface_.max_step;
         for (std::int32_t there = pixels_.position(u, v); there != no_pixel; there = pixels_.next_at_position(there)) {
             const float difference = std::abs(pixels_.disparity(there) - source);
             if (difference > best_difference || pixels_.neighbor(there, opposite(s)) != no_pixel) continue;
@@ -267,10 +274,11 @@ private:
 ///
 /// Returns the same image with hidden pixels added, in canonical order. The disparity of a new pixel is the average of those that
 /// it grew from, and always farther than the photo's at that position by more than surface_rule::max_step; every other column
-/// follows its own rule (new_pixel in core/columns.hpp). New links join pixels of one surface. A surface that can't be linked to
-/// another within the threshold goes on beneath it for a few pixels, so that no camera sees a gap between them; there neighbors
-/// differ by up to twice the threshold, and disparities may be a little below 0. `after_iteration(graph, disparity, first_new)`,
-/// if given, sees the unordered state after every iteration (for tests and pictures; it costs a copy each).
+/// follows its own rule (new_pixel in core/columns.hpp). New links join pixels of one surface, which differ by up to twice the
+/// threshold: fronts at similar depth become one surface. A surface that can't be linked to another goes on beneath it for a few
+/// pixels, so that no camera sees a gap between them; there disparities may be a little below 0. `after_iteration(graph,
+/// disparity, first_new)`, if given, sees the unordered state after every iteration (for tests and pictures; it costs a copy
+/// each).
 ///
 /// At most 1 / surface_rule::max_step surfaces lie at one position. A disparity map of noise at all scales adds six pixels
 /// per pixel of the photo; most photos add less than half a pixel. Time is linear in the number of pixels of the result; memory
