@@ -83,11 +83,8 @@ struct given_disparity {
     float quantization_step() const { return 1.0F; }
 };
 
-/// Options of all stages.
-///
-/// Lengths and sizes in `alignment`, `flakes`, `components` and `curves` are in pixels, for a depth map with the photo's
-/// resolution. If one depth sample covers several pixels, make_photo3d() multiplies lengths by the sample's side and sizes by its
-/// area.
+/// Lengths and sizes in `alignment`, `flakes`, `components` and `curves` are in pixels, for depth as fine as the photo. If one
+/// depth sample covers several pixels, make_photo3d() multiplies lengths by the sample's side and sizes by its area.
 struct photo3d_options {
     /// Maximum long side in pixels; a larger photo is shrunk to it.
     std::size_t long_side = 1536;
@@ -178,7 +175,7 @@ inline alignment_options scaled(alignment_options options, float sample_size) {
     options.min_length = scaled(options.min_length, sample_size);
     return options;
 }
-/// Returns a radius of 0 if the depth map has the photo's resolution, because such maps have no flakes.
+/// Depth as fine as the photo has no flakes.
 inline flake_options scaled(flake_options options, float sample_size) {
     constexpr std::int32_t max_radius = 8;
     options.radius = sample_size > 1.0F ? (std::min)(scaled(options.radius, sample_size), max_radius) : 0;

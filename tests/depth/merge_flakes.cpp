@@ -14,7 +14,7 @@ struct scene {
     ldi::image<std::uint8_t> photo;
 };
 
-/// Draws a red surface, at the pixels for which in_front() is true, in front of a green background.
+/// A red front, where in_front says so, before a green background.
 template <class InFront>
 scene two_surfaces(std::size_t rows, std::size_t columns, float front, float back, InFront&& in_front) {
     scene s{ldi::image<float>(rows, columns), ldi::image<std::uint8_t>(rows, columns, 3)};

@@ -1,6 +1,5 @@
-// Removes flakes: thin surfaces whose depth lies between a nearer and a farther surface beside them. Depth networks create them
-// where three surfaces meet, and where they blur a step; real scenes do not have them. Each flake joins the surface whose color
-// it has.
+// Flakes: thin surfaces of a depth between that of a nearer and a farther surface beside them, such as depth networks leave where
+// three surfaces meet, and where a step is blurred. No scene has them. Each joins the surface that it looks like.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -19,16 +18,16 @@
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct flake_options {
-    /// A surface is thin if no square with a side of 2 * radius + 1 pixels fits into it. 0 to 8; 0 merges nothing.
+    /// Surfaces that hold no square with a side of 2 * radius + 1 pixels are thin. 0 to 8; 0 merges nothing.
     std::int32_t radius = 4;
-    /// Maximum difference of disparity within such a square, as a multiple of the threshold. Above 1 because surfaces slope.
+    /// Disparities within a square of one surface differ by at most this many thresholds: surfaces slope.
     float max_slope = 2.0F;
 };
 
 namespace detail {
 
-// Returns the extreme value of the square around each pixel, cut off at the map's border. `extreme` is min or max. Processes
-// rows, then columns, with windows that double in length at each step.
+// For every pixel the extreme value of the square around it, cut off at the map's border. `extreme` is min or max. The windows
+// along rows, then those along columns, double in length step by step.
 template <class T, class Extreme>
 image<T> extreme_of_square(const image<T>& from, std::int32_t radius, Extreme&& extreme) {
     const std::int32_t rows = static_cast<std::int32_t>(from.height()), columns = static_cast<std::int32_t>(from.width());
@@ -68,16 +67,15 @@ public:
         for (std::size_t i = 0; i < holds_square.size(); ++i)
             holds_square.data()[i] = highest.data()[i] - lowest.data()[i] <= options.max_slope * surface.max_step ? 1 : 0;
         is_solid_ = extreme_of_square(holds_square, options.radius, larger);
-        is_near_solid_ = extreme_of_square(is_solid_, reach_, larger);  // saves the search in noise, which has no solid surfaces
+        is_near_solid_ = extreme_of_square(is_solid_, reach_, larger);  // noise has none: nothing to search
     }
 
-    // Finds the pixels of flakes. Each joins the surface that most flake pixels around it resemble. Returns the number of pixels.
+    // Finds the samples of flakes, and lets each join the surface that most of its flake around it looks like.
     std::size_t merge(image<float>& result) {
         const std::int32_t rows = static_cast<std::int32_t>(disparity_.height()),
                            columns = static_cast<std::int32_t>(disparity_.width());
         buffer<flake> flakes;
-        image<std::int32_t> sums(disparity_.height() + 1,
-                                 disparity_.width() + 1);  // summed-area table of votes: +1 for the front, -1 for the back
+        image<std::int32_t> sums(disparity_.height() + 1, disparity_.width() + 1);  // +1 for the front, -1 for the back
         for (std::int32_t y = 0; y < rows; ++y)
             for (std::int32_t x = 0, row = 0; x < columns; ++x) {
                 flake f{x, y, {}, {}};
@@ -107,8 +105,7 @@ private:
         found front, back;
     };
 
-    // Finds the nearer and the farther surface beside a pixel. Returns false if one is missing, or if a surface there has the
-    // pixel's own depth.
+    // Whether there is a nearer and a farther surface beside a sample, and none as far as itself.
     bool find_sides(flake& f) const {
         const std::int32_t rows = static_cast<std::int32_t>(disparity_.height()),
                            columns = static_cast<std::int32_t>(disparity_.width());
@@ -117,7 +114,7 @@ private:
             for (std::int32_t u = (std::max)(f.x - reach_, 0); u <= (std::min)(f.x + reach_, columns - 1); ++u) {
                 if (is_solid_(v, u) == 0) continue;
                 const float there = disparity_(v, u);
-                if (surface_.same_surface(there, own)) return false;  // the pixel is a corner of this surface
+                if (surface_.same_surface(there, own)) return false;  // a corner of a surface
                 found& side = there > own ? f.front : f.back;
                 const std::int32_t squared = (u - f.x) * (u - f.x) + (v - f.y) * (v - f.y);
                 if (squared < side.squared_distance) side = {squared, u, v};
@@ -143,15 +140,13 @@ private:
 
 }  // namespace detail
 
-/// Merges flakes into the surfaces beside them. Returns the number of changed pixels.
-///
 /// disparity  H x W x 1, in [0, 1], larger is nearer; changed in place
 /// photo      H x W x 3
 ///
-/// A pixel belongs to a flake if its surface is thin, and within 2 * radius + 1 pixels there are a nearer and a farther surface
-/// but none at its own depth. It joins the one that most flake pixels within half the radius resemble more in color. A thin
-/// object in front of a single surface does not change. Linear time; up to 80 bytes per pixel. Raises mismatch and
-/// invalid_option.
+/// The flakes' pixels are thin ones with a nearer and a farther surface within 2 * radius + 1 pixels, and none as far as
+/// themselves. Each joins the nearer or the farther surface, whichever most flake pixels within half the radius resemble more in
+/// color. Things in front of one surface alone stay, however thin. Returns the number of flake pixels. Linear time; up to 80
+/// bytes per pixel. Raises mismatch and invalid_option.
 inline std::size_t merge_flakes(image<float>& disparity, image_view<const std::uint8_t> photo, surface_rule surface = {},
                                 const flake_options& options = {}) {
     if (photo.height() != disparity.height() || photo.width() != disparity.width() || photo.channels() != 3)
