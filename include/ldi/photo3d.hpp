@@ -69,7 +69,7 @@ concept color_inpainter = requires(const T& t, working_layers<>& layers, const p
     t.inpaint(layers, progress, threads);
 };
 
-/// A disparity map that is there already, from a phone or a file.
+/// An existing disparity map, for example from a phone or a file.
 struct given_disparity {
     /// h x w x 1, finite, larger is nearer. With normalize_options::is_inverse_depth, the default, values are 0 or more, and 0
     /// is infinitely far, such as the sky. If 0 means unknown, fill these pixels first, for example with fill_invalid() of

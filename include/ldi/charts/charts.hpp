@@ -272,7 +272,7 @@ private:
                differ(other, walk(along_y, std::abs(steps_y), along_x, std::abs(steps_x)));
     }
 
-    /// Surfaces within twice the threshold are one, as they are for expand().
+    /// Whether two pixels belong to different surfaces: as in expand(), if they differ by more than twice the threshold.
     bool differ(std::int32_t a, std::int32_t b) const { return std::abs(disparity_[a] - disparity_[b]) > threshold_; }
 
     std::size_t at(std::int32_t x, std::int32_t y) const { return graph_.position(x, y); }
