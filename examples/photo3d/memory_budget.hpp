@@ -124,7 +124,7 @@ public:
         used_ += bytes;
     }
 
-    /// As admit(), but does not wait. Any thread may call it.
+    /// Same as admit(), but does not wait. Any thread may call it.
     bool try_admit(std::size_t bytes) {
         const std::lock_guard lock(mutex_);
         if (bytes > limit_ || used_ > limit_ - bytes) return false;

@@ -172,7 +172,7 @@ Count scaled(Count count, float by) {
 }
 inline alignment_options scaled(alignment_options options, float sample_size) {
     options.uncertainty *= sample_size;
-    options.shortest_length = scaled(options.shortest_length, sample_size);
+    options.min_length = scaled(options.min_length, sample_size);
     return options;
 }
 /// Depth as fine as the photo has no flakes.
@@ -182,11 +182,11 @@ inline flake_options scaled(flake_options options, float sample_size) {
     return options;
 }
 inline middle_component_options scaled(middle_component_options options, float sample_size) {
-    options.smallest_size = scaled(options.smallest_size, sample_size * sample_size);
+    options.min_size = scaled(options.min_size, sample_size * sample_size);
     return options;
 }
 inline curve_options scaled(curve_options options, float sample_size) {
-    options.shortest_length = scaled(options.shortest_length, sample_size);
+    options.min_length = scaled(options.min_length, sample_size);
     options.tangent_length = scaled(options.tangent_length, sample_size);
     return options;
 }
@@ -199,9 +199,9 @@ inline void check(const photo3d_options& options) {
     if (options.long_side == 0 || !(options.focal_length_35mm >= 1.0F && options.focal_length_35mm <= 1e5F))
         raise(error_code::invalid_option, "photo3d_options", "a long side of at least 1 and a focal length from 1 to 1e5",
               std::to_string(options.long_side) + " and " + to_text(options.focal_length_35mm));
-    if (!(options.surface.largest_step >= 0.001F && options.surface.largest_step <= 1.0F))
+    if (!(options.surface.max_step >= 0.001F && options.surface.max_step <= 1.0F))
         raise(error_code::invalid_option, "photo3d_options, surface", "a largest step from 0.001 to 1",
-              to_text(options.surface.largest_step));
+              to_text(options.surface.max_step));
 }
 
 inline void check_photo(image_view<const std::uint8_t> photo) {
@@ -235,7 +235,7 @@ inline photo3d_options for_sheets(photo3d_options options, std::size_t photo_hei
     for (const std::size_t length : {photo_height, photo_width})
         scale = (std::max)(scale, detail::nearest_double(length) /
                                       detail::nearest_double(detail::shrunk_length(length, longer, options.long_side)));
-    options.charts.max_side = (std::min)(options.charts.max_side, largest_chart_side(scale, sheets));
+    options.charts.max_side = (std::min)(options.charts.max_side, max_chart_side(scale, sheets));
     return options;
 }
 
@@ -293,7 +293,7 @@ struct lifted_photo {
     single_layer<color_column, disparity_column, known_column, matte_column, rim_column, Own...> layer;
     buffer<discontinuity_curve> curves;
     photo_facts facts;
-    buffer<uncertain_rim> rims;  ///< for restore_rims(), after the hidden surfaces are colored
+    buffer<uncertain_rim> rims;  ///< input of restore_rims(), which runs after the hidden surfaces are colored
 };
 
 namespace detail {

@@ -91,7 +91,7 @@ void check_partition(const graph_view& g, const chart_set& set, const chart_opti
 /// Counts pixels with another surface of their own chart straight ahead, within the filter's range.
 std::size_t mixed_surfaces(const graph_view& g, std::span<const float> disparity, const chart_set& set,
                            const chart_options& options, surface_rule rule = {}) {
-    const float threshold = 2 * rule.largest_step + 1e-6F;
+    const float threshold = 2 * rule.max_step + 1e-6F;
     const auto differ = [&](std::int32_t a, std::int32_t b) { return std::abs(disparity[at(a)] - disparity[at(b)]) > threshold; };
     std::size_t mixed = 0;
     for (const chart& c : set.charts) {
@@ -173,7 +173,7 @@ TEST_CASE("a step that fades out mixes surfaces without constraint 3, and not wi
     const auto mixed = [&](surface_rule rule) {
         return mixed_surfaces(layers.topology(), disparity, make_charts(layers, rule), {});
     };
-    CHECK(mixed({.largest_step = 2.0F}) > 0);
+    CHECK(mixed({.max_step = 2.0F}) > 0);
     CHECK(mixed({}) == 0);
 }
 

@@ -29,9 +29,9 @@ struct mark {
 };
 
 ldi::expanded_layers<ldi::color_column, ldi::disparity_column, ldi::known_column, ldi::matte_column> expanded(
-    const ldi::photo_layer& lifted, int iterations, std::size_t shortest_length = 20) {
+    const ldi::photo_layer& lifted, int iterations, std::size_t min_length = 20) {
     ldi::curve_options curve_options;
-    curve_options.shortest_length = shortest_length;
+    curve_options.min_length = min_length;
     const auto curves = ldi::find_discontinuity_curves(lifted, {}, curve_options);
     ldi::expand_options options;
     options.motion = 1.0F;  // so that iterations decide
@@ -39,8 +39,8 @@ ldi::expanded_layers<ldi::color_column, ldi::disparity_column, ldi::known_column
     return ldi::expand(lifted, {}, std::span<const ldi::discontinuity_curve>(curves), options);
 }
 
-ldi::photo_layers grown(const ldi::photo_layer& lifted, int iterations, std::size_t shortest_length = 20) {
-    return expanded(lifted, iterations, shortest_length).layers;
+ldi::photo_layers grown(const ldi::photo_layer& lifted, int iterations, std::size_t min_length = 20) {
+    return expanded(lifted, iterations, min_length).layers;
 }
 
 // Invariants of the graph at any time. `first_new` separates the photo's own pixels from added ones.
@@ -76,7 +76,7 @@ TEST_CASE("after every iteration the graph is sound, and every new pixel is hidd
         const ldi::photo_layer lifted =
             ldi::testing::lift_disparity(ldi::testing::random_disparity(random, 8 + random() % 50, 8 + random() % 50));
         ldi::curve_options curve_options;
-        curve_options.shortest_length = 1 + random() % 20;
+        curve_options.min_length = 1 + random() % 20;
         const auto curves = ldi::find_discontinuity_curves(lifted, {}, curve_options);
         ldi::expand_options options;
         options.motion = 0.01F * static_cast<float>(random() % 100);

@@ -96,7 +96,7 @@ public:
         : graph_(g),
           disparity_(disparity),
           range_(options.filter_range),
-          threshold_(2 * surface.largest_step),
+          threshold_(2 * surface.max_step),
           cap_x_(even_share(g.width(), options.max_side)),
           cap_y_(even_share(g.height(), options.max_side)),
           near_other_(positions_near_other_surfaces(g, options.filter_range)),

@@ -65,7 +65,7 @@ public:
                            highest = extreme_of_square(disparity, options.radius, larger);
         image<std::uint8_t> holds_square(disparity.height(), disparity.width());
         for (std::size_t i = 0; i < holds_square.size(); ++i)
-            holds_square.data()[i] = highest.data()[i] - lowest.data()[i] <= options.max_slope * surface.largest_step ? 1 : 0;
+            holds_square.data()[i] = highest.data()[i] - lowest.data()[i] <= options.max_slope * surface.max_step ? 1 : 0;
         is_solid_ = extreme_of_square(holds_square, options.radius, larger);
         is_near_solid_ = extreme_of_square(is_solid_, reach_, larger);  // noise has none: nothing to search
     }

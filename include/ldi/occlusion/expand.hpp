@@ -50,7 +50,7 @@ public:
         : pixels_(std::move(base), disparity), surface_(surface), curves_(curves), reach_(disparity.size(), 0.0F) {
         const float pixels_per_disparity = motion * nearest_float((std::max)(pixels_.width(), pixels_.height()));
         const float margin = half_pixels + mesh_pixels + mesh_disparity * pixels_per_disparity;
-        max_dive_ = 1 + static_cast<std::int32_t>(std::ceil(2.0F * surface.largest_step * pixels_per_disparity));
+        max_dive_ = 1 + static_cast<std::int32_t>(std::ceil(2.0F * surface.max_step * pixels_per_disparity));
         const auto raise_reach = [&](std::int32_t back, float step) {
             if (step > 0.0F) reach_[back] = (std::max)(reach_[back], step * pixels_per_disparity + margin);
         };
@@ -143,7 +143,7 @@ private:
         const meeting met = meet_others(pixel, s, position);
         if (met == meeting::ends) return;
         const float average = sum / count,
-                    created = (std::min)(average, pixels_.disparity(position) - min_gap * surface_.largest_step);
+                    created = (std::min)(average, pixels_.disparity(position) - min_gap * surface_.max_step);
         if (lies_on_another(position, created)) return;
         if (!may_link(created, source)) return;
         const bool dives = created < average || met == meeting::goes_beneath || dive_of(pixel) > 0;
@@ -163,15 +163,15 @@ private:
     // neighbor here, this one ends on it, or goes on beneath it for as many pixels as a camera can see into the gap between both.
     meeting meet_others(std::int32_t pixel, side s, std::int32_t position) {
         std::int32_t other = no_pixel;
-        float nearest = max_link * surface_.largest_step;
+        float nearest = max_link * surface_.max_step;
         meeting result = meeting::none;
         for (std::int32_t there = position; there != no_pixel; there = pixels_.next_at_position(there)) {
             const float step = pixels_.disparity(there) - pixels_.disparity(pixel);
-            if (std::abs(step) > (there == position ? surface_.largest_step : nearest)) continue;
+            if (std::abs(step) > (there == position ? surface_.max_step : nearest)) continue;
             if (pixels_.neighbor(there, opposite(s)) == no_pixel)
                 other = there, nearest = std::abs(step);
             else if (there != position && result != meeting::ends)
-                result = step > resting_step * surface_.largest_step ? meeting::goes_beneath : meeting::ends;
+                result = step > resting_step * surface_.max_step ? meeting::goes_beneath : meeting::ends;
         }
         if (other == no_pixel) return result;
         pixels_.link(pixel, s, other);
@@ -186,7 +186,7 @@ private:
             if (surface_.same_surface(pixels_.disparity(there), disparity)) return true;
         return false;
     }
-    bool may_link(float a, float b) const { return std::abs(a - b) <= max_link * surface_.largest_step; }
+    bool may_link(float a, float b) const { return std::abs(a - b) <= max_link * surface_.max_step; }
     // In thresholds. A front ends on a surface that is nearer by up to resting_step. At 1.25, one of forty photographs has a
     // hole.
     static constexpr float min_gap = 1.001F, max_link = 1.0F + min_gap, resting_step = 1.2F;
@@ -208,7 +208,7 @@ private:
         const std::int32_t u = x + step_x(s), v = y + step_y(s);
         if (!pixels_.inside(u, v)) return no_pixel;
         std::int32_t best = no_pixel;
-        float best_difference = max_link * surface_.largest_step;
+        float best_difference = max_link * surface_.max_step;
         for (std::int32_t there = pixels_.position(u, v); there != no_pixel; there = pixels_.next_at_position(there)) {
             const float difference = std::abs(pixels_.disparity(there) - source);
             if (difference > best_difference || pixels_.neighbor(there, opposite(s)) != no_pixel) continue;
@@ -273,14 +273,14 @@ private:
 /// curves   discontinuity curves of this layer; raises mismatch for curves of another layer
 ///
 /// Returns the same image with hidden pixels added, in canonical order. The disparity of a new pixel is the average of those that
-/// it grew from, and always farther than the photo's at that position by more than surface_rule::largest_step; every other column
+/// it grew from, and always farther than the photo's at that position by more than surface_rule::max_step; every other column
 /// follows its own rule (new_pixel in core/columns.hpp). New links join pixels of one surface, which differ by up to twice the
 /// threshold: fronts at similar depth become one surface. A surface that can't be linked to another goes on beneath it for a few
 /// pixels, so that no camera sees a gap between them; there disparities may be a little below 0. `after_iteration(graph,
 /// disparity, first_new)`, if given, sees the unordered state after every iteration (for tests and pictures; it costs a copy
 /// each).
 ///
-/// At most 1 / surface_rule::largest_step surfaces lie at one position. A disparity map of noise at all scales adds six pixels
+/// At most 1 / surface_rule::max_step surfaces lie at one position. A disparity map of noise at all scales adds six pixels
 /// per pixel of the photo; most photos add less than half a pixel. Time is linear in the number of pixels of the result; memory
 /// is up to 110 bytes per pixel.
 template <payload_column... Columns, class AfterIteration = std::nullptr_t>

@@ -67,13 +67,16 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
     if (layers.size() == 0) return 0;
     std::optional<detail::frame_growth> growth;
     std::int32_t margin = 0;
+    // Inside grow() the layers are empty, but these views are valid.
+    const array_view<const std::uint8_t> old_color = layers.template column<color_column>(),
+                                         old_known = layers.template column<known_column>();
+    const array_view<const float> old_disparity = layers.template column<disparity_column>();
     const buffer<grown_piece> pieces = layers.grow([&](graph_builder base) {
         const graph old = std::move(base).build();
-        const array_view<const float> disparity = layers.template column<disparity_column>();
         const auto reach = [&](std::int32_t pixel) {
-            return static_cast<std::int32_t>(std::ceil(reach_past_frame(disparity[pixel], facts.camera, facts.motion)));
+            return static_cast<std::int32_t>(std::ceil(reach_past_frame(old_disparity[pixel], facts.camera, facts.motion)));
         };
-        growth.emplace(old, layers.template column<color_column>(), layers.template column<known_column>(), disparity, reach);
+        growth.emplace(old, old_color, old_known, old_disparity, reach);
         margin = growth->margin();
         constexpr std::int64_t limit = (std::numeric_limits<std::int32_t>::max)();
         const std::int64_t width = std::int64_t{old.width()} + 2 * margin, height = std::int64_t{old.height()} + 2 * margin;

@@ -154,7 +154,9 @@ struct sample_band {
         });
     }
 
-    /// Averages the samples of each pixel. n  samples per pixel and axis
+    /// Averages the samples of each pixel.
+    ///
+    /// n  samples per pixel and axis
     void resolve(std::int64_t n, rendering& result) const {
         for (std::int64_t y = first_row / n; y < last_row / n; ++y)
             for (std::int64_t x = 0; x < width / n; ++x) {
