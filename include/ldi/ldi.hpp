@@ -58,7 +58,6 @@
 
 #include <ldi/depth/align_silhouettes.hpp>
 #include <ldi/depth/discontinuity.hpp>
-#include <ldi/depth/merge_flakes.hpp>
 #include <ldi/depth/middle_components.hpp>
 #include <ldi/depth/normalize.hpp>
 #include <ldi/depth/resample.hpp>

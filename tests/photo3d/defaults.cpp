@@ -27,8 +27,6 @@ TEST_CASE("where the paper has no number, these are the defaults") {
     CHECK(o.alignment.uncertainty == 3.0F);
     CHECK(o.alignment.stiffness == 1.5F);
     CHECK(o.alignment.min_length == 20);
-    CHECK(o.flakes.radius == 4);
-    CHECK(o.flakes.max_slope == 2.0F);
     CHECK(o.mixed_colors.foreground_margin == 2);
     CHECK(o.mixed_colors.background_margin == 1);
     CHECK(o.mixed_colors.reach == 4.0F / 1536.0F);
