@@ -15,7 +15,6 @@
 #include <ldi/core/layered_image.hpp>
 #include <ldi/core/photo_facts.hpp>
 #include <ldi/depth/align_silhouettes.hpp>
-#include <ldi/depth/merge_flakes.hpp>
 #include <ldi/depth/middle_components.hpp>
 #include <ldi/depth/normalize.hpp>
 #include <ldi/depth/resample.hpp>
@@ -83,7 +82,7 @@ struct given_disparity {
     float quantization_step() const { return 1.0F; }
 };
 
-/// Lengths and sizes in `alignment`, `flakes`, `components` and `curves` are in pixels, for depth as fine as the photo. If one
+/// Lengths and sizes in `alignment`, `components` and `curves` are in pixels, for depth as fine as the photo. If one
 /// depth sample covers several pixels, make_photo3d() multiplies lengths by the sample's side and sizes by its area.
 struct photo3d_options {
     /// Maximum long side in pixels; a larger photo is shrunk to it.
@@ -99,7 +98,6 @@ struct photo3d_options {
     resample_options resample;
     weighted_median_options median;
     alignment_options alignment;
-    flake_options flakes;
     middle_component_options components;
     mixed_color_options mixed_colors;
     curve_options curves;
@@ -173,12 +171,6 @@ Count scaled(Count count, float by) {
 inline alignment_options scaled(alignment_options options, float sample_size) {
     options.uncertainty *= sample_size;
     options.min_length = scaled(options.min_length, sample_size);
-    return options;
-}
-/// Depth as fine as the photo has no flakes.
-inline flake_options scaled(flake_options options, float sample_size) {
-    constexpr std::int32_t max_radius = 8;
-    options.radius = sample_size > 1.0F ? (std::min)(scaled(options.radius, sample_size), max_radius) : 0;
     return options;
 }
 inline middle_component_options scaled(middle_component_options options, float sample_size) {
@@ -280,7 +272,6 @@ cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator&
     progress.report("depth filter", 1.0F);
 
     progress.report("connected components", 0.0F);
-    merge_flakes(result.disparity, result.photo, options.surface, detail::scaled(options.flakes, sample_size));
     merge_middle_components(result.disparity, options.surface, detail::scaled(options.components, sample_size));
     progress.report("connected components", 1.0F);
     return result;
