@@ -2295,6 +2295,9 @@ public:
         levels_[0].clear();
     }
 
+    /// Makes room for so many cells. Optional, after start().
+    void reserve(std::size_t cells) { levels_[0].reserve(cells + 1); }
+
     /// Adds an unknown cell and returns its number, starting at 1. Add cells in scanline order. Several may share a position.
     std::int32_t add_cell(std::int32_t x, std::int32_t y) { return levels_[0].add(x, y); }
 
@@ -2353,6 +2356,10 @@ private:
         buffer<std::int32_t> parent;
 
         std::size_t size() const { return value.empty() ? 0 : value.size() - 1; }
+
+        void reserve(std::size_t cells) {
+            value.reserve(cells), known.reserve(cells), links.reserve(cells), position.reserve(cells);
+        }
 
         void clear() {
             value.clear(), known.clear(), links.clear(), position.clear();
@@ -9549,7 +9556,8 @@ feature_map activate(feature_map x, activation by, Executor&& threads = {}) {
 
 /// Applies relu to a map of bytes: raises values to at least the zero point. Bytes support no other activation.
 template <executor Executor = const serial_executor>
-basic_feature_map<std::uint8_t> activate(basic_feature_map<std::uint8_t> x, activation by, Executor&& threads = {}) {
+basic_feature_map<std::uint8_t> activate(basic_feature_map<std::uint8_t> x, [[maybe_unused]] activation by,
+                                         Executor&& threads = {}) {
     LDI_ASSERT(by.negative_slope == 0.0F);
     const std::uint8_t zero = x.zero;
     return detail::for_each_value(std::move(x), threads, [zero](std::uint8_t v) { return (std::max)(v, zero); });
@@ -10077,7 +10085,9 @@ struct packed_layer {
     std::variant<resize_layer, dense_layer, depthwise_layer, addition_layer> kind;
 };
 
-/// Packs an operator that has passed check_network(). values, channels  per tensor
+/// Packs an operator that has passed check_network().
+///
+/// values, channels  one per tensor
 inline packed_layer pack_layer(isa target, const operator_description& op, const buffer<quantization>& values,
                                const buffer<std::size_t>& channels) {
     packed_layer packed{op.name, op.output, 0, {}, resize_layer{1}};
@@ -10556,7 +10566,9 @@ inline std::size_t place(buffer<tensor_block>& blocks) {
     return highest;
 }
 
-/// Plans memory for an input size. sizes, channels  per tensor
+/// Plans memory for an input size.
+///
+/// sizes, channels  one per tensor
 inline schedule_plan plan_schedule(const buffer<packed_layer>& layers, const buffer<schedule_step>& schedule,
                                    const buffer<tensor_size>& sizes, const buffer<std::size_t>& channels, std::size_t output,
                                    bool overwrite) {
@@ -14292,8 +14304,9 @@ private:
 
     enum class meeting { none, ends, goes_beneath };
 
-    // Hidden surfaces at similar depth are one. Where a front meets another they are linked. Where that one already has a
-    // neighbor here, this one ends on it, or goes on beneath it for as many pixels as a camera can see into the gap between both.
+    // Joins hidden surfaces at similar depth. If the surface of `pixel` meets another surface, links the two. If the other
+    // surface already has a neighbor on that side, this surface ends there, or continues beneath it for as many pixels as a
+    // camera can see into the gap between them.
     meeting meet_others(std::int32_t pixel, side s, std::int32_t position) {
         std::int32_t other = no_pixel;
         float nearest = max_link * surface_.max_step;
@@ -14311,18 +14324,17 @@ private:
         return meeting::ends;
     }
 
-    // A surface that comes as near to the photo's as the threshold, and cannot be linked to it, goes on beneath it for as many
-    // pixels as a camera can see into the gap: otherwise there would be a hole between its end and the photo's. Not over another
-    // hidden surface, that closes the gap, too.
+    // Whether another hidden surface lies at this disparity, within the threshold. A hidden surface that comes within the
+    // threshold of the photo's surface but cannot be linked to it continues beneath it, for as many pixels as a camera can see
+    // into the gap: otherwise there would be a hole between them. It stops at another hidden surface, which closes the gap, too.
     bool lies_on_another(std::int32_t position, float disparity) const {
         for (std::int32_t there = pixels_.next_at_position(position); there != no_pixel; there = pixels_.next_at_position(there))
             if (surface_.same_surface(pixels_.disparity(there), disparity)) return true;
         return false;
     }
     bool may_link(float a, float b) const { return std::abs(a - b) <= max_link * surface_.max_step; }
-    // In thresholds. A front ends on a surface that is nearer by up to resting_step. At 1.25, one of forty photographs has a
-    // hole.
-    static constexpr float min_gap = 1.001F, max_link = 1.0F + min_gap, resting_step = 1.2F;
+    // In thresholds. A front ends on a surface that is nearer by up to resting_step. At 1.2, photographs were seen to have holes.
+    static constexpr float min_gap = 1.001F, max_link = 1.0F + min_gap, resting_step = 1.1F;
     std::int32_t dive_of(std::int32_t pixel) const {
         const std::int32_t hidden = pixel - reach_.count();
         return hidden < 0 ? 0 : dives_[hidden];
@@ -14335,8 +14347,8 @@ private:
         return reach_[origin] - std::sqrt(dx * dx + dy * dy);
     }
 
-    // The pixel next to (x, y) on side `s`, with no neighbor there yet, that is nearest in disparity to `source` and may be
-    // linked to it.
+    // Returns the pixel next to (x, y) on side `s` that is free to be linked to (x, y) and is nearest in disparity to `source`;
+    // no_pixel if none may be linked to `source`.
     std::int32_t free_neighbor(std::int32_t x, std::int32_t y, side s, float source) const {
         const std::int32_t u = x + step_x(s), v = y + step_y(s);
         if (!pixels_.inside(u, v)) return no_pixel;
@@ -14405,17 +14417,18 @@ private:
 /// surface  rule that lift() linked the layer by
 /// curves   discontinuity curves of this layer; raises mismatch for curves of another layer
 ///
-/// Returns the same image with hidden pixels added, in canonical order. The disparity of a new pixel is the average of those that
-/// it grew from, and always farther than the photo's at that position by more than surface_rule::max_step; every other column
-/// follows its own rule (new_pixel in core/columns.hpp). New links join pixels of one surface, which differ by up to twice the
-/// threshold: fronts at similar depth become one surface. A surface that can't be linked to another goes on beneath it for a few
-/// pixels, so that no camera sees a gap between them; there disparities may be a little below 0. `after_iteration(graph,
-/// disparity, first_new)`, if given, sees the unordered state after every iteration (for tests and pictures; it costs a copy
-/// each).
+/// Returns the same image with hidden pixels added, in canonical order. The disparity of a new pixel is the average of the pixels
+/// that it grew from, but farther than the photo's pixel at that position by more than surface_rule::max_step. All other columns
+/// follow their own rules (new_pixel in core/columns.hpp). New links join pixels that differ by up to twice the threshold, so
+/// that growing surfaces at similar depth become one. A surface that can't be linked to another continues beneath it for a few
+/// pixels, so that no camera sees a gap between them; disparities there may be slightly below 0.
 ///
-/// At most 1 / surface_rule::max_step surfaces lie at one position. A disparity map of noise at all scales adds six pixels
-/// per pixel of the photo; most photos add less than half a pixel. Time is linear in the number of pixels of the result; memory
-/// is up to 110 bytes per pixel.
+/// `after_iteration(graph, disparity, first_new)`, if given, receives a copy of the unordered state after every iteration, for
+/// tests and pictures.
+///
+/// At most 1 / surface_rule::max_step surfaces lie at one position. Most photos add less than half a pixel per pixel of the
+/// photo; noise at all scales adds six. Time is linear in the number of pixels of the result; memory is up to 110 bytes per
+/// pixel.
 template <payload_column... Columns, class AfterIteration = std::nullptr_t>
 expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule surface,
                                    std::span<const discontinuity_curve> curves, const expand_options& options = {},
@@ -15164,7 +15177,7 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
     std::int32_t to = 0;
     for (const grown_piece& p : pieces) {
         for (std::int32_t i = p.first; p.is_new && i < p.first + p.count; ++i) {
-            // Colors of new pixels are black until now (color_column), and disparities those of the pixels that they show.
+            // color_column made the new pixels black, and disparity_column copied the disparities of the pixels that they show.
             const std::int32_t at = to + i - p.first;
             copy_color(new_index[growth->origins()[i]], at);
             disparity[at] = disparity[new_index[growth->borders()[i]]];
@@ -15234,7 +15247,8 @@ void diffuse_unknown(const graph_view& g, array_view<const std::uint8_t> known, 
                      BeforeSolving&& before_solving, Store&& store) {
     diffusion<Channels> solver;
     solver.start();
-    buffer<std::int32_t> cell_of(g.size(), 0);
+    solver.reserve(static_cast<std::size_t>(std::count(known.begin(), known.end(), std::uint8_t{0})));
+    buffer<std::int32_t> cell_of(g.size(), unset);  // where a pixel is not known
     for (std::int32_t i = 0; i < g.count(); ++i) {
         if (known[i] != 0) continue;
         const std::int32_t cell = cell_of[i] = solver.add_cell(g.x()[i], g.y()[i]);
@@ -15251,8 +15265,9 @@ void diffuse_unknown(const graph_view& g, array_view<const std::uint8_t> known, 
     }
     before_solving();
     solver.solve(rounds);
+    std::int32_t cell = 0;
     for (std::int32_t i = 0; i < g.count(); ++i)
-        if (known[i] == 0) store(i, solver.value(cell_of[i]));
+        if (known[i] == 0) store(i, solver.value(++cell));
 }
 
 }}}  // namespace ldi::detail
@@ -16645,9 +16660,11 @@ private:
 
     void grow_from(const strip& r, array_view<const std::int32_t> links, std::int32_t y) {
         std::int32_t pixel = r.first;
-        for (std::int32_t x = r.x; x < r.x + r.count; ++x, pixel = graph_.right()[pixel]) {
-            const std::int32_t beyond = links[pixel];
-            if (may_join(beyond, x, y)) add_strip(beyond, x, y);
+        for (std::int32_t x = r.x; x < r.x + r.count; pixel = graph_.right()[pixel]) {
+            const std::int32_t first = pixel;  // of pixels side by side in memory, over which no step waits for a link
+            while (x + pixel - first + 1 < r.x + r.count && graph_.right()[pixel] == pixel + 1) ++pixel;
+            for (std::int32_t p = first; p <= pixel; ++p, ++x)
+                if (may_join(links[p], x, y)) add_strip(links[p], x, y);
         }
     }
 
@@ -16746,7 +16763,7 @@ private:
                differ(other, walk(along_y, std::abs(steps_y), along_x, std::abs(steps_x)));
     }
 
-    /// Surfaces within twice the threshold are one, as they are for expand().
+    /// Whether two pixels belong to different surfaces: as in expand(), if they differ by more than twice the threshold.
     bool differ(std::int32_t a, std::int32_t b) const { return std::abs(disparity_[a] - disparity_[b]) > threshold_; }
 
     std::size_t at(std::int32_t x, std::int32_t y) const { return graph_.position(x, y); }
@@ -20973,7 +20990,9 @@ inline void check_raster_options(const view& from, const raster_options& options
                   std::to_string(backdrop.channels()));
 }
 
-/// Samples a texture. u, v  texture coordinates
+/// Samples a texture.
+///
+/// u, v  texture coordinates
 inline std::array<std::uint8_t, 3> bilinear(const image<std::uint8_t>& texture, double u, double v) {
     const double last_x = nearest_double(texture.width() - 1), last_y = nearest_double(texture.height() - 1);
     const double x = std::clamp(u * (last_x + 1) - 0.5, 0.0, last_x), y = std::clamp(v * (last_y + 1) - 0.5, 0.0, last_y);
@@ -23865,156 +23884,6 @@ inline tiefenrausch decode_tiefenrausch(std::span<const std::byte> bytes, const 
 
 }}  // namespace ldi
 
-// ---- ldi/depth/merge_flakes.hpp
-// Flakes: thin surfaces of a depth between that of a nearer and a farther surface beside them, such as depth networks leave where
-// three surfaces meet, and where a step is blurred. No scene has them. Each joins the surface that it looks like.
-
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-struct flake_options {
-    /// Surfaces that hold no square with a side of 2 * radius + 1 pixels are thin. 0 to 8; 0 merges nothing.
-    std::int32_t radius = 4;
-    /// Disparities within a square of one surface differ by at most this many thresholds: surfaces slope.
-    float max_slope = 2.0F;
-};
-
-namespace detail {
-
-// For every pixel the extreme value of the square around it, cut off at the map's border. `extreme` is min or max. The windows
-// along rows, then those along columns, double in length step by step.
-template <class T, class Extreme>
-image<T> extreme_of_square(const image<T>& from, std::int32_t radius, Extreme&& extreme) {
-    const std::int32_t rows = static_cast<std::int32_t>(from.height()), columns = static_cast<std::int32_t>(from.width());
-    const std::int32_t window = 2 * radius + 1, all_rows = rows + 2 * radius, all_columns = columns + 2 * radius;
-    image<T> padded(static_cast<std::size_t>(all_rows), static_cast<std::size_t>(all_columns), 1), result = from;
-    const auto widen = [&](T* to, const T* other, std::int32_t count) {
-        for (std::int32_t x = 0; x < count; ++x) to[x] = extreme(to[x], other[x]);
-    };
-    std::int32_t length = 1;
-    for (std::int32_t y = 0; y < all_rows; ++y) {
-        T* const row = padded.row(y);
-        const T* const source = from.row(std::clamp(y - radius, 0, rows - 1));
-        std::copy_n(source, columns, row + radius);
-        std::fill_n(row, radius, source[0]), std::fill_n(row + radius + columns, radius, source[columns - 1]);
-        for (length = 1; 2 * length <= window; length *= 2) widen(row, row + length, all_columns - length);
-        widen(row, row + window - length, columns);
-    }
-    for (length = 1; 2 * length <= window; length *= 2)
-        for (std::int32_t y = 0; y + length < all_rows; ++y) widen(padded.row(y), padded.row(y + length), columns);
-    for (std::int32_t y = 0; y < rows; ++y) {
-        widen(padded.row(y), padded.row(y + window - length), columns);
-        std::copy_n(padded.row(y), columns, result.row(y));
-    }
-    return result;
-}
-
-class flake_merger {
-public:
-    flake_merger(const image<float>& disparity, image_view<const std::uint8_t> photo, surface_rule surface,
-                 const flake_options& options)
-        : disparity_(disparity), photo_(photo), surface_(surface), reach_(2 * options.radius + 1), vote_(options.radius / 2) {
-        const auto smaller = [](auto a, auto b) { return (std::min)(a, b); };
-        const auto larger = [](auto a, auto b) { return (std::max)(a, b); };
-        const image<float> lowest = extreme_of_square(disparity, options.radius, smaller),
-                           highest = extreme_of_square(disparity, options.radius, larger);
-        image<std::uint8_t> holds_square(disparity.height(), disparity.width());
-        for (std::size_t i = 0; i < holds_square.size(); ++i)
-            holds_square.data()[i] = highest.data()[i] - lowest.data()[i] <= options.max_slope * surface.max_step ? 1 : 0;
-        is_solid_ = extreme_of_square(holds_square, options.radius, larger);
-        is_near_solid_ = extreme_of_square(is_solid_, reach_, larger);  // noise has none: nothing to search
-    }
-
-    // Finds the samples of flakes, and lets each join the surface that most of its flake around it looks like.
-    std::size_t merge(image<float>& result) {
-        const std::int32_t rows = static_cast<std::int32_t>(disparity_.height()),
-                           columns = static_cast<std::int32_t>(disparity_.width());
-        buffer<flake> flakes;
-        image<std::int32_t> sums(disparity_.height() + 1, disparity_.width() + 1);  // +1 for the front, -1 for the back
-        for (std::int32_t y = 0; y < rows; ++y)
-            for (std::int32_t x = 0, row = 0; x < columns; ++x) {
-                flake f{x, y, {}, {}};
-                if (is_solid_(y, x) == 0 && is_near_solid_(y, x) != 0 && find_sides(f)) {
-                    flakes.push_back(f);
-                    row += contrast(x, y, f.front) <= contrast(x, y, f.back) ? 1 : -1;
-                }
-                sums(y + 1, x + 1) = sums(y, x + 1) + row;
-            }
-        for (const flake& f : flakes) {
-            const std::int32_t left = (std::max)(f.x - vote_, 0), right = (std::min)(f.x + vote_ + 1, columns);
-            const std::int32_t top = (std::max)(f.y - vote_, 0), bottom = (std::min)(f.y + vote_ + 1, rows);
-            const std::int32_t votes = sums(bottom, right) - sums(top, right) - sums(bottom, left) + sums(top, left);
-            const found& side = votes >= 0 ? f.front : f.back;
-            result(f.y, f.x) = disparity_(side.y, side.x);
-        }
-        return flakes.size();
-    }
-
-private:
-    struct found {
-        std::int32_t squared_distance = 1 << 20, x = 0, y = 0;
-        bool is_any() const { return squared_distance < 1 << 20; }
-    };
-    struct flake {
-        std::int32_t x, y;
-        found front, back;
-    };
-
-    // Whether there is a nearer and a farther surface beside a sample, and none as far as itself.
-    bool find_sides(flake& f) const {
-        const std::int32_t rows = static_cast<std::int32_t>(disparity_.height()),
-                           columns = static_cast<std::int32_t>(disparity_.width());
-        const float own = disparity_(f.y, f.x);
-        for (std::int32_t v = (std::max)(f.y - reach_, 0); v <= (std::min)(f.y + reach_, rows - 1); ++v)
-            for (std::int32_t u = (std::max)(f.x - reach_, 0); u <= (std::min)(f.x + reach_, columns - 1); ++u) {
-                if (is_solid_(v, u) == 0) continue;
-                const float there = disparity_(v, u);
-                if (surface_.same_surface(there, own)) return false;  // a corner of a surface
-                found& side = there > own ? f.front : f.back;
-                const std::int32_t squared = (u - f.x) * (u - f.x) + (v - f.y) * (v - f.y);
-                if (squared < side.squared_distance) side = {squared, u, v};
-            }
-        return f.front.is_any() && f.back.is_any();
-    }
-
-    std::int32_t contrast(std::int32_t x, std::int32_t y, const found& other) const {
-        std::int32_t sum = 0;
-        for (std::size_t c = 0; c < 3; ++c) {
-            const std::int32_t difference = std::int32_t{photo_(y, x, c)} - std::int32_t{photo_(other.y, other.x, c)};
-            sum += difference * difference;
-        }
-        return sum;
-    }
-
-    const image<float>& disparity_;
-    image_view<const std::uint8_t> photo_;
-    surface_rule surface_;
-    std::int32_t reach_, vote_;
-    image<std::uint8_t> is_solid_, is_near_solid_;
-};
-
-}  // namespace detail
-
-/// disparity  H x W x 1, in [0, 1], larger is nearer; changed in place
-/// photo      H x W x 3
-///
-/// The flakes' pixels are thin ones with a nearer and a farther surface within 2 * radius + 1 pixels, and none as far as
-/// themselves. Each joins the nearer or the farther surface, whichever most flake pixels within half the radius resemble more in
-/// color. Things in front of one surface alone stay, however thin. Returns the number of flake pixels. Linear time; up to 80
-/// bytes per pixel. Raises mismatch and invalid_option.
-inline std::size_t merge_flakes(image<float>& disparity, image_view<const std::uint8_t> photo, surface_rule surface = {},
-                                const flake_options& options = {}) {
-    if (photo.height() != disparity.height() || photo.width() != disparity.width() || photo.channels() != 3)
-        raise(error_code::mismatch, "merge_flakes", "a photo of 3 channels as large as the map", detail::shape_text(photo));
-    if (options.radius < 0 || options.radius > 8 || !(options.max_slope > 0))
-        raise(error_code::invalid_option, "flake_options", "a radius from 0 to 8, a slope above 0",
-              std::to_string(options.radius) + " and " + detail::to_text(options.max_slope));
-    if (options.radius == 0) return 0;
-    const image<float> before = disparity;
-    return detail::flake_merger(before, photo, surface, options).merge(disparity);
-}
-
-}}  // namespace ldi
-
 // ---- ldi/photo3d.hpp
 // Converts a photo to a 3D photo: calls every stage in the paper's order with the paper's defaults. Stages beyond the paper
 // sharpen depth edges (depth/sharpen_edges.hpp), align silhouettes with the photo's edges, unmix the colors beside them, add
@@ -24045,7 +23914,7 @@ concept color_inpainter = requires(const T& t, working_layers<>& layers, const p
     t.inpaint(layers, progress, threads);
 };
 
-/// A disparity map that is there already, from a phone or a file.
+/// An existing disparity map, for example from a phone or a file.
 struct given_disparity {
     /// h x w x 1, finite, larger is nearer. With normalize_options::is_inverse_depth, the default, values are 0 or more, and 0
     /// is infinitely far, such as the sky. If 0 means unknown, fill these pixels first, for example with fill_invalid() of
@@ -24059,7 +23928,7 @@ struct given_disparity {
     float quantization_step() const { return 1.0F; }
 };
 
-/// Lengths and sizes in `alignment`, `flakes`, `components` and `curves` are in pixels, for depth as fine as the photo. If one
+/// Lengths and sizes in `alignment`, `components` and `curves` are in pixels, for depth as fine as the photo. If one
 /// depth sample covers several pixels, make_photo3d() multiplies lengths by the sample's side and sizes by its area.
 struct photo3d_options {
     /// Maximum long side in pixels; a larger photo is shrunk to it.
@@ -24075,7 +23944,6 @@ struct photo3d_options {
     resample_options resample;
     weighted_median_options median;
     alignment_options alignment;
-    flake_options flakes;
     middle_component_options components;
     mixed_color_options mixed_colors;
     curve_options curves;
@@ -24149,12 +24017,6 @@ Count scaled(Count count, float by) {
 inline alignment_options scaled(alignment_options options, float sample_size) {
     options.uncertainty *= sample_size;
     options.min_length = scaled(options.min_length, sample_size);
-    return options;
-}
-/// Depth as fine as the photo has no flakes.
-inline flake_options scaled(flake_options options, float sample_size) {
-    constexpr std::int32_t max_radius = 8;
-    options.radius = sample_size > 1.0F ? (std::min)(scaled(options.radius, sample_size), max_radius) : 0;
     return options;
 }
 inline middle_component_options scaled(middle_component_options options, float sample_size) {
@@ -24256,7 +24118,6 @@ cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator&
     progress.report("depth filter", 1.0F);
 
     progress.report("connected components", 0.0F);
-    merge_flakes(result.disparity, result.photo, options.surface, detail::scaled(options.flakes, sample_size));
     merge_middle_components(result.disparity, options.surface, detail::scaled(options.components, sample_size));
     progress.report("connected components", 1.0F);
     return result;
