@@ -157,7 +157,7 @@ mask faults_seen(const ldi::photo3d& made, const picture& marks, const ldi::view
     const auto is_border = [&](std::size_t a, std::size_t b) {
         if (kinds.data()[3 * a] < 192 || kinds.data()[3 * b] < 192) return false;
         const float step = std::abs(1 / seen.depth.data()[a] - 1 / seen.depth.data()[b]) / per_step;
-        if (!(step > made.facts.surface.largest_step)) return false;
+        if (!(step > made.facts.surface.max_step)) return false;
         int difference = 0;
         for (std::size_t c = 0; c < 3; ++c) difference += std::abs(seen.color.data()[3 * a + c] - seen.color.data()[3 * b + c]);
         return difference > 60;

@@ -93,7 +93,9 @@ inline std::vector<named_network> depth_networks() {
     return result;
 }
 
-/// Prints the table. each  also prints a line for every pair
+/// Prints the table.
+///
+/// each  also prints a line for every pair
 template <ldi::executor Executor>
 void print_depth(const std::vector<named_network>& networks, bool each, Executor& threads) {
     const std::vector<rgbd_pair> pairs = rgbd_pairs();

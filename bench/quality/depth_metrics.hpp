@@ -155,8 +155,8 @@ inline double boundary_agreement(const map& ours, const map& truth, const pixel_
     return sum / weights;
 }
 
-/// Of 20,000 random pairs of pixels whose true distances differ by at least a fifth: the share that the estimate has in the
-/// wrong order (the question of DA-2K, Yang et al., "Depth Anything V2", 2024, applied to measured depth).
+/// Returns the share of pixel pairs that the estimate has in the wrong order, among 20,000 random pairs whose true distances
+/// differ by at least a fifth. This is the question of DA-2K (Yang et al., "Depth Anything V2", 2024), applied to measured depth.
 inline double wrong_order(const map& ours, const map& truth, const pixel_set& known) {
     ldi::buffer<std::size_t> pixels;
     for (std::size_t i = 0; i < known.size(); ++i)

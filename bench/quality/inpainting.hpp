@@ -83,7 +83,7 @@ template <ldi::executor Executor>
 ldi::photo_layers lift_cleaned(const subject& s, Executor& threads) {
     ldi::normalize_options normalize;
     normalize.clipped_share = 0;
-    normalize.largest_depth_ratio = 1e6F;
+    normalize.max_depth_ratio = 1e6F;
     ldi::image<float> disparity = ldi::weighted_median(ldi::normalize(s.inverse_depth, normalize).disparity, {}, {}, threads);
     ldi::merge_middle_components(disparity);
     ldi::photo_layer lifted = ldi::lift(s.photo, disparity, {}, threads);
@@ -91,7 +91,9 @@ ldi::photo_layers lift_cleaned(const subject& s, Executor& threads) {
     return ldi::expand(std::move(lifted), {}, {}).layers;
 }
 
-/// Measures inpainting. shift  motion of the nearest surface in pixels; the canonical view is to the left by this much
+/// Measures inpainting.
+///
+/// shift  motion of the nearest surface in pixels; the canonical view is to the left by this much
 template <ldi::executor Executor>
 inpainting_result measure_inpainting(const subject& s, float shift, const ldi::farbrausch& network,
                                      const lpips_network& perceived, const std::filesystem::path& folder, Executor& threads) {

@@ -83,6 +83,8 @@ void measure_photographs(const ldi::tiefenrausch& network, const ldi::farbrausch
     sheet_of_places worst;
     ldi::buffer<double> islands, charts, layers, neither, borders, hidden;
     double band = 0, of_neither = 0;
+    ldi::photo3d_options of_photos;
+    of_photos.frame = ldi::photo_frame::crop;  // the layers' lattice is the photo's
     std::size_t views_with_holes = 0;
     std::printf(
         "\n### Silhouettes: %zu photographs without true depth\n\n| photo | islands | charts | layers | fits neither surface "
@@ -90,7 +92,7 @@ void measure_photographs(const ldi::tiefenrausch& network, const ldi::farbrausch
         files.size());
     for (const std::filesystem::path& file : files) {
         const std::string name = file.stem().string();
-        const ldi::photo3d made = ldi::make_photo3d(ldi::load_photo(file).color, network, inpainter, {}, threads);
+        const ldi::photo3d made = ldi::make_photo3d(ldi::load_photo(file).color, network, inpainter, of_photos, threads);
         const silhouette_faults f = find_faults(made, name, threads);
         const std::size_t holes = options.counts_holes ? count_holes(made.mesh, made.facts, 1000, threads).views_with_holes : 0;
         islands.push_back(static_cast<double>(f.islands)), charts.push_back(static_cast<double>(f.charts));

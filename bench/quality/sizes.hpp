@@ -114,7 +114,7 @@ void print_sizes(const Inpainter& inpainter) {
                     made.atlas.color.height(), 100.0 * static_cast<double>(made.atlas.fill));
     }
 #if defined(__GLIBC__)
-    // As the program does: the system's cost of new pages is not part of the stages.
+    // Same settings as in the program, so that the stages do not include the system's cost of new pages.
     mallopt(M_MMAP_THRESHOLD, 1 << 30);
     mallopt(M_TRIM_THRESHOLD, 1 << 30);
 #endif

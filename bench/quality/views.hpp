@@ -20,7 +20,7 @@ inline ldi::photo3d_options true_depth_options(const subject& s, int iterations)
     options.focal_length_35mm = s.camera.focal_length / ldi::focal_length_from_35mm(1, s.camera.width, s.camera.height);
     options.normalize.is_metric = true;
     options.normalize.clipped_share = 0;
-    options.normalize.largest_depth_ratio = 1e6F;
+    options.normalize.max_depth_ratio = 1e6F;
     options.expand.motion = 1;
     options.expand.iterations = iterations;
     options.texture.strength = options.grain.strength = 0;  // compares fills; `textured` is the result with both

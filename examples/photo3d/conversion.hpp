@@ -144,7 +144,9 @@ struct disparity_in_hand {
     float quantization_step() const { return 1.0F; }
 };
 
-/// Converts a photo. input  its depth map is moved out
+/// Converts a photo.
+///
+/// input  its depth map is moved out
 template <executor Executor>
 photo3d convert(const arguments& a, photo_with_depth& input, const networks& by, stage_clock& clock, Executor& threads) {
     photo3d_options options = options_for(a, input);
@@ -165,7 +167,9 @@ struct encoded_photo3d {
     glb_options facts;      ///< metadata for all files
 };
 
-/// Makes the textures of a converted photo. a  same arguments as for convert()
+/// Makes the textures of a converted photo.
+///
+/// a  same arguments as for convert()
 template <executor Executor>
 photo_texture texture_of(const photo3d& made, const photo_with_depth& input, const arguments& a, Executor& threads) {
     return {made, input.photo.color, a.long_side, a.geometry_side, threads};

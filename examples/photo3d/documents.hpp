@@ -150,7 +150,9 @@ inline std::string fish_completion(const CLI::App& app) {
     return text;
 }
 
-/// Generates a document. kind  man, bash, zsh or fish
+/// Generates a document.
+///
+/// kind  man, bash, zsh or fish
 inline std::string document(const CLI::App& app, const std::string& version, std::string_view kind) {
     return kind == "man"    ? manual(app, version)
            : kind == "bash" ? bash_completion(app)

@@ -4,6 +4,7 @@
 #include "json_input.hpp"
 
 #include <ldi/base/error.hpp>
+#include <ldi/base/printable.hpp>
 #include <ldi/io/file.hpp>
 #include <ldi/render/camera_paths.hpp>
 

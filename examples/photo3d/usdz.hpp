@@ -38,7 +38,9 @@ inline void check_usdz(const std::filesystem::path& file, output_files& files) {
 /// A zip file of uncompressed files, each aligned to 64 bytes.
 class stored_zip {
 public:
-    /// Adds a file. name  ASCII, with / between folders
+    /// Adds a file.
+    ///
+    /// name  ASCII, with / between folders
     void add(std::string_view name, std::span<const std::byte> content) {
         const std::size_t header = 30 + name.size() + 4;  // an empty extra field occupies 4 bytes
         const std::size_t padding = (64 - (file_.size() + header) % 64) % 64;

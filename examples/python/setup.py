@@ -39,7 +39,7 @@ def version():
         return ".".join(re.findall(r"#define LDI_VERSION_\w+ (\d+)", header.read()))
 
 
-# As cmake/FindLdiReaders.cmake has it: the macro that tells the headers, and the library.
+# Same as cmake/FindLdiReaders.cmake: macro for the headers, then header, library and condition.
 readers = {
     "LDI_WITH_LIBHEIF": ("libheif/heif.h", "heif"),
     "LDI_WITH_LIBWEBP": ("webp/decode.h", "webp"),

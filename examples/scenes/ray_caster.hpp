@@ -120,7 +120,9 @@ struct light_sample {
         random.state ^= static_cast<std::uint64_t>(random.next() * 0x1.0p53);
         for (double& s : start) s = random.next();
     }
-    /// Returns a number in [0, 1). dimension  0 to 3
+    /// Returns a number in [0, 1).
+    ///
+    /// dimension  0 to 3
     double spread(std::size_t dimension) const {
         const double steps[] = {0.8566748838545029, 0.7338918566271260, 0.6287067210378087, 0.5385972572236101};
         const double value = start[dimension] + index * steps[dimension];

@@ -68,7 +68,7 @@ concept color_inpainter = requires(const T& t, working_layers<>& layers, const p
     t.inpaint(layers, progress, threads);
 };
 
-/// A disparity map that is there already, from a phone or a file.
+/// An existing disparity map, for example from a phone or a file.
 struct given_disparity {
     /// h x w x 1, finite, larger is nearer. With normalize_options::is_inverse_depth, the default, values are 0 or more, and 0
     /// is infinitely far, such as the sky. If 0 means unknown, fill these pixels first, for example with fill_invalid() of
@@ -82,8 +82,8 @@ struct given_disparity {
     float quantization_step() const { return 1.0F; }
 };
 
-/// Lengths and sizes in `alignment`, `components` and `curves` are in pixels, for depth as fine as the photo. If one depth
-/// sample covers several pixels, make_photo3d() multiplies lengths by the sample's side and sizes by its area.
+/// Lengths and sizes in `alignment`, `components` and `curves` are in pixels, for depth as fine as the photo. If one
+/// depth sample covers several pixels, make_photo3d() multiplies lengths by the sample's side and sizes by its area.
 struct photo3d_options {
     /// Maximum long side in pixels; a larger photo is shrunk to it.
     std::size_t long_side = 1536;
@@ -170,15 +170,15 @@ Count scaled(Count count, float by) {
 }
 inline alignment_options scaled(alignment_options options, float sample_size) {
     options.uncertainty *= sample_size;
-    options.shortest_length = scaled(options.shortest_length, sample_size);
+    options.min_length = scaled(options.min_length, sample_size);
     return options;
 }
 inline middle_component_options scaled(middle_component_options options, float sample_size) {
-    options.smallest_size = scaled(options.smallest_size, sample_size * sample_size);
+    options.min_size = scaled(options.min_size, sample_size * sample_size);
     return options;
 }
 inline curve_options scaled(curve_options options, float sample_size) {
-    options.shortest_length = scaled(options.shortest_length, sample_size);
+    options.min_length = scaled(options.min_length, sample_size);
     options.tangent_length = scaled(options.tangent_length, sample_size);
     return options;
 }
@@ -191,9 +191,9 @@ inline void check(const photo3d_options& options) {
     if (options.long_side == 0 || !(options.focal_length_35mm >= 1.0F && options.focal_length_35mm <= 1e5F))
         raise(error_code::invalid_option, "photo3d_options", "a long side of at least 1 and a focal length from 1 to 1e5",
               std::to_string(options.long_side) + " and " + to_text(options.focal_length_35mm));
-    if (!(options.surface.largest_step >= 0.001F && options.surface.largest_step <= 1.0F))
+    if (!(options.surface.max_step >= 0.001F && options.surface.max_step <= 1.0F))
         raise(error_code::invalid_option, "photo3d_options, surface", "a largest step from 0.001 to 1",
-              to_text(options.surface.largest_step));
+              to_text(options.surface.max_step));
 }
 
 inline void check_photo(image_view<const std::uint8_t> photo) {
@@ -227,7 +227,7 @@ inline photo3d_options for_sheets(photo3d_options options, std::size_t photo_hei
     for (const std::size_t length : {photo_height, photo_width})
         scale = (std::max)(scale, detail::nearest_double(length) /
                                       detail::nearest_double(detail::shrunk_length(length, longer, options.long_side)));
-    options.charts.max_side = (std::min)(options.charts.max_side, largest_chart_side(scale, sheets));
+    options.charts.max_side = (std::min)(options.charts.max_side, max_chart_side(scale, sheets));
     return options;
 }
 
@@ -284,7 +284,7 @@ struct lifted_photo {
     single_layer<color_column, disparity_column, known_column, matte_column, rim_column, Own...> layer;
     buffer<discontinuity_curve> curves;
     photo_facts facts;
-    buffer<uncertain_rim> rims;  ///< for restore_rims(), after the hidden surfaces are colored
+    buffer<uncertain_rim> rims;  ///< input of restore_rims(), which runs after the hidden surfaces are colored
 };
 
 namespace detail {

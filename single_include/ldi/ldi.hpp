@@ -920,7 +920,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// x to the right, y up, the camera at the origin looking along -z.
 struct pinhole_camera {
     std::int32_t width = 0, height = 0;  ///< size of the photo in pixels
-    float focal_length = 0;              ///< in pixels; the optical axis passes through the middle of the photo
+    float focal_length = 0;              ///< focal length in pixels; the optical axis passes through the middle of the photo
 
     /// Middle of the photo in pixels.
     float center_x() const { return 0.5F * detail::nearest_float(width); }
@@ -1452,7 +1452,7 @@ std::array<typename Column::scalar, Column::channels> vertex_values(pixels_of<Co
 struct color_column {
     using scalar = std::uint8_t;
     static constexpr std::size_t channels = 3;
-    static constexpr scalar new_pixel(scalar origin) { return zeroed(origin); }  // until it is inpainted
+    static constexpr scalar new_pixel(scalar origin) { return zeroed(origin); }  // 0 until the pixel is inpainted
 };
 
 /// Color in 16 bits, 0 to 65535: for lift(), the geometry, operators, gather() and the GLB. Inpainting, atlas and renderers use
@@ -2086,7 +2086,7 @@ inline coarsened coarsen(const graph_view& g, orphan_rule orphans = orphan_rule:
 
 namespace detail {
 
-/// The fine pixels that collapse to each coarse one: coarse pixel i has those from first[i] to first[i + 1], ascending.
+/// Lists the fine pixels of each coarse pixel i, ascending: pixels[first[i]] up to, but without pixels[first[i + 1]].
 struct collapsed_pixels {
     buffer<std::size_t> first;
     buffer<std::int32_t> pixels;
@@ -2108,7 +2108,7 @@ struct collapsed_pixels {
 template <payload_column... Columns>
 struct coarsened_layers {
     layered_image<Columns...> layers;
-    buffer<std::int32_t> kept, parent;  ///< as in coarsened
+    buffer<std::int32_t> kept, parent;  ///< same as coarsened::kept and coarsened::parent
 };
 
 /// Halves the resolution of a layered image. The column rule `coarser` (core/columns.hpp) combines the values of the fine pixels
@@ -2295,6 +2295,9 @@ public:
         levels_[0].clear();
     }
 
+    /// Makes room for so many cells. Optional, after start().
+    void reserve(std::size_t cells) { levels_[0].reserve(cells + 1); }
+
     /// Adds an unknown cell and returns its number, starting at 1. Add cells in scanline order. Several may share a position.
     std::int32_t add_cell(std::int32_t x, std::int32_t y) { return levels_[0].add(x, y); }
 
@@ -2353,6 +2356,10 @@ private:
         buffer<std::int32_t> parent;
 
         std::size_t size() const { return value.empty() ? 0 : value.size() - 1; }
+
+        void reserve(std::size_t cells) {
+            value.reserve(cells), known.reserve(cells), links.reserve(cells), position.reserve(cells);
+        }
 
         void clear() {
             value.clear(), known.clear(), links.clear(), position.clear();
@@ -2658,12 +2665,12 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// Part of photo_facts; lift() and the stages after it must use the same rule.
 struct surface_rule {
     /// Neighbors whose disparities differ by more than this are on different surfaces (the paper's tau_disp).
-    float largest_step = 0.05F;
+    float max_step = 0.05F;
 
     /// Whether two neighbors with these disparities are on one surface. False if either is NaN.
     bool same_surface(float a, float b) const {
         const float step = a - b;
-        return (step < 0 ? -step : step) <= largest_step;
+        return (step < 0 ? -step : step) <= max_step;
     }
 };
 
@@ -2674,16 +2681,16 @@ struct surface_rule {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Disparity of the window through which a 3D photo is seen: the middle, so the nearest and the farthest surface move equally
-/// far.
+/// Disparity of the window in which a 3D photo is shown. It is the middle, so that the nearest and the farthest surface move
+/// equally far.
 inline constexpr float window_disparity = 0.5F;
 
 struct photo_facts {
     pinhole_camera camera{};  ///< camera that took the photo
     depth_range range{};      ///< distances at disparity 1 and 0
     surface_rule surface{};   ///< rule for whether neighbors belong to one surface
-    /// Maximum camera motion (render/motion.hpp) for which hidden surfaces exist, as a share of the photo's longer side; 0:
-    /// there are no hidden surfaces.
+    /// Maximum camera motion (render/motion.hpp) for which hidden surfaces exist, as a share of the photo's longer side; 0 if
+    /// there are none.
     float motion = 0.0F;
     /// Width of the lattice's margin around the photo, in pixels (occlusion/past_frame.hpp); 0: surfaces end at the photo's
     /// border.
@@ -2702,11 +2709,11 @@ struct photo_facts {
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Maximum kernel size of gather_window().
-inline constexpr std::int32_t largest_kernel_size = 15;
+inline constexpr std::int32_t max_kernel_size = 15;
 
 /// Fills `window` with the pixels under a kernel centered on `pixel`.
 ///
-/// kernel_size  odd, 1 to largest_kernel_size
+/// kernel_size  odd, 1 to max_kernel_size
 /// window       kernel_size x kernel_size, row-major; element (row, column) becomes the index of a pixel at (column -
 ///              kernel_size / 2, row - kernel_size / 2) from `pixel`, or no_pixel if no link leads there inside the window
 ///
@@ -2715,7 +2722,7 @@ inline constexpr std::int32_t largest_kernel_size = 15;
 /// explored. If equally long paths lead to different layers, the path that starts up therefore wins, then down. The relation is
 /// not symmetric: the window of i may contain j although the window of j does not contain i.
 inline void gather_window(const graph_view& g, std::int32_t pixel, std::int32_t kernel_size, std::span<std::int32_t> window) {
-    LDI_ASSERT(kernel_size >= 1 && kernel_size <= largest_kernel_size && kernel_size % 2 == 1);
+    LDI_ASSERT(kernel_size >= 1 && kernel_size <= max_kernel_size && kernel_size % 2 == 1);
     const std::size_t count = static_cast<std::size_t>(kernel_size * kernel_size);
     LDI_ASSERT(window.size() == count);
     LDI_ASSERT(pixel >= 0 && pixel < g.count());
@@ -2723,8 +2730,8 @@ inline void gather_window(const graph_view& g, std::int32_t pixel, std::int32_t 
     // The window with a border of elements that count as reached, so that exploration ends at the border.
     constexpr std::int32_t border = 0;
     const std::int32_t width = kernel_size + 2, center = (kernel_size / 2 + 1) * (width + 1);
-    std::array<std::int32_t, std::size_t{largest_kernel_size + 2} * (largest_kernel_size + 2)> found;
-    std::array<std::int32_t, std::size_t{largest_kernel_size} * largest_kernel_size> reached;  // elements, in order
+    std::array<std::int32_t, std::size_t{max_kernel_size + 2} * (max_kernel_size + 2)> found;
+    std::array<std::int32_t, std::size_t{max_kernel_size} * max_kernel_size> reached;  // elements, in order
     std::fill_n(found.begin(), width * width, border);
     for (std::int32_t row = 1; row <= kernel_size; ++row) std::fill_n(found.begin() + row * width + 1, kernel_size, no_pixel);
     const auto at = [&](std::int32_t element) -> std::int32_t& { return found[static_cast<std::size_t>(element)]; };
@@ -3032,7 +3039,9 @@ inline std::int32_t biased_exponent(float value) {
     return static_cast<std::int32_t>((bits >> 23) & 0xFF);
 }
 
-/// Returns value / 2^shift, rounded to nearest, halves away from zero. shift  0..31
+/// Returns value / 2^shift, rounded to nearest, halves away from zero.
+///
+/// shift  0..31
 inline std::int32_t rounding_shift(std::int32_t value, std::int32_t shift) {
     const std::int32_t mask = static_cast<std::int32_t>((std::uint32_t{1} << shift) - 1);
     const std::int32_t remainder = (value & mask) - (value < 0 ? 1 : 0);
@@ -3702,7 +3711,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace neon {
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 
-// Assembly, because clang before 16 offers the intrinsics only to translation units compiled for them.
+// Assembly, because clang before 16 has the intrinsics only in translation units compiled for this instruction set.
 
 /// Adds four products of signed bytes to each of 4 sums.
 [[gnu::always_inline]] inline int32x4_t add_products(int32x4_t sums, int8x16_t a, int8x16_t b) {
@@ -4262,7 +4271,7 @@ inline void area_resize_row(const area_weights& horizontal, const area_weights& 
     const area_weights::cover& rows = vertical.covers[y];
     for (std::size_t i = 0; i < rows.count; ++i)
         add_area_row(horizontal, source.row(rows.first + i), channels, vertical.weights[rows.weight + i], sums.data());
-    // Half to even, as std::lrint() rounds, without a call: where floats count in ones.
+    // Rounds half to even without a call of std::lrint(): floats of this size have no fractional bits.
     constexpr float ones = 0x1.8p23F;
     for (std::size_t i = 0; i < sums.size(); ++i)
         result[i] = static_cast<std::uint8_t>(static_cast<std::int32_t>((sums[i] + ones) - ones));
@@ -4406,7 +4415,9 @@ struct conv_lanes {
     __m256 rest;
 };
 
-/// Loads one value per lane. values  32 bits per lane
+/// Loads one value per lane.
+///
+/// values  32 bits per lane
 template <std::size_t half, std::size_t... v>
 [[gnu::always_inline]] inline conv_lanes<sizeof...(v), half> load_conv_lanes(std::index_sequence<v...>, const void* values) {
     const float* const from = static_cast<const float*>(values);
@@ -6213,7 +6224,7 @@ struct depthwise_run {
 
     /// Each column is the right column of one window, the middle column of the next, and the left column of the one after.
     void stride_1() const {
-        const Sums sums = packed;  // in registers
+        const Sums sums = packed;  // a copy, so that the compiler keeps it in registers
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_rows<channels> rows = rows_at(0, 1);
         const depthwise_result<channels> result = result_at(1);
@@ -6512,7 +6523,7 @@ struct depthwise_run {
 
     /// Each column is the right column of one window, the middle column of the next, and the left column of the one after.
     void stride_1() const {
-        const Sums sums = packed;  // in registers
+        const Sums sums = packed;  // a copy, so that the compiler keeps it in registers
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_rows<channels> rows = rows_at(0, 1);
         const depthwise_result<channels> result = result_at(1);
@@ -7123,7 +7134,7 @@ template <class T, class Before>
 void stable_sort(buffer<T>& values, Before before) {
     constexpr std::size_t shortest = 16;  // for shorter ranges, insertion is faster than merging; tuned by experiment
     const std::size_t count = values.size();
-    for (std::size_t first = 0; first < count; first += shortest)  // by insertion
+    for (std::size_t first = 0; first < count; first += shortest)  // sorts each short range by insertion
         for (std::size_t i = first + 1; i < (std::min)(first + shortest, count); ++i)
             for (std::size_t j = i; j > first && before(values[j], values[j - 1]); --j) std::swap(values[j], values[j - 1]);
     buffer<T> merged;
@@ -7273,7 +7284,9 @@ struct gemm_term {
     }
 };
 
-/// Splits the weights of one group into terms. rest  outputs x 4
+/// Splits the weights of one group into terms.
+///
+/// rest  outputs x 4
 inline void split_group(std::span<int> rest, std::size_t first_input, buffer<gemm_term>& terms) {
     bool is_empty = false;
     while (!is_empty) {
@@ -8619,7 +8632,9 @@ struct pixel_strip {
     std::int32_t first, count, target;
 };
 
-/// Returns the first index at or after `i` whose value is not the previous value plus one. i  at least 1
+/// Returns the first index at or after `i` whose value is not the previous value plus one.
+///
+/// i  at least 1
 inline std::int32_t end_of_strip(std::span<const std::int32_t> links, std::size_t i) {
     // Compares values in blocks: strips are as long as image rows, and these loops read every link.
     constexpr std::size_t block = 16;
@@ -8723,7 +8738,9 @@ private:
         for (; bits != 0; bits &= bits - 1) pixels.push_back(word * 64 + std::countr_zero(bits));
     }
 
-    /// Removes pixels without a spine on one side, or without ribs along it. strips  links to that side
+    /// Removes pixels without a spine on one side, or without ribs along it.
+    ///
+    /// strips  links to that side
     void follow(std::span<const pixel_strip> strips, const pixel_bits& ribs) {
         pixel_bits with_rib = ribs, side_by_side(g_.size());
         for (const pixel_strip& strip : strips) side_by_side.set(strip.first, strip.count - 1, true);
@@ -8795,7 +8812,7 @@ struct convolution_plan {
 namespace detail {
 
 /// Minimum number of outputs per segment. Shorter segments are gathered, so that their pixels can share the kernels' tiles.
-inline constexpr std::int32_t shortest_segment = 4;
+inline constexpr std::int32_t min_segment = 4;
 
 inline void add_segment(convolution_plan& plan, convolution_plan::segment s, std::span<const std::int32_t> rows,
                         std::int32_t shift) {
@@ -8814,7 +8831,7 @@ inline convolution_plan plan_all(const graph_view& g, std::int32_t kernel_size, 
     plan.kernel_size = kernel_size;
     plan.input_count = plan.output_count = g.size();
     regular.for_each_segment([&](std::int32_t first, std::int32_t count, std::span<const std::int32_t> rows) {
-        if (count < shortest_segment) return false;
+        if (count < min_segment) return false;
         add_segment(plan, {first, count}, rows, 0);
         return true;
     });
@@ -8830,7 +8847,7 @@ inline convolution_plan plan_kept(const graph_view& g, std::int32_t kernel_size,
     regular.for_each_segment([&](std::int32_t first, std::int32_t count, std::span<const std::int32_t> rows) {
         if (g.y()[first] % 2 != 0) return true;
         const std::int32_t odd = g.x()[first] % 2, kept = (count - odd + 1) / 2;
-        if (kept < shortest_segment) return false;
+        if (kept < min_segment) return false;
         // The kept pixels of a run are consecutive in the coarse graph.
         add_segment(plan, {coarse.parent[first + odd], kept}, rows, odd);
         return true;
@@ -8844,7 +8861,7 @@ inline convolution_plan plan_kept(const graph_view& g, std::int32_t kernel_size,
 
 /// Plans a convolution with stride 1. Any order of pixels works; the canonical order (core/canonical_order.hpp) is the fastest.
 ///
-/// kernel_size  odd, 1 to largest_kernel_size
+/// kernel_size  odd, 1 to max_kernel_size
 inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size) {
     return detail::plan_all(g, kernel_size, detail::regular_pixels(g, kernel_size));
 }
@@ -8880,7 +8897,7 @@ convolution_plan restrict_and_number(const convolution_plan& plan, std::span<con
         while (last < outputs.size() && outputs[last] == outputs[last - 1] + 1 && outputs[last] < from.first + from.count) ++last;
         const std::int32_t count = static_cast<std::int32_t>(last - i), shift = plan.stride * (output - from.first);
         const std::span<const std::int32_t> rows = plan.rows_of(s);
-        if (count >= shortest_segment)
+        if (count >= min_segment)
             add_segment(result, {number(i), count}, rows, shift);
         else
             for (std::int32_t o = 0; o < count; ++o) {
@@ -9133,7 +9150,7 @@ public:
 private:
     using value_type = typename Job::value_type;
     using result_type = typename Job::result_type;
-    using row_starts = std::array<const value_type*, largest_kernel_size>;
+    using row_starts = std::array<const value_type*, max_kernel_size>;
 
     static constexpr std::size_t largest_buffer = 8192, largest_batch = 96;  // approximate limit in values; limit in outputs
 
@@ -9152,7 +9169,7 @@ private:
     std::size_t stride() const { return static_cast<std::size_t>(job_.plan.stride); }
     result_type* result_of(std::size_t output) const { return job_.result.data() + output * job_.weights.outputs; }
 
-    using row_pixels = std::array<std::int32_t, largest_kernel_size>;
+    using row_pixels = std::array<std::int32_t, max_kernel_size>;
 
     /// Whether the kernel can read these pixels in place: one source without an index map, and no pixel masked.
     bool is_whole(const row_pixels& rows, std::size_t first, std::size_t pixels) const {
@@ -9387,7 +9404,7 @@ void convolve_partially(const convolution_plan& plan, const Weights& weights,
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct convolution_options {
-    std::int32_t kernel_size = 3;      ///< odd, 1 to largest_kernel_size
+    std::int32_t kernel_size = 3;      ///< odd, 1 to max_kernel_size
     activation after = no_activation;  ///< no_activation, relu, leaky_relu(0.2F), ...
     bool is_partial = false;           ///< excludes missing pixels from the sum and rescales it; otherwise they count as zero
     isa target = best_isa();           ///< the instruction set to pack weights for; results agree to rounding
@@ -9539,7 +9556,8 @@ feature_map activate(feature_map x, activation by, Executor&& threads = {}) {
 
 /// Applies relu to a map of bytes: raises values to at least the zero point. Bytes support no other activation.
 template <executor Executor = const serial_executor>
-basic_feature_map<std::uint8_t> activate(basic_feature_map<std::uint8_t> x, activation by, Executor&& threads = {}) {
+basic_feature_map<std::uint8_t> activate(basic_feature_map<std::uint8_t> x, [[maybe_unused]] activation by,
+                                         Executor&& threads = {}) {
     LDI_ASSERT(by.negative_slope == 0.0F);
     const std::uint8_t zero = x.zero;
     return detail::for_each_value(std::move(x), threads, [zero](std::uint8_t v) { return (std::max)(v, zero); });
@@ -10067,7 +10085,9 @@ struct packed_layer {
     std::variant<resize_layer, dense_layer, depthwise_layer, addition_layer> kind;
 };
 
-/// Packs an operator that has passed check_network(). values, channels  per tensor
+/// Packs an operator that has passed check_network().
+///
+/// values, channels  one per tensor
 inline packed_layer pack_layer(isa target, const operator_description& op, const buffer<quantization>& values,
                                const buffer<std::size_t>& channels) {
     packed_layer packed{op.name, op.output, 0, {}, resize_layer{1}};
@@ -10303,7 +10323,7 @@ private:
         }
         std::array<const std::uint8_t*, gemm_u8_weights::max_segments> segments{};
         for (std::size_t k = 0; k < layer.kernel; ++k) {
-            const std::size_t row = y * layer.stride + k;  // with the margin added
+            const std::size_t row = y * layer.stride + k;  // counted with the margin
             if (row >= margin && row < height + margin) {
                 segments[k] = state.padded + (row - margin) % layer.kernel * row_bytes;
             } else {  // the window misses at least one row of the image, so its slot is free
@@ -10321,7 +10341,7 @@ private:
         for (std::size_t y = rows.first; y < rows.end; ++y) {
             const std::uint8_t* window[3];
             for (std::size_t k = 0; k < 3; ++k) {
-                const std::size_t row = y * layer.weights.stride + k;  // with the margin of 1 added
+                const std::size_t row = y * layer.weights.stride + k;  // counted with the margin of 1
                 window[k] = row == 0 || row > height ? nullptr : input_row(s, (row - 1) / stage.repeat);
             }
             depthwise_u8(layer.weights, window, stage.input.width, stage.repeat, output_row(s, y));
@@ -10465,7 +10485,7 @@ struct planned_step {
 
 struct schedule_plan {
     buffer<planned_step> steps;
-    buffer<std::size_t> offsets;   ///< of each stored tensor
+    buffer<std::size_t> offsets;   ///< offset of each stored tensor
     std::size_t tensor_bytes = 0;  ///< sum over all tensors
     std::size_t strip_bytes = 0;   ///< working memory of one strip
     std::size_t cut_bytes = 0;     ///< copied rows around one cut between strips
@@ -10532,7 +10552,7 @@ inline std::size_t place(buffer<tensor_block>& blocks) {
     std::size_t highest = 0;
     for (tensor_block* block : order) {
         block->offset = 0;
-        for (const tensor_block* other : placed) {  // by offset
+        for (const tensor_block* other : placed) {  // sorted by offset
             const bool meets = other->first_step <= block->last_step && block->first_step <= other->last_step;
             if (!meets) continue;
             if (block->offset + block->bytes <= other->offset) break;
@@ -10546,7 +10566,9 @@ inline std::size_t place(buffer<tensor_block>& blocks) {
     return highest;
 }
 
-/// Plans memory for an input size. sizes, channels  per tensor
+/// Plans memory for an input size.
+///
+/// sizes, channels  one per tensor
 inline schedule_plan plan_schedule(const buffer<packed_layer>& layers, const buffer<schedule_step>& schedule,
                                    const buffer<tensor_size>& sizes, const buffer<std::size_t>& channels, std::size_t output,
                                    bool overwrite) {
@@ -11022,7 +11044,7 @@ inline network_input masked_input(array_view<const std::uint8_t> colors, array_v
 template <class Value>
 struct masked_map {
     basic_feature_map<Value> map;
-    buffer<std::uint8_t> mask;  ///< per row 0 where the layer's window had no known value, else 1; empty: all 1
+    buffer<std::uint8_t> mask;  ///< for each row: 0 if the layer's window has no known value, else 1; empty: all 1
 
     /// The map must outlive the view and keep its size.
     basic_feature_view<Value> view() const {
@@ -11118,7 +11140,7 @@ inline void check_architecture(const inpainting_architecture& a, const std::stri
     for (const std::size_t count : a.channels)
         expect(count >= 1 && count <= max_filters, "channels", "1 to 1024 each", std::to_string(count));
     for (const std::int32_t size : a.kernels)
-        expect(size >= 3 && size <= largest_kernel_size && size % 2 == 1, "kernels", "odd numbers from 3 to 15",
+        expect(size >= 3 && size <= max_kernel_size && size % 2 == 1, "kernels", "odd numbers from 3 to 15",
                std::to_string(size));
     expect(a.growth >= 0 && a.growth <= max_growth, "growth", "0 to 64", std::to_string(a.growth));
     expect(a.leak >= 0.0F && a.leak <= 1.0F, "leak", "0 to 1", to_text(a.leak));
@@ -11297,14 +11319,14 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 /// A level of detail and the network's work on it.
 struct farbrausch_level {
     std::size_t pixel_count = 0;      ///< pixels of the level's graph
-    buffer<std::int32_t> above;       ///< per pixel its parent on the next coarser level, or no_pixel; empty on the last level
+    buffer<std::int32_t> above;       ///< parent of each pixel on the next coarser level, or no_pixel; empty on the last level
     convolution_plan average;         ///< 3 x 3 windows of all pixels
     convolution_plan average_coarse;  ///< 3 x 3 windows of the pixels that remain on the next level
 
     pixel_subset read;                   ///< level 0 only: pixels at which the network reads its input
     buffer<std::int32_t> decoded;        ///< level 0 only: pixels at which the decoder computes a result
-    convolution_plan encode;             ///< from `read` of this level to `read` of the next level
-    convolution_plan decode;             ///< from `read` to `decoded`
+    convolution_plan encode;             ///< convolution from `read` of this level to `read` of the next level
+    convolution_plan decode;             ///< convolution from `read` to `decoded`
     buffer<std::int32_t> decoded_above;  ///< per pixel of `read` its row in `decoded` of the next level, or no_pixel
 };
 
@@ -11475,9 +11497,8 @@ inline void store(float* to, four_floats v) { std::memcpy(to, &v, sizeof v); }
 
 }}}}  // namespace ldi::detail::lanes
 
-// ---- ldi/networks/detail/smooth_fills.hpp
-// Computes the smooth colors that the inpainting network starts from: pyramids of masked 3 x 3 averages along the links of a
-// layered image. examples/training/farbrausch/README.md explains the steps.
+// ---- ldi/networks/detail/masked_averages.hpp
+// Colors that may be missing, and their averages in 3 x 3 windows over the links of a layered image.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -11552,6 +11573,14 @@ void average_windows(const convolution_plan& plan, Executor& threads, Value&& va
         }
     });
 }
+
+}}}  // namespace ldi::detail
+
+// ---- ldi/networks/detail/smooth_fills.hpp
+// Computes the smooth colors that the inpainting network starts from: pyramids of masked 3 x 3 averages along the links of a
+// layered image. examples/training/farbrausch/README.md explains the steps.
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// The network's input, and the fill that the network corrects.
 struct smooth_fills {
@@ -11953,7 +11982,9 @@ image<std::uint8_t> farbrausch::inpaint(image_view<const std::uint8_t> color, im
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Mirrors an image horizontally. source  H x W x C
+/// Mirrors an image horizontally.
+///
+/// source  H x W x C
 template <class T>
 image<T> mirrored(const image<T>& source) {
     image<T> result(source.height(), source.width(), source.channels(), unset);
@@ -11992,7 +12023,9 @@ inline image<float> interpolated(const image<float>& source, std::size_t height,
     return result;
 }
 
-/// Averages squares of `side` x `side` pixels. source  H x W x 1, H and W multiples of `side`; result H / side x W / side x 1.
+/// Averages squares of `side` x `side` pixels. Returns H / side x W / side x 1.
+///
+/// source  H x W x 1; H and W are multiples of `side`
 inline image<float> square_means(const image<float>& source, std::size_t side) {
     image<float> result(source.height() / side, source.width() / side);
     for (std::size_t y = 0; y < source.height(); ++y)
@@ -12023,7 +12056,9 @@ inline image<float> with_layout(image<float> details, const image<float>& layout
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Returns exp(x) within 3 units in the last place. x  in [-87, 88]
+/// Returns exp(x) within 3 units in the last place.
+///
+/// x  in [-87, 88]
 inline float exponential(float x) {
     const float power = std::nearbyint(x * 1.442695040888963407F);
     float r = fused_multiply_add(power, -6.93145752e-1F, x);
@@ -12325,8 +12360,8 @@ public:
         }
     }
 
-    // Removes branches that end after fewer than `shortest_length` sides, so that the curve continues past them.
-    void prune_spurs(std::size_t shortest_length) {
+    // Removes branches that end after fewer than `min_length` sides, so that the curve continues past them.
+    void prune_spurs(std::size_t min_length) {
         buffer<std::pair<std::int32_t, side>> spur;
         for (std::int32_t end : all_.used()) {
             if (all_.degree(end) != 1 || all_.on_border(end)) continue;
@@ -12336,13 +12371,13 @@ public:
             for (side s : all_sides)
                 if (all_.has(corner, s)) towards = s;
             bool runs_on = true;
-            while (runs_on && spur.size() < shortest_length) {
+            while (runs_on && spur.size() < min_length) {
                 spur.emplace_back(corner, towards);
                 corner = all_.next(corner, towards);
                 runs_on = !ends_curves(corner);
                 if (runs_on) towards = onward(corner, opposite(towards));
             }
-            if (spur.size() < shortest_length && all_.degree(corner) > 2)
+            if (spur.size() < min_length && all_.degree(corner) > 2)
                 for (const auto& [from, s] : spur) all_.remove(from, s);
         }
     }
@@ -12447,7 +12482,7 @@ struct point {
 
 // A curve as points in the plane, where pixel (x, y) covers [x, x + 1) x [y, y + 1). "Across" means from back to front.
 struct plane_curve {
-    buffer<point> corners;  // as traced
+    buffer<point> corners;  // corners of the traced curve
     buffer<point> smooth;   // without the lattice's stair steps; ends stay in place
     buffer<point> across;   // unit vectors
 };
@@ -12625,13 +12660,13 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// Defaults tuned by experiment on true depth, degraded as networks degrade it.
 struct alignment_options {
     /// Maximum distance between a silhouette and its edge in the photo, in pixels, 0 to 256. 0 moves nothing. For depth maps
-    /// with samples larger than a pixel, make_photo3d() multiplies this option and shortest_length by the side of a sample.
+    /// with samples larger than a pixel, make_photo3d() multiplies this option and min_length by the side of a sample.
     float uncertainty = 3.0F;
     /// Cost of a sideways move by one pixel between neighboring points of a curve, at least 0. Larger values keep silhouettes
     /// straighter.
     float stiffness = 1.5F;
     /// Curves with fewer pixel sides than this do not move.
-    std::size_t shortest_length = 20;
+    std::size_t min_length = 20;
 };
 
 namespace detail::curves {
@@ -12686,8 +12721,8 @@ public:
 
 private:
     static constexpr float impossible = 1e6F;
-    static constexpr float noise = 6.0F;             // standard deviation of camera and JPEG noise, in gray levels
-    static constexpr float largest_evidence = 3.0F;  // maximum per pixel, so that an outlier does not decide
+    static constexpr float noise = 6.0F;         // standard deviation of camera and JPEG noise, in gray levels
+    static constexpr float max_evidence = 3.0F;  // maximum per pixel, so that an outlier does not decide
     static constexpr float contrast_weight = 3.0F;
     static constexpr float distance_weight = 1.0F;
 
@@ -12712,8 +12747,7 @@ private:
             cost(k, cut) = evidence + distance_cost(cut);
             if (squared > 9.0F * noise * noise) cost(k, cut) -= contrast_weight * contrast(b, k, cut, direction, squared);
             if (const std::uint8_t* color = b.color(k, cut))
-                evidence +=
-                    std::clamp(front.log_likelihood(color) - back.log_likelihood(color), -largest_evidence, largest_evidence);
+                evidence += std::clamp(front.log_likelihood(color) - back.log_likelihood(color), -max_evidence, max_evidence);
         }
     }
     float distance_cost(std::int32_t cut) const {
@@ -12821,17 +12855,17 @@ inline void change_sides(const trace& t, const buffer<swept_pixel>& swept, const
 }
 
 // Traces the curves that may move.
-inline buffer<trace> long_curves(const image<float>& disparity, surface_rule surface, std::size_t shortest_length) {
+inline buffer<trace> long_curves(const image<float>& disparity, surface_rule surface, std::size_t min_length) {
     const std::int32_t width = static_cast<std::int32_t>(disparity.width()),
                        height = static_cast<std::int32_t>(disparity.height());
     const float* at = disparity.data();
     tracer curves(width, height, at, surface, [&](std::int32_t pixel, side s) {
         return !surface.same_surface(at[pixel], at[s == side::right ? pixel + 1 : pixel + width]);
     });
-    curves.prune_spurs(shortest_length);
+    curves.prune_spurs(min_length);
     buffer<trace> result;
     curves.for_each_curve([&](trace t) {
-        if (t.sides.size() >= shortest_length) result.push_back(std::move(t));
+        if (t.sides.size() >= min_length) result.push_back(std::move(t));
     });
     return result;
 }
@@ -12865,7 +12899,7 @@ void align_silhouettes(image_view<float> disparity, image_view<const std::uint8_
     const std::int32_t radius = static_cast<std::int32_t>(std::lround(options.uncertainty));
     if (radius == 0 || photo.empty()) return;
     const image<float> before{image_view<const float>(disparity)};
-    const buffer<trace> traces = long_curves(before, surface, options.shortest_length);
+    const buffer<trace> traces = long_curves(before, surface, options.min_length);
     buffer<buffer<swept_pixel>> swept(traces.size());
     const corner_map lattice(static_cast<std::int32_t>(photo.width()), static_cast<std::int32_t>(photo.height()));
     parallel_for(threads, traces.size(), 1, [&](std::size_t first, std::size_t last) {
@@ -12889,7 +12923,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct middle_component_options {
     /// Components with fewer pixels than this are merged.
-    std::int32_t smallest_size = 20;
+    std::int32_t min_size = 20;
 };
 
 namespace detail {
@@ -12966,8 +13000,8 @@ struct small_components {
     buffer<std::size_t> first_run;  // component i has runs [first_run[i], first_run[i + 1])
 };
 
-// Finds the components with fewer pixels than `smallest_size`, in the order of their first pixels.
-inline small_components find_small_components(const image_components& components, std::int32_t smallest_size) {
+// Finds the components with fewer pixels than `min_size`, in the order of their first pixels.
+inline small_components find_small_components(const image_components& components, std::int32_t min_size) {
     buffer<std::int32_t> size, run_count;
     for (std::size_t r = 0; r < components.runs.size(); ++r) {
         const std::int32_t label = components.label[r];
@@ -12978,7 +13012,7 @@ inline small_components find_small_components(const image_components& components
     buffer<std::size_t> next(size.size());  // index of a component's next run
     std::size_t total = 0;
     for (std::int32_t label = 0; label < size.count(); ++label) {
-        if (size[label] >= smallest_size) continue;
+        if (size[label] >= min_size) continue;
         result.labels.push_back(label);
         result.first_run.push_back(total);
         next[label] = total;
@@ -12988,7 +13022,7 @@ inline small_components find_small_components(const image_components& components
     result.runs.resize(total);
     for (std::size_t r = 0; r < components.runs.size(); ++r) {
         const std::int32_t label = components.label[r];
-        if (size[label] < smallest_size) result.runs[next[label]++] = components.runs[r];
+        if (size[label] < min_size) result.runs[next[label]++] = components.runs[r];
     }
     return result;
 }
@@ -13072,14 +13106,14 @@ private:
 ///
 /// disparity  H x W x 1, changed in place
 ///
-/// A component of fewer than `smallest_size` pixels that touches both nearer and farther pixels gets the disparity of the side
+/// A component of fewer than `min_size` pixels that touches both nearer and farther pixels gets the disparity of the side
 /// with more contacts (the farther side if equal), spread inward from these contacts. A component that touches only one side is
 /// not a middle value (a small foreground object, or a small hole) and stays. Linear time, except for a binary search in a row
 /// per pixel of a small component; up to 60 bytes per pixel.
 inline std::size_t merge_middle_components(image_view<float> disparity, surface_rule surface = {},
                                            const middle_component_options& options = {}) {
     const detail::image_components components = detail::find_components(disparity, surface);
-    const detail::small_components small_ones = detail::find_small_components(components, options.smallest_size);
+    const detail::small_components small_ones = detail::find_small_components(components, options.min_size);
     detail::component_merger merger(components, small_ones, disparity);
     std::size_t merged = 0;
     for (std::size_t c = 0; c < small_ones.labels.size(); ++c)
@@ -13103,7 +13137,7 @@ struct normalize_options {
     float relative_step = 0.0F;
     /// Maximum size of a quantization step in the result, well below the discontinuity threshold of 0.05. In a scene as flat as a
     /// wall, one step is a large part of the range; disparity then does not reach 0.
-    float largest_step = 0.02F;
+    float max_step = 0.02F;
     /// Whether the source is 1 / depth up to scale, so that ratios of distances are known. If false, it is known only up to
     /// scale and shift, and distances are a guess, `assumed_range`.
     bool is_inverse_depth = true;
@@ -13112,7 +13146,7 @@ struct normalize_options {
     /// In meters; used if distances are unknown.
     depth_range assumed_range = {};
     /// Maximum ratio of the farthest to the nearest distance: at the horizon, disparity is noise.
-    float largest_depth_ratio = 50.0F;
+    float max_depth_ratio = 50.0F;
 };
 
 struct normalized_disparity {
@@ -13127,12 +13161,12 @@ inline constexpr double min_distance = 1e-6, max_distance = 1e9;
 
 inline void check(const normalize_options& options) {
     if (!(options.clipped_share >= 0.0F && options.clipped_share < 0.5F) ||
-        !(options.relative_step >= 0.0F && std::isfinite(options.relative_step)) || !(options.largest_step > 0.0F) ||
-        !(options.largest_depth_ratio >= 1.0F && options.largest_depth_ratio <= 1e6F))
+        !(options.relative_step >= 0.0F && std::isfinite(options.relative_step)) || !(options.max_step > 0.0F) ||
+        !(options.max_depth_ratio >= 1.0F && options.max_depth_ratio <= 1e6F))
         raise(error_code::invalid_option, "normalize_options",
-              "0 <= clipped_share < 0.5, a finite relative_step >= 0, largest_step > 0, 1 <= largest_depth_ratio <= 1e6",
-              to_text(options.clipped_share) + ", " + to_text(options.relative_step) + ", " + to_text(options.largest_step) +
-                  ", " + to_text(options.largest_depth_ratio));
+              "0 <= clipped_share < 0.5, a finite relative_step >= 0, max_step > 0, 1 <= max_depth_ratio <= 1e6",
+              to_text(options.clipped_share) + ", " + to_text(options.relative_step) + ", " + to_text(options.max_step) + ", " +
+                  to_text(options.max_depth_ratio));
     const depth_range& range = options.assumed_range;
     if (!(range.z_near >= min_distance && range.z_near <= range.z_far && range.z_far <= max_distance))
         raise(error_code::invalid_option, "normalize_options, assumed_range", "1e-6 <= z_near <= z_far <= 1e9",
@@ -13158,10 +13192,10 @@ inline buffer<float> checked_values(image_view<const float> source, bool is_inve
 /// Normalizes disparity to [0, 1] and computes the range of distances.
 ///
 /// source  H x W x 1, finite, larger is nearer. Inverse depth must be 0 or more; 0 is infinitely far and becomes the maximum
-///         distance that largest_depth_ratio allows. If 0 means unknown, fill these pixels first.
+///         distance that max_depth_ratio allows. If 0 means unknown, fill these pixels first.
 ///
 /// Disparity = 1 - (highest - value) / span, clamped. `highest` and `lowest` are the extreme values after clipped_share is
-/// removed at either end; span is highest - lowest, or more if a step of the source would exceed largest_step. Raises
+/// removed at either end; span is highest - lowest, or more if a step of the source would exceed max_step. Raises
 /// error_code::mismatch for another shape; error_code::invalid_data if a value is not finite, inverse depth is below 0 or
 /// nowhere above it, or the nearest surface is not between 1e-6 and 1e9 meters away; error_code::invalid_option. Linear time; 8
 /// bytes per sample.
@@ -13179,15 +13213,15 @@ inline normalized_disparity normalize(image_view<const float> source, const norm
     if (options.is_inverse_depth && !(highest > 0.0))
         raise(error_code::invalid_data, "disparity", "values above 0", "0, but for at most clipped_share of the values");
     const double step = std::abs(highest) * options.relative_step;
-    const double span = (std::max)(highest - lowest, step / options.largest_step);
+    const double span = (std::max)(highest - lowest, step / options.max_step);
 
     normalized_disparity result{image<float>(source), options.assumed_range};
     const double scale = span > 0.0 ? 1.0 / span : 0.0;
     for (float& value : result.disparity) value = static_cast<float>(std::clamp(1.0 - (highest - value) * scale, 0.0, 1.0));
     if (options.is_inverse_depth) {
         // Without a unit, the nearest surface is placed at z_near of the assumed range. Normalized disparity 0 is highest - span.
-        const double farthest = (std::max)(highest - span, highest / options.largest_depth_ratio);
-        const double ratio = span > 0.0 ? highest / farthest : options.largest_depth_ratio;
+        const double farthest = (std::max)(highest - span, highest / options.max_depth_ratio);
+        const double ratio = span > 0.0 ? highest / farthest : options.max_depth_ratio;
         const double z_near = options.is_metric ? 1.0 / highest : double{options.assumed_range.z_near};
         if (!(z_near >= detail::min_distance && z_near <= detail::max_distance))
             raise(error_code::invalid_data, "disparity", "a nearest surface between 1e-6 and 1e9 meters away",
@@ -13420,8 +13454,8 @@ image<float> resample_to_photo(image_view<const float> disparity, image_view<con
 // Sharpens blurred depth edges to steps at the resolution of the depth map. Depth networks and phones spread a step over many
 // samples, so that neighbors differ too little to count as a discontinuity.
 //
-// A shock filter in its morphological form (Kramer and Bruckner, "Iterations of a non-linear transformation for enhancement of
-// digital images", 1975; Osher and Rudin, "Feature-oriented image enhancement using shock filters", 1990): concave regions get
+// Uses a shock filter in its morphological form (Kramer and Bruckner, "Iterations of a non-linear transformation for enhancement
+// of digital images", 1975; Osher and Rudin, "Feature-oriented image enhancement using shock filters", 1990): concave regions get
 // the largest value around them, convex regions the smallest, until both meet where the edge was steepest. It works only where
 // disparity changes much within a few samples and little beyond them; slopes do not change.
 
@@ -13484,7 +13518,7 @@ image<float> edge_zone(const image<float>& map, surface_rule surface, const shar
     for (std::size_t y = margin; y + margin < map.height(); ++y)
         for (std::size_t x = margin; x + margin < map.width(); ++x) {
             const float change = inner.high(y, x) - inner.low(y, x), beyond = outer.high(y, x) - outer.low(y, x);
-            const bool is_edge = change > options.min_change * surface.largest_step && change > options.min_share * beyond;
+            const bool is_edge = change > options.min_change * surface.max_step && change > options.min_share * beyond;
             zone(y, x) = is_edge ? 1.0F : 0.0F;
         }
     const image<float> wide = extremes_around(zone, radius, threads).high;
@@ -13776,7 +13810,7 @@ image<float> weighted_median(image_view<const float> disparity, surface_rule sur
     // Samples in the windows' layout: a border of samples without weight; samples next to an edge also have none.
     const std::size_t stride = (columns + 2 * radius + 2 * wide - 1) / wide * wide;
     buffer<float> seen((rows + 2 * radius) * stride, none);
-    const float threshold = surface.largest_step;
+    const float threshold = surface.max_step;
     parallel_for(threads, rows, 16, [&](std::size_t first, std::size_t last) {
         for (std::size_t y = first; y < last; ++y) {
             const float* here = disparity.row(y);
@@ -13832,7 +13866,7 @@ struct curve_options {
     /// Groups of connected curves, and branches with a free end, are spurious if they have fewer pixel sides than this: nothing
     /// grows behind them, and close_spurious_discontinuities() closes them. The paper drops every shorter curve; between two
     /// junctions of a valid silhouette, this would bridge the silhouette.
-    std::size_t shortest_length = 20;
+    std::size_t min_length = 20;
     /// Number of pixel sides over which the direction of a curve at its end is measured.
     std::size_t tangent_length = 20;
 };
@@ -13903,7 +13937,7 @@ buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns
     const auto& g = layer.topology();
     detail::curves::tracer tracer(g.width(), g.height(), disparity.data(), surface,
                                   [&](std::int32_t pixel, side s) { return g.neighbor(pixel, s) == no_pixel; });
-    tracer.prune_spurs(options.shortest_length);
+    tracer.prune_spurs(options.min_length);
     const detail::curves::corner_map& corners = tracer.corners();
 
     const auto is_constrained = [&](std::int32_t corner, const discontinuity& last) {
@@ -13934,7 +13968,7 @@ buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns
     tracer.for_each_curve([&](detail::curves::trace t) { traces.push_back(std::move(t)); });
     const buffer<std::size_t> lengths = detail::curves::group_lengths(traces);
     for (std::size_t i = 0; i < traces.size(); ++i) {
-        if (lengths[i] < options.shortest_length) continue;
+        if (lengths[i] < options.min_length) continue;
         detail::curves::trace& t = traces[i];
         discontinuity_curve curve;
         curve.is_closed = t.is_closed;
@@ -14000,7 +14034,9 @@ public:
     /// Returns the visible pixel from which this pixel grew; for a visible pixel, the pixel itself.
     std::int32_t origin(std::int32_t pixel) const { return is_base(pixel) ? pixel : origin_[hidden_index(pixel)]; }
 
-    /// Adds a hidden pixel. origin  the visible pixel whose surface it continues
+    /// Adds a hidden pixel.
+    ///
+    /// origin  the visible pixel whose surface it continues
     std::int32_t add(std::int32_t position, float disparity, std::int32_t origin) {
         const std::int32_t pixel = base_count_ + hidden_.add_pixel(base_.x()[position], base_.y()[position]);
         origin_.push_back(origin);
@@ -14159,7 +14195,7 @@ public:
         : pixels_(std::move(base), disparity), surface_(surface), curves_(curves), reach_(disparity.size(), 0.0F) {
         const float pixels_per_disparity = motion * nearest_float((std::max)(pixels_.width(), pixels_.height()));
         const float margin = half_pixels + mesh_pixels + mesh_disparity * pixels_per_disparity;
-        max_dive_ = 1 + static_cast<std::int32_t>(std::ceil(2.0F * surface.largest_step * pixels_per_disparity));
+        max_dive_ = 1 + static_cast<std::int32_t>(std::ceil(2.0F * surface.max_step * pixels_per_disparity));
         const auto raise_reach = [&](std::int32_t back, float step) {
             if (step > 0.0F) reach_[back] = (std::max)(reach_[back], step * pixels_per_disparity + margin);
         };
@@ -14249,12 +14285,14 @@ private:
         }
         if (origin == no_pixel) return;
 
-        if (meets_another(pixel, s, position)) return;
+        const meeting met = meet_others(pixel, s, position);
+        if (met == meeting::ends) return;
         const float average = sum / count,
-                    created = (std::min)(average, pixels_.disparity(position) - min_gap * surface_.largest_step);
-        if (created < average && lies_on_another(position, created)) return;
+                    created = (std::min)(average, pixels_.disparity(position) - min_gap * surface_.max_step);
+        if (lies_on_another(position, created)) return;
         if (!may_link(created, source)) return;
-        const std::int32_t dive = dive_of(pixel) + (created < average || dive_of(pixel) > 0 ? 1 : 0);
+        const bool dives = created < average || met == meeting::goes_beneath || dive_of(pixel) > 0;
+        const std::int32_t dive = dive_of(pixel) + (dives ? 1 : 0);
         if (dive > max_dive_) return;
         const std::int32_t made = pixels_.add(position, created, origin);
         dives_.push_back(dive);
@@ -14264,34 +14302,39 @@ private:
         created_.push_back({curve, made});
     }
 
-    // Hidden surfaces at similar depth are one. Where a front meets another they are linked; where that one already has a
-    // neighbor here, this one ends.
-    bool meets_another(std::int32_t pixel, side s, std::int32_t position) {
-        std::int32_t met = no_pixel;
-        float nearest = (1.0F + min_gap) * surface_.largest_step;
-        bool ends = false;
+    enum class meeting { none, ends, goes_beneath };
+
+    // Joins hidden surfaces at similar depth. If the surface of `pixel` meets another surface, links the two. If the other
+    // surface already has a neighbor on that side, this surface ends there, or continues beneath it for as many pixels as a
+    // camera can see into the gap between them.
+    meeting meet_others(std::int32_t pixel, side s, std::int32_t position) {
+        std::int32_t other = no_pixel;
+        float nearest = max_link * surface_.max_step;
+        meeting result = meeting::none;
         for (std::int32_t there = position; there != no_pixel; there = pixels_.next_at_position(there)) {
-            const float difference = std::abs(pixels_.disparity(there) - pixels_.disparity(pixel));
-            if (difference > (there == position ? surface_.largest_step : nearest)) continue;
+            const float step = pixels_.disparity(there) - pixels_.disparity(pixel);
+            if (std::abs(step) > (there == position ? surface_.max_step : nearest)) continue;
             if (pixels_.neighbor(there, opposite(s)) == no_pixel)
-                met = there, nearest = difference;
-            else
-                ends = ends || there != position;
+                other = there, nearest = std::abs(step);
+            else if (there != position && result != meeting::ends)
+                result = step > resting_step * surface_.max_step ? meeting::goes_beneath : meeting::ends;
         }
-        if (met != no_pixel) pixels_.link(pixel, s, met);
-        return met != no_pixel || ends;
+        if (other == no_pixel) return result;
+        pixels_.link(pixel, s, other);
+        return meeting::ends;
     }
 
-    // A surface that comes as near to the photo's as the threshold, and cannot be linked to it, goes on beneath it for as many
-    // pixels as a camera can see into the gap: otherwise there would be a hole between its end and the photo's. Not over another
-    // hidden surface, that closes the gap, too.
+    // Whether another hidden surface lies at this disparity, within the threshold. A hidden surface that comes within the
+    // threshold of the photo's surface but cannot be linked to it continues beneath it, for as many pixels as a camera can see
+    // into the gap: otherwise there would be a hole between them. It stops at another hidden surface, which closes the gap, too.
     bool lies_on_another(std::int32_t position, float disparity) const {
         for (std::int32_t there = pixels_.next_at_position(position); there != no_pixel; there = pixels_.next_at_position(there))
             if (surface_.same_surface(pixels_.disparity(there), disparity)) return true;
         return false;
     }
-    bool may_link(float a, float b) const { return std::abs(a - b) <= (1.0F + min_gap) * surface_.largest_step; }
-    static constexpr float min_gap = 1.001F;  // in thresholds
+    bool may_link(float a, float b) const { return std::abs(a - b) <= max_link * surface_.max_step; }
+    // In thresholds. A front ends on a surface that is nearer by up to resting_step. At 1.2, photographs were seen to have holes.
+    static constexpr float min_gap = 1.001F, max_link = 1.0F + min_gap, resting_step = 1.1F;
     std::int32_t dive_of(std::int32_t pixel) const {
         const std::int32_t hidden = pixel - reach_.count();
         return hidden < 0 ? 0 : dives_[hidden];
@@ -14304,13 +14347,13 @@ private:
         return reach_[origin] - std::sqrt(dx * dx + dy * dy);
     }
 
-    // The pixel next to (x, y) on side `s`, with no neighbor there yet, that is nearest in disparity to `source` and within the
-    // threshold of it.
+    // Returns the pixel next to (x, y) on side `s` that is free to be linked to (x, y) and is nearest in disparity to `source`;
+    // no_pixel if none may be linked to `source`.
     std::int32_t free_neighbor(std::int32_t x, std::int32_t y, side s, float source) const {
         const std::int32_t u = x + step_x(s), v = y + step_y(s);
         if (!pixels_.inside(u, v)) return no_pixel;
         std::int32_t best = no_pixel;
-        float best_difference = surface_.largest_step;
+        float best_difference = max_link * surface_.max_step;
         for (std::int32_t there = pixels_.position(u, v); there != no_pixel; there = pixels_.next_at_position(there)) {
             const float difference = std::abs(pixels_.disparity(there) - source);
             if (difference > best_difference || pixels_.neighbor(there, opposite(s)) != no_pixel) continue;
@@ -14374,16 +14417,18 @@ private:
 /// surface  rule that lift() linked the layer by
 /// curves   discontinuity curves of this layer; raises mismatch for curves of another layer
 ///
-/// Returns the same image with hidden pixels added, in canonical order. The disparity of a new pixel is the average of those that
-/// it grew from, and always farther than the photo's at that position by more than surface_rule::largest_step; every other column
-/// follows its own rule (new_pixel in core/columns.hpp). New links join pixels of one surface. A surface that can't be linked to
-/// another within the threshold goes on beneath it for a few pixels, so that no camera sees a gap between them; there neighbors
-/// differ by up to twice the threshold, and disparities may be a little below 0. `after_iteration(graph, disparity, first_new)`,
-/// if given, sees the unordered state after every iteration (for tests and pictures; it costs a copy each).
+/// Returns the same image with hidden pixels added, in canonical order. The disparity of a new pixel is the average of the pixels
+/// that it grew from, but farther than the photo's pixel at that position by more than surface_rule::max_step. All other columns
+/// follow their own rules (new_pixel in core/columns.hpp). New links join pixels that differ by up to twice the threshold, so
+/// that growing surfaces at similar depth become one. A surface that can't be linked to another continues beneath it for a few
+/// pixels, so that no camera sees a gap between them; disparities there may be slightly below 0.
 ///
-/// At most 1 / surface_rule::largest_step surfaces lie at one position. A disparity map of noise at all scales adds six pixels
-/// per pixel of the photo; most photos add less than half a pixel. Time is linear in the number of pixels of the result; memory
-/// is up to 110 bytes per pixel.
+/// `after_iteration(graph, disparity, first_new)`, if given, receives a copy of the unordered state after every iteration, for
+/// tests and pictures.
+///
+/// At most 1 / surface_rule::max_step surfaces lie at one position. Most photos add less than half a pixel per pixel of the
+/// photo; noise at all scales adds six. Time is linear in the number of pixels of the result; memory is up to 110 bytes per
+/// pixel.
 template <payload_column... Columns, class AfterIteration = std::nullptr_t>
 expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule surface,
                                    std::span<const discontinuity_curve> curves, const expand_options& options = {},
@@ -14518,13 +14563,13 @@ single_layer<color16_column, disparity_column, known_column, matte_column> lift(
 }}  // namespace ldi
 
 // ---- ldi/occlusion/detail/photo_rim.hpp
-// Rims that are not of the scene: the edges of scanned slides, and thin frames. Mirrored and seen from the side they would become
-// lines across the picture.
+// Finds rims that do not belong to the scene: edges of scanned slides, and thin frames. If they were mirrored past the border,
+// they would become lines across the picture.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Finds the rows or columns along each side of a photo that have one color each, up to the first that has not, and the few in
-/// which that color fades out. More than `max_rim` of them are a plain background, and no rim.
+/// Measures the rim along each side of a photo: the outermost rows or columns, as long as each has a single color, and `fading`
+/// more, in which that color fades out. More than `max_rim` of them are a plain background instead of a rim.
 class rim_finder {
 public:
     /// g             in canonical order
@@ -14533,7 +14578,9 @@ public:
                const buffer<pixel_run>& runs)
         : graph_(g), color_(color), known_(known), runs_(runs) {}
 
-    /// The width of the rim on the side from which `inwards` leads into the photo, in pixels.
+    /// Returns the width of the rim in pixels.
+    ///
+    /// inwards  direction from the rim's side into the photo
     std::int32_t width(side inwards) const {
         const bool is_row = inwards == side::up || inwards == side::down;
         const std::int32_t length = is_row ? graph_.width() : graph_.height(), depth = is_row ? graph_.height() : graph_.width();
@@ -14545,9 +14592,9 @@ public:
 
 private:
     static constexpr std::int32_t max_rim = 8, fading = 2, min_length = 32;
-    static constexpr double max_deviation = 5;  // mean, in gray levels
+    static constexpr double max_deviation = 5;  // mean difference from the mean color, in gray levels
 
-    /// Whether the photo's pixels at a distance from a side are nearly of one color.
+    /// Whether the known pixels at a distance from a side have nearly one color.
     bool has_one_color(side inwards, std::int32_t distance) const {
         std::array<double, 3> mean{};
         double count = 0, deviation = 0;
@@ -14588,17 +14635,18 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/occlusion/detail/border_lines.hpp
-// Slopes of a photo's lines at its border, and the pixels that its continuation shows (occlusion/past_frame.hpp).
+// Measures the slopes of a photo's lines at its border, and selects the pixels that its continuation shows
+// (occlusion/past_frame.hpp).
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Measures the slope of a photo's lines along one side of its border: steps along the border, downwards or to the right, per
-/// step inwards.
+/// Measures the slope of the photo's lines at one side of its border: steps along the border (down or to the right) per step
+/// inwards.
 class border_lines {
 public:
     /// color    K x 3
-    /// inwards  from that side of the border
-    /// rim      pixels along that side that are not of the scene (detail/photo_rim.hpp)
+    /// inwards  direction from this side into the photo
+    /// rim      width of the rim at this side (detail/photo_rim.hpp)
     border_lines(const graph_view& g, array_view<const std::uint8_t> color, side inwards, std::int32_t rim)
         : graph_(g),
           color_(color),
@@ -14606,13 +14654,13 @@ public:
           inwards_(inwards),
           along_(inwards == side::left || inwards == side::right ? side::down : side::right) {}
 
-    /// The slope at each border pixel of that side.
+    /// Returns the slope at each border pixel of this side.
     ///
-    /// pixels  of that side, ascending
+    /// pixels  border pixels of this side, ascending
     buffer<float> slopes(const buffer<std::int32_t>& pixels) const {
         buffer<float> result(pixels.size());
         buffer<sums> chain;
-        buffer<std::size_t> members;  // of a chain: successive pixels of one surface
+        buffer<std::size_t> members;  // positions in `pixels` of the chain: successive pixels of one surface
         for (std::size_t first = 0; first < pixels.size(); ++first) {
             if (graph_.neighbor(pixels[first], opposite(along_)) != no_pixel) continue;
             chain.clear(), members.clear();
@@ -14627,9 +14675,10 @@ public:
         return result;
     }
 
-    /// Appends the pixels that the rim and the continuation of a surface past a border pixel show, from the rim's inner side
-    /// outwards: those inwards of the rim, mirrored, and shifted along the border by so much that lines of the given slope go on
-    /// straight. At the surface's end it turns around. Returns how many of them are the rim's: 0 where the surface ends within.
+    /// Appends the pixels that the rim, then the continuation past the border pixel `start` show, from the inner side of the rim
+    /// outwards. These are the pixels inside the rim, mirrored, and shifted along the border so that lines with the given slope
+    /// continue straight. If the surface ends, the path reverses. Returns the number of pixels for the rim: 0 if the surface
+    /// ends inside the rim.
     std::int32_t add_path(std::int32_t start, std::int32_t count, float slope, buffer<std::int32_t>& path) const {
         const std::int32_t inner = pixel_inside(start), rim = inner == no_pixel ? 0 : rim_;
         std::int32_t at = inner == no_pixel ? start : inner, shifted = 0;
@@ -14651,21 +14700,22 @@ public:
     }
 
 private:
-    static constexpr int depth = 24;              // pixels inwards that count
-    static constexpr std::ptrdiff_t radius = 16;  // pixels along the border over which slopes are averaged, twice
+    static constexpr int depth = 24;              // number of pixels inwards that are measured
+    static constexpr std::ptrdiff_t radius = 16;  // pixels along the border on each side of an average; averaged twice
 
-    /// Sums of products of gradients: inwards, and along the border.
+    /// Sums of products of two gradients: inwards, and along the border.
     struct sums {
         float inwards_along = 0, along_along = 0, inwards_inwards = 0;
 
-        /// The m with the least sum of (inwards + m along)^2. Lines that nearly follow the border count little; noise pulls to 0.
+        /// Returns the slope m that minimizes the sum of (inwards + m along)^2. Two terms draw it toward 0: for lines nearly
+        /// parallel to the border, and for noise.
         float slope() const {
             const float squares = along_along + 0.1F * inwards_inwards + nearest_float(20 * depth);
             return std::clamp(-inwards_along / squares, -1.5F, 1.5F);
         }
     };
 
-    /// The first pixel inwards of the rim; no_pixel where the surface ends before.
+    /// Returns the first pixel inside the rim, or no_pixel if the surface ends inside the rim.
     std::int32_t pixel_inside(std::int32_t pixel) const {
         for (std::int32_t k = 0; k < rim_ && pixel != no_pixel; ++k) pixel = graph_.neighbor(pixel, inwards_);
         return pixel;
@@ -14694,7 +14744,7 @@ private:
         return result;
     }
 
-    /// The mean over a window along the border.
+    /// Averages over a window along the border.
     static void smooth(buffer<sums>& chain) {
         const buffer<sums> from = chain;
         const std::ptrdiff_t count = static_cast<std::ptrdiff_t>(chain.size());
@@ -14720,9 +14770,9 @@ private:
 struct border_side {
     side inwards;
     border_lines lines;
-    buffer<std::int32_t> pixels = {};  ///< ascending
-    buffer<std::int32_t> reach = {};   ///< of each: steps by which its surface continues
-    buffer<float> slopes = {};         ///< of each
+    buffer<std::int32_t> pixels = {};  ///< border pixels of this side, ascending
+    buffer<std::int32_t> reach = {};   ///< for each pixel: number of steps by which its surface continues
+    buffer<float> slopes = {};         ///< for each pixel: slope of the lines
 
     border_side(const graph_view& g, array_view<const std::uint8_t> color, array_view<const std::uint8_t> known,
                 const buffer<pixel_run>& runs, side from)
@@ -14731,7 +14781,7 @@ struct border_side {
     std::size_t find(std::int32_t pixel) const {
         return static_cast<std::size_t>(std::lower_bound(pixels.begin(), pixels.end(), pixel) - pixels.begin());
     }
-    /// The same for one of the pixels.
+    /// Calls lines.add_path() with the slope at a border pixel.
     std::int32_t add_path(std::int32_t pixel, std::int32_t count, buffer<std::int32_t>& path) const {
         return lines.add_path(pixel, count, slopes[find(pixel)], path);
     }
@@ -14757,7 +14807,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 class frame_growth {
 public:
     /// g       in canonical order, with at least one pixel
-    /// reach   reach(pixel): steps by which the surface of a border pixel continues, 0 or more
+    /// reach   reach(pixel) returns the number of steps by which the surface of a border pixel continues, 0 or more
     template <class Reach>
     frame_growth(const graph_view& g, array_view<const std::uint8_t> color, array_view<const std::uint8_t> known,
                  array_view<const float> disparity, Reach&& reach)
@@ -14786,9 +14836,9 @@ public:
         }
     }
 
-    /// The width of the new lattice's margin on each side.
+    /// Width of the new lattice's margin on each side.
     std::int32_t margin() const { return margin_; }
-    /// The number of pixels, old and new.
+    /// Number of old and new pixels.
     std::int64_t count() const {
         std::int64_t total = graph_.count();
         const std::int32_t last = graph_.height() - 1;
@@ -14834,15 +14884,16 @@ public:
         return {std::move(result_).build(), std::move(pieces_), origins_};
     }
 
-    /// An old pixel and the one whose color it gets.
+    /// An old pixel, and the pixel whose color it gets.
     struct repainted_pixel {
         std::int32_t pixel, source;
     };
-    /// Pixels of rims, in the order in which to repaint them.
+    /// Returns the pixels of rims, in the order in which the caller has to repaint them.
     const buffer<repainted_pixel>& repainted() const { return repainted_; }
-    /// New index of each old pixel.
+    /// Returns the new index of each old pixel.
     const buffer<std::int32_t>& new_index() const { return new_index_; }
-    /// Per new pixel: the old pixel that it shows, and the border pixel whose surface it continues.
+    /// For each new pixel: origins() contains the old pixel that it shows, borders() the border pixel whose surface it
+    /// continues.
     const buffer<std::int32_t>& origins() const { return origins_; }
     const buffer<std::int32_t>& borders() const { return borders_; }
 
@@ -14855,13 +14906,13 @@ private:
     struct column {
         std::int32_t x, border, source, reach;
         float slope;
-        bool follows;  ///< linked to the one before
+        bool follows;  ///< linked to the previous column
     };
     /// The new pixels beside a border pixel.
     struct strip {
-        std::int32_t border, nearest, count;  ///< nearest: the new index of the first one
+        std::int32_t border, nearest, count;  ///< nearest: new index of the pixel next to the border pixel
     };
-    /// Those of one row.
+    /// All strips of one row.
     struct strips {
         buffer<strip> left, right;
     };
@@ -14871,7 +14922,7 @@ private:
         return graph_.x()[r.last - 1] + 1 == graph_.width() ? right_.reach[right_.find(r.last - 1)] : 0;
     }
 
-    /// Whether a run that begins at x with the disparity of `pixel` comes before another.
+    /// Canonical order of two runs that begin at x and other_x with the disparities of `pixel` and `other`.
     bool is_before(std::int32_t x, std::int32_t pixel, std::int32_t other_x, std::int32_t other) const {
         if (x != other_x) return x < other_x;
         return disparity_[pixel] != disparity_[other] ? disparity_[pixel] > disparity_[other] : pixel < other;
@@ -14887,7 +14938,7 @@ private:
         return lines;
     }
 
-    /// Lists what the rim inwards of a border pixel shows.
+    /// Lists the pixels of the rim inside a border pixel, with the pixels that they show.
     void repaint_rim(const border_side& b, std::int32_t pixel) {
         buffer<std::int32_t> path;
         for (std::int32_t k = b.add_path(pixel, 0, path); k-- > 0;) {
@@ -14913,7 +14964,8 @@ private:
         }
     }
 
-    /// Links a strip to that of the pixel above its border pixel, as far as both go. `step` leads to the next pixel outwards.
+    /// Links a strip to the strip of the pixel above its border pixel, up to the length of the shorter one. `step` is the
+    /// difference in index to the next pixel outwards.
     void link_strip(const strip& s, std::int32_t step, const buffer<strip>& before, buffer<strip>& here) {
         here.push_back(s);
         const std::int32_t above = graph_.up()[s.border];
@@ -14922,14 +14974,16 @@ private:
                 link_down(other.nearest + k * step, s.nearest + k * step);
     }
 
-    /// Adds the rows above the photo's first, or below its last.
+    /// Adds the rows above the photo's first row, or below its last row.
     ///
-    /// beside  the new indices of the last row and its continuation; empty for rows above
-    /// Returns those of the row next to the first row, column by column, no_pixel where there is none.
+    /// beside  new indices of the last row and its continuation; empty for rows above
+    ///
+    /// For rows above, returns the new indices of the row next to the photo, one per column; no_pixel if a column has none there.
     buffer<std::int32_t> add_outer_rows(const buffer<line>& lines, side outwards, buffer<std::int32_t> beside) {
         const border_side& from = outwards == side::up ? top_ : bottom_;
         const buffer<column> columns = columns_of(lines, from);
-        buffer<std::int32_t> paths, start;  // the pixels that each column shows, outwards
+        // paths: pixels that the columns show, outwards; start: index of each column's first one
+        buffer<std::int32_t> paths, start;
         std::int32_t longest = 0;
         for (const column& c : columns) {
             const std::int32_t begin = paths.count();
@@ -14958,7 +15012,8 @@ private:
         return beside;
     }
 
-    /// The runs of columns at a distance from the photo, first and one after the last, in canonical order.
+    /// Returns the runs of columns that reach a distance from the photo, in canonical order: the first column, and one after the
+    /// last.
     buffer<std::pair<std::int32_t, std::int32_t>> runs_at(std::int32_t distance, const buffer<column>& columns) const {
         const auto is_there = [&](std::int32_t c) { return columns[c].reach >= distance; };
         buffer<std::pair<std::int32_t, std::int32_t>> runs;
@@ -14975,7 +15030,7 @@ private:
         return runs;
     }
 
-    /// All pixels of a row and its continuation.
+    /// Returns a column for each pixel of a row and of its continuation.
     buffer<column> columns_of(const buffer<line>& lines, const border_side& from) const {
         buffer<column> columns;
         for (const line& l : lines) {
@@ -15011,7 +15066,7 @@ private:
             place(graph_.x()[i], y);
         }
     }
-    /// Links all pixels from `begin` on to a run.
+    /// Links all pixels from `begin` on as one run.
     void link_row(std::int32_t begin) {
         const array_view<std::int32_t> left = result_.write_neighbors(side::left), right = result_.write_neighbors(side::right);
         for (std::int32_t i = begin; i < next_; ++i) left[i] = i - 1, right[i] = i + 1;
@@ -15025,13 +15080,13 @@ private:
     array_view<const float> disparity_;
     std::int32_t margin_ = 0;
     buffer<pixel_run> runs_;
-    buffer<std::size_t> first_run_;  // of each row
+    buffer<std::size_t> first_run_;  // index of each row's first run
     border_side left_, right_, top_, bottom_;
-    buffer<std::int32_t> new_index_;  // of each old pixel
+    buffer<std::int32_t> new_index_;  // new index of each old pixel
     graph_builder result_;
-    std::int32_t next_ = 0;  // the new index of the next pixel
+    std::int32_t next_ = 0;  // new index of the next pixel
     buffer<grown_piece> pieces_;
-    buffer<std::int32_t> origins_, borders_;  // of each new pixel
+    buffer<std::int32_t> origins_, borders_;  // one per new pixel
     buffer<repainted_pixel> repainted_;
 };
 
@@ -15091,13 +15146,16 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
     if (layers.size() == 0) return 0;
     std::optional<detail::frame_growth> growth;
     std::int32_t margin = 0;
+    // Inside grow() the layers are empty, but these views are valid.
+    const array_view<const std::uint8_t> old_color = layers.template column<color_column>(),
+                                         old_known = layers.template column<known_column>();
+    const array_view<const float> old_disparity = layers.template column<disparity_column>();
     const buffer<grown_piece> pieces = layers.grow([&](graph_builder base) {
         const graph old = std::move(base).build();
-        const array_view<const float> disparity = layers.template column<disparity_column>();
         const auto reach = [&](std::int32_t pixel) {
-            return static_cast<std::int32_t>(std::ceil(reach_past_frame(disparity[pixel], facts.camera, facts.motion)));
+            return static_cast<std::int32_t>(std::ceil(reach_past_frame(old_disparity[pixel], facts.camera, facts.motion)));
         };
-        growth.emplace(old, layers.template column<color_column>(), layers.template column<known_column>(), disparity, reach);
+        growth.emplace(old, old_color, old_known, old_disparity, reach);
         margin = growth->margin();
         constexpr std::int64_t limit = (std::numeric_limits<std::int32_t>::max)();
         const std::int64_t width = std::int64_t{old.width()} + 2 * margin, height = std::int64_t{old.height()} + 2 * margin;
@@ -15119,7 +15177,7 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
     std::int32_t to = 0;
     for (const grown_piece& p : pieces) {
         for (std::int32_t i = p.first; p.is_new && i < p.first + p.count; ++i) {
-            // Colors of new pixels are black until now (color_column), and disparities those of the pixels that they show.
+            // color_column made the new pixels black, and disparity_column copied the disparities of the pixels that they show.
             const std::int32_t at = to + i - p.first;
             copy_color(new_index[growth->origins()[i]], at);
             disparity[at] = disparity[new_index[growth->borders()[i]]];
@@ -15144,7 +15202,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 template <payload_column... Columns>
 std::size_t close_spurious_discontinuities(single_layer<Columns...>& layer, std::span<const discontinuity_curve> curves) {
     detail::check_curves(curves, layer.topology(), "close_spurious_discontinuities");
-    buffer<std::pair<std::int32_t, std::int32_t>> kept;  // the pixel on the left or above, and the other
+    buffer<std::pair<std::int32_t, std::int32_t>> kept;  // the left or upper pixel, then the right or lower one
     for (const discontinuity_curve& c : curves)
         for (const discontinuity& d : c.sides) kept.emplace_back((std::min)(d.back, d.front), (std::max)(d.back, d.front));
     std::sort(kept.begin(), kept.end());
@@ -15189,7 +15247,8 @@ void diffuse_unknown(const graph_view& g, array_view<const std::uint8_t> known, 
                      BeforeSolving&& before_solving, Store&& store) {
     diffusion<Channels> solver;
     solver.start();
-    buffer<std::int32_t> cell_of(g.size(), 0);
+    solver.reserve(static_cast<std::size_t>(std::count(known.begin(), known.end(), std::uint8_t{0})));
+    buffer<std::int32_t> cell_of(g.size(), unset);  // where a pixel is not known
     for (std::int32_t i = 0; i < g.count(); ++i) {
         if (known[i] != 0) continue;
         const std::int32_t cell = cell_of[i] = solver.add_cell(g.x()[i], g.y()[i]);
@@ -15206,8 +15265,9 @@ void diffuse_unknown(const graph_view& g, array_view<const std::uint8_t> known, 
     }
     before_solving();
     solver.solve(rounds);
+    std::int32_t cell = 0;
     for (std::int32_t i = 0; i < g.count(); ++i)
-        if (known[i] == 0) store(i, solver.value(cell_of[i]));
+        if (known[i] == 0) store(i, solver.value(++cell));
 }
 
 }}}  // namespace ldi::detail
@@ -15475,7 +15535,8 @@ private:
     }
 
     /// Walks away from the silhouette on one surface, to the first pixel beyond the band. On a surface narrower than the band,
-    /// stops at the pixel farthest from all silhouettes. Returns false if that pixel is as close as mixed pixels are.
+    /// stops at the pixel farthest from all silhouettes. Returns false if that pixel is as close to a silhouette as mixed pixels
+    /// are.
     bool sample(array_view<const std::uint8_t> colors, std::int32_t from, side away, float_color& color) const {
         place best = places_[find(from)];
         bool is_behind = false;
@@ -16279,7 +16340,9 @@ public:
         return (std::max)(2.0F - difference / options_.tolerance, 0.0F);  // a tolerance of 0 accepts only equal surroundings
     }
 
-    /// Returns the texture of an unknown cell, zero if it has no source. noise  the photo's detail around it
+    /// Returns the texture of an unknown cell, zero if it has no source.
+    ///
+    /// noise  the photo's detail around it
     texture_color texture(std::int32_t cell, float noise) const {
         if (source_[cell] == no_pixel) return {};
         texture_color result;
@@ -16372,7 +16435,7 @@ namespace detail {
 
 /// Position of `color` on the line from `from` (0) to `to` (1), possibly outside of both; 0 if both look alike.
 inline float share_of_way(const std::uint8_t* color, const std::uint8_t* from, const float* to) {
-    constexpr float min_contrast = 40.0F;  // as in mixed_color_options
+    constexpr float min_contrast = 40.0F;  // default of mixed_color_options::contrast
     float along = 0, squared = 0;
     for (std::size_t c = 0; c < 3; ++c) {
         const float start = static_cast<float>(from[c]), way = to[c] - start;
@@ -16524,7 +16587,7 @@ public:
         : graph_(g),
           disparity_(disparity),
           range_(options.filter_range),
-          threshold_(surface.largest_step),
+          threshold_(2 * surface.max_step),
           cap_x_(even_share(g.width(), options.max_side)),
           cap_y_(even_share(g.height(), options.max_side)),
           near_other_(positions_near_other_surfaces(g, options.filter_range)),
@@ -16597,9 +16660,11 @@ private:
 
     void grow_from(const strip& r, array_view<const std::int32_t> links, std::int32_t y) {
         std::int32_t pixel = r.first;
-        for (std::int32_t x = r.x; x < r.x + r.count; ++x, pixel = graph_.right()[pixel]) {
-            const std::int32_t beyond = links[pixel];
-            if (may_join(beyond, x, y)) add_strip(beyond, x, y);
+        for (std::int32_t x = r.x; x < r.x + r.count; pixel = graph_.right()[pixel]) {
+            const std::int32_t first = pixel;  // of pixels side by side in memory, over which no step waits for a link
+            while (x + pixel - first + 1 < r.x + r.count && graph_.right()[pixel] == pixel + 1) ++pixel;
+            for (std::int32_t p = first; p <= pixel; ++p, ++x)
+                if (may_join(links[p], x, y)) add_strip(links[p], x, y);
         }
     }
 
@@ -16698,6 +16763,7 @@ private:
                differ(other, walk(along_y, std::abs(steps_y), along_x, std::abs(steps_x)));
     }
 
+    /// Whether two pixels belong to different surfaces: as in expand(), if they differ by more than twice the threshold.
     bool differ(std::int32_t a, std::int32_t b) const { return std::abs(disparity_[a] - disparity_[b]) > threshold_; }
 
     std::size_t at(std::int32_t x, std::int32_t y) const { return graph_.position(x, y); }
@@ -17020,7 +17086,7 @@ private:
     void find_border(const chart& c, chart_placement placement) {
         border_.clear();
         for_each_stretch(c, placement, [&](std::int32_t pixel, std::ptrdiff_t texel, std::ptrdiff_t count) {
-            constexpr std::ptrdiff_t block = 32;  // texels looked at together: hardly any lie at the border
+            constexpr std::ptrdiff_t block = 32;  // tests blocks of texels, because nearly none of them lies at the border
             for (std::ptrdiff_t i = 0; i < count; i += block) {
                 const std::ptrdiff_t end = (std::min)(i + block, count);
                 int found = 0;
@@ -17031,7 +17097,7 @@ private:
         });
     }
 
-    /// Without branches, for the sake of vector instructions.
+    /// Has no branches, so that the compiler can vectorize it.
     bool is_at_border(std::ptrdiff_t texel) const {
         const auto is_empty = [&](std::ptrdiff_t t) { return static_cast<int>(kind_[t] == texel_kind::empty); };
         return (is_empty(texel - 1) | is_empty(texel + 1) | is_empty(texel - stride_) | is_empty(texel + stride_)) != 0;
@@ -17229,7 +17295,8 @@ struct sheet_options {
 /// Scale along one direction: `photo` pixels of the photo cover the same length as `layers` pixels of the layered image within
 /// its margin. Positions in the layered image include the margin.
 struct sheet_scale {
-    std::int64_t photo = 1, layers = 1;  ///< pixels of the photo; the layered image's within its margin
+    /// `photo`: pixels of the photo; `layers`: pixels of the layered image without its margin
+    std::int64_t photo = 1, layers = 1;
     std::int32_t margin = 0;
 
     /// Position in the photo of a position in the layered image.
@@ -17500,7 +17567,7 @@ private:
 //     const sheet_layout layout = lay_out_sheets(made.layers, made.charts, made.atlas, photo.height(), photo.width(),
 //                                                {.margin = made.facts.margin});
 //     const textured_mesh mesh = move_to_sheets(made.mesh, made.charts, made.atlas, layout);   // mesh/move_to_sheets.hpp
-//     // its textures: made.atlas.color, then for each s from 1 to layout.sizes.size() - 1
+//     // textures of the mesh: made.atlas.color, then for each s from 1 to layout.sizes.size() - 1
 //     draw_sheet(layout, s, made.charts, made.atlas, made.photo, photo);
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
@@ -17522,11 +17589,11 @@ inline void check_padding(const chart& shape, chart_placement in_atlas, const te
 /// Returns the largest chart_options::max_side with which every chart fits on a sheet. Raises too_large if there is none.
 ///
 /// scale  pixels of the photo per pixel of the layered image, the larger of both directions
-inline std::int32_t largest_chart_side(double scale, const sheet_options& options = {}) {
+inline std::int32_t max_chart_side(double scale, const sheet_options& options = {}) {
     // Edges inside a texel are rounded outward.
     const double side = std::floor(detail::nearest_double(options.max_side - 2) / scale) - 2.0 * options.padding;
     if (!(side >= 16))
-        raise(error_code::too_large, "largest_chart_side",
+        raise(error_code::too_large, "max_chart_side",
               "a scale at which charts of 16 pixels fit on sheets of " + std::to_string(options.max_side),
               detail::to_text(scale));
     return static_cast<std::int32_t>((std::min)(side, 1e6));
@@ -17645,7 +17712,9 @@ constexpr std::int32_t heading_y(int s) { return s == 1 ? 1 : s == 3 ? -1 : 0; }
 inline std::int32_t corner_x(const graph_view& g, std::int32_t pixel, int c) { return g.x()[pixel] + (c == 1 || c == 2 ? 1 : 0); }
 inline std::int32_t corner_y(const graph_view& g, std::int32_t pixel, int c) { return g.y()[pixel] + (c >= 2 ? 1 : 0); }
 
-/// K bytes: bit s is set if side s of the pixel has no neighbor in the same chart. g  in canonical order
+/// K bytes: bit s is set if side s of the pixel has no neighbor in the same chart.
+///
+/// g  in canonical order
 inline buffer<std::uint8_t> mark_boundary_sides(const graph_view& g, std::span<const std::int32_t> chart_of) {
     constexpr std::uint8_t up = side_bit(0), right = side_bit(1), down = side_bit(2), left = side_bit(3);
     const std::int32_t count = g.count();
@@ -17812,7 +17881,7 @@ struct boundary_piece {
     std::int32_t right_chart;  ///< chart on the right
     std::int32_t left_chart;   ///< chart on the left, or no_chart
     std::int32_t start, end;   ///< indices of corners; equal if the piece is a closed loop
-    std::int32_t first_inner;  ///< the corners between them are corners[first_inner .. first_inner + inner_count)
+    std::int32_t first_inner;  ///< corners between start and end: corners[first_inner .. first_inner + inner_count)
     std::int32_t inner_count;
 };
 
@@ -17829,7 +17898,7 @@ struct chart_outlines {
     buffer<boundary_piece> pieces;
     buffer<outline_step> steps;       ///< steps of all loops, loop by loop
     buffer<std::int32_t> first_step;  ///< loop l has steps [first_step[l], first_step[l + 1])
-    buffer<std::int64_t> loop_area;   ///< in pixels: positive for outer loops, otherwise negative or 0
+    buffer<std::int64_t> loop_area;   ///< area in pixels: positive for outer loops, otherwise negative or 0
     buffer<std::int32_t> first_loop;  ///< chart c has loops [first_loop[c], first_loop[c + 1])
     /// K: bits 0 to 3 are set if the side up, right, down, left of the pixel is a boundary of its chart
     buffer<std::uint8_t> boundary_sides;
@@ -18176,7 +18245,9 @@ public:
     /// Returns the farthest of the corners that an edge skips. The edge must skip at least one.
     std::int32_t farthest_left_out(boundary_edge edge) const;
 
-    /// Splits edges, all at once, at corners that they skip. splits  sorted, without duplicates
+    /// Splits edges, all at once, at corners that they skip.
+    ///
+    /// splits  sorted, without duplicates
     void split(std::span<const boundary_split> splits);
 
     /// Whether the last split created an edge.
@@ -18383,7 +18454,9 @@ public:
 
     std::int32_t count() const { return positions_.count(); }
     std::int32_t position(std::int32_t line) const { return positions_[line]; }
-    /// Returns the first line at or after `at`, or count() if there is none. at  at most the end of the extent
+    /// Returns the first line at or after `at`, or count() if there is none.
+    ///
+    /// at  at most the end of the extent
     std::int32_t line_from(std::int32_t at) const { return line_from_[(std::max)(at - first_, 0)]; }
     bool has_line_at(std::int32_t at) const {
         const std::int32_t line = line_from(at);
@@ -19172,15 +19245,15 @@ private:
     struct active_edge {
         lattice_point upper, lower;
         std::int32_t upper_vertex, lower_vertex;
-        std::int32_t edge;  ///< the vertex at which it begins in the polygon
+        std::int32_t edge;  ///< vertex at which the edge begins in the polygon
         bool interior_left, interior_right;
         detail::waiting_chain part{};  ///< chain of the part to the right; only if interior_right
     };
     /// A point that the sweep has reached. The edges that end there are adjacent in the status.
     struct swept_point {
         lattice_point at;
-        std::size_t first_event, last_event;       ///< its vertices: events_[first_event .. last_event)
-        std::size_t first_ending = 0, ending = 0;  ///< its edges: status_[first_ending .. first_ending + ending)
+        std::size_t first_event, last_event;       ///< vertices: events_[first_event .. last_event)
+        std::size_t first_ending = 0, ending = 0;  ///< ending edges: status_[first_ending .. first_ending + ending)
         bool interior_left = false, interior_right = false;
 
         std::size_t last_ending() const { return first_ending + ending; }
@@ -19404,7 +19477,7 @@ struct soft_edge_options {
     float max_width = 3.0F;  ///< width where the matte extends farther; less than the padding of the atlas
     /// Maximum share of the strip in the bytes of mesh and texture in a file, approximately. If this is not enough for all
     /// silhouettes, the largest steps in disparity get a strip.
-    float largest_share = 0.08F;
+    float max_share = 0.08F;
 };
 
 struct mesh_options {
@@ -19655,7 +19728,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// Translucent triangles along silhouettes. Draw them after all other triangles and in their order, from far to near, without
 /// writing depth. They use the space and the first texture of their mesh.
 struct soft_edge_strip {
-    buffer<float> positions;            ///< W x 3
+    buffer<float> positions;            ///< W x 3 for W vertices
     buffer<float> texture_coordinates;  ///< W x 2
     buffer<std::uint8_t> opacity;       ///< W, 0 to 255; 0 at the strip's outer end
     buffer<std::uint32_t> triangles;    ///< G x 3 indices of these vertices, counter-clockwise as seen from the photo's camera
@@ -20033,7 +20106,7 @@ public:
                             triangle_bytes * nearest_float(mesh_.triangle_count()) +
                             texel_bytes * nearest_float(atlas.color.size() / 3);
         soft_edge_builder builder(flat_, seen, facts_.surface, camera_, facts_.range, options);
-        builder.choose(static_cast<std::size_t>(options.largest_share * bytes / edge_bytes));
+        builder.choose(static_cast<std::size_t>(options.max_share * bytes / edge_bytes));
         for (std::int32_t p = 0; p < flat_.outlines.pieces.count(); ++p) {
             const std::int32_t c = flat_.outlines.pieces[p].right_chart;
             const std::array<std::int32_t, 2> to_atlas{atlas.placements[c].x - charts.charts[c].x,
@@ -20068,7 +20141,7 @@ private:
     }
 
     const photo_facts& facts_;
-    pinhole_camera camera_;  ///< of the lattice
+    pinhole_camera camera_;  ///< camera of the lattice, which includes the margin
     const flat_mesh& flat_;
     float u_scale_, v_scale_;
     buffer<std::int32_t> first_coordinate_;  ///< per corner: index in mesh_.positions, or -1
@@ -20121,11 +20194,11 @@ textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const c
               std::to_string(camera.width) + "x" + std::to_string(camera.height) + " and " + std::to_string(placements.size()));
     detail::check_charts(charts, layers.size(), "build_mesh");
     const soft_edge_options& soft = options.soft_edges;
-    if (!(soft.min_width >= 0 && soft.max_width >= soft.min_width && soft.max_width <= 64 && soft.largest_share >= 0))
-        raise(error_code::invalid_option, "soft_edge_options",
-              "widths from 0 to 64, the least not above the most, a share of 0 or more",
-              detail::to_text(soft.min_width) + ", " + detail::to_text(soft.max_width) + " and " +
-                  detail::to_text(soft.largest_share));
+    if (!(soft.min_width >= 0 && soft.max_width >= soft.min_width && soft.max_width <= 64 && soft.max_share >= 0))
+        raise(
+            error_code::invalid_option, "soft_edge_options",
+            "widths from 0 to 64, the least not above the most, a share of 0 or more",
+            detail::to_text(soft.min_width) + ", " + detail::to_text(soft.max_width) + " and " + detail::to_text(soft.max_share));
     const flat_mesh flat = build_flat_mesh(layers, facts.range, charts, options, threads);
 
     detail::mesh_assembler assembler(layers, facts, flat, atlas);
@@ -20181,7 +20254,7 @@ template <payload_column Column, has_column<Column> Layers>
 buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& layers, const pinhole_camera& camera) {
     using scalar = typename Column::scalar;
     const graph_view g = layers.topology();
-    const pinhole_camera lattice{g.width(), g.height(), camera.focal_length};  // larger than the photo by photo_facts::margin
+    const pinhole_camera lattice{g.width(), g.height(), camera.focal_length};  // includes photo_facts::margin
     if (mesh.pixels.size() != mesh.vertex_count())
         raise(error_code::mismatch, "gather", "a pixel for each of " + std::to_string(mesh.vertex_count()) + " vertices",
               std::to_string(mesh.pixels.size()) + " pixels");
@@ -20581,7 +20654,7 @@ inline float frame_within(std::span<const view> views, const pinhole_camera& cam
                           float past_border) {
     const float w = detail::nearest_float(camera.width), h = detail::nearest_float(camera.height);
     // Whether pixel (x, y) of a view shows a point of the photo or of its continuation, if the surface there has this disparity.
-    // Along a ray the position in the photo is linear in disparity, so it is enough to test the ends and the window.
+    // Along a ray, the position in the photo is linear in disparity, so tests at disparity 0, 1 and the window suffice.
     const auto sees_photo = [&](const view& v, float x, float y, float disparity) {
         const std::array<float, 3> ray = v.direction_to_photo({x - v.axis_x(), v.axis_y() - y, -v.camera.focal_length});
         const float depth = range.depth(disparity);
@@ -20781,7 +20854,7 @@ private:
 
     template <class Mesh>
     camera_vertex to_camera(const Mesh& mesh, std::size_t vertex) const {
-        // In double precision, which no finite mesh overflows.
+        // Double precision cannot overflow for finite float positions.
         std::array<double, 3> moved{};
         for (std::size_t i = 0; i < 3; ++i) moved[i] = double{mesh.positions[3 * vertex + i]} - from_.position[i];
         std::array<double, 3> seen{};
@@ -20917,7 +20990,9 @@ inline void check_raster_options(const view& from, const raster_options& options
                   std::to_string(backdrop.channels()));
 }
 
-/// Samples a texture. u, v  texture coordinates
+/// Samples a texture.
+///
+/// u, v  texture coordinates
 inline std::array<std::uint8_t, 3> bilinear(const image<std::uint8_t>& texture, double u, double v) {
     const double last_x = nearest_double(texture.width() - 1), last_y = nearest_double(texture.height() - 1);
     const double x = std::clamp(u * (last_x + 1) - 0.5, 0.0, last_x), y = std::clamp(v * (last_y + 1) - 0.5, 0.0, last_y);
@@ -20982,7 +21057,9 @@ struct sample_band {
         });
     }
 
-    /// Averages the samples of each pixel. n  samples per pixel and axis
+    /// Averages the samples of each pixel.
+    ///
+    /// n  samples per pixel and axis
     void resolve(std::int64_t n, rendering& result) const {
         for (std::int64_t y = first_row / n; y < last_row / n; ++y)
             for (std::int64_t x = 0; x < width / n; ++x) {
@@ -21486,7 +21563,9 @@ struct surface_triangle {
     bool operator==(const surface_triangle&) const = default;
 };
 
-/// Whether the sample belongs to the triangle by the rule of for_each_span(). t  of positive area
+/// Whether the sample belongs to the triangle by the rule of for_each_span().
+///
+/// t  of positive area
 inline bool holds_sample(const screen_triangle& t, std::int64_t x, std::int64_t y) {
     const std::int64_t px = x * subsample_steps + subsample_steps / 2, py = y * subsample_steps + subsample_steps / 2;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -22359,7 +22438,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Decodes an inpainting network.
 ///
-/// kind  without a value: int8 if the weights have the ranges of values that it needs, else float32
+/// kind  if empty, int8 if the weights contain the ranges that it requires, else float32
 ///
 /// Raises the errors of decode_safetensors() and farbrausch; mismatch and unsupported if the metadata describe another kind of
 /// network.
@@ -22821,12 +22900,14 @@ public:
 
 private:
     void add_part(std::string_view part) { text_.append(part.begin(), part.end()); }
-    /// Writes the fewest digits that read back as the same number. number  finite
+    /// Appends the fewest digits that read back as the same number.
+    ///
+    /// number  finite
     void add_part(double number) {
 #if defined(__cpp_lib_to_chars)
         std::array<char, 32> digits;
         const std::string_view text(digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), number).ptr);
-#else  // Emscripten: reads back as the same number, but with 17 digits
+#else  // Emscripten has no std::to_chars for double; 17 digits also read back as the same number
         std::ostringstream stream;
         stream.imbue(std::locale::classic());
         stream.precision(std::numeric_limits<double>::max_digits10);
@@ -23280,7 +23361,7 @@ namespace detail::plain_png {
 
 /// Symbols are the bytes and the end of the data.
 inline constexpr std::size_t symbols = 257, end_of_data = 256;
-inline constexpr int longest_code = 15;
+inline constexpr int max_code_length = 15;
 
 /// Returns the neighbor closest to left + upper - upper left.
 inline int paeth(int left, int upper, int upper_left) {
@@ -23371,7 +23452,7 @@ inline std::array<int, symbols> huffman_lengths(const std::array<std::size_t, sy
 inline std::array<int, symbols> code_lengths(std::array<std::size_t, symbols> counts) {
     for (;;) {
         const std::array<int, symbols> lengths = huffman_lengths(counts);
-        if (*std::max_element(lengths.begin(), lengths.end()) <= longest_code) return lengths;
+        if (*std::max_element(lengths.begin(), lengths.end()) <= max_code_length) return lengths;
         for (std::size_t& count : counts) count = (count + 1) / 2;  // makes the counts more even; none becomes 0
     }
 }
@@ -23411,7 +23492,7 @@ inline std::uint32_t reversed(std::uint32_t code, int bits) {
 inline std::array<std::uint32_t, symbols> codes_of(const std::array<int, symbols>& lengths) {
     std::array<std::uint32_t, symbols> codes{};
     std::uint32_t code = 0;
-    for (int length = 1; length <= longest_code; ++length, code <<= 1)
+    for (int length = 1; length <= max_code_length; ++length, code <<= 1)
         for (std::size_t s = 0; s < symbols; ++s)
             if (lengths[s] == length) codes[s] = reversed(code++, length);
     return codes;
@@ -23427,7 +23508,7 @@ inline void append_compressed(std::span<const std::byte> bytes, buffer<std::byte
 
     to.push_back(std::byte{0x78}), to.push_back(std::byte{0x01});
     bit_writer writer(to);
-    writer.put(0b101, 3);  // the last block, with its own code
+    writer.put(0b101, 3);  // marks the last block, with a Huffman code of its own
     // 257 lengths, and 1 length of an unused code for repetitions. A length is a number of 4 bits: the code for lengths has
     // equal length for all symbols except 16, 17 and 18.
     writer.put(0, 5), writer.put(0, 5), writer.put(15, 4);
@@ -23833,7 +23914,7 @@ concept color_inpainter = requires(const T& t, working_layers<>& layers, const p
     t.inpaint(layers, progress, threads);
 };
 
-/// A disparity map that is there already, from a phone or a file.
+/// An existing disparity map, for example from a phone or a file.
 struct given_disparity {
     /// h x w x 1, finite, larger is nearer. With normalize_options::is_inverse_depth, the default, values are 0 or more, and 0
     /// is infinitely far, such as the sky. If 0 means unknown, fill these pixels first, for example with fill_invalid() of
@@ -23847,8 +23928,8 @@ struct given_disparity {
     float quantization_step() const { return 1.0F; }
 };
 
-/// Lengths and sizes in `alignment`, `components` and `curves` are in pixels, for depth as fine as the photo. If one depth
-/// sample covers several pixels, make_photo3d() multiplies lengths by the sample's side and sizes by its area.
+/// Lengths and sizes in `alignment`, `components` and `curves` are in pixels, for depth as fine as the photo. If one
+/// depth sample covers several pixels, make_photo3d() multiplies lengths by the sample's side and sizes by its area.
 struct photo3d_options {
     /// Maximum long side in pixels; a larger photo is shrunk to it.
     std::size_t long_side = 1536;
@@ -23935,15 +24016,15 @@ Count scaled(Count count, float by) {
 }
 inline alignment_options scaled(alignment_options options, float sample_size) {
     options.uncertainty *= sample_size;
-    options.shortest_length = scaled(options.shortest_length, sample_size);
+    options.min_length = scaled(options.min_length, sample_size);
     return options;
 }
 inline middle_component_options scaled(middle_component_options options, float sample_size) {
-    options.smallest_size = scaled(options.smallest_size, sample_size * sample_size);
+    options.min_size = scaled(options.min_size, sample_size * sample_size);
     return options;
 }
 inline curve_options scaled(curve_options options, float sample_size) {
-    options.shortest_length = scaled(options.shortest_length, sample_size);
+    options.min_length = scaled(options.min_length, sample_size);
     options.tangent_length = scaled(options.tangent_length, sample_size);
     return options;
 }
@@ -23956,9 +24037,9 @@ inline void check(const photo3d_options& options) {
     if (options.long_side == 0 || !(options.focal_length_35mm >= 1.0F && options.focal_length_35mm <= 1e5F))
         raise(error_code::invalid_option, "photo3d_options", "a long side of at least 1 and a focal length from 1 to 1e5",
               std::to_string(options.long_side) + " and " + to_text(options.focal_length_35mm));
-    if (!(options.surface.largest_step >= 0.001F && options.surface.largest_step <= 1.0F))
+    if (!(options.surface.max_step >= 0.001F && options.surface.max_step <= 1.0F))
         raise(error_code::invalid_option, "photo3d_options, surface", "a largest step from 0.001 to 1",
-              to_text(options.surface.largest_step));
+              to_text(options.surface.max_step));
 }
 
 inline void check_photo(image_view<const std::uint8_t> photo) {
@@ -23992,7 +24073,7 @@ inline photo3d_options for_sheets(photo3d_options options, std::size_t photo_hei
     for (const std::size_t length : {photo_height, photo_width})
         scale = (std::max)(scale, detail::nearest_double(length) /
                                       detail::nearest_double(detail::shrunk_length(length, longer, options.long_side)));
-    options.charts.max_side = (std::min)(options.charts.max_side, largest_chart_side(scale, sheets));
+    options.charts.max_side = (std::min)(options.charts.max_side, max_chart_side(scale, sheets));
     return options;
 }
 
@@ -24049,7 +24130,7 @@ struct lifted_photo {
     single_layer<color_column, disparity_column, known_column, matte_column, rim_column, Own...> layer;
     buffer<discontinuity_curve> curves;
     photo_facts facts;
-    buffer<uncertain_rim> rims;  ///< for restore_rims(), after the hidden surfaces are colored
+    buffer<uncertain_rim> rims;  ///< input of restore_rims(), which runs after the hidden surfaces are colored
 };
 
 namespace detail {

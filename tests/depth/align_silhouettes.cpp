@@ -104,7 +104,7 @@ TEST_CASE("only disparities of the map occur after aligning, on any number of th
         ldi::image<std::uint8_t> photo(map.height(), map.width(), 3);
         for (std::uint8_t& v : photo) v = static_cast<std::uint8_t>(random());
         ldi::image<float> aligned = map, by_threads = map;
-        ldi::align_silhouettes(aligned, photo, {}, {.uncertainty = static_cast<float>(random() % 9), .shortest_length = 5});
+        ldi::align_silhouettes(aligned, photo, {}, {.uncertainty = static_cast<float>(random() % 9), .min_length = 5});
         for (const float v : aligned) REQUIRE(std::find(map.begin(), map.end(), v) != map.end());
         aligned = map;
         ldi::align_silhouettes(aligned, photo);

@@ -62,7 +62,7 @@ TEST_CASE("merging brings in no new values and leaves components of random maps 
         for (float value : map) REQUIRE(std::find(before.begin(), before.end(), value) != before.end());
         const ldi::image<float> once = map;
         ldi::middle_component_options none;
-        none.smallest_size = 1;
+        none.min_size = 1;
         REQUIRE(ldi::merge_middle_components(map, {}, none) == 0);
         REQUIRE((map == once));
     }

@@ -24,7 +24,9 @@ public:
 
     glb_builder() { model.buffers.emplace_back(); }
 
-    /// Appends a part, little-endian as glTF requires, and returns its view. target  glTF's number, 0 for none
+    /// Appends a part, little-endian as glTF requires, and returns its view.
+    ///
+    /// target  glTF's number, 0 for none
     template <class Scalar>
     int add_view(std::span<const Scalar> values, int target) {
         std::vector<unsigned char>& data = model.buffers.front().data;

@@ -55,7 +55,7 @@ struct scene {
 
 ldi::mesh_options everywhere() {
     ldi::mesh_options options;
-    options.soft_edges.largest_share = 10;
+    options.soft_edges.max_share = 10;
     return options;
 }
 

@@ -10,9 +10,9 @@
 
 namespace {
 
-ldi::buffer<ldi::discontinuity_curve> curves_of(const ldi::photo_layer& layers, std::size_t shortest_length = 1) {
+ldi::buffer<ldi::discontinuity_curve> curves_of(const ldi::photo_layer& layers, std::size_t min_length = 1) {
     ldi::curve_options options;
-    options.shortest_length = shortest_length;
+    options.min_length = min_length;
     return ldi::find_discontinuity_curves(layers, {}, options);
 }
 

@@ -29,9 +29,9 @@ struct mark {
 };
 
 ldi::expanded_layers<ldi::color_column, ldi::disparity_column, ldi::known_column, ldi::matte_column> expanded(
-    const ldi::photo_layer& lifted, int iterations, std::size_t shortest_length = 20) {
+    const ldi::photo_layer& lifted, int iterations, std::size_t min_length = 20) {
     ldi::curve_options curve_options;
-    curve_options.shortest_length = shortest_length;
+    curve_options.min_length = min_length;
     const auto curves = ldi::find_discontinuity_curves(lifted, {}, curve_options);
     ldi::expand_options options;
     options.motion = 1.0F;  // so that iterations decide
@@ -39,8 +39,8 @@ ldi::expanded_layers<ldi::color_column, ldi::disparity_column, ldi::known_column
     return ldi::expand(lifted, {}, std::span<const ldi::discontinuity_curve>(curves), options);
 }
 
-ldi::photo_layers grown(const ldi::photo_layer& lifted, int iterations, std::size_t shortest_length = 20) {
-    return expanded(lifted, iterations, shortest_length).layers;
+ldi::photo_layers grown(const ldi::photo_layer& lifted, int iterations, std::size_t min_length = 20) {
+    return expanded(lifted, iterations, min_length).layers;
 }
 
 // Invariants of the graph at any time. `first_new` separates the photo's own pixels from added ones.
@@ -76,7 +76,7 @@ TEST_CASE("after every iteration the graph is sound, and every new pixel is hidd
         const ldi::photo_layer lifted =
             ldi::testing::lift_disparity(ldi::testing::random_disparity(random, 8 + random() % 50, 8 + random() % 50));
         ldi::curve_options curve_options;
-        curve_options.shortest_length = 1 + random() % 20;
+        curve_options.min_length = 1 + random() % 20;
         const auto curves = ldi::find_discontinuity_curves(lifted, {}, curve_options);
         ldi::expand_options options;
         options.motion = 0.01F * static_cast<float>(random() % 100);
@@ -226,6 +226,27 @@ TEST_CASE("fronts that meet behind a bar link up into one surface") {
             while (g.neighbor(pixel, ldi::side::right) != ldi::no_pixel) pixel = g.neighbor(pixel, ldi::side::right), ++steps;
             REQUIRE(steps == 79);
         }
+}
+
+TEST_CASE("fronts that meet at similar depth become one surface, others pass each other") {
+    std::mt19937 random(26);
+    std::uniform_real_distribution<float> unit(0.0F, 1.0F);
+    for (int round = 0; round < 60; ++round) {
+        const float left = 0.1F + 0.2F * unit(random), step = 0.25F * (unit(random) - 0.5F), slope = 0.0004F * unit(random);
+        const std::size_t first = 25 + random() % 10, last = first + 5 + random() % 30;  // of a bar
+        if (std::abs(std::abs(step) - 2 * threshold) < 0.02F) continue;
+        ldi::image<float> map(40, 100);
+        for (std::size_t y = 0; y < 40; ++y)
+            for (std::size_t x = 0; x < 100; ++x)
+                map(y, x, 0) = x >= first && x < last ? 0.9F : left + (x < first ? 0.0F : step) + slope * static_cast<float>(y);
+        const ldi::photo_layers expanded = grown(ldi::testing::lift_disparity(map), 80);
+        ldi::buffer<std::size_t> behind(map.size(), 0);
+        for (std::size_t i = 0; i < expanded.size(); ++i)
+            behind[expanded.topology().position_of(static_cast<std::int32_t>(i))] += 1;
+        CAPTURE(left, step, slope, first, last);
+        for (std::size_t y = 0; y < 40; ++y)
+            for (std::size_t x = first; x < last; ++x) REQUIRE(behind[100 * y + x] == (std::abs(step) < 2 * threshold ? 2U : 3U));
+    }
 }
 
 TEST_CASE("the midground does not grow past the perpendicular at its end, the background passes under both") {

@@ -23,7 +23,7 @@ struct grown {
     photo_facts facts;
 };
 
-/// Layers with hidden surfaces, before and after growth, with random colors.
+/// Returns layers with hidden surfaces and random colors, before and after they grow past the frame.
 grown grow(const image<float>& disparity, float motion, std::mt19937& random) {
     photo_layer layer = testing::lift_disparity(disparity);
     for (std::uint8_t& value : layer.column<color_column>()) value = static_cast<std::uint8_t>(random());
@@ -52,7 +52,7 @@ bool is_in_photo(const grown& g, std::int32_t pixel) {
     return x >= 0 && y >= 0 && x < g.facts.camera.width && y < g.facts.camera.height;
 }
 
-/// A flat photo with stripes of the given slope, downwards per step to the right.
+/// Returns a flat photo with stripes. slope: steps down per step to the right.
 photo_layers stripes(std::int32_t size, float slope, photo_facts& facts) {
     photo_layers layers =
         testing::lifted_layers(image<float>(static_cast<std::size_t>(size), static_cast<std::size_t>(size), 1, 0.0F));

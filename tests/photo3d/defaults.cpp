@@ -6,10 +6,10 @@
 
 TEST_CASE("the paper's numbers are the defaults") {
     const ldi::photo3d_options o;
-    CHECK(o.surface.largest_step == 0.05F);      // tau_disp
+    CHECK(o.surface.max_step == 0.05F);          // tau_disp
     CHECK(o.median.sigma == 0.2F);               // depth filter
-    CHECK(o.components.smallest_size == 20);     // connected components, in pixels
-    CHECK(o.curves.shortest_length == 20);       // spurious groups, in pixels
+    CHECK(o.components.min_size == 20);          // connected components, in pixels
+    CHECK(o.curves.min_length == 20);            // spurious groups, in pixels
     CHECK(ldi::tiefenrausch::long_side == 384);  // input size of the network
     CHECK(ldi::macroblock_side == 16);           // alignment in the atlas
 }
@@ -26,7 +26,7 @@ TEST_CASE("where the paper has no number, these are the defaults") {
     CHECK(o.sharpen.min_share == 0.7F);
     CHECK(o.alignment.uncertainty == 3.0F);
     CHECK(o.alignment.stiffness == 1.5F);
-    CHECK(o.alignment.shortest_length == 20);
+    CHECK(o.alignment.min_length == 20);
     CHECK(o.mixed_colors.foreground_margin == 2);
     CHECK(o.mixed_colors.background_margin == 1);
     CHECK(o.mixed_colors.reach == 4.0F / 1536.0F);
@@ -43,7 +43,7 @@ TEST_CASE("where the paper has no number, these are the defaults") {
     CHECK(o.atlas.max_side == 8192);
     CHECK(ldi::diffusion_inpainter().rounds == 6);
     CHECK(o.normalize.clipped_share == 0.001F);
-    CHECK(o.normalize.largest_step == 0.02F);
+    CHECK(o.normalize.max_step == 0.02F);
     CHECK(o.atlas.padding.filter_padding == 4);
     CHECK(o.atlas.padding.diffusion_rounds == 4);
     CHECK(o.mesh.outlines.tolerance == 1.0F);
@@ -51,7 +51,7 @@ TEST_CASE("where the paper has no number, these are the defaults") {
     CHECK(o.mesh.outlines.texture_tolerance == 0.5F);
     CHECK(o.mesh.soft_edges.min_width == 1.0F);
     CHECK(o.mesh.soft_edges.max_width == 3.0F);
-    CHECK(o.mesh.soft_edges.largest_share == 0.08F);
+    CHECK(o.mesh.soft_edges.max_share == 0.08F);
     CHECK(o.mesh.studs.spacing == 24);
     CHECK(o.mesh.studs.disparity_tolerance == 0.006F);
     CHECK(o.mesh.studs.clearance == 4);

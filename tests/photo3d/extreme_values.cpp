@@ -128,8 +128,8 @@ TEST_CASE(LDI_TEST_CONFIGURATION "options from which numbers would overflow are 
     };
     for (const float bad : {0.0F, tiniest, infinity, not_a_number, -1.0F}) {
         CHECK(found([&](ldi::photo3d_options& o) { o.focal_length_35mm = bad; }) != "nothing");
-        CHECK(found([&](ldi::photo3d_options& o) { o.surface.largest_step = bad; }) != "nothing");
-        CHECK(found([&](ldi::photo3d_options& o) { o.normalize.largest_depth_ratio = bad; }) != "nothing");
+        CHECK(found([&](ldi::photo3d_options& o) { o.surface.max_step = bad; }) != "nothing");
+        CHECK(found([&](ldi::photo3d_options& o) { o.normalize.max_depth_ratio = bad; }) != "nothing");
         CHECK(found([&](ldi::photo3d_options& o) { o.normalize.assumed_range.z_near = bad; }) != "nothing");
     }
     CHECK(found([&](ldi::photo3d_options& o) { o.focal_length_35mm = infinity; }) == "1536 and inf");

@@ -25,7 +25,7 @@ photo_layer random_layer(std::size_t rows, std::size_t columns) {
 TEST_CASE("expand() and close_spurious_discontinuities() refuse curves of another photo") {
     photo_layer small = random_layer(20, 20);
     for (const photo_layer& other : {random_layer(60, 50), random_layer(20, 19)}) {
-        const buffer<discontinuity_curve> curves = find_discontinuity_curves(other, {}, {.shortest_length = 2});
+        const buffer<discontinuity_curve> curves = find_discontinuity_curves(other, {}, {.min_length = 2});
         REQUIRE_FALSE(curves.empty());
         CHECK_THROWS_AS(expand(small, {}, curves), error);
         CHECK_THROWS_AS(close_spurious_discontinuities(small, curves), error);

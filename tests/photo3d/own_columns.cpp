@@ -48,7 +48,7 @@ TEST_CASE(
             }
 
         auto layer = lift(photo, disparity).with<normal_column>(normals).with<material_column>(materials);
-        const buffer<discontinuity_curve> curves = find_discontinuity_curves(layer, {}, {.shortest_length = 4});
+        const buffer<discontinuity_curve> curves = find_discontinuity_curves(layer, {}, {.min_length = 4});
         close_spurious_discontinuities(layer, curves);
         unmix_colors(layer);
         auto layers =

@@ -42,11 +42,11 @@ float median_by_definition(const ldi::image<float>& map, int x, int y, double si
     for (int v = y - 2; v <= y + 2; ++v)
         for (int u = x - 2; u <= x + 2; ++u) {
             if (u < 0 || v < 0 || u >= width || v >= height) continue;
-            double largest_step = 0.0;
+            double max_step = 0.0;
             for (const double other : {at(u - 1, v), at(u + 1, v), at(u, v - 1), at(u, v + 1)})
-                largest_step = std::max(largest_step, std::abs(other - at(u, v)));
+                max_step = std::max(max_step, std::abs(other - at(u, v)));
             const double difference = at(u, v) - at(x, y);
-            if (largest_step < 0.05) samples.emplace_back(at(u, v), std::exp(-difference * difference / (2.0 * sigma * sigma)));
+            if (max_step < 0.05) samples.emplace_back(at(u, v), std::exp(-difference * difference / (2.0 * sigma * sigma)));
         }
     std::sort(samples.begin(), samples.end());
     double all = 0.0, preceding = 0.0, best = 1e9, second = 1e9;
@@ -133,7 +133,7 @@ TEST_CASE("the median is applied twice before the depth map is brought to the ph
     CHECK((made.resampled != resampled_after(0)));
     CHECK((made.resampled != resampled_after(1)));
     ldi::image<float> cleaned = ldi::weighted_median(resampled_after(2));
-    ldi::merge_middle_components(cleaned, {}, {.smallest_size = 80});  // 20 samples of the estimate
+    ldi::merge_middle_components(cleaned, {}, {.min_size = 80});  // 20 samples of the estimate
     CHECK((made.disparity == cleaned));
 }
 

@@ -175,7 +175,7 @@ TEST_CASE("options that make no sense are refused") {
     CHECK_FALSE(is_refused([](ldi::photo3d_options&) {}));
     CHECK(is_refused([](ldi::photo3d_options& o) { o.long_side = 0; }));
     CHECK(is_refused([](ldi::photo3d_options& o) { o.focal_length_35mm = 0.0F; }));
-    CHECK(is_refused([](ldi::photo3d_options& o) { o.normalize.largest_step = 0.0F; }));
+    CHECK(is_refused([](ldi::photo3d_options& o) { o.normalize.max_step = 0.0F; }));
     CHECK(is_refused([](ldi::photo3d_options& o) { o.resample.color_sigma = 0.0F; }));
     CHECK(is_refused([](ldi::photo3d_options& o) { o.median.sigma = -1.0F; }));
     CHECK(is_refused([](ldi::photo3d_options& o) { o.expand.motion = -1.0F; }));

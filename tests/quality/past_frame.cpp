@@ -1,4 +1,5 @@
-// Past the photo's border: from every place that the camera may reach, a window as large as the photo shows surfaces alone.
+// Tests that surfaces continue far enough past the photo's border: from every position that the camera may reach, a window as
+// large as the photo shows no holes.
 #include <ldi/photo3d.hpp>
 #include <ldi/render/camera_paths.hpp>
 #include <ldi/render/motion.hpp>
@@ -24,7 +25,7 @@ struct framed_scene {
     ldi::textured_mesh mesh;
 };
 
-/// The geometry of a 3D photo, without colors.
+/// Makes the geometry of a 3D photo, without colors.
 framed_scene make_framed(const ldi::image<float>& disparity, ldi::photo_frame frame, float motion) {
     ldi::photo_layer lifted = ldi::testing::lift_disparity(disparity);
     const ldi::buffer<ldi::discontinuity_curve> curves = ldi::find_discontinuity_curves(lifted, {});
@@ -46,7 +47,8 @@ std::int64_t uncovered(const framed_scene& s, const ldi::view& from) {
     return std::count(seen.coverage.begin(), seen.coverage.end(), std::uint8_t{0});
 }
 
-/// Windows from places at the limit of the motion and within it: to all sides, backwards and forwards, and on all paths.
+/// Returns views through the window from positions within the motion and at its limit: to all sides, backwards and forwards, and
+/// on all paths.
 std::vector<ldi::view> windows(const ldi::photo_facts& facts) {
     std::vector<ldi::view> result;
     const auto add = [&](const std::array<float, 3>& direction, float share) {
@@ -72,7 +74,7 @@ std::vector<ldi::view> windows(const ldi::photo_facts& facts) {
     return result;
 }
 
-/// Both pictures for two eyes, whose window is at the nearest surface.
+/// Returns the views of both eyes. Their window is at the nearest surface.
 std::vector<ldi::view> eyes(const ldi::photo_facts& facts) {
     ldi::view from;
     from.camera = facts.camera;

@@ -36,7 +36,7 @@ sheet_scene make_scene(image<std::uint8_t> photo, const image<float>& disparity,
     const double scale = std::max(static_cast<double>(s.photo.width()) / static_cast<double>(disparity.width()),
                                   static_cast<double>(s.photo.height()) / static_cast<double>(disparity.height()));
     chart_options cut;
-    cut.max_side = std::min(cut.max_side, largest_chart_side(scale, s.options));
+    cut.max_side = std::min(cut.max_side, max_chart_side(scale, s.options));
     s.charts = make_charts(s.layers, {}, cut);
     s.atlas = make_atlas(s.layers, s.charts);
     s.layout = lay_out_sheets(s.layers, s.charts, s.atlas, s.photo.height(), s.photo.width(), s.options);
@@ -240,8 +240,8 @@ TEST_CASE("what does not fit together, or on a sheet, is refused") {
     CHECK(code_of([&] { lay_out(1024, 0, 1); }) == error_code::invalid_option);
     CHECK(code_of([&] { lay_out(1024, 9, 1); }) == error_code::mismatch);  // the atlas has less
     CHECK(code_of([&] { lay_out(1024, 4, 30); }) == error_code::too_large);
-    CHECK(code_of([&] { largest_chart_side(200); }) == error_code::too_large);
-    CHECK(largest_chart_side(1.0) > 4000);
+    CHECK(code_of([&] { max_chart_side(200); }) == error_code::too_large);
+    CHECK(max_chart_side(1.0) > 4000);
     const auto draw = [&](std::size_t sheet, image_view<const std::uint8_t> worked_on, image_view<const std::uint8_t> photo) {
         draw_sheet(s.layout, sheet, s.charts, s.atlas, worked_on, photo);
     };

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # run.sh [--photographs [PICTURES]]: the viewer in a real browser: the shipped sample and three photographs of ../shared/photos, made by
-# photo3d --html, in a headless Chromium. With --photographs, in place of the tests, all gaps of 24 photographs are counted, and what is
-# seen at the worst place of each is written to the folder PICTURES. Installs what is missing. Ends with "N passed, N failed".
+# photo3d --html, in a headless Chromium. With --photographs, in place of the tests, all gaps of the 40 photographs of
+# bench/quality/run.sh --only holes are counted, and what is seen at the worst place of each is written to the folder PICTURES.
+# Installs what is missing. Ends with "N passed, N failed".
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 top=$(cd "$here/../.." && pwd)
@@ -13,6 +14,7 @@ install_npm_packages "$here"
 "$top/examples/photo3d/run.sh" sample
 
 photographs=$top/../shared/photos/eval
+more_photographs=$top/../shared/photos/train  # every 80th
 gaps=$top/out/gaps
 rm -rf "$gaps" && mkdir -p "$gaps"
 # Makes a page of each photograph.
@@ -28,6 +30,11 @@ if [ "${1:-}" = --photographs ]; then
         exit 0
     fi
     make_pages "$photographs"/*.png
+    LC_ALL=C  # sorts as bench/quality does
+    more=("$more_photographs"/*)
+    for ((i = 0; i < ${#more[@]}; i += 80)); do
+        [ ! -f "${more[i]}" ] || make_pages "${more[i]}"
+    done
     node "$here/photographs.mjs" "$gaps" "${@:2}"
     exit
 fi

@@ -52,14 +52,17 @@ inline py::bytes glb_of(const photo3d_value& made, int quality, bool compress) {
     return {reinterpret_cast<const char*>(file.data()), file.size()};
 }
 
-/// viewer  the page without a photo, as examples/viewer/build.sh builds it
+/// Returns the page that displays a 3D photo.
+///
+/// viewer  file of the page without a photo, as examples/viewer/build.sh builds it
 inline py::str page_of(const photo3d_value& made, const std::filesystem::path& viewer, const std::string& title, int quality,
                        bool compress) {
     std::string page;
     {
         const py::gil_scoped_release unlocked;
         const examples::viewer_page empty(viewer);
-        page = empty.with_photo(title, made.layers->silhouettes->depth->photo, encode(made, quality, compress), made.layers->margin > 0);
+        page = empty.with_photo(title, made.layers->silhouettes->depth->photo, encode(made, quality, compress),
+                                made.layers->margin > 0);
     }
     return py::str(page);
 }

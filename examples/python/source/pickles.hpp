@@ -1,5 +1,5 @@
-// Pickles of results. A layered image is pickled as the photo, its depth and the colors of its pixels: its geometry follows from
-// these, and is computed again when it is loaded. So only the version of ldi that wrote a pickle reads it.
+// Pickles of results. The pickle of a layered image contains the photo, its depth and the colors of its pixels; loading it
+// computes the geometry again. Therefore only the version of ldi that wrote a pickle can read it.
 #pragma once
 
 #include "arrays.hpp"
@@ -22,7 +22,7 @@ inline std::string version_text() {
     return std::to_string(LDI_VERSION_MAJOR) + "." + std::to_string(LDI_VERSION_MINOR) + "." + std::to_string(LDI_VERSION_PATCH);
 }
 
-/// The items of a pickle after the version. Raises invalid_data for the pickle of another version.
+/// Returns the items of a pickle after the version. Raises invalid_data for a pickle of another version.
 inline py::tuple checked(const py::tuple& state, std::size_t count) {
     if (state.size() != count + 1 || std::string(py::str(state[0])) != version_text())
         raise(error_code::invalid_data, "pickle", "one that ldi " + version_text() + " wrote",

@@ -1,4 +1,4 @@
-// What the objects of the Python package hold. Each result is immutable and shares what it was made from.
+// Contents of the Python package's objects. Each result is immutable and shares the values that it was made from.
 #pragma once
 
 #include <ldi/charts/charts.hpp>
@@ -14,7 +14,7 @@
 
 namespace ldi::python {
 
-/// Layers, charts, atlases and meshes fit together if they share the number that expand() draws.
+/// Layers, charts, atlases and meshes fit together if they have the same identifier, a random number that expand() generates.
 using geometry_id = std::uint64_t;
 
 inline geometry_id new_geometry_id() {
@@ -68,7 +68,7 @@ struct photo3d_value {
     std::shared_ptr<mesh_value> mesh;
 };
 
-/// Raises mismatch where parts belong to different geometries.
+/// Raises mismatch if parts belong to different geometries.
 template <class... Parts>
 void check_same_geometry(const layers_value& layers, const Parts&... parts) {
     if (((parts.geometry != layers.geometry) || ...))
@@ -95,7 +95,7 @@ inline const photo_facts& facts_of(const layer_value& layer) { return layer.silh
 inline std::int32_t margin_of(const layers_value& layers) { return layers.margin; }
 inline std::int32_t margin_of(const layer_value&) { return 0; }
 
-/// Splits a finished 3D photo into the parts that Python sees.
+/// Splits a finished 3D photo into the parts that Python accesses.
 inline photo3d_value parts_of(photo3d&& made, const photo3d_options& options) {
     depth_value depth;
     depth.photo = std::move(made.photo), depth.estimated = std::move(made.estimated);

@@ -8,9 +8,9 @@ import torch
 
 import masks
 
-# How often a photograph of a source is drawn, relative to 1: portraits and birds are over-represented, streets and rooms rare.
+# Relative frequency of each source's photographs, default 1. Portraits and birds are over-represented in the data, streets and rooms rare.
 SOURCE_WEIGHT = {"codrops": 0.4, "fakeprof": 0.4, "fauna": 0.6, "cid22": 1.3, "mdx": 1.3, "clic25": 1.5, "gb82": 1.5, "h5up": 1.5}
-SHRUNK_MASKS = 0.25  # share of the masks of which more is shown than the crop is wide
+SHRUNK_MASKS = 0.25  # share of the masks that are shrunk, so that the crop shows a larger part of them
 OWN_HOLES = 0.5  # share of the crops whose holes lie behind what they show themselves, where disparity is known
 OWN_MOTION = 20, 90  # pixels by which disparity 1 moves against disparity 0 there
 VALIDATION_EVERY = 32  # every so many-th photograph of the training folder is held out to watch the training with

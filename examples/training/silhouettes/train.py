@@ -29,7 +29,7 @@ sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "
 from muon import Muon  # noqa: E402
 
 WARM_UP = 200  # steps
-SOFT_WEIGHT, WRONG_WEIGHT, GRADIENT_WEIGHT, DOUBT_WEIGHT = 4.0, 2.0, 0.7, 0.1
+SOFT_WEIGHT, GRADIENT_WEIGHT, DOUBT_WEIGHT = 2.0, 0.7, 0.1
 FILES_PER_BATCH = 4  # crops of one file have few photographs between them
 SAVE_SECONDS, LOOK_SECONDS, SNAPSHOT_SECONDS = 120, 300, 1800
 
@@ -74,14 +74,13 @@ def tensors(crops):
     return (t[:, :8].float() - 128) / 127, t[:, 8:9].float() / 255, t[:, 9:10]
 
 
-def losses(logits, x, alpha, state):
+def losses(logits, alpha, state):
     """The terms of the loss, each a scalar."""
     p = torch.sigmoid(logits[:, :1])
     known, none = (state == composites.LABELLED).float(), (state == composites.NO_STEP).float()
     area = known.sum().clamp(min=1)
     error = (p - alpha).abs()
-    # more weight where both surfaces share a pixel, and where the prepared disparity is on the wrong side
-    weight = known * (1 + SOFT_WEIGHT * 4 * alpha * (1 - alpha) + WRONG_WEIGHT * ((x[:, 4:5] > 0).float() - alpha).abs())
+    weight = known * (1 + SOFT_WEIGHT * 4 * alpha * (1 - alpha))  # more where both surfaces share a pixel
     terms, gradient = {"alpha": (weight * error).sum() / area}, 0.0
     for dim in (2, 3):
         n = p.shape[dim] - 1
@@ -158,7 +157,7 @@ class Run:
         x = x.contiguous(memory_format=torch.channels_last)
         with torch.cpu.amp.autocast(enabled=self.mixed, dtype=torch.bfloat16), quantize.rounded_weights(self.net, self.ranges):
             logits = self.net(x, region, self.observe(self.net))
-        terms = losses(logits.float(), x, alpha, state)
+        terms = losses(logits.float(), alpha, state)
         self.optimizer.zero_grad(set_to_none=True)
         sum(terms.values()).backward()
         norm = torch.nn.utils.clip_grad_norm_(self.net.parameters(), 5.0)

@@ -10,7 +10,7 @@ import torch
 
 import shapes
 
-# How often a photograph of a source is drawn, relative to 1: portraits and birds are over-represented, streets and rooms rare.
+# Relative frequency of each source's photographs, default 1. Portraits and birds are over-represented in the data, streets and rooms rare.
 SOURCE_WEIGHT = {"codrops": 0.5, "fakeprof": 0.5, "fauna": 0.5, "cid22": 1.3, "mdx": 1.3, "clic25": 1.5, "gb82": 1.5, "h5up": 1.5,
                  "depth": 2.0, "scene": 0.5}  # photographs with measured depth; ray-cast scenes
 VALIDATION_EVERY = 32  # every so many-th photograph is held out to watch the training with

@@ -179,7 +179,7 @@ def main():
     tensors = tensors_of(net)
     write_safetensors(a.out, tensors, {
         "format": "ldi", "name": "tiefenrausch_small", "version": "1", "operator_names": " ".join(op.name for op in net.operators),
-        # What the library sees a photograph at: better than once at 384 in layout and edges (README.md).
+        # The library runs the network at both sizes: layout and edges are better than with one run at 384 (README.md).
         "output": "disparity", "details_long_side": "448", "layout_long_side": "320", "provenance": json.dumps({
             "recipe": "examples/training/tiefenrausch_small", "teachers": "TCMonoDepth, small (MIT); Tiefenrausch as published (MIT)",
             "start": "MobileNet V2 trained on ImageNet (Apache-2.0, google-coral/test_data)", "photographs": len(names),

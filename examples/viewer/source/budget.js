@@ -1,5 +1,5 @@
-// How far the viewer may go: what a 3D photo has hidden surfaces for, and no farther. include/ldi/render/motion.hpp has the formula, and
-// where it comes from.
+// Limits the viewer's motion to positions for which the 3D photo has hidden surfaces. include/ldi/render/motion.hpp has the formula and its
+// derivation.
 
 /**
  * What the file says.

@@ -60,7 +60,7 @@ export class FlatFrame {
         this.pivot = 2 / (1 / nearest + 1 / farthest);
         /** A step aside by `farthestAside` moves the nearest and the farthest surface by what the border has to spare. */
         this.farthestAside = photo.isPastFrame ? asideWithin(photo.budget) : (sideways * border) / (1 / nearest - 1 / this.pivot);
-        // Of a photo without depth one still sees the side.
+        // A photo without depth would otherwise let the viewer see its side.
         this.farthestAside = Math.min(this.farthestAside, 0.35 * this.pivot);
         this.farthestIn = wayIn * photo.nearest;
         /** A step back by `farthestBack` shrinks the nearest surface by what the border has left. */

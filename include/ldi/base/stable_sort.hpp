@@ -14,7 +14,7 @@ template <class T, class Before>
 void stable_sort(buffer<T>& values, Before before) {
     constexpr std::size_t shortest = 16;  // for shorter ranges, insertion is faster than merging; tuned by experiment
     const std::size_t count = values.size();
-    for (std::size_t first = 0; first < count; first += shortest)  // by insertion
+    for (std::size_t first = 0; first < count; first += shortest)  // sorts each short range by insertion
         for (std::size_t i = first + 1; i < (std::min)(first + shortest, count); ++i)
             for (std::size_t j = i; j > first && before(values[j], values[j - 1]); --j) std::swap(values[j], values[j - 1]);
     buffer<T> merged;

@@ -15,7 +15,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// x to the right, y up, the camera at the origin looking along -z.
 struct pinhole_camera {
     std::int32_t width = 0, height = 0;  ///< size of the photo in pixels
-    float focal_length = 0;              ///< in pixels; the optical axis passes through the middle of the photo
+    float focal_length = 0;              ///< focal length in pixels; the optical axis passes through the middle of the photo
 
     /// Middle of the photo in pixels.
     float center_x() const { return 0.5F * detail::nearest_float(width); }

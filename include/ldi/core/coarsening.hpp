@@ -170,7 +170,7 @@ inline coarsened coarsen(const graph_view& g, orphan_rule orphans = orphan_rule:
 
 namespace detail {
 
-/// The fine pixels that collapse to each coarse one: coarse pixel i has those from first[i] to first[i + 1], ascending.
+/// Lists the fine pixels of each coarse pixel i, ascending: pixels[first[i]] up to, but without pixels[first[i + 1]].
 struct collapsed_pixels {
     buffer<std::size_t> first;
     buffer<std::int32_t> pixels;
@@ -192,7 +192,7 @@ struct collapsed_pixels {
 template <payload_column... Columns>
 struct coarsened_layers {
     layered_image<Columns...> layers;
-    buffer<std::int32_t> kept, parent;  ///< as in coarsened
+    buffer<std::int32_t> kept, parent;  ///< same as coarsened::kept and coarsened::parent
 };
 
 /// Halves the resolution of a layered image. The column rule `coarser` (core/columns.hpp) combines the values of the fine pixels

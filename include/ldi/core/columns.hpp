@@ -109,7 +109,7 @@ std::array<typename Column::scalar, Column::channels> vertex_values(pixels_of<Co
 struct color_column {
     using scalar = std::uint8_t;
     static constexpr std::size_t channels = 3;
-    static constexpr scalar new_pixel(scalar origin) { return zeroed(origin); }  // until it is inpainted
+    static constexpr scalar new_pixel(scalar origin) { return zeroed(origin); }  // 0 until the pixel is inpainted
 };
 
 /// Color in 16 bits, 0 to 65535: for lift(), the geometry, operators, gather() and the GLB. Inpainting, atlas and renderers use

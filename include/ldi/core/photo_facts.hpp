@@ -9,16 +9,16 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Disparity of the window through which a 3D photo is seen: the middle, so the nearest and the farthest surface move equally
-/// far.
+/// Disparity of the window in which a 3D photo is shown. It is the middle, so that the nearest and the farthest surface move
+/// equally far.
 inline constexpr float window_disparity = 0.5F;
 
 struct photo_facts {
     pinhole_camera camera{};  ///< camera that took the photo
     depth_range range{};      ///< distances at disparity 1 and 0
     surface_rule surface{};   ///< rule for whether neighbors belong to one surface
-    /// Maximum camera motion (render/motion.hpp) for which hidden surfaces exist, as a share of the photo's longer side; 0:
-    /// there are no hidden surfaces.
+    /// Maximum camera motion (render/motion.hpp) for which hidden surfaces exist, as a share of the photo's longer side; 0 if
+    /// there are none.
     float motion = 0.0F;
     /// Width of the lattice's margin around the photo, in pixels (occlusion/past_frame.hpp); 0: surfaces end at the photo's
     /// border.

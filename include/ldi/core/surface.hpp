@@ -8,12 +8,12 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// Part of photo_facts; lift() and the stages after it must use the same rule.
 struct surface_rule {
     /// Neighbors whose disparities differ by more than this are on different surfaces (the paper's tau_disp).
-    float largest_step = 0.05F;
+    float max_step = 0.05F;
 
     /// Whether two neighbors with these disparities are on one surface. False if either is NaN.
     bool same_surface(float a, float b) const {
         const float step = a - b;
-        return (step < 0 ? -step : step) <= largest_step;
+        return (step < 0 ? -step : step) <= max_step;
     }
 };
 

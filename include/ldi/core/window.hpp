@@ -13,11 +13,11 @@
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Maximum kernel size of gather_window().
-inline constexpr std::int32_t largest_kernel_size = 15;
+inline constexpr std::int32_t max_kernel_size = 15;
 
 /// Fills `window` with the pixels under a kernel centered on `pixel`.
 ///
-/// kernel_size  odd, 1 to largest_kernel_size
+/// kernel_size  odd, 1 to max_kernel_size
 /// window       kernel_size x kernel_size, row-major; element (row, column) becomes the index of a pixel at (column -
 ///              kernel_size / 2, row - kernel_size / 2) from `pixel`, or no_pixel if no link leads there inside the window
 ///
@@ -26,7 +26,7 @@ inline constexpr std::int32_t largest_kernel_size = 15;
 /// explored. If equally long paths lead to different layers, the path that starts up therefore wins, then down. The relation is
 /// not symmetric: the window of i may contain j although the window of j does not contain i.
 inline void gather_window(const graph_view& g, std::int32_t pixel, std::int32_t kernel_size, std::span<std::int32_t> window) {
-    LDI_ASSERT(kernel_size >= 1 && kernel_size <= largest_kernel_size && kernel_size % 2 == 1);
+    LDI_ASSERT(kernel_size >= 1 && kernel_size <= max_kernel_size && kernel_size % 2 == 1);
     const std::size_t count = static_cast<std::size_t>(kernel_size * kernel_size);
     LDI_ASSERT(window.size() == count);
     LDI_ASSERT(pixel >= 0 && pixel < g.count());
@@ -34,8 +34,8 @@ inline void gather_window(const graph_view& g, std::int32_t pixel, std::int32_t 
     // The window with a border of elements that count as reached, so that exploration ends at the border.
     constexpr std::int32_t border = 0;
     const std::int32_t width = kernel_size + 2, center = (kernel_size / 2 + 1) * (width + 1);
-    std::array<std::int32_t, std::size_t{largest_kernel_size + 2} * (largest_kernel_size + 2)> found;
-    std::array<std::int32_t, std::size_t{largest_kernel_size} * largest_kernel_size> reached;  // elements, in order
+    std::array<std::int32_t, std::size_t{max_kernel_size + 2} * (max_kernel_size + 2)> found;
+    std::array<std::int32_t, std::size_t{max_kernel_size} * max_kernel_size> reached;  // elements, in order
     std::fill_n(found.begin(), width * width, border);
     for (std::int32_t row = 1; row <= kernel_size; ++row) std::fill_n(found.begin() + row * width + 1, kernel_size, no_pixel);
     const auto at = [&](std::int32_t element) -> std::int32_t& { return found[static_cast<std::size_t>(element)]; };

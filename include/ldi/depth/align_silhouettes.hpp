@@ -31,13 +31,13 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// Defaults tuned by experiment on true depth, degraded as networks degrade it.
 struct alignment_options {
     /// Maximum distance between a silhouette and its edge in the photo, in pixels, 0 to 256. 0 moves nothing. For depth maps
-    /// with samples larger than a pixel, make_photo3d() multiplies this option and shortest_length by the side of a sample.
+    /// with samples larger than a pixel, make_photo3d() multiplies this option and min_length by the side of a sample.
     float uncertainty = 3.0F;
     /// Cost of a sideways move by one pixel between neighboring points of a curve, at least 0. Larger values keep silhouettes
     /// straighter.
     float stiffness = 1.5F;
     /// Curves with fewer pixel sides than this do not move.
-    std::size_t shortest_length = 20;
+    std::size_t min_length = 20;
 };
 
 namespace detail::curves {
@@ -92,8 +92,8 @@ public:
 
 private:
     static constexpr float impossible = 1e6F;
-    static constexpr float noise = 6.0F;             // standard deviation of camera and JPEG noise, in gray levels
-    static constexpr float largest_evidence = 3.0F;  // maximum per pixel, so that an outlier does not decide
+    static constexpr float noise = 6.0F;         // standard deviation of camera and JPEG noise, in gray levels
+    static constexpr float max_evidence = 3.0F;  // maximum per pixel, so that an outlier does not decide
     static constexpr float contrast_weight = 3.0F;
     static constexpr float distance_weight = 1.0F;
 
@@ -118,8 +118,7 @@ private:
             cost(k, cut) = evidence + distance_cost(cut);
             if (squared > 9.0F * noise * noise) cost(k, cut) -= contrast_weight * contrast(b, k, cut, direction, squared);
             if (const std::uint8_t* color = b.color(k, cut))
-                evidence +=
-                    std::clamp(front.log_likelihood(color) - back.log_likelihood(color), -largest_evidence, largest_evidence);
+                evidence += std::clamp(front.log_likelihood(color) - back.log_likelihood(color), -max_evidence, max_evidence);
         }
     }
     float distance_cost(std::int32_t cut) const {
@@ -227,17 +226,17 @@ inline void change_sides(const trace& t, const buffer<swept_pixel>& swept, const
 }
 
 // Traces the curves that may move.
-inline buffer<trace> long_curves(const image<float>& disparity, surface_rule surface, std::size_t shortest_length) {
+inline buffer<trace> long_curves(const image<float>& disparity, surface_rule surface, std::size_t min_length) {
     const std::int32_t width = static_cast<std::int32_t>(disparity.width()),
                        height = static_cast<std::int32_t>(disparity.height());
     const float* at = disparity.data();
     tracer curves(width, height, at, surface, [&](std::int32_t pixel, side s) {
         return !surface.same_surface(at[pixel], at[s == side::right ? pixel + 1 : pixel + width]);
     });
-    curves.prune_spurs(shortest_length);
+    curves.prune_spurs(min_length);
     buffer<trace> result;
     curves.for_each_curve([&](trace t) {
-        if (t.sides.size() >= shortest_length) result.push_back(std::move(t));
+        if (t.sides.size() >= min_length) result.push_back(std::move(t));
     });
     return result;
 }
@@ -271,7 +270,7 @@ void align_silhouettes(image_view<float> disparity, image_view<const std::uint8_
     const std::int32_t radius = static_cast<std::int32_t>(std::lround(options.uncertainty));
     if (radius == 0 || photo.empty()) return;
     const image<float> before{image_view<const float>(disparity)};
-    const buffer<trace> traces = long_curves(before, surface, options.shortest_length);
+    const buffer<trace> traces = long_curves(before, surface, options.min_length);
     buffer<buffer<swept_pixel>> swept(traces.size());
     const corner_map lattice(static_cast<std::int32_t>(photo.width()), static_cast<std::int32_t>(photo.height()));
     parallel_for(threads, traces.size(), 1, [&](std::size_t first, std::size_t last) {

@@ -17,7 +17,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct middle_component_options {
     /// Components with fewer pixels than this are merged.
-    std::int32_t smallest_size = 20;
+    std::int32_t min_size = 20;
 };
 
 namespace detail {
@@ -94,8 +94,8 @@ struct small_components {
     buffer<std::size_t> first_run;  // component i has runs [first_run[i], first_run[i + 1])
 };
 
-// Finds the components with fewer pixels than `smallest_size`, in the order of their first pixels.
-inline small_components find_small_components(const image_components& components, std::int32_t smallest_size) {
+// Finds the components with fewer pixels than `min_size`, in the order of their first pixels.
+inline small_components find_small_components(const image_components& components, std::int32_t min_size) {
     buffer<std::int32_t> size, run_count;
     for (std::size_t r = 0; r < components.runs.size(); ++r) {
         const std::int32_t label = components.label[r];
@@ -106,7 +106,7 @@ inline small_components find_small_components(const image_components& components
     buffer<std::size_t> next(size.size());  // index of a component's next run
     std::size_t total = 0;
     for (std::int32_t label = 0; label < size.count(); ++label) {
-        if (size[label] >= smallest_size) continue;
+        if (size[label] >= min_size) continue;
         result.labels.push_back(label);
         result.first_run.push_back(total);
         next[label] = total;
@@ -116,7 +116,7 @@ inline small_components find_small_components(const image_components& components
     result.runs.resize(total);
     for (std::size_t r = 0; r < components.runs.size(); ++r) {
         const std::int32_t label = components.label[r];
-        if (size[label] < smallest_size) result.runs[next[label]++] = components.runs[r];
+        if (size[label] < min_size) result.runs[next[label]++] = components.runs[r];
     }
     return result;
 }
@@ -200,14 +200,14 @@ private:
 ///
 /// disparity  H x W x 1, changed in place
 ///
-/// A component of fewer than `smallest_size` pixels that touches both nearer and farther pixels gets the disparity of the side
+/// A component of fewer than `min_size` pixels that touches both nearer and farther pixels gets the disparity of the side
 /// with more contacts (the farther side if equal), spread inward from these contacts. A component that touches only one side is
 /// not a middle value (a small foreground object, or a small hole) and stays. Linear time, except for a binary search in a row
 /// per pixel of a small component; up to 60 bytes per pixel.
 inline std::size_t merge_middle_components(image_view<float> disparity, surface_rule surface = {},
                                            const middle_component_options& options = {}) {
     const detail::image_components components = detail::find_components(disparity, surface);
-    const detail::small_components small_ones = detail::find_small_components(components, options.smallest_size);
+    const detail::small_components small_ones = detail::find_small_components(components, options.min_size);
     detail::component_merger merger(components, small_ones, disparity);
     std::size_t merged = 0;
     for (std::size_t c = 0; c < small_ones.labels.size(); ++c)

@@ -23,7 +23,7 @@ struct normalize_options {
     float relative_step = 0.0F;
     /// Maximum size of a quantization step in the result, well below the discontinuity threshold of 0.05. In a scene as flat as a
     /// wall, one step is a large part of the range; disparity then does not reach 0.
-    float largest_step = 0.02F;
+    float max_step = 0.02F;
     /// Whether the source is 1 / depth up to scale, so that ratios of distances are known. If false, it is known only up to
     /// scale and shift, and distances are a guess, `assumed_range`.
     bool is_inverse_depth = true;
@@ -32,7 +32,7 @@ struct normalize_options {
     /// In meters; used if distances are unknown.
     depth_range assumed_range = {};
     /// Maximum ratio of the farthest to the nearest distance: at the horizon, disparity is noise.
-    float largest_depth_ratio = 50.0F;
+    float max_depth_ratio = 50.0F;
 };
 
 struct normalized_disparity {
@@ -47,12 +47,12 @@ inline constexpr double min_distance = 1e-6, max_distance = 1e9;
 
 inline void check(const normalize_options& options) {
     if (!(options.clipped_share >= 0.0F && options.clipped_share < 0.5F) ||
-        !(options.relative_step >= 0.0F && std::isfinite(options.relative_step)) || !(options.largest_step > 0.0F) ||
-        !(options.largest_depth_ratio >= 1.0F && options.largest_depth_ratio <= 1e6F))
+        !(options.relative_step >= 0.0F && std::isfinite(options.relative_step)) || !(options.max_step > 0.0F) ||
+        !(options.max_depth_ratio >= 1.0F && options.max_depth_ratio <= 1e6F))
         raise(error_code::invalid_option, "normalize_options",
-              "0 <= clipped_share < 0.5, a finite relative_step >= 0, largest_step > 0, 1 <= largest_depth_ratio <= 1e6",
-              to_text(options.clipped_share) + ", " + to_text(options.relative_step) + ", " + to_text(options.largest_step) +
-                  ", " + to_text(options.largest_depth_ratio));
+              "0 <= clipped_share < 0.5, a finite relative_step >= 0, max_step > 0, 1 <= max_depth_ratio <= 1e6",
+              to_text(options.clipped_share) + ", " + to_text(options.relative_step) + ", " + to_text(options.max_step) + ", " +
+                  to_text(options.max_depth_ratio));
     const depth_range& range = options.assumed_range;
     if (!(range.z_near >= min_distance && range.z_near <= range.z_far && range.z_far <= max_distance))
         raise(error_code::invalid_option, "normalize_options, assumed_range", "1e-6 <= z_near <= z_far <= 1e9",
@@ -78,10 +78,10 @@ inline buffer<float> checked_values(image_view<const float> source, bool is_inve
 /// Normalizes disparity to [0, 1] and computes the range of distances.
 ///
 /// source  H x W x 1, finite, larger is nearer. Inverse depth must be 0 or more; 0 is infinitely far and becomes the maximum
-///         distance that largest_depth_ratio allows. If 0 means unknown, fill these pixels first.
+///         distance that max_depth_ratio allows. If 0 means unknown, fill these pixels first.
 ///
 /// Disparity = 1 - (highest - value) / span, clamped. `highest` and `lowest` are the extreme values after clipped_share is
-/// removed at either end; span is highest - lowest, or more if a step of the source would exceed largest_step. Raises
+/// removed at either end; span is highest - lowest, or more if a step of the source would exceed max_step. Raises
 /// error_code::mismatch for another shape; error_code::invalid_data if a value is not finite, inverse depth is below 0 or
 /// nowhere above it, or the nearest surface is not between 1e-6 and 1e9 meters away; error_code::invalid_option. Linear time; 8
 /// bytes per sample.
@@ -99,15 +99,15 @@ inline normalized_disparity normalize(image_view<const float> source, const norm
     if (options.is_inverse_depth && !(highest > 0.0))
         raise(error_code::invalid_data, "disparity", "values above 0", "0, but for at most clipped_share of the values");
     const double step = std::abs(highest) * options.relative_step;
-    const double span = (std::max)(highest - lowest, step / options.largest_step);
+    const double span = (std::max)(highest - lowest, step / options.max_step);
 
     normalized_disparity result{image<float>(source), options.assumed_range};
     const double scale = span > 0.0 ? 1.0 / span : 0.0;
     for (float& value : result.disparity) value = static_cast<float>(std::clamp(1.0 - (highest - value) * scale, 0.0, 1.0));
     if (options.is_inverse_depth) {
         // Without a unit, the nearest surface is placed at z_near of the assumed range. Normalized disparity 0 is highest - span.
-        const double farthest = (std::max)(highest - span, highest / options.largest_depth_ratio);
-        const double ratio = span > 0.0 ? highest / farthest : options.largest_depth_ratio;
+        const double farthest = (std::max)(highest - span, highest / options.max_depth_ratio);
+        const double ratio = span > 0.0 ? highest / farthest : options.max_depth_ratio;
         const double z_near = options.is_metric ? 1.0 / highest : double{options.assumed_range.z_near};
         if (!(z_near >= detail::min_distance && z_near <= detail::max_distance))
             raise(error_code::invalid_data, "disparity", "a nearest surface between 1e-6 and 1e9 meters away",

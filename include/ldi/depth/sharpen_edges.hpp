@@ -1,8 +1,8 @@
 // Sharpens blurred depth edges to steps at the resolution of the depth map. Depth networks and phones spread a step over many
 // samples, so that neighbors differ too little to count as a discontinuity.
 //
-// A shock filter in its morphological form (Kramer and Bruckner, "Iterations of a non-linear transformation for enhancement of
-// digital images", 1975; Osher and Rudin, "Feature-oriented image enhancement using shock filters", 1990): concave regions get
+// Uses a shock filter in its morphological form (Kramer and Bruckner, "Iterations of a non-linear transformation for enhancement
+// of digital images", 1975; Osher and Rudin, "Feature-oriented image enhancement using shock filters", 1990): concave regions get
 // the largest value around them, convex regions the smallest, until both meet where the edge was steepest. It works only where
 // disparity changes much within a few samples and little beyond them; slopes do not change.
 #pragma once
@@ -80,7 +80,7 @@ image<float> edge_zone(const image<float>& map, surface_rule surface, const shar
     for (std::size_t y = margin; y + margin < map.height(); ++y)
         for (std::size_t x = margin; x + margin < map.width(); ++x) {
             const float change = inner.high(y, x) - inner.low(y, x), beyond = outer.high(y, x) - outer.low(y, x);
-            const bool is_edge = change > options.min_change * surface.largest_step && change > options.min_share * beyond;
+            const bool is_edge = change > options.min_change * surface.max_step && change > options.min_share * beyond;
             zone(y, x) = is_edge ? 1.0F : 0.0F;
         }
     const image<float> wide = extremes_around(zone, radius, threads).high;

@@ -81,8 +81,8 @@ public:
         }
     }
 
-    // Removes branches that end after fewer than `shortest_length` sides, so that the curve continues past them.
-    void prune_spurs(std::size_t shortest_length) {
+    // Removes branches that end after fewer than `min_length` sides, so that the curve continues past them.
+    void prune_spurs(std::size_t min_length) {
         buffer<std::pair<std::int32_t, side>> spur;
         for (std::int32_t end : all_.used()) {
             if (all_.degree(end) != 1 || all_.on_border(end)) continue;
@@ -92,13 +92,13 @@ public:
             for (side s : all_sides)
                 if (all_.has(corner, s)) towards = s;
             bool runs_on = true;
-            while (runs_on && spur.size() < shortest_length) {
+            while (runs_on && spur.size() < min_length) {
                 spur.emplace_back(corner, towards);
                 corner = all_.next(corner, towards);
                 runs_on = !ends_curves(corner);
                 if (runs_on) towards = onward(corner, opposite(towards));
             }
-            if (spur.size() < shortest_length && all_.degree(corner) > 2)
+            if (spur.size() < min_length && all_.degree(corner) > 2)
                 for (const auto& [from, s] : spur) all_.remove(from, s);
         }
     }

@@ -236,7 +236,7 @@ image<float> weighted_median(image_view<const float> disparity, surface_rule sur
     // Samples in the windows' layout: a border of samples without weight; samples next to an edge also have none.
     const std::size_t stride = (columns + 2 * radius + 2 * wide - 1) / wide * wide;
     buffer<float> seen((rows + 2 * radius) * stride, none);
-    const float threshold = surface.largest_step;
+    const float threshold = surface.max_step;
     parallel_for(threads, rows, 16, [&](std::size_t first, std::size_t last) {
         for (std::size_t y = first; y < last; ++y) {
             const float* here = disparity.row(y);

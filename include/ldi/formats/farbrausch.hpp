@@ -22,7 +22,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Decodes an inpainting network.
 ///
-/// kind  without a value: int8 if the weights have the ranges of values that it needs, else float32
+/// kind  if empty, int8 if the weights contain the ranges that it requires, else float32
 ///
 /// Raises the errors of decode_safetensors() and farbrausch; mismatch and unsupported if the metadata describe another kind of
 /// network.

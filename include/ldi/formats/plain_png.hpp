@@ -31,7 +31,7 @@ namespace detail::plain_png {
 
 /// Symbols are the bytes and the end of the data.
 inline constexpr std::size_t symbols = 257, end_of_data = 256;
-inline constexpr int longest_code = 15;
+inline constexpr int max_code_length = 15;
 
 /// Returns the neighbor closest to left + upper - upper left.
 inline int paeth(int left, int upper, int upper_left) {
@@ -122,7 +122,7 @@ inline std::array<int, symbols> huffman_lengths(const std::array<std::size_t, sy
 inline std::array<int, symbols> code_lengths(std::array<std::size_t, symbols> counts) {
     for (;;) {
         const std::array<int, symbols> lengths = huffman_lengths(counts);
-        if (*std::max_element(lengths.begin(), lengths.end()) <= longest_code) return lengths;
+        if (*std::max_element(lengths.begin(), lengths.end()) <= max_code_length) return lengths;
         for (std::size_t& count : counts) count = (count + 1) / 2;  // makes the counts more even; none becomes 0
     }
 }
@@ -162,7 +162,7 @@ inline std::uint32_t reversed(std::uint32_t code, int bits) {
 inline std::array<std::uint32_t, symbols> codes_of(const std::array<int, symbols>& lengths) {
     std::array<std::uint32_t, symbols> codes{};
     std::uint32_t code = 0;
-    for (int length = 1; length <= longest_code; ++length, code <<= 1)
+    for (int length = 1; length <= max_code_length; ++length, code <<= 1)
         for (std::size_t s = 0; s < symbols; ++s)
             if (lengths[s] == length) codes[s] = reversed(code++, length);
     return codes;
@@ -178,7 +178,7 @@ inline void append_compressed(std::span<const std::byte> bytes, buffer<std::byte
 
     to.push_back(std::byte{0x78}), to.push_back(std::byte{0x01});
     bit_writer writer(to);
-    writer.put(0b101, 3);  // the last block, with its own code
+    writer.put(0b101, 3);  // marks the last block, with a Huffman code of its own
     // 257 lengths, and 1 length of an unused code for repetitions. A length is a number of 4 bits: the code for lengths has
     // equal length for all symbols except 16, 17 and 18.
     writer.put(0, 5), writer.put(0, 5), writer.put(15, 4);

@@ -68,7 +68,9 @@ public:
         return (std::max)(2.0F - difference / options_.tolerance, 0.0F);  // a tolerance of 0 accepts only equal surroundings
     }
 
-    /// Returns the texture of an unknown cell, zero if it has no source. noise  the photo's detail around it
+    /// Returns the texture of an unknown cell, zero if it has no source.
+    ///
+    /// noise  the photo's detail around it
     texture_color texture(std::int32_t cell, float noise) const {
         if (source_[cell] == no_pixel) return {};
         texture_color result;

@@ -108,7 +108,7 @@ inline void area_resize_row(const area_weights& horizontal, const area_weights& 
     const area_weights::cover& rows = vertical.covers[y];
     for (std::size_t i = 0; i < rows.count; ++i)
         add_area_row(horizontal, source.row(rows.first + i), channels, vertical.weights[rows.weight + i], sums.data());
-    // Half to even, as std::lrint() rounds, without a call: where floats count in ones.
+    // Rounds half to even without a call of std::lrint(): floats of this size have no fractional bits.
     constexpr float ones = 0x1.8p23F;
     for (std::size_t i = 0; i < sums.size(); ++i)
         result[i] = static_cast<std::uint8_t>(static_cast<std::int32_t>((sums[i] + ones) - ones));

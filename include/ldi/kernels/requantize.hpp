@@ -44,7 +44,9 @@ inline std::int32_t biased_exponent(float value) {
     return static_cast<std::int32_t>((bits >> 23) & 0xFF);
 }
 
-/// Returns value / 2^shift, rounded to nearest, halves away from zero. shift  0..31
+/// Returns value / 2^shift, rounded to nearest, halves away from zero.
+///
+/// shift  0..31
 inline std::int32_t rounding_shift(std::int32_t value, std::int32_t shift) {
     const std::int32_t mask = static_cast<std::int32_t>((std::uint32_t{1} << shift) - 1);
     const std::int32_t remainder = (value & mask) - (value < 0 ? 1 : 0);

@@ -116,7 +116,7 @@ public:
                             triangle_bytes * nearest_float(mesh_.triangle_count()) +
                             texel_bytes * nearest_float(atlas.color.size() / 3);
         soft_edge_builder builder(flat_, seen, facts_.surface, camera_, facts_.range, options);
-        builder.choose(static_cast<std::size_t>(options.largest_share * bytes / edge_bytes));
+        builder.choose(static_cast<std::size_t>(options.max_share * bytes / edge_bytes));
         for (std::int32_t p = 0; p < flat_.outlines.pieces.count(); ++p) {
             const std::int32_t c = flat_.outlines.pieces[p].right_chart;
             const std::array<std::int32_t, 2> to_atlas{atlas.placements[c].x - charts.charts[c].x,
@@ -151,7 +151,7 @@ private:
     }
 
     const photo_facts& facts_;
-    pinhole_camera camera_;  ///< of the lattice
+    pinhole_camera camera_;  ///< camera of the lattice, which includes the margin
     const flat_mesh& flat_;
     float u_scale_, v_scale_;
     buffer<std::int32_t> first_coordinate_;  ///< per corner: index in mesh_.positions, or -1
@@ -204,11 +204,11 @@ textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const c
               std::to_string(camera.width) + "x" + std::to_string(camera.height) + " and " + std::to_string(placements.size()));
     detail::check_charts(charts, layers.size(), "build_mesh");
     const soft_edge_options& soft = options.soft_edges;
-    if (!(soft.min_width >= 0 && soft.max_width >= soft.min_width && soft.max_width <= 64 && soft.largest_share >= 0))
-        raise(error_code::invalid_option, "soft_edge_options",
-              "widths from 0 to 64, the least not above the most, a share of 0 or more",
-              detail::to_text(soft.min_width) + ", " + detail::to_text(soft.max_width) + " and " +
-                  detail::to_text(soft.largest_share));
+    if (!(soft.min_width >= 0 && soft.max_width >= soft.min_width && soft.max_width <= 64 && soft.max_share >= 0))
+        raise(
+            error_code::invalid_option, "soft_edge_options",
+            "widths from 0 to 64, the least not above the most, a share of 0 or more",
+            detail::to_text(soft.min_width) + ", " + detail::to_text(soft.max_width) + " and " + detail::to_text(soft.max_share));
     const flat_mesh flat = build_flat_mesh(layers, facts.range, charts, options, threads);
 
     detail::mesh_assembler assembler(layers, facts, flat, atlas);

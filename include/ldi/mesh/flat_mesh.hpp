@@ -33,7 +33,7 @@ struct soft_edge_options {
     float max_width = 3.0F;  ///< width where the matte extends farther; less than the padding of the atlas
     /// Maximum share of the strip in the bytes of mesh and texture in a file, approximately. If this is not enough for all
     /// silhouettes, the largest steps in disparity get a strip.
-    float largest_share = 0.08F;
+    float max_share = 0.08F;
 };
 
 struct mesh_options {

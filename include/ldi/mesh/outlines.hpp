@@ -31,7 +31,7 @@ struct boundary_piece {
     std::int32_t right_chart;  ///< chart on the right
     std::int32_t left_chart;   ///< chart on the left, or no_chart
     std::int32_t start, end;   ///< indices of corners; equal if the piece is a closed loop
-    std::int32_t first_inner;  ///< the corners between them are corners[first_inner .. first_inner + inner_count)
+    std::int32_t first_inner;  ///< corners between start and end: corners[first_inner .. first_inner + inner_count)
     std::int32_t inner_count;
 };
 
@@ -48,7 +48,7 @@ struct chart_outlines {
     buffer<boundary_piece> pieces;
     buffer<outline_step> steps;       ///< steps of all loops, loop by loop
     buffer<std::int32_t> first_step;  ///< loop l has steps [first_step[l], first_step[l + 1])
-    buffer<std::int64_t> loop_area;   ///< in pixels: positive for outer loops, otherwise negative or 0
+    buffer<std::int64_t> loop_area;   ///< area in pixels: positive for outer loops, otherwise negative or 0
     buffer<std::int32_t> first_loop;  ///< chart c has loops [first_loop[c], first_loop[c + 1])
     /// K: bits 0 to 3 are set if the side up, right, down, left of the pixel is a boundary of its chart
     buffer<std::uint8_t> boundary_sides;

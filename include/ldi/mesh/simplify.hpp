@@ -67,7 +67,9 @@ public:
     /// Returns the farthest of the corners that an edge skips. The edge must skip at least one.
     std::int32_t farthest_left_out(boundary_edge edge) const;
 
-    /// Splits edges, all at once, at corners that they skip. splits  sorted, without duplicates
+    /// Splits edges, all at once, at corners that they skip.
+    ///
+    /// splits  sorted, without duplicates
     void split(std::span<const boundary_split> splits);
 
     /// Whether the last split created an edge.

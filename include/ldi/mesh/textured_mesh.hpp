@@ -15,7 +15,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// Translucent triangles along silhouettes. Draw them after all other triangles and in their order, from far to near, without
 /// writing depth. They use the space and the first texture of their mesh.
 struct soft_edge_strip {
-    buffer<float> positions;            ///< W x 3
+    buffer<float> positions;            ///< W x 3 for W vertices
     buffer<float> texture_coordinates;  ///< W x 2
     buffer<std::uint8_t> opacity;       ///< W, 0 to 255; 0 at the strip's outer end
     buffer<std::uint32_t> triangles;    ///< G x 3 indices of these vertices, counter-clockwise as seen from the photo's camera

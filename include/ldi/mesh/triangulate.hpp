@@ -35,15 +35,15 @@ private:
     struct active_edge {
         lattice_point upper, lower;
         std::int32_t upper_vertex, lower_vertex;
-        std::int32_t edge;  ///< the vertex at which it begins in the polygon
+        std::int32_t edge;  ///< vertex at which the edge begins in the polygon
         bool interior_left, interior_right;
         detail::waiting_chain part{};  ///< chain of the part to the right; only if interior_right
     };
     /// A point that the sweep has reached. The edges that end there are adjacent in the status.
     struct swept_point {
         lattice_point at;
-        std::size_t first_event, last_event;       ///< its vertices: events_[first_event .. last_event)
-        std::size_t first_ending = 0, ending = 0;  ///< its edges: status_[first_ending .. first_ending + ending)
+        std::size_t first_event, last_event;       ///< vertices: events_[first_event .. last_event)
+        std::size_t first_ending = 0, ending = 0;  ///< ending edges: status_[first_ending .. first_ending + ending)
         bool interior_left = false, interior_right = false;
 
         std::size_t last_ending() const { return first_ending + ending; }

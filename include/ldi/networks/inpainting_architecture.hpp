@@ -85,7 +85,7 @@ inline void check_architecture(const inpainting_architecture& a, const std::stri
     for (const std::size_t count : a.channels)
         expect(count >= 1 && count <= max_filters, "channels", "1 to 1024 each", std::to_string(count));
     for (const std::int32_t size : a.kernels)
-        expect(size >= 3 && size <= largest_kernel_size && size % 2 == 1, "kernels", "odd numbers from 3 to 15",
+        expect(size >= 3 && size <= max_kernel_size && size % 2 == 1, "kernels", "odd numbers from 3 to 15",
                std::to_string(size));
     expect(a.growth >= 0 && a.growth <= max_growth, "growth", "0 to 64", std::to_string(a.growth));
     expect(a.leak >= 0.0F && a.leak <= 1.0F, "leak", "0 to 1", to_text(a.leak));

@@ -27,7 +27,7 @@ struct curve_options {
     /// Groups of connected curves, and branches with a free end, are spurious if they have fewer pixel sides than this: nothing
     /// grows behind them, and close_spurious_discontinuities() closes them. The paper drops every shorter curve; between two
     /// junctions of a valid silhouette, this would bridge the silhouette.
-    std::size_t shortest_length = 20;
+    std::size_t min_length = 20;
     /// Number of pixel sides over which the direction of a curve at its end is measured.
     std::size_t tangent_length = 20;
 };
@@ -98,7 +98,7 @@ buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns
     const auto& g = layer.topology();
     detail::curves::tracer tracer(g.width(), g.height(), disparity.data(), surface,
                                   [&](std::int32_t pixel, side s) { return g.neighbor(pixel, s) == no_pixel; });
-    tracer.prune_spurs(options.shortest_length);
+    tracer.prune_spurs(options.min_length);
     const detail::curves::corner_map& corners = tracer.corners();
 
     const auto is_constrained = [&](std::int32_t corner, const discontinuity& last) {
@@ -129,7 +129,7 @@ buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns
     tracer.for_each_curve([&](detail::curves::trace t) { traces.push_back(std::move(t)); });
     const buffer<std::size_t> lengths = detail::curves::group_lengths(traces);
     for (std::size_t i = 0; i < traces.size(); ++i) {
-        if (lengths[i] < options.shortest_length) continue;
+        if (lengths[i] < options.min_length) continue;
         detail::curves::trace& t = traces[i];
         discontinuity_curve curve;
         curve.is_closed = t.is_closed;

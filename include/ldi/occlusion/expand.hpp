@@ -50,7 +50,7 @@ public:
         : pixels_(std::move(base), disparity), surface_(surface), curves_(curves), reach_(disparity.size(), 0.0F) {
         const float pixels_per_disparity = motion * nearest_float((std::max)(pixels_.width(), pixels_.height()));
         const float margin = half_pixels + mesh_pixels + mesh_disparity * pixels_per_disparity;
-        max_dive_ = 1 + static_cast<std::int32_t>(std::ceil(2.0F * surface.largest_step * pixels_per_disparity));
+        max_dive_ = 1 + static_cast<std::int32_t>(std::ceil(2.0F * surface.max_step * pixels_per_disparity));
         const auto raise_reach = [&](std::int32_t back, float step) {
             if (step > 0.0F) reach_[back] = (std::max)(reach_[back], step * pixels_per_disparity + margin);
         };
@@ -140,12 +140,14 @@ private:
         }
         if (origin == no_pixel) return;
 
-        if (meets_another(pixel, s, position)) return;
+        const meeting met = meet_others(pixel, s, position);
+        if (met == meeting::ends) return;
         const float average = sum / count,
-                    created = (std::min)(average, pixels_.disparity(position) - min_gap * surface_.largest_step);
-        if (created < average && lies_on_another(position, created)) return;
+                    created = (std::min)(average, pixels_.disparity(position) - min_gap * surface_.max_step);
+        if (lies_on_another(position, created)) return;
         if (!may_link(created, source)) return;
-        const std::int32_t dive = dive_of(pixel) + (created < average || dive_of(pixel) > 0 ? 1 : 0);
+        const bool dives = created < average || met == meeting::goes_beneath || dive_of(pixel) > 0;
+        const std::int32_t dive = dive_of(pixel) + (dives ? 1 : 0);
         if (dive > max_dive_) return;
         const std::int32_t made = pixels_.add(position, created, origin);
         dives_.push_back(dive);
@@ -155,34 +157,39 @@ private:
         created_.push_back({curve, made});
     }
 
-    // Hidden surfaces at similar depth are one. Where a front meets another they are linked; where that one already has a
-    // neighbor here, this one ends.
-    bool meets_another(std::int32_t pixel, side s, std::int32_t position) {
-        std::int32_t met = no_pixel;
-        float nearest = (1.0F + min_gap) * surface_.largest_step;
-        bool ends = false;
+    enum class meeting { none, ends, goes_beneath };
+
+    // Joins hidden surfaces at similar depth. If the surface of `pixel` meets another surface, links the two. If the other
+    // surface already has a neighbor on that side, this surface ends there, or continues beneath it for as many pixels as a
+    // camera can see into the gap between them.
+    meeting meet_others(std::int32_t pixel, side s, std::int32_t position) {
+        std::int32_t other = no_pixel;
+        float nearest = max_link * surface_.max_step;
+        meeting result = meeting::none;
         for (std::int32_t there = position; there != no_pixel; there = pixels_.next_at_position(there)) {
-            const float difference = std::abs(pixels_.disparity(there) - pixels_.disparity(pixel));
-            if (difference > (there == position ? surface_.largest_step : nearest)) continue;
+            const float step = pixels_.disparity(there) - pixels_.disparity(pixel);
+            if (std::abs(step) > (there == position ? surface_.max_step : nearest)) continue;
             if (pixels_.neighbor(there, opposite(s)) == no_pixel)
-                met = there, nearest = difference;
-            else
-                ends = ends || there != position;
+                other = there, nearest = std::abs(step);
+            else if (there != position && result != meeting::ends)
+                result = step > resting_step * surface_.max_step ? meeting::goes_beneath : meeting::ends;
         }
-        if (met != no_pixel) pixels_.link(pixel, s, met);
-        return met != no_pixel || ends;
+        if (other == no_pixel) return result;
+        pixels_.link(pixel, s, other);
+        return meeting::ends;
     }
 
-    // A surface that comes as near to the photo's as the threshold, and cannot be linked to it, goes on beneath it for as many
-    // pixels as a camera can see into the gap: otherwise there would be a hole between its end and the photo's. Not over another
-    // hidden surface, that closes the gap, too.
+    // Whether another hidden surface lies at this disparity, within the threshold. A hidden surface that comes within the
+    // threshold of the photo's surface but cannot be linked to it continues beneath it, for as many pixels as a camera can see
+    // into the gap: otherwise there would be a hole between them. It stops at another hidden surface, which closes the gap, too.
     bool lies_on_another(std::int32_t position, float disparity) const {
         for (std::int32_t there = pixels_.next_at_position(position); there != no_pixel; there = pixels_.next_at_position(there))
             if (surface_.same_surface(pixels_.disparity(there), disparity)) return true;
         return false;
     }
-    bool may_link(float a, float b) const { return std::abs(a - b) <= (1.0F + min_gap) * surface_.largest_step; }
-    static constexpr float min_gap = 1.001F;  // in thresholds
+    bool may_link(float a, float b) const { return std::abs(a - b) <= max_link * surface_.max_step; }
+    // In thresholds. A front ends on a surface that is nearer by up to resting_step. At 1.2, photographs were seen to have holes.
+    static constexpr float min_gap = 1.001F, max_link = 1.0F + min_gap, resting_step = 1.1F;
     std::int32_t dive_of(std::int32_t pixel) const {
         const std::int32_t hidden = pixel - reach_.count();
         return hidden < 0 ? 0 : dives_[hidden];
@@ -195,13 +202,13 @@ private:
         return reach_[origin] - std::sqrt(dx * dx + dy * dy);
     }
 
-    // The pixel next to (x, y) on side `s`, with no neighbor there yet, that is nearest in disparity to `source` and within the
-    // threshold of it.
+    // Returns the pixel next to (x, y) on side `s` that is free to be linked to (x, y) and is nearest in disparity to `source`;
+    // no_pixel if none may be linked to `source`.
     std::int32_t free_neighbor(std::int32_t x, std::int32_t y, side s, float source) const {
         const std::int32_t u = x + step_x(s), v = y + step_y(s);
         if (!pixels_.inside(u, v)) return no_pixel;
         std::int32_t best = no_pixel;
-        float best_difference = surface_.largest_step;
+        float best_difference = max_link * surface_.max_step;
         for (std::int32_t there = pixels_.position(u, v); there != no_pixel; there = pixels_.next_at_position(there)) {
             const float difference = std::abs(pixels_.disparity(there) - source);
             if (difference > best_difference || pixels_.neighbor(there, opposite(s)) != no_pixel) continue;
@@ -265,16 +272,18 @@ private:
 /// surface  rule that lift() linked the layer by
 /// curves   discontinuity curves of this layer; raises mismatch for curves of another layer
 ///
-/// Returns the same image with hidden pixels added, in canonical order. The disparity of a new pixel is the average of those that
-/// it grew from, and always farther than the photo's at that position by more than surface_rule::largest_step; every other column
-/// follows its own rule (new_pixel in core/columns.hpp). New links join pixels of one surface. A surface that can't be linked to
-/// another within the threshold goes on beneath it for a few pixels, so that no camera sees a gap between them; there neighbors
-/// differ by up to twice the threshold, and disparities may be a little below 0. `after_iteration(graph, disparity, first_new)`,
-/// if given, sees the unordered state after every iteration (for tests and pictures; it costs a copy each).
+/// Returns the same image with hidden pixels added, in canonical order. The disparity of a new pixel is the average of the pixels
+/// that it grew from, but farther than the photo's pixel at that position by more than surface_rule::max_step. All other columns
+/// follow their own rules (new_pixel in core/columns.hpp). New links join pixels that differ by up to twice the threshold, so
+/// that growing surfaces at similar depth become one. A surface that can't be linked to another continues beneath it for a few
+/// pixels, so that no camera sees a gap between them; disparities there may be slightly below 0.
 ///
-/// At most 1 / surface_rule::largest_step surfaces lie at one position. A disparity map of noise at all scales adds six pixels
-/// per pixel of the photo; most photos add less than half a pixel. Time is linear in the number of pixels of the result; memory
-/// is up to 110 bytes per pixel.
+/// `after_iteration(graph, disparity, first_new)`, if given, receives a copy of the unordered state after every iteration, for
+/// tests and pictures.
+///
+/// At most 1 / surface_rule::max_step surfaces lie at one position. Most photos add less than half a pixel per pixel of the
+/// photo; noise at all scales adds six. Time is linear in the number of pixels of the result; memory is up to 110 bytes per
+/// pixel.
 template <payload_column... Columns, class AfterIteration = std::nullptr_t>
 expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule surface,
                                    std::span<const discontinuity_curve> curves, const expand_options& options = {},

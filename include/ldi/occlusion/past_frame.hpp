@@ -127,7 +127,7 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
     std::int32_t to = 0;
     for (const grown_piece& p : pieces) {
         for (std::int32_t i = p.first; p.is_new && i < p.first + p.count; ++i) {
-            // Colors of new pixels are black until now (color_column), and disparities those of the pixels that they show.
+            // color_column made the new pixels black, and disparity_column copied the disparities of the pixels that they show.
             const std::int32_t at = to + i - p.first;
             const auto color = detail::softened_color(layers, margin, new_index[growth->origins()[i]]);
             std::copy(color.begin(), color.end(), layers.template at<color_column>(at).begin());

@@ -21,7 +21,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 template <payload_column... Columns>
 std::size_t close_spurious_discontinuities(single_layer<Columns...>& layer, std::span<const discontinuity_curve> curves) {
     detail::check_curves(curves, layer.topology(), "close_spurious_discontinuities");
-    buffer<std::pair<std::int32_t, std::int32_t>> kept;  // the pixel on the left or above, and the other
+    buffer<std::pair<std::int32_t, std::int32_t>> kept;  // the left or upper pixel, then the right or lower one
     for (const discontinuity_curve& c : curves)
         for (const discontinuity& d : c.sides) kept.emplace_back((std::min)(d.back, d.front), (std::max)(d.back, d.front));
     std::sort(kept.begin(), kept.end());

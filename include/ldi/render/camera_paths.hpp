@@ -199,7 +199,7 @@ inline float frame_within(std::span<const view> views, const pinhole_camera& cam
                           float past_border) {
     const float w = detail::nearest_float(camera.width), h = detail::nearest_float(camera.height);
     // Whether pixel (x, y) of a view shows a point of the photo or of its continuation, if the surface there has this disparity.
-    // Along a ray the position in the photo is linear in disparity, so it is enough to test the ends and the window.
+    // Along a ray, the position in the photo is linear in disparity, so tests at disparity 0, 1 and the window suffice.
     const auto sees_photo = [&](const view& v, float x, float y, float disparity) {
         const std::array<float, 3> ray = v.direction_to_photo({x - v.axis_x(), v.axis_y() - y, -v.camera.focal_length});
         const float depth = range.depth(disparity);

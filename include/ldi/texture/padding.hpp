@@ -109,7 +109,7 @@ private:
     void find_border(const chart& c, chart_placement placement) {
         border_.clear();
         for_each_stretch(c, placement, [&](std::int32_t pixel, std::ptrdiff_t texel, std::ptrdiff_t count) {
-            constexpr std::ptrdiff_t block = 32;  // texels looked at together: hardly any lie at the border
+            constexpr std::ptrdiff_t block = 32;  // tests blocks of texels, because nearly none of them lies at the border
             for (std::ptrdiff_t i = 0; i < count; i += block) {
                 const std::ptrdiff_t end = (std::min)(i + block, count);
                 int found = 0;
@@ -120,7 +120,7 @@ private:
         });
     }
 
-    /// Without branches, for the sake of vector instructions.
+    /// Has no branches, so that the compiler can vectorize it.
     bool is_at_border(std::ptrdiff_t texel) const {
         const auto is_empty = [&](std::ptrdiff_t t) { return static_cast<int>(kind_[t] == texel_kind::empty); };
         return (is_empty(texel - 1) | is_empty(texel + 1) | is_empty(texel - stride_) | is_empty(texel + stride_)) != 0;

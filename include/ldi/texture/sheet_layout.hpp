@@ -23,7 +23,8 @@ struct sheet_options {
 /// Scale along one direction: `photo` pixels of the photo cover the same length as `layers` pixels of the layered image within
 /// its margin. Positions in the layered image include the margin.
 struct sheet_scale {
-    std::int64_t photo = 1, layers = 1;  ///< pixels of the photo; the layered image's within its margin
+    /// `photo`: pixels of the photo; `layers`: pixels of the layered image without its margin
+    std::int64_t photo = 1, layers = 1;
     std::int32_t margin = 0;
 
     /// Position in the photo of a position in the layered image.

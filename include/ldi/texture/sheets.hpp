@@ -7,7 +7,7 @@
 //     const sheet_layout layout = lay_out_sheets(made.layers, made.charts, made.atlas, photo.height(), photo.width(),
 //                                                {.margin = made.facts.margin});
 //     const textured_mesh mesh = move_to_sheets(made.mesh, made.charts, made.atlas, layout);   // mesh/move_to_sheets.hpp
-//     // its textures: made.atlas.color, then for each s from 1 to layout.sizes.size() - 1
+//     // textures of the mesh: made.atlas.color, then for each s from 1 to layout.sizes.size() - 1
 //     draw_sheet(layout, s, made.charts, made.atlas, made.photo, photo);
 #pragma once
 
@@ -49,11 +49,11 @@ inline void check_padding(const chart& shape, chart_placement in_atlas, const te
 /// Returns the largest chart_options::max_side with which every chart fits on a sheet. Raises too_large if there is none.
 ///
 /// scale  pixels of the photo per pixel of the layered image, the larger of both directions
-inline std::int32_t largest_chart_side(double scale, const sheet_options& options = {}) {
+inline std::int32_t max_chart_side(double scale, const sheet_options& options = {}) {
     // Edges inside a texel are rounded outward.
     const double side = std::floor(detail::nearest_double(options.max_side - 2) / scale) - 2.0 * options.padding;
     if (!(side >= 16))
-        raise(error_code::too_large, "largest_chart_side",
+        raise(error_code::too_large, "max_chart_side",
               "a scale at which charts of 16 pixels fit on sheets of " + std::to_string(options.max_side),
               detail::to_text(scale));
     return static_cast<std::int32_t>((std::min)(side, 1e6));

@@ -21,7 +21,7 @@ struct point {
 
 // A curve as points in the plane, where pixel (x, y) covers [x, x + 1) x [y, y + 1). "Across" means from back to front.
 struct plane_curve {
-    buffer<point> corners;  // as traced
+    buffer<point> corners;  // corners of the traced curve
     buffer<point> smooth;   // without the lattice's stair steps; ends stay in place
     buffer<point> across;   // unit vectors
 };

@@ -40,12 +40,14 @@ public:
 
 private:
     void add_part(std::string_view part) { text_.append(part.begin(), part.end()); }
-    /// Writes the fewest digits that read back as the same number. number  finite
+    /// Appends the fewest digits that read back as the same number.
+    ///
+    /// number  finite
     void add_part(double number) {
 #if defined(__cpp_lib_to_chars)
         std::array<char, 32> digits;
         const std::string_view text(digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), number).ptr);
-#else  // Emscripten: reads back as the same number, but with 17 digits
+#else  // Emscripten has no std::to_chars for double; 17 digits also read back as the same number
         std::ostringstream stream;
         stream.imbue(std::locale::classic());
         stream.precision(std::numeric_limits<double>::max_digits10);

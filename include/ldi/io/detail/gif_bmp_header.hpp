@@ -30,7 +30,7 @@ public:
         for (;;) {
             need(1);
             const unsigned kind = byte_at(bytes_, at_++);
-            if (kind == 0x21) {  // an extension, labeled
+            if (kind == 0x21) {  // an extension: a label, then blocks
                 ++at_;
                 for (std::size_t size = block(); size > 0; size = block()) at_ += size;
             } else if (kind == 0x2C) {

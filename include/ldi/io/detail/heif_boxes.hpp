@@ -20,10 +20,10 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 /// A picture or a block of metadata.
 struct heif_item {
     std::string_view type;                       ///< "hvc1", "av01", "grid", "Exif", ...
-    buffer<std::span<const std::byte>> extents;  ///< its bytes, in pieces inside the file
+    buffer<std::span<const std::byte>> extents;  ///< pieces of the file that contain the item's bytes
     buffer<std::size_t> properties;              ///< indices in heif_boxes::properties
     buffer<std::uint32_t> sources;               ///< items from which this picture is derived
-    buffer<std::uint32_t> auxiliaries;           ///< its auxiliary pictures: alpha, depth and others
+    buffer<std::uint32_t> auxiliaries;           ///< auxiliary pictures of this picture: alpha, depth and others
 };
 
 struct heif_property {
@@ -140,7 +140,7 @@ private:
 
     void read_items(std::span<const std::byte> iinf) {
         heif_numbers list(iinf, where_);
-        list.next(version(list) == 0 ? 2 : 4);  // the number of boxes, which is redundant
+        list.next(version(list) == 0 ? 2 : 4);  // skips the number of boxes, which is redundant
         for_each_box(list.rest(), [&](std::string_view type, std::span<const std::byte> body) {
             if (type != "infe") return;
             heif_numbers entry(body, where_);

@@ -27,7 +27,9 @@ inline upright_order make_upright(unsigned orientation, std::size_t stored_heigh
     }
 }
 
-/// Rotates and mirrors a stored picture to upright. stored  H x W x 1
+/// Rotates and mirrors a stored picture to upright.
+///
+/// stored  H x W x 1
 template <class Scalar>
 image<Scalar> turn_upright(image<Scalar> stored, unsigned orientation) {
     if (orientation < 2 || orientation > 8) return stored;

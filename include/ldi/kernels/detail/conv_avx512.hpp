@@ -29,7 +29,9 @@ struct conv_lanes {
     __m256 rest;
 };
 
-/// Loads one value per lane. values  32 bits per lane
+/// Loads one value per lane.
+///
+/// values  32 bits per lane
 template <std::size_t half, std::size_t... v>
 [[gnu::always_inline]] inline conv_lanes<sizeof...(v), half> load_conv_lanes(std::index_sequence<v...>, const void* values) {
     const float* const from = static_cast<const float*>(values);

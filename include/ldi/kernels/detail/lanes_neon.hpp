@@ -18,7 +18,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace neon {
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 
-// Assembly, because clang before 16 offers the intrinsics only to translation units compiled for them.
+// Assembly, because clang before 16 has the intrinsics only in translation units compiled for this instruction set.
 
 /// Adds four products of signed bytes to each of 4 sums.
 [[gnu::always_inline]] inline int32x4_t add_products(int32x4_t sums, int8x16_t a, int8x16_t b) {

@@ -53,7 +53,9 @@ struct gemm_term {
     }
 };
 
-/// Splits the weights of one group into terms. rest  outputs x 4
+/// Splits the weights of one group into terms.
+///
+/// rest  outputs x 4
 inline void split_group(std::span<int> rest, std::size_t first_input, buffer<gemm_term>& terms) {
     bool is_empty = false;
     while (!is_empty) {

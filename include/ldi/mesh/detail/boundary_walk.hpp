@@ -26,7 +26,9 @@ constexpr std::int32_t heading_y(int s) { return s == 1 ? 1 : s == 3 ? -1 : 0; }
 inline std::int32_t corner_x(const graph_view& g, std::int32_t pixel, int c) { return g.x()[pixel] + (c == 1 || c == 2 ? 1 : 0); }
 inline std::int32_t corner_y(const graph_view& g, std::int32_t pixel, int c) { return g.y()[pixel] + (c >= 2 ? 1 : 0); }
 
-/// K bytes: bit s is set if side s of the pixel has no neighbor in the same chart. g  in canonical order
+/// K bytes: bit s is set if side s of the pixel has no neighbor in the same chart.
+///
+/// g  in canonical order
 inline buffer<std::uint8_t> mark_boundary_sides(const graph_view& g, std::span<const std::int32_t> chart_of) {
     constexpr std::uint8_t up = side_bit(0), right = side_bit(1), down = side_bit(2), left = side_bit(3);
     const std::int32_t count = g.count();

@@ -27,7 +27,9 @@ public:
 
     std::int32_t count() const { return positions_.count(); }
     std::int32_t position(std::int32_t line) const { return positions_[line]; }
-    /// Returns the first line at or after `at`, or count() if there is none. at  at most the end of the extent
+    /// Returns the first line at or after `at`, or count() if there is none.
+    ///
+    /// at  at most the end of the extent
     std::int32_t line_from(std::int32_t at) const { return line_from_[(std::max)(at - first_, 0)]; }
     bool has_line_at(std::int32_t at) const {
         const std::int32_t line = line_from(at);

@@ -11,7 +11,9 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Mirrors an image horizontally. source  H x W x C
+/// Mirrors an image horizontally.
+///
+/// source  H x W x C
 template <class T>
 image<T> mirrored(const image<T>& source) {
     image<T> result(source.height(), source.width(), source.channels(), unset);
@@ -50,7 +52,9 @@ inline image<float> interpolated(const image<float>& source, std::size_t height,
     return result;
 }
 
-/// Averages squares of `side` x `side` pixels. source  H x W x 1, H and W multiples of `side`; result H / side x W / side x 1.
+/// Averages squares of `side` x `side` pixels. Returns H / side x W / side x 1.
+///
+/// source  H x W x 1; H and W are multiples of `side`
 inline image<float> square_means(const image<float>& source, std::size_t side) {
     image<float> result(source.height() / side, source.width() / side);
     for (std::size_t y = 0; y < source.height(); ++y)

@@ -10,7 +10,9 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Returns exp(x) within 3 units in the last place. x  in [-87, 88]
+/// Returns exp(x) within 3 units in the last place.
+///
+/// x  in [-87, 88]
 inline float exponential(float x) {
     const float power = std::nearbyint(x * 1.442695040888963407F);
     float r = fused_multiply_add(power, -6.93145752e-1F, x);

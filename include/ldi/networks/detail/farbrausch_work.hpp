@@ -18,14 +18,14 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 /// A level of detail and the network's work on it.
 struct farbrausch_level {
     std::size_t pixel_count = 0;      ///< pixels of the level's graph
-    buffer<std::int32_t> above;       ///< per pixel its parent on the next coarser level, or no_pixel; empty on the last level
+    buffer<std::int32_t> above;       ///< parent of each pixel on the next coarser level, or no_pixel; empty on the last level
     convolution_plan average;         ///< 3 x 3 windows of all pixels
     convolution_plan average_coarse;  ///< 3 x 3 windows of the pixels that remain on the next level
 
     pixel_subset read;                   ///< level 0 only: pixels at which the network reads its input
     buffer<std::int32_t> decoded;        ///< level 0 only: pixels at which the decoder computes a result
-    convolution_plan encode;             ///< from `read` of this level to `read` of the next level
-    convolution_plan decode;             ///< from `read` to `decoded`
+    convolution_plan encode;             ///< convolution from `read` of this level to `read` of the next level
+    convolution_plan decode;             ///< convolution from `read` to `decoded`
     buffer<std::int32_t> decoded_above;  ///< per pixel of `read` its row in `decoded` of the next level, or no_pixel
 };
 

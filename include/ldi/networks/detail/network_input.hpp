@@ -35,7 +35,7 @@ inline network_input masked_input(array_view<const std::uint8_t> colors, array_v
 template <class Value>
 struct masked_map {
     basic_feature_map<Value> map;
-    buffer<std::uint8_t> mask;  ///< per row 0 where the layer's window had no known value, else 1; empty: all 1
+    buffer<std::uint8_t> mask;  ///< for each row: 0 if the layer's window has no known value, else 1; empty: all 1
 
     /// The map must outlive the view and keep its size.
     basic_feature_view<Value> view() const {

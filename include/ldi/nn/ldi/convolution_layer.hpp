@@ -23,7 +23,7 @@
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct convolution_options {
-    std::int32_t kernel_size = 3;      ///< odd, 1 to largest_kernel_size
+    std::int32_t kernel_size = 3;      ///< odd, 1 to max_kernel_size
     activation after = no_activation;  ///< no_activation, relu, leaky_relu(0.2F), ...
     bool is_partial = false;           ///< excludes missing pixels from the sum and rescales it; otherwise they count as zero
     isa target = best_isa();           ///< the instruction set to pack weights for; results agree to rounding

@@ -54,7 +54,7 @@ struct convolution_plan {
 namespace detail {
 
 /// Minimum number of outputs per segment. Shorter segments are gathered, so that their pixels can share the kernels' tiles.
-inline constexpr std::int32_t shortest_segment = 4;
+inline constexpr std::int32_t min_segment = 4;
 
 inline void add_segment(convolution_plan& plan, convolution_plan::segment s, std::span<const std::int32_t> rows,
                         std::int32_t shift) {
@@ -73,7 +73,7 @@ inline convolution_plan plan_all(const graph_view& g, std::int32_t kernel_size, 
     plan.kernel_size = kernel_size;
     plan.input_count = plan.output_count = g.size();
     regular.for_each_segment([&](std::int32_t first, std::int32_t count, std::span<const std::int32_t> rows) {
-        if (count < shortest_segment) return false;
+        if (count < min_segment) return false;
         add_segment(plan, {first, count}, rows, 0);
         return true;
     });
@@ -89,7 +89,7 @@ inline convolution_plan plan_kept(const graph_view& g, std::int32_t kernel_size,
     regular.for_each_segment([&](std::int32_t first, std::int32_t count, std::span<const std::int32_t> rows) {
         if (g.y()[first] % 2 != 0) return true;
         const std::int32_t odd = g.x()[first] % 2, kept = (count - odd + 1) / 2;
-        if (kept < shortest_segment) return false;
+        if (kept < min_segment) return false;
         // The kept pixels of a run are consecutive in the coarse graph.
         add_segment(plan, {coarse.parent[first + odd], kept}, rows, odd);
         return true;
@@ -103,7 +103,7 @@ inline convolution_plan plan_kept(const graph_view& g, std::int32_t kernel_size,
 
 /// Plans a convolution with stride 1. Any order of pixels works; the canonical order (core/canonical_order.hpp) is the fastest.
 ///
-/// kernel_size  odd, 1 to largest_kernel_size
+/// kernel_size  odd, 1 to max_kernel_size
 inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size) {
     return detail::plan_all(g, kernel_size, detail::regular_pixels(g, kernel_size));
 }
@@ -139,7 +139,7 @@ convolution_plan restrict_and_number(const convolution_plan& plan, std::span<con
         while (last < outputs.size() && outputs[last] == outputs[last - 1] + 1 && outputs[last] < from.first + from.count) ++last;
         const std::int32_t count = static_cast<std::int32_t>(last - i), shift = plan.stride * (output - from.first);
         const std::span<const std::int32_t> rows = plan.rows_of(s);
-        if (count >= shortest_segment)
+        if (count >= min_segment)
             add_segment(result, {number(i), count}, rows, shift);
         else
             for (std::int32_t o = 0; o < count; ++o) {

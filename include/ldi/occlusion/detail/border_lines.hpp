@@ -1,4 +1,5 @@
-// Slopes of a photo's lines at its border, and the pixels that its continuation shows (occlusion/past_frame.hpp).
+// Measures the slopes of a photo's lines at its border, and selects the pixels that its continuation shows
+// (occlusion/past_frame.hpp).
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -15,13 +16,13 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Measures the slope of a photo's lines along one side of its border: steps along the border, downwards or to the right, per
-/// step inwards.
+/// Measures the slope of the photo's lines at one side of its border: steps along the border (down or to the right) per step
+/// inwards.
 class border_lines {
 public:
     /// color    K x 3
-    /// inwards  from that side of the border
-    /// rim      pixels along that side that are not of the scene (detail/photo_rim.hpp)
+    /// inwards  direction from this side into the photo
+    /// rim      width of the rim at this side (detail/photo_rim.hpp)
     border_lines(const graph_view& g, array_view<const std::uint8_t> color, side inwards, std::int32_t rim)
         : graph_(g),
           color_(color),
@@ -29,13 +30,13 @@ public:
           inwards_(inwards),
           along_(inwards == side::left || inwards == side::right ? side::down : side::right) {}
 
-    /// The slope at each border pixel of that side.
+    /// Returns the slope at each border pixel of this side.
     ///
-    /// pixels  of that side, ascending
+    /// pixels  border pixels of this side, ascending
     buffer<float> slopes(const buffer<std::int32_t>& pixels) const {
         buffer<float> result(pixels.size());
         buffer<sums> chain;
-        buffer<std::size_t> members;  // of a chain: successive pixels of one surface
+        buffer<std::size_t> members;  // positions in `pixels` of the chain: successive pixels of one surface
         for (std::size_t first = 0; first < pixels.size(); ++first) {
             if (graph_.neighbor(pixels[first], opposite(along_)) != no_pixel) continue;
             chain.clear(), members.clear();
@@ -50,9 +51,10 @@ public:
         return result;
     }
 
-    /// Appends the pixels that the rim and the continuation of a surface past a border pixel show, from the rim's inner side
-    /// outwards: those inwards of the rim, mirrored, and shifted along the border by so much that lines of the given slope go on
-    /// straight. At the surface's end it turns around. Returns how many of them are the rim's: 0 where the surface ends within.
+    /// Appends the pixels that the rim, then the continuation past the border pixel `start` show, from the inner side of the rim
+    /// outwards. These are the pixels inside the rim, mirrored, and shifted along the border so that lines with the given slope
+    /// continue straight. If the surface ends, the path reverses. Returns the number of pixels for the rim: 0 if the surface
+    /// ends inside the rim.
     std::int32_t add_path(std::int32_t start, std::int32_t count, float slope, buffer<std::int32_t>& path) const {
         const std::int32_t inner = pixel_inside(start), rim = inner == no_pixel ? 0 : rim_;
         std::int32_t at = inner == no_pixel ? start : inner, shifted = 0;
@@ -74,21 +76,22 @@ public:
     }
 
 private:
-    static constexpr int depth = 24;              // pixels inwards that count
-    static constexpr std::ptrdiff_t radius = 16;  // pixels along the border over which slopes are averaged, twice
+    static constexpr int depth = 24;              // number of pixels inwards that are measured
+    static constexpr std::ptrdiff_t radius = 16;  // pixels along the border on each side of an average; averaged twice
 
-    /// Sums of products of gradients: inwards, and along the border.
+    /// Sums of products of two gradients: inwards, and along the border.
     struct sums {
         float inwards_along = 0, along_along = 0, inwards_inwards = 0;
 
-        /// The m with the least sum of (inwards + m along)^2. Lines that nearly follow the border count little; noise pulls to 0.
+        /// Returns the slope m that minimizes the sum of (inwards + m along)^2. Two terms draw it toward 0: for lines nearly
+        /// parallel to the border, and for noise.
         float slope() const {
             const float squares = along_along + 0.1F * inwards_inwards + nearest_float(20 * depth);
             return std::clamp(-inwards_along / squares, -1.5F, 1.5F);
         }
     };
 
-    /// The first pixel inwards of the rim; no_pixel where the surface ends before.
+    /// Returns the first pixel inside the rim, or no_pixel if the surface ends inside the rim.
     std::int32_t pixel_inside(std::int32_t pixel) const {
         for (std::int32_t k = 0; k < rim_ && pixel != no_pixel; ++k) pixel = graph_.neighbor(pixel, inwards_);
         return pixel;
@@ -117,7 +120,7 @@ private:
         return result;
     }
 
-    /// The mean over a window along the border.
+    /// Averages over a window along the border.
     static void smooth(buffer<sums>& chain) {
         const buffer<sums> from = chain;
         const std::ptrdiff_t count = static_cast<std::ptrdiff_t>(chain.size());
@@ -143,9 +146,9 @@ private:
 struct border_side {
     side inwards;
     border_lines lines;
-    buffer<std::int32_t> pixels = {};  ///< ascending
-    buffer<std::int32_t> reach = {};   ///< of each: steps by which its surface continues
-    buffer<float> slopes = {};         ///< of each
+    buffer<std::int32_t> pixels = {};  ///< border pixels of this side, ascending
+    buffer<std::int32_t> reach = {};   ///< for each pixel: number of steps by which its surface continues
+    buffer<float> slopes = {};         ///< for each pixel: slope of the lines
 
     border_side(const graph_view& g, array_view<const std::uint8_t> color, array_view<const std::uint8_t> known,
                 const buffer<pixel_run>& runs, side from)
@@ -154,7 +157,7 @@ struct border_side {
     std::size_t find(std::int32_t pixel) const {
         return static_cast<std::size_t>(std::lower_bound(pixels.begin(), pixels.end(), pixel) - pixels.begin());
     }
-    /// The same for one of the pixels.
+    /// Calls lines.add_path() with the slope at a border pixel.
     std::int32_t add_path(std::int32_t pixel, std::int32_t count, buffer<std::int32_t>& path) const {
         return lines.add_path(pixel, count, slopes[find(pixel)], path);
     }

@@ -20,7 +20,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 class frame_growth {
 public:
     /// g       in canonical order, with at least one pixel
-    /// reach   reach(pixel): steps by which the surface of a border pixel continues, 0 or more
+    /// reach   reach(pixel) returns the number of steps by which the surface of a border pixel continues, 0 or more
     template <class Reach>
     frame_growth(const graph_view& g, array_view<const std::uint8_t> color, array_view<const std::uint8_t> known,
                  array_view<const float> disparity, Reach&& reach)
@@ -49,9 +49,9 @@ public:
         }
     }
 
-    /// The width of the new lattice's margin on each side.
+    /// Width of the new lattice's margin on each side.
     std::int32_t margin() const { return margin_; }
-    /// The number of pixels, old and new.
+    /// Number of old and new pixels.
     std::int64_t count() const {
         std::int64_t total = graph_.count();
         const std::int32_t last = graph_.height() - 1;
@@ -97,15 +97,16 @@ public:
         return {std::move(result_).build(), std::move(pieces_), origins_};
     }
 
-    /// An old pixel and the one whose color it gets.
+    /// An old pixel, and the pixel whose color it gets.
     struct repainted_pixel {
         std::int32_t pixel, source;
     };
-    /// Pixels of rims, in the order in which to repaint them.
+    /// Returns the pixels of rims, in the order in which the caller has to repaint them.
     const buffer<repainted_pixel>& repainted() const { return repainted_; }
-    /// New index of each old pixel.
+    /// Returns the new index of each old pixel.
     const buffer<std::int32_t>& new_index() const { return new_index_; }
-    /// Per new pixel: the old pixel that it shows, and the border pixel whose surface it continues.
+    /// For each new pixel: origins() contains the old pixel that it shows, borders() the border pixel whose surface it
+    /// continues.
     const buffer<std::int32_t>& origins() const { return origins_; }
     const buffer<std::int32_t>& borders() const { return borders_; }
 
@@ -118,13 +119,13 @@ private:
     struct column {
         std::int32_t x, border, source, reach;
         float slope;
-        bool follows;  ///< linked to the one before
+        bool follows;  ///< linked to the previous column
     };
     /// The new pixels beside a border pixel.
     struct strip {
-        std::int32_t border, nearest, count;  ///< nearest: the new index of the first one
+        std::int32_t border, nearest, count;  ///< nearest: new index of the pixel next to the border pixel
     };
-    /// Those of one row.
+    /// All strips of one row.
     struct strips {
         buffer<strip> left, right;
     };
@@ -134,7 +135,7 @@ private:
         return graph_.x()[r.last - 1] + 1 == graph_.width() ? right_.reach[right_.find(r.last - 1)] : 0;
     }
 
-    /// Whether a run that begins at x with the disparity of `pixel` comes before another.
+    /// Canonical order of two runs that begin at x and other_x with the disparities of `pixel` and `other`.
     bool is_before(std::int32_t x, std::int32_t pixel, std::int32_t other_x, std::int32_t other) const {
         if (x != other_x) return x < other_x;
         return disparity_[pixel] != disparity_[other] ? disparity_[pixel] > disparity_[other] : pixel < other;
@@ -150,7 +151,7 @@ private:
         return lines;
     }
 
-    /// Lists what the rim inwards of a border pixel shows.
+    /// Lists the pixels of the rim inside a border pixel, with the pixels that they show.
     void repaint_rim(const border_side& b, std::int32_t pixel) {
         buffer<std::int32_t> path;
         for (std::int32_t k = b.add_path(pixel, 0, path); k-- > 0;) {
@@ -176,7 +177,8 @@ private:
         }
     }
 
-    /// Links a strip to that of the pixel above its border pixel, as far as both go. `step` leads to the next pixel outwards.
+    /// Links a strip to the strip of the pixel above its border pixel, up to the length of the shorter one. `step` is the
+    /// difference in index to the next pixel outwards.
     void link_strip(const strip& s, std::int32_t step, const buffer<strip>& before, buffer<strip>& here) {
         here.push_back(s);
         const std::int32_t above = graph_.up()[s.border];
@@ -185,14 +187,16 @@ private:
                 link_down(other.nearest + k * step, s.nearest + k * step);
     }
 
-    /// Adds the rows above the photo's first, or below its last.
+    /// Adds the rows above the photo's first row, or below its last row.
     ///
-    /// beside  the new indices of the last row and its continuation; empty for rows above
-    /// Returns those of the row next to the first row, column by column, no_pixel where there is none.
+    /// beside  new indices of the last row and its continuation; empty for rows above
+    ///
+    /// For rows above, returns the new indices of the row next to the photo, one per column; no_pixel if a column has none there.
     buffer<std::int32_t> add_outer_rows(const buffer<line>& lines, side outwards, buffer<std::int32_t> beside) {
         const border_side& from = outwards == side::up ? top_ : bottom_;
         const buffer<column> columns = columns_of(lines, from);
-        buffer<std::int32_t> paths, start;  // the pixels that each column shows, outwards
+        // paths: pixels that the columns show, outwards; start: index of each column's first one
+        buffer<std::int32_t> paths, start;
         std::int32_t longest = 0;
         for (const column& c : columns) {
             const std::int32_t begin = paths.count();
@@ -221,7 +225,8 @@ private:
         return beside;
     }
 
-    /// The runs of columns at a distance from the photo, first and one after the last, in canonical order.
+    /// Returns the runs of columns that reach a distance from the photo, in canonical order: the first column, and one after the
+    /// last.
     buffer<std::pair<std::int32_t, std::int32_t>> runs_at(std::int32_t distance, const buffer<column>& columns) const {
         const auto is_there = [&](std::int32_t c) { return columns[c].reach >= distance; };
         buffer<std::pair<std::int32_t, std::int32_t>> runs;
@@ -238,7 +243,7 @@ private:
         return runs;
     }
 
-    /// All pixels of a row and its continuation.
+    /// Returns a column for each pixel of a row and of its continuation.
     buffer<column> columns_of(const buffer<line>& lines, const border_side& from) const {
         buffer<column> columns;
         for (const line& l : lines) {
@@ -274,7 +279,7 @@ private:
             place(graph_.x()[i], y);
         }
     }
-    /// Links all pixels from `begin` on to a run.
+    /// Links all pixels from `begin` on as one run.
     void link_row(std::int32_t begin) {
         const array_view<std::int32_t> left = result_.write_neighbors(side::left), right = result_.write_neighbors(side::right);
         for (std::int32_t i = begin; i < next_; ++i) left[i] = i - 1, right[i] = i + 1;
@@ -288,13 +293,13 @@ private:
     array_view<const float> disparity_;
     std::int32_t margin_ = 0;
     buffer<pixel_run> runs_;
-    buffer<std::size_t> first_run_;  // of each row
+    buffer<std::size_t> first_run_;  // index of each row's first run
     border_side left_, right_, top_, bottom_;
-    buffer<std::int32_t> new_index_;  // of each old pixel
+    buffer<std::int32_t> new_index_;  // new index of each old pixel
     graph_builder result_;
-    std::int32_t next_ = 0;  // the new index of the next pixel
+    std::int32_t next_ = 0;  // new index of the next pixel
     buffer<grown_piece> pieces_;
-    buffer<std::int32_t> origins_, borders_;  // of each new pixel
+    buffer<std::int32_t> origins_, borders_;  // one per new pixel
     buffer<repainted_pixel> repainted_;
 };
 

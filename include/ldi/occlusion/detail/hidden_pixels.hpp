@@ -59,7 +59,9 @@ public:
     /// Returns the visible pixel from which this pixel grew; for a visible pixel, the pixel itself.
     std::int32_t origin(std::int32_t pixel) const { return is_base(pixel) ? pixel : origin_[hidden_index(pixel)]; }
 
-    /// Adds a hidden pixel. origin  the visible pixel whose surface it continues
+    /// Adds a hidden pixel.
+    ///
+    /// origin  the visible pixel whose surface it continues
     std::int32_t add(std::int32_t position, float disparity, std::int32_t origin) {
         const std::int32_t pixel = base_count_ + hidden_.add_pixel(base_.x()[position], base_.y()[position]);
         origin_.push_back(origin);

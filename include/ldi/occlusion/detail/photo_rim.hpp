@@ -1,5 +1,5 @@
-// Rims that are not of the scene: the edges of scanned slides, and thin frames. Mirrored and seen from the side they would become
-// lines across the picture.
+// Finds rims that do not belong to the scene: edges of scanned slides, and thin frames. If they were mirrored past the border,
+// they would become lines across the picture.
 #pragma once
 
 #include <ldi/base/array_view.hpp>
@@ -14,8 +14,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Finds the rows or columns along each side of a photo that have one color each, up to the first that has not, and the few in
-/// which that color fades out. More than `max_rim` of them are a plain background, and no rim.
+/// Measures the rim along each side of a photo: the outermost rows or columns, as long as each has a single color, and `fading`
+/// more, in which that color fades out. More than `max_rim` of them are a plain background instead of a rim.
 class rim_finder {
 public:
     /// g             in canonical order
@@ -24,7 +24,9 @@ public:
                const buffer<pixel_run>& runs)
         : graph_(g), color_(color), known_(known), runs_(runs) {}
 
-    /// The width of the rim on the side from which `inwards` leads into the photo, in pixels.
+    /// Returns the width of the rim in pixels.
+    ///
+    /// inwards  direction from the rim's side into the photo
     std::int32_t width(side inwards) const {
         const bool is_row = inwards == side::up || inwards == side::down;
         const std::int32_t length = is_row ? graph_.width() : graph_.height(), depth = is_row ? graph_.height() : graph_.width();
@@ -36,9 +38,9 @@ public:
 
 private:
     static constexpr std::int32_t max_rim = 8, fading = 2, min_length = 32;
-    static constexpr double max_deviation = 5;  // mean, in gray levels
+    static constexpr double max_deviation = 5;  // mean difference from the mean color, in gray levels
 
-    /// Whether the photo's pixels at a distance from a side are nearly of one color.
+    /// Whether the known pixels at a distance from a side have nearly one color.
     bool has_one_color(side inwards, std::int32_t distance) const {
         std::array<double, 3> mean{};
         double count = 0, deviation = 0;

@@ -178,7 +178,7 @@ private:
 
     template <class Mesh>
     camera_vertex to_camera(const Mesh& mesh, std::size_t vertex) const {
-        // In double precision, which no finite mesh overflows.
+        // Double precision cannot overflow for finite float positions.
         std::array<double, 3> moved{};
         for (std::size_t i = 0; i < 3; ++i) moved[i] = double{mesh.positions[3 * vertex + i]} - from_.position[i];
         std::array<double, 3> seen{};

@@ -20,7 +20,9 @@ struct surface_triangle {
     bool operator==(const surface_triangle&) const = default;
 };
 
-/// Whether the sample belongs to the triangle by the rule of for_each_span(). t  of positive area
+/// Whether the sample belongs to the triangle by the rule of for_each_span().
+///
+/// t  of positive area
 inline bool holds_sample(const screen_triangle& t, std::int64_t x, std::int64_t y) {
     const std::int64_t px = x * subsample_steps + subsample_steps / 2, py = y * subsample_steps + subsample_steps / 2;
     for (std::size_t i = 0; i < 3; ++i) {

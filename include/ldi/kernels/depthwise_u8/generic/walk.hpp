@@ -40,7 +40,7 @@ struct depthwise_run {
 
     /// Each column is the right column of one window, the middle column of the next, and the left column of the one after.
     void stride_1() const {
-        const Sums sums = packed;  // in registers
+        const Sums sums = packed;  // a copy, so that the compiler keeps it in registers
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_rows<channels> rows = rows_at(0, 1);
         const depthwise_result<channels> result = result_at(1);

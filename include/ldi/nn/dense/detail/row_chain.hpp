@@ -203,7 +203,7 @@ private:
         }
         std::array<const std::uint8_t*, gemm_u8_weights::max_segments> segments{};
         for (std::size_t k = 0; k < layer.kernel; ++k) {
-            const std::size_t row = y * layer.stride + k;  // with the margin added
+            const std::size_t row = y * layer.stride + k;  // counted with the margin
             if (row >= margin && row < height + margin) {
                 segments[k] = state.padded + (row - margin) % layer.kernel * row_bytes;
             } else {  // the window misses at least one row of the image, so its slot is free
@@ -221,7 +221,7 @@ private:
         for (std::size_t y = rows.first; y < rows.end; ++y) {
             const std::uint8_t* window[3];
             for (std::size_t k = 0; k < 3; ++k) {
-                const std::size_t row = y * layer.weights.stride + k;  // with the margin of 1 added
+                const std::size_t row = y * layer.weights.stride + k;  // counted with the margin of 1
                 window[k] = row == 0 || row > height ? nullptr : input_row(s, (row - 1) / stage.repeat);
             }
             depthwise_u8(layer.weights, window, stage.input.width, stage.repeat, output_row(s, y));

@@ -119,7 +119,7 @@ struct planned_step {
 
 struct schedule_plan {
     buffer<planned_step> steps;
-    buffer<std::size_t> offsets;   ///< of each stored tensor
+    buffer<std::size_t> offsets;   ///< offset of each stored tensor
     std::size_t tensor_bytes = 0;  ///< sum over all tensors
     std::size_t strip_bytes = 0;   ///< working memory of one strip
     std::size_t cut_bytes = 0;     ///< copied rows around one cut between strips
@@ -186,7 +186,7 @@ inline std::size_t place(buffer<tensor_block>& blocks) {
     std::size_t highest = 0;
     for (tensor_block* block : order) {
         block->offset = 0;
-        for (const tensor_block* other : placed) {  // by offset
+        for (const tensor_block* other : placed) {  // sorted by offset
             const bool meets = other->first_step <= block->last_step && block->first_step <= other->last_step;
             if (!meets) continue;
             if (block->offset + block->bytes <= other->offset) break;
@@ -200,7 +200,9 @@ inline std::size_t place(buffer<tensor_block>& blocks) {
     return highest;
 }
 
-/// Plans memory for an input size. sizes, channels  per tensor
+/// Plans memory for an input size.
+///
+/// sizes, channels  one per tensor
 inline schedule_plan plan_schedule(const buffer<packed_layer>& layers, const buffer<schedule_step>& schedule,
                                    const buffer<tensor_size>& sizes, const buffer<std::size_t>& channels, std::size_t output,
                                    bool overwrite) {

@@ -92,7 +92,7 @@ public:
 private:
     using value_type = typename Job::value_type;
     using result_type = typename Job::result_type;
-    using row_starts = std::array<const value_type*, largest_kernel_size>;
+    using row_starts = std::array<const value_type*, max_kernel_size>;
 
     static constexpr std::size_t largest_buffer = 8192, largest_batch = 96;  // approximate limit in values; limit in outputs
 
@@ -111,7 +111,7 @@ private:
     std::size_t stride() const { return static_cast<std::size_t>(job_.plan.stride); }
     result_type* result_of(std::size_t output) const { return job_.result.data() + output * job_.weights.outputs; }
 
-    using row_pixels = std::array<std::int32_t, largest_kernel_size>;
+    using row_pixels = std::array<std::int32_t, max_kernel_size>;
 
     /// Whether the kernel can read these pixels in place: one source without an index map, and no pixel masked.
     bool is_whole(const row_pixels& rows, std::size_t first, std::size_t pixels) const {

@@ -64,7 +64,9 @@ struct pixel_strip {
     std::int32_t first, count, target;
 };
 
-/// Returns the first index at or after `i` whose value is not the previous value plus one. i  at least 1
+/// Returns the first index at or after `i` whose value is not the previous value plus one.
+///
+/// i  at least 1
 inline std::int32_t end_of_strip(std::span<const std::int32_t> links, std::size_t i) {
     // Compares values in blocks: strips are as long as image rows, and these loops read every link.
     constexpr std::size_t block = 16;
@@ -168,7 +170,9 @@ private:
         for (; bits != 0; bits &= bits - 1) pixels.push_back(word * 64 + std::countr_zero(bits));
     }
 
-    /// Removes pixels without a spine on one side, or without ribs along it. strips  links to that side
+    /// Removes pixels without a spine on one side, or without ribs along it.
+    ///
+    /// strips  links to that side
     void follow(std::span<const pixel_strip> strips, const pixel_bits& ribs) {
         pixel_bits with_rib = ribs, side_by_side(g_.size());
         for (const pixel_strip& strip : strips) side_by_side.set(strip.first, strip.count - 1, true);
