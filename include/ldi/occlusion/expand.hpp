@@ -188,7 +188,8 @@ private:
         return false;
     }
     bool may_link(float a, float b) const { return std::abs(a - b) <= max_link * surface_.max_step; }
-    // In thresholds. A front ends on a surface that is nearer by up to resting_step. At 1.2, photographs were seen to have holes.
+    // As multiples of the threshold. A surface ends at another one that is nearer by up to resting_step; with 1.2, some
+    // photographs had holes.
     static constexpr float min_gap = 1.001F, max_link = 1.0F + min_gap, resting_step = 1.1F;
     std::int32_t dive_of(std::int32_t pixel) const {
         const std::int32_t hidden = pixel - reach_.count();
