@@ -73,6 +73,14 @@ def rounding(ranges):
     return observe
 
 
+class RoundAway(Round):
+    """The same, halves away from zero, as pack_byte_convolution() rounds weights."""
+
+    @staticmethod
+    def forward(ctx, x):
+        return torch.sign(x) * torch.floor(x.abs() + 0.5)
+
+
 @contextlib.contextmanager
 def rounded_weights(net, ranges):
     """Inside, the layers' weights are those that 7 bits can hold, and gradients reach the unrounded ones."""
@@ -84,7 +92,7 @@ def rounded_weights(net, ranges):
         scales = torch.cat([torch.full((inputs // len(reads),), (ranges[r][1] - ranges[r][0]) / 255) for r in reads])[None, :, None, None]
         weight = layer.weight * scales
         step = weight.detach().abs().amax((1, 2, 3), keepdim=True).clamp(min=1e-12) / LARGEST_WEIGHT
-        rounded = Round.apply(weight / step) * step / scales
+        rounded = RoundAway.apply(weight / step) * step / scales
         del layer.weight
         layer.weight = rounded
     try:
