@@ -1,0 +1,49 @@
+// What a decider of silhouettes reads and returns: silhouette_decider in photo3d.hpp. `aligned_silhouettes` here is the one made
+// by hand, network_decider.hpp the one that a network makes.
+#pragma once
+
+#include <ldi/base/executor.hpp>
+#include <ldi/base/numbers.hpp>
+#include <ldi/core/image.hpp>
+#include <ldi/core/surface.hpp>
+#include <ldi/depth/align_silhouettes.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// A photo and its depth before silhouettes are decided.
+struct undecided_depth {
+    image_view<const std::uint8_t> photo;  ///< H x W x 3
+    image_view<const float> estimated;     ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
+    image<float> disparity;                ///< H x W x 1, sharpened, resampled and filtered
+    surface_rule surface;
+    float sample_size = 1.0F;  ///< side of a sample of the estimate, in pixels, 1 to 16
+};
+
+/// The same after it.
+struct decided_depth {
+    image<float> disparity;  ///< H x W x 1
+    /// H x W x 1, or empty. 0 where the decider did not tell, else 1 + 254 times the share of the front surface in the pixel:
+    /// from 128 on it belongs to the front.
+    image<std::uint8_t> shares;
+};
+
+/// Moves silhouettes onto the photo's edges (align_silhouettes()). Lengths in `options` are for depth as fine as the photo.
+struct aligned_silhouettes {
+    alignment_options options;
+
+    template <executor Executor>
+    decided_depth decide(undecided_depth depth, Executor&& threads) const {
+        alignment_options scaled = options;
+        scaled.uncertainty *= depth.sample_size;
+        scaled.shortest_length = static_cast<std::size_t>(
+            detail::nearest_whole(double{depth.sample_size * detail::nearest_float(scaled.shortest_length)}));
+        align_silhouettes(depth.disparity, depth.photo, depth.surface, scaled, threads);
+        return {std::move(depth.disparity), {}};
+    }
+};
+
+}}  // namespace ldi
