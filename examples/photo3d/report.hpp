@@ -113,11 +113,11 @@ struct texture_figures {
 /// Figures of the result; file sizes in bytes. `width` and `height` are what was worked on, `texture_width` and `texture_height`
 /// what is shown of the photo, on so many `textures`.
 ///
-/// depth, inpainting  what they come from: paths of files, or the name of a method
+/// depth, silhouettes, inpainting  what they come from: paths of files, or the name of a method
 /// texture, grain     their strengths over what was inpainted
 inline nlohmann::ordered_json make_report(const photo3d& result, const stage_clock& clock, const std::string& depth,
-                                          const std::string& inpainting, float texture, float grain, std::size_t glb_bytes,
-                                          const texture_figures& shown) {
+                                          const std::string& silhouettes, const std::string& inpainting, float texture,
+                                          float grain, std::size_t glb_bytes, const texture_figures& shown) {
     nlohmann::ordered_json report;
     double total = 0.0;
     for (const auto& [stage, milliseconds] : clock.stages()) {
@@ -133,6 +133,7 @@ inline nlohmann::ordered_json make_report(const photo3d& result, const stage_clo
     report["pixels"] = result.layers.size();
     report["hidden_pixels"] = result.layers.size() - result.photo.size() / 3;
     report["depth"] = depth;
+    report["silhouettes"] = silhouettes;
     report["inpainting"] = inpainting;
     report["texture"] = texture;
     report["grain"] = grain;
@@ -182,6 +183,7 @@ inline std::string to_table(const nlohmann::ordered_json& report) {
     std::snprintf(fill, sizeof fill, "%.0f %% full", 100.0 * report["atlas_fill"].get<double>());
     line("charts", number("charts") + ", in an atlas of " + number("atlas_width") + " x " + number("atlas_height") + ", " + fill);
     line("depth from", escaped(report["depth"].get<std::string>()));
+    line("silhouettes by", escaped(report["silhouettes"].get<std::string>()));
     line("inpainting by", escaped(report["inpainting"].get<std::string>()));
     line("triangles", number("triangles") + ", " + number("vertices") + " vertices");
     line("bytes", number("glb_bytes") + ", " + number("texture_bytes") + " of them texture");

@@ -4,6 +4,7 @@
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/executor.hpp>
+#include <ldi/base/numbers.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/depth/decided_depth.hpp>
 #include <ldi/depth/detail/band_input.hpp>
@@ -48,13 +49,17 @@ public:
             buffer<std::uint8_t> shares(band.region.size(), std::uint8_t{0});
             for (std::int32_t i = 0; i < band.region.count(); ++i)
                 if (decided[i] != 0) shares[i] = share_of(logits[2 * std::int64_t{i}], priors[i]);
-            detail::side_surfaces(band, shares).apply(depth.disparity, result.shares);
+            const auto min_island =
+                static_cast<std::int32_t>(detail::nearest_whole(min_island_samples * double{depth.sample_size}));
+            detail::side_surfaces(band, shares, min_island).apply(depth.disparity, result.shares);
         }
         result.disparity = std::move(depth.disparity);
         return result;
     }
 
 private:
+    /// Pixels of an island, per pixel that a sample of the estimate is wide.
+    static constexpr double min_island_samples = 24;
     /// The logit leans towards the side that the disparity is on already.
     static constexpr float prior = 6.0F;
 

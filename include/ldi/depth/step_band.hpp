@@ -19,12 +19,12 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The defaults are what the network was trained with.
 struct step_band_options {
-    float largest_step = 0.03F;  ///< neighbors that differ by more lie on a curve
+    float largest_step = 0.02F;  ///< neighbors that differ by more lie on a curve
     float min_step = 0.06F;      ///< between front and back of a curve
 };
 
 /// Front and back of a curve pixel are the extremes within this distance, in pixels.
-inline constexpr std::int32_t step_sides_radius = 2;
+inline constexpr std::int32_t step_sides_radius = 4;
 /// Pixels this near to a curve are decided.
 inline constexpr std::int32_t step_band_radius = 12;
 /// Pixels this near to a curve tell about the sides.

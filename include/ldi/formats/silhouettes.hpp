@@ -31,8 +31,8 @@ inline silhouette_network decode_silhouettes(std::span<const std::byte> bytes, c
     // Other values would need another band, or other arithmetic.
     const std::string_view fixed[][2] = {{"version", "1"},         {"layout", "\"out,in,height,width\""},
                                          {"prior", "6.0"},         {"kernel", "3"},
-                                         {"largest_step", "0.03"}, {"min_step", "0.06"},
-                                         {"sides_radius", "2"},    {"band_radius", "12"},
+                                         {"largest_step", "0.02"}, {"min_step", "0.06"},
+                                         {"sides_radius", "4"},    {"band_radius", "12"},
                                          {"region_radius", "16"},  {"activation", "\"relu, none in the last\""}};
     for (const auto& [key, value] : fixed)
         if (const detail::json_value is = detail::json_member(text, key); is.text != value)

@@ -17,16 +17,16 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 class side_surfaces {
 public:
-    /// shares  K, as in decided_depth; 0 for pixels around the band, which stay as they are
-    side_surfaces(const step_band& band, buffer<std::uint8_t>& shares)
-        : band_(band), shares_(shares), in_front_(band.region.size(), unset) {}
+    /// shares      K, as in decided_depth; 0 for pixels around the band, which stay as they are
+    /// min_island  connected pixels of one side, fewer than this and all of them in the band, go to the other side
+    side_surfaces(const step_band& band, buffer<std::uint8_t>& shares, std::int32_t min_island)
+        : band_(band), shares_(shares), min_island_(min_island), in_front_(band.region.size(), unset) {}
 
     /// Changes the disparity in the band, and writes the shares there.
     void apply(image<float>& disparity, image<std::uint8_t>& shares) {
         find_sides(disparity);
         flip_islands();
-        load(disparity);
-        carry();
+        carry_into_band(disparity);
         for_each_run([&](std::int32_t y, const pixel_region::run& run) {
             for (std::int32_t x = run.first, i = run.pixel; x < run.last; ++x, ++i)
                 if (shares_[i] != 0) disparity(y, x) = values_[i], shares(y, x) = shares_[i];
@@ -34,10 +34,13 @@ public:
     }
 
 private:
-    /// Connected pixels of one side, fewer than this and all of them in the band, belong to the other side.
-    static constexpr std::int32_t min_island = 24;
-    /// A pixel whose own disparity is this near to its side, as a share of the step, keeps it.
+    /// Disparity is carried this far from beyond the band, in steps to neighbors.
+    static constexpr std::size_t max_steps = 2 * step_band_radius;
+    /// Of the pixels of surfaces too narrow for that, those keep their disparity that are this near to their side, as a share of
+    /// the step.
     static constexpr float tolerance = 0.2F;
+    /// An island farther than this from a curve, squared, has nothing to do with it.
+    static constexpr std::int32_t near_curve = 16;
     static constexpr std::uint8_t half = 128;
 
     /// Pixels of a row and of one side, side by side.
@@ -75,21 +78,24 @@ private:
             above = row_start;
         }
         buffer<std::int32_t> sizes(stretches.size(), 0);  // of each set; those that leave the band count as large
+        buffer<std::uint8_t> is_near(stretches.size(), std::uint8_t{0}), leaves(stretches.size(), std::uint8_t{0});
         for (std::int32_t s = 0; s < stretches.count(); ++s) {
-            std::int32_t& size = sizes[sets.find(s)];
-            const stretch& of = stretches[s];
-            const std::uint8_t* const first = shares_.data() + of.pixel;
-            const bool leaves = std::find(first, first + (of.last - of.first), std::uint8_t{0}) != first + (of.last - of.first);
-            size = (std::min)(size + (leaves ? min_island : of.last - of.first), min_island);
+            const std::int32_t set = sets.find(s), last = end_of(stretches[s]);
+            sizes[set] += last - stretches[s].pixel;
+            for (std::int32_t i = stretches[s].pixel; i < last; ++i) {
+                if (shares_[i] == 0) leaves[set] = 1;
+                if (band_.squared_distances[i] <= near_curve) is_near[set] = 1;
+            }
         }
         for (std::int32_t s = 0; s < stretches.count(); ++s) {
-            if (sizes[sets.find(s)] >= min_island) continue;
-            const stretch& of = stretches[s];
-            const std::uint8_t flipped = in_front_[of.pixel] == 0 ? 1 : 0;
-            for (std::int32_t i = of.pixel; i < of.pixel + (of.last - of.first); ++i)
+            const std::int32_t set = sets.find(s);
+            if (leaves[set] != 0 || (sizes[set] >= min_island_ && is_near[set] != 0)) continue;
+            const std::uint8_t flipped = in_front_[stretches[s].pixel] == 0 ? 1 : 0;
+            for (std::int32_t i = stretches[s].pixel; i < end_of(stretches[s]); ++i)
                 in_front_[i] = flipped, shares_[i] = flipped != 0 ? 255 : 1;
         }
     }
+    static std::int32_t end_of(const stretch& s) { return s.pixel + (s.last - s.first); }
 
     void append_stretches(const pixel_region::run& run, buffer<stretch>& stretches, disjoint_sets& sets) const {
         for (std::int32_t x = run.first, end; x < run.last; x = end) {
@@ -102,48 +108,68 @@ private:
 
     float side_value(std::int32_t i) const { return in_front_[i] != 0 ? band_.sides_of(i).front : band_.sides_of(i).back; }
 
-    /// Finds the pixels that keep their own disparity. Others have that of their curve's side until one is carried to them.
-    void load(const image<float>& disparity) {
+    /// From beyond the band first. Surfaces that do not reach there keep what lies on their side, and carry that on; pixels
+    /// without any get the disparity of their curve's side.
+    void carry_into_band(const image<float>& disparity) {
         values_.resize(band_.region.size(), unset), is_open_.resize(band_.region.size(), unset);
         for_each_run([&](std::int32_t y, const pixel_region::run& run) {
-            const float* const row = disparity.row(y);
-            for (std::int32_t x = run.first, i = run.pixel; x < run.last; ++x, ++i) {
-                const float share = band_.share(i, row[x]);
-                const bool is_own = in_front_[i] != 0 ? share >= 1.0F - tolerance : share <= tolerance;
-                is_open_[i] = is_own ? 0 : 1;
-                values_[i] = is_own ? row[x] : side_value(i);
-            }
+            std::copy_n(disparity.row(y) + run.first, run.last - run.first, values_.begin() + run.pixel);
         });
+        for (std::int32_t i = 0; i < values_.count(); ++i) is_open_[i] = shares_[i] != 0 ? 1 : 0;
+        const neighbors beside(band_.region);
+        carry(beside, max_steps);
+        for (std::int32_t i = 0; i < values_.count(); ++i) {
+            if (is_open_[i] == 0) continue;
+            const float share = band_.share(i, values_[i]);
+            const bool is_own = in_front_[i] != 0 ? share >= 1.0F - tolerance : share <= tolerance;
+            if (is_own)
+                is_open_[i] = 0;
+            else
+                values_[i] = side_value(i);
+        }
+        carry(beside, values_.size());
     }
 
-    /// Breadth first over pixels of one side, so that each takes a value from the nearest.
-    void carry() {
-        const buffer<std::int32_t> below = pixels_below(band_.region);
-        buffer<std::int32_t> above(below.size(), no_pixel), queue;
-        for (std::int32_t i = 0; i < below.count(); ++i)
-            if (below[i] != no_pixel) above[below[i]] = i;
-        buffer<std::uint8_t> is_first(below.size() + 1, std::uint8_t{0});  // of its run
-        is_first.back() = 1;
-        for_each_run([&](std::int32_t, const pixel_region::run& run) { is_first[run.pixel] = 1; });
-        const auto for_each_neighbor = [&](std::int32_t i, auto&& visit) {
-            if (is_first[i] == 0) visit(i - 1);
-            if (is_first[i + 1] == 0) visit(i + 1);
-            if (above[i] != no_pixel) visit(above[i]);
-            if (below[i] != no_pixel) visit(below[i]);
-        };
-        for (std::int32_t i = 0; i < below.count(); ++i) {
-            if (is_open_[i] != 0) continue;
-            bool borders = false;
-            for_each_neighbor(i, [&](std::int32_t n) { borders = borders || is_open_[n] != 0; });
-            if (borders) queue.push_back(i);
+    /// Neighbors of the region's pixels.
+    class neighbors {
+    public:
+        explicit neighbors(const pixel_region& region)
+            : below_(pixels_below(region)), above_(region.size(), no_pixel), is_first_(region.size() + 1, std::uint8_t{0}) {
+            for (std::int32_t i = 0; i < below_.count(); ++i)
+                if (below_[i] != no_pixel) above_[below_[i]] = i;
+            is_first_.back() = 1;
+            for (std::int32_t y = 0; y < region.height(); ++y)
+                for (const pixel_region::run& run : region.row(y)) is_first_[run.pixel] = 1;
         }
-        for (std::size_t q = 0; q < queue.size(); ++q) {
-            const std::int32_t from = queue[q];
-            for_each_neighbor(from, [&](std::int32_t n) {
+
+        template <class Visit>
+        void for_each(std::int32_t i, Visit&& visit) const {
+            if (is_first_[i] == 0) visit(i - 1);
+            if (is_first_[i + 1] == 0) visit(i + 1);
+            if (above_[i] != no_pixel) visit(above_[i]);
+            if (below_[i] != no_pixel) visit(below_[i]);
+        }
+
+    private:
+        buffer<std::int32_t> below_, above_;
+        buffer<std::uint8_t> is_first_;  // of its run
+    };
+
+    /// Breadth first over open pixels of one side, so that each takes the value of the nearest that has one.
+    void carry(const neighbors& beside, std::size_t reach) {
+        buffer<std::int32_t> ring, next;
+        const auto visit_open = [&](std::int32_t from) {
+            beside.for_each(from, [&](std::int32_t n) {
                 if (is_open_[n] == 0 || in_front_[n] != in_front_[from] || !fits(values_[from], n)) return;
                 values_[n] = values_[from], is_open_[n] = 0;
-                queue.push_back(n);
+                next.push_back(n);
             });
+        };
+        for (std::int32_t i = 0; i < values_.count(); ++i)
+            if (is_open_[i] == 0) ring.push_back(i);
+        for (std::size_t steps = 0; steps < reach && !ring.empty(); ++steps, ring.swap(next)) {
+            next.clear();
+            for (const std::int32_t i : ring) visit_open(i);
         }
     }
 
@@ -155,6 +181,7 @@ private:
 
     const step_band& band_;
     buffer<std::uint8_t>& shares_;
+    std::int32_t min_island_;
     buffer<std::uint8_t> in_front_, is_open_;
     buffer<float> values_;
 };
