@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# How good 3D photos are: the networks' depth, novel views beside photographs taken from there, silhouettes, the paper's measure of
-# inpainting, sizes, times. Prints Markdown, writes pictures to out/quality, and ends with "ldi over screen space +D.DD dB,
+# Measures the quality of 3D photos: the networks' depth, novel views compared to photographs from there, silhouettes, the paper's
+# measure of inpainting, sizes, times. Prints Markdown, writes pictures to out/quality, and ends with "ldi over screen space +D.DD dB,
 # uncovered D.DDD %, lpips D.DDD (diffusion D.DDD), silhouettes D.D px, halo D.D" in one line.
 #
 #   bench/quality/run.sh [--inpainting-model FILE] [OPTION...]     --no-depth, --no-views, --no-sizes: the rest

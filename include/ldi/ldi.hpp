@@ -1,5 +1,5 @@
-// Everything that needs the standard library only: from a photo's pixels and the bytes of weight files to the bytes of a GLB
-// file. Include by name: ldi/io/... for files and decoders (link ldi::io), ldi/adapt/... for Eigen and xtensor.
+// Everything that requires only the standard library: from a photo's pixels and the bytes of weight files to the bytes of a GLB
+// file. Include individually: ldi/io/... for files and decoders (link ldi::io), ldi/adapt/... for Eigen and xtensor.
 #pragma once
 
 #include <ldi/version.hpp>
@@ -74,6 +74,7 @@
 #include <ldi/occlusion/discontinuity_curves.hpp>
 #include <ldi/occlusion/expand.hpp>
 #include <ldi/occlusion/lift.hpp>
+#include <ldi/occlusion/past_frame.hpp>
 #include <ldi/occlusion/spurious_discontinuities.hpp>
 
 #include <ldi/inpaint/diffusion_inpainter.hpp>

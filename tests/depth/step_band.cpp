@@ -34,7 +34,7 @@ buffer<curve_pixel> curve_pixels(const image<float>& map, const step_band_option
                     const std::int32_t squared = (u - x) * (u - x) + (v - y) * (v - y);
                     if (!is_inside(v, u) || squared > 20) continue;
                     front = std::max(front, map(v, u)), back = std::min(back, map(v, u));
-                    if (squared == 1) steps = steps || std::abs(map(v, u) - map(y, x)) > options.largest_step;
+                    if (squared == 1) steps = steps || std::abs(map(v, u) - map(y, x)) > options.max_step;
                 }
             if (steps && front - back >= options.min_step) result.push_back({x, y, front, back});
         }

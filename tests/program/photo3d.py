@@ -44,6 +44,10 @@ def check_written_files(folder):
     plain = write("plain.glb")
     extras = content(plain)["scenes"][0]["extras"]
     check(f"a GLB file says what it was made of: {extras}", extras.get("source") == "li\"nes.png" and extras.keys() >= {"motion", "nearest", "farthest", "focal_length_35mm"})
+    cropped = content(write("cropped.glb", "--frame", "crop"))
+    check("a GLB file says whether surfaces go on past the frame", extras.get("past_frame") is True and "past_frame" not in cropped["scenes"][0]["extras"])
+    check("its camera is the photo's, with each frame", cropped["cameras"] == content(plain)["cameras"])
+    run("a frame that is not known", [photo, *depth, "--frame", "round"], ["--frame", "round"])
     compressed = write("compressed.glb", "--compress")
     if b"built without" in compressed:
         print("skipped compressed files: the program was built without meshoptimizer or libwebp")
@@ -66,6 +70,10 @@ def check_written_files(folder):
     check("two pictures side by side", len(rows) == 200 and len(rows[0]) == 3 * 600)
     far, near = (middle(color, 300, 600) - middle(color, 0, 300) for color in (0, 1))
     check(f"what is near stands in the window, what is far behind it: {near}, {far}", abs(near) < 1 and 3 < far < 12)
+    place = middle(1, 0, 300)
+    check(f"the window is as large as the photo: {place}", abs(place - 221.5) < 1)
+    rows = pixels(write("cropped_pair.png", "--frame", "crop"))
+    check(f"a cropped one is smaller: {middle(1, 0, 300)}", middle(1, 0, 300) > place + 1)
     jps = write("pair.JPS")
     check("a JPS file", jps[:4] == b"\xff\xd8\xff\xe0" and b"\xff\xe3\0\x12_JPSJPS_\0\4\0\0\2\1\0\0" in jps)
     mpo = write("pair.mpo")
@@ -320,7 +328,7 @@ def main():
         run("a path that shows the photo from afar", [*video[:-1], "--video", far_frames, "--path", file(folder, "wide.json", wide.encode())])
         darkest = min(min(row) for name in os.listdir(far_frames) for row in pixels(open(os.path.join(far_frames, name), "rb").read()))
         check(f"past its border the photo goes on: {darkest}", darkest > 40)  # the checks are 60 and 180
-        run("key frames in disorder", [*video, frames, "--path", file(folder, "late.json", (keys % 2).encode())], ["times that rise"])
+        run("key frames in disorder", [*video, frames, "--path", file(folder, "late.json", (keys % 2).encode())], ["increasing times"])
         run("key frames of text", [*video, frames, "--path", file(folder, "text.json", b"hello")], ["text.json", "key frames"])
         if shutil.which("ffmpeg"):
             for name in ("a.mp4", "a.webp", "a.gif", "$(touch x) '.mp4"):

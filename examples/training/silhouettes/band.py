@@ -5,9 +5,9 @@ import subprocess
 import cv2
 import numpy as np
 
-LARGEST_STEP = 0.05  # neighbors farther apart than this lie on different surfaces (the library's surface rule)
-MIN_STEP = 0.1       # between front and back, for a band
-SIDES_RADIUS = 2     # front and back of a curve are the extremes within so many pixels of it
+LARGEST_STEP = 0.02  # neighbors farther apart than this lie on different surfaces
+MIN_STEP = 0.06      # between front and back, for a band
+SIDES_RADIUS = 4     # front and back of a curve are the extremes within so many pixels of it
 BAND_RADIUS = 12     # alpha is wanted this far from a curve, in pixels
 REGION_RADIUS = 16   # and the network computes this far
 CHANNELS = 8

@@ -198,20 +198,31 @@ class Composites:
             image = cv2.imdecode(cv2.imencode(".jpg", image, [1, int(rng.uniform(60, 97))])[1], 1)
         return image, np.stack(sheets), "+".join(kinds)
 
-    def disparity(self, weights):
-        """True disparity of the sheets, opaque: each a gentle slope, sometimes with a smaller step of its own."""
+    def disparity(self, weights, min_step=0.12, fading=0.0):
+        """True disparity of the sheets, opaque: each a gentle slope, sometimes with a smaller step of its own.
+
+        min_step  between neighboring sheets
+        fading    how many of the sheets, as a share, come down to the one behind them along one direction, as what stands on the ground does
+        """
         rng, size = self.rng, weights.shape[1:]
         y, x = np.mgrid[-0.5:0.5:size[0] * 1j, -0.5:0.5:size[1] * 1j].astype(np.float32)
         base, true = rng.uniform(0.02, 0.25), None
         owner = weights.argmax(0)
         for k in range(len(weights)):
-            step = 0.0 if k == 0 else math.exp(rng.uniform(math.log(0.12), math.log(0.6 / (len(weights) - 1))))
+            step = 0.0 if k == 0 else math.exp(rng.uniform(math.log(min_step), math.log(0.6 / (len(weights) - 1))))
             base += step
             tilt = 0.15 if k == 0 else 0.4 * step
             sheet = base + (y * rng.uniform(-1, 1) + x * rng.uniform(-1, 1)) * tilt + noise(rng, size, 60) * max(step, 0.1) * 0.04
             if rng.random() < 0.15:
                 small, _ = shape(rng, (size[0] // SUPER, size[1] // SUPER))
                 sheet = sheet - (cv2.resize(small, size[::-1], interpolation=cv2.INTER_AREA) > 128) * max(step, 0.1) * rng.uniform(0.1, 0.35)
+            if k > 0 and fading and rng.random() < fading:
+                angle, rows, columns = rng.uniform(0, 2 * np.pi), *np.nonzero(owner == k)
+                if len(rows):
+                    along = y * np.sin(angle) + x * np.cos(angle)
+                    low, high = np.percentile(along[rows, columns], [0, 100])
+                    start, width = rng.uniform(low, 0.6 * high + 0.4 * low), rng.uniform(0.05, 0.5)
+                    sheet = true + (sheet - true) * np.clip((along - start) / width, 0, 1)
             true = sheet if k == 0 else np.where(owner == k, sheet, true)
         return np.clip(true, 0, 1).astype(np.float32)
 

@@ -142,8 +142,8 @@ def agrees(share, true):
 
 
 def of_pairs(a, net, observe, depth):
-    found = {}
-    print("\n| photograph | pixels | what is wrong, % |\n|---|---|---|")
+    found, wide = {}, {}
+    print("\n| photograph | pixels | what is wrong, %; in the prototype's band |\n|---|---|---|")
     with open(os.path.join(a.pairs, "manifest.json")) as file:
         manifest = json.load(file)
     for entry in manifest:
@@ -153,18 +153,39 @@ def of_pairs(a, net, observe, depth):
         true, known = true_sides(entry, a.pairs, photo.shape[:2])
         estimated, _, prepared, cleaned = depth(photo)
         band, result = methods(net, observe, photo, estimated, prepared, cleaned)
-        smooth = np.clip(band.share(cv2.resize(estimated, prepared.shape[::-1], interpolation=cv2.INTER_LINEAR)), 0, 1)
-        mask = band.band & known & agrees(smooth, true)
+        result = {method: p > 0.5 for method, p in result.items()}
+        smooth = cv2.resize(estimated, prepared.shape[::-1], interpolation=cv2.INTER_LINEAR)
+        mask = band.band & known & agrees(np.clip(band.share(smooth), 0, 1), true)
         if mask.sum() < MIN_PIXELS[1]:
             continue
-        for method, p in result.items():
-            found.setdefault(method, []).append(((p > 0.5) != (true > 0.5))[mask].mean())
-        print(f"| {entry['name']} | {mask.sum()} | " + ", ".join(f"{m} {100 * v[-1]:.2f}" for m, v in found.items()) + " |", flush=True)
+        add(found, {method: (side != (true > 0.5))[mask].mean() for method, side in result.items()})
+        wide_band, smooth = windows(smooth)
+        counted = wide_band & known & agrees(smooth, true)
+        elsewhere = windows(prepared)[1] > 0.5
+        sides = {"estimate, thresholded": smooth > 0.5, "prepared disparity": elsewhere, "aligned as the library does": windows(cleaned)[1] > 0.5}
+        sides |= {method: np.where(band.band, side, elsewhere) for method, side in result.items() if method not in sides}
+        add(wide, {method: (sides[method] != (true > 0.5))[counted].mean() for method in result})
+        print(f"| {entry['name']} | {mask.sum()} of {counted.sum()} | " +
+              ", ".join(f"{m} {100 * found[m][-1]:.2f}; {100 * wide[m][-1]:.2f}" for m in found) + " |", flush=True)
         if a.sheets:
             sheet(os.path.join(a.sheets, f"pair_{entry['name']}.png"), photo, prepared, result["network"], (true > 0.5).astype(np.float32), mask)
-    print("\n| method | wrong side, % |\n|---|---|")
+    print("\n| method | wrong side, % | in the prototype's band, % |\n|---|---|---|")
     for method, values in found.items():
-        print(f"| {method} | {100 * np.mean(values):.2f} |")
+        print(f"| {method} | {100 * np.mean(values):.2f} | {100 * np.mean(wide[method]):.2f} |")
+
+
+def add(lists, values):
+    for name, value in values.items():
+        lists.setdefault(name, []).append(value)
+
+
+def windows(disparity, radius=20, least=0.06):
+    """(band, share of the front) of an earlier prototype, whose figures are known: steps from `least` on within square windows, sharp or not."""
+    def box(change, r):
+        return change(disparity, np.ones((2 * r + 1, 2 * r + 1), np.uint8), borderType=cv2.BORDER_REPLICATE)
+    low, high = (cv2.blur(box(change, radius), (radius + 1, radius + 1), borderType=cv2.BORDER_REPLICATE) for change in (cv2.erode, cv2.dilate))
+    step = box(cv2.dilate, bands.BAND_RADIUS) - box(cv2.erode, bands.BAND_RADIUS)
+    return (step > least) & (step > 0.35 * (high - low)), np.clip((disparity - low) / np.maximum(high - low, least), 0, 1)
 
 
 def sheet(path, photo, prepared, alpha, truth, mask):

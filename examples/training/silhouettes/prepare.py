@@ -27,6 +27,7 @@ MAX_PER_MAP = 6     # crops of one disparity map
 MIN_LABELLED = 300  # pixels of a crop
 RIM = 2             # pixels to either side of a mask's border that get no label
 PAIRS_NAMED = ("tartan_", "iclredwood_", "tief_")  # photographs whose depth is dense and sharp
+MIN_STEP, FADING = 0.06, 0.35  # of composites.disparity()
 PAIRS_SHARE = 0.3   # of real photographs
 SIZES = ((384, 512), (512, 384), (352, 480), (448, 448), (336, 448))
 
@@ -66,7 +67,7 @@ def of_composite(maker, depth):
     """Crops of a new composite."""
     rng = maker.rng
     photo, weights, _ = maker.composite(SIZES[int(rng.integers(len(SIZES)))])
-    given = [depth(photo, maker.spoiled(maker.disparity(weights), rng.random() ** 1.2))]
+    given = [depth(photo, maker.spoiled(maker.disparity(weights, MIN_STEP, FADING), rng.random() ** 1.2))]
     seen = depth(photo)
     given.append(depth(photo, coarser(rng, seen[0])) if rng.random() < 0.5 else seen)
     for by_network, (estimated, _, prepared, _) in enumerate(given):

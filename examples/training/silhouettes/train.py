@@ -29,7 +29,8 @@ sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "
 from muon import Muon  # noqa: E402
 
 WARM_UP = 200  # steps
-SOFT_WEIGHT, WRONG_WEIGHT, GRADIENT_WEIGHT, DOUBT_WEIGHT = 4.0, 2.0, 0.7, 0.1
+SOFT_WEIGHT, GRADIENT_WEIGHT, DOUBT_WEIGHT = 2.0, 0.7, 0.1
+FILES_PER_BATCH = 4  # crops of one file have few photographs between them
 SAVE_SECONDS, LOOK_SECONDS, SNAPSHOT_SECONDS = 120, 300, 1800
 
 
@@ -51,9 +52,9 @@ class Crops:
         return sum(len(f) for f in self.files.values())
 
     def batch(self, rng, count):
-        """Crops of a random file, augmented."""
-        file = self.files[self.paths[int(rng.integers(len(self.paths)))]]
-        x, alpha, state = tensors(file[np.sort(rng.choice(len(file), count, replace=False))])
+        """Crops of random files, augmented."""
+        files = [self.files[self.paths[int(rng.integers(len(self.paths)))]] for _ in range(FILES_PER_BATCH)]
+        x, alpha, state = tensors(np.concatenate([f[np.sort(rng.choice(len(f), count // len(files), replace=False))] for f in files]))
         for dim in (2, 3):
             if rng.random() < 0.5:
                 x, alpha, state = (t.flip(dim) for t in (x, alpha, state))
@@ -73,14 +74,13 @@ def tensors(crops):
     return (t[:, :8].float() - 128) / 127, t[:, 8:9].float() / 255, t[:, 9:10]
 
 
-def losses(logits, x, alpha, state):
+def losses(logits, alpha, state):
     """The terms of the loss, each a scalar."""
     p = torch.sigmoid(logits[:, :1])
     known, none = (state == composites.LABELLED).float(), (state == composites.NO_STEP).float()
     area = known.sum().clamp(min=1)
     error = (p - alpha).abs()
-    # more weight where both surfaces share a pixel, and where the prepared disparity is on the wrong side
-    weight = known * (1 + SOFT_WEIGHT * 4 * alpha * (1 - alpha) + WRONG_WEIGHT * ((x[:, 4:5] > 0).float() - alpha).abs())
+    weight = known * (1 + SOFT_WEIGHT * 4 * alpha * (1 - alpha))  # more where both surfaces share a pixel
     terms, gradient = {"alpha": (weight * error).sum() / area}, 0.0
     for dim in (2, 3):
         n = p.shape[dim] - 1
@@ -157,7 +157,7 @@ class Run:
         x = x.contiguous(memory_format=torch.channels_last)
         with torch.cpu.amp.autocast(enabled=self.mixed, dtype=torch.bfloat16), quantize.rounded_weights(self.net, self.ranges):
             logits = self.net(x, region, self.observe(self.net))
-        terms = losses(logits.float(), x, alpha, state)
+        terms = losses(logits.float(), alpha, state)
         self.optimizer.zero_grad(set_to_none=True)
         sum(terms.values()).backward()
         norm = torch.nn.utils.clip_grad_norm_(self.net.parameters(), 5.0)
@@ -224,7 +224,6 @@ def main():
         done = asked or fallen >= 1 or os.path.exists(path("stop"))
         if run.seconds - looked > LOOK_SECONDS or done:
             looked = run.seconds
-            crops.find()
             with quantize.rounded_weights(run.average, ranges):
                 wrong, threshold, error = validate(run.average, validation, run.observe(run.average))
             new = not os.path.exists(path("log.tsv"))
@@ -239,6 +238,7 @@ def main():
                   f"(threshold {threshold:.2f}), error {error:.2f} %", flush=True)
         if done or time.time() - saved > SAVE_SECONDS:
             saved = time.time()
+            crops.find()
             run.save(checkpoint)
         if run.seconds - snapped > SNAPSHOT_SECONDS:
             snapped = run.seconds

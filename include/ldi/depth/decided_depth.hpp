@@ -39,8 +39,8 @@ struct aligned_silhouettes {
     decided_depth decide(undecided_depth depth, Executor&& threads) const {
         alignment_options scaled = options;
         scaled.uncertainty *= depth.sample_size;
-        scaled.shortest_length = static_cast<std::size_t>(
-            detail::nearest_whole(double{depth.sample_size * detail::nearest_float(scaled.shortest_length)}));
+        scaled.min_length =
+            static_cast<std::size_t>(detail::nearest_whole(double{depth.sample_size * detail::nearest_float(scaled.min_length)}));
         align_silhouettes(depth.disparity, depth.photo, depth.surface, scaled, threads);
         return {std::move(depth.disparity), {}};
     }

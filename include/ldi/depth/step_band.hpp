@@ -19,8 +19,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The defaults are what the network was trained with.
 struct step_band_options {
-    float largest_step = 0.02F;  ///< neighbors that differ by more lie on a curve
-    float min_step = 0.06F;      ///< between front and back of a curve
+    float max_step = 0.02F;  ///< neighbors that differ by more lie on a curve
+    float min_step = 0.06F;  ///< between front and back of a curve
 };
 
 /// Front and back of a curve pixel are the extremes within this distance, in pixels.
@@ -53,7 +53,7 @@ struct step_band {
 
 /// disparity  H x W x 1, finite
 ///
-/// A pixel lies on a curve if a neighbor differs by more than largest_step, and the extremes within step_sides_radius by at least
+/// A pixel lies on a curve if a neighbor differs by more than max_step, and the extremes within step_sides_radius by at least
 /// min_step. Distances are Euclidean and exact; of curve pixels at the same distance, the leftmost counts, then the uppermost.
 /// Linear time: up to 33 operations on 16 bits per pixel within step_region_radius of a column that a curve crosses. 6 bytes per
 /// pixel, and 20 per pixel of the region.
@@ -110,7 +110,7 @@ private:
         const float* const here = disparity_.row(y);
         const float* const above = disparity_.row((std::max)(y - 1, 0));
         const float* const below = disparity_.row((std::min)(y + 1, height_ - 1));
-        const float step = options_.largest_step;
+        const float step = options_.max_step;
         std::uint8_t* const to = stepped.data();
         for (std::int32_t x = 0; x < width_; ++x)
             to[x] = static_cast<std::uint8_t>((std::abs(here[x] - above[x]) > step ? 1 : 0) |

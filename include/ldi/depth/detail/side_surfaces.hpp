@@ -173,10 +173,13 @@ private:
         }
     }
 
-    /// Whether a disparity is on a pixel's side of its step: next to another curve, that side may be another surface.
+    /// Whether a disparity is on a pixel's side of its step: next to another curve, that side may be another surface. A blurred
+    /// step may go on beyond what its curve pixels see of it.
     bool fits(float value, std::int32_t i) const {
+        constexpr float inwards = 0.5F, outwards = 3.0F;  // in steps
         const step_band::sides& s = band_.sides_of(i);
-        return std::abs(value - side_value(i)) <= 0.5F * (s.front - s.back);
+        const float step = s.front - s.back, beyond = in_front_[i] != 0 ? value - s.front : s.back - value;
+        return beyond >= -inwards * step && beyond <= outwards * step;
     }
 
     const step_band& band_;

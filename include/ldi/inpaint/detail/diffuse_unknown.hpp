@@ -1,4 +1,4 @@
-// Isotropic diffusion over the links of a layered image: from the pixels that are known into those that are not.
+// Isotropic diffusion over the links of a layered image, from known to unknown pixels.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -10,12 +10,14 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
+/// Diffuses values into all unknown pixels.
+///
 /// g               in canonical order
-/// known           K, 0 where a pixel is not known
+/// known           K, 0 for unknown pixels
 /// rounds          Gauss-Seidel rounds on each level of the multigrid
-/// value           value(pixel, side): the channels of a known pixel that lies on this side of an unknown one
-/// before_solving  is called once all values have been asked for
-/// store           store(pixel, diffusion<Channels>::value_type): is called last, for every pixel that is not known
+/// value           value(pixel, side): the channels of a known pixel, which is the neighbor of an unknown pixel on this side
+/// before_solving  called after all calls of value()
+/// store           store(pixel, diffusion<Channels>::value_type): called last, for every unknown pixel
 ///
 /// A surface without any known pixel gets the mean of the known values next to unknown pixels elsewhere.
 template <std::size_t Channels, class Value, class BeforeSolving, class Store>

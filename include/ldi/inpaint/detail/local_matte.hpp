@@ -1,8 +1,8 @@
-// The share of the nearer surface in the colors beside a silhouette, from these colors alone. Each pixel looks for the pair of
-// samples, one of either surface, of which its color is a mixture: C = alpha F + (1 - alpha) B with the least error (Wang and
-// Cohen, Optimized Color Sampling for Robust Matting, CVPR 2007; Gastal and Oliveira, Shared Sampling for Real-Time Alpha
-// Matting, Eurographics 2010). Diffusion then smooths the shares, each pulled towards its estimate the more, the less error the
-// pair has.
+// Estimates the nearer surface's share in the colors beside a silhouette, from these colors alone. Each pixel searches for the
+// pair of samples, one from each surface, whose mixture is closest to its color: C = alpha F + (1 - alpha) B (Wang and Cohen,
+// Optimized Color Sampling for Robust Matting, CVPR 2007; Gastal and Oliveira, Shared Sampling for Real-Time Alpha Matting,
+// Eurographics 2010). Diffusion then smooths the shares; the smaller the error of its pair, the more strongly a pixel is pulled
+// to its own estimate.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -20,17 +20,17 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// A color as a mixture of two.
+/// A color as a mixture of two colors.
 struct mixture {
-    float alpha = 0;  ///< the foreground's share
+    float alpha = 0;  ///< share of the foreground
     float_color foreground{}, background{};
-    int confidence = 0;  ///< 0 to 8, against 1 for each of four neighbors
+    int confidence = 0;  ///< 0 to 8: weight of the estimate, relative to 1 for each of four neighbors
 };
 
-/// The mixture of a foreground and a background sample that is nearest to a color. One that is nearly pure is preferred, because
-/// in a texture some pair of samples explains every color; by how much was chosen on the views of bench/quality.
+/// Mixture of a foreground and a background sample closest to a color. Nearly pure mixtures are preferred, because in textured
+/// regions some pair explains every color; the preference was tuned on bench/quality.
 ///
-/// known_alpha  the foreground's share if it is known, else nullptr
+/// known_alpha  share of the foreground if it is known, else nullptr
 inline mixture unmix(const float_color& color, const float_color* foregrounds, const float_color* backgrounds, std::size_t count,
                      const float* known_alpha) {
     mixture best;
@@ -50,19 +50,19 @@ inline mixture unmix(const float_color& color, const float_color* foregrounds, c
             least = cost, contrast = squared;
             best = {alpha, foregrounds[f], backgrounds[b], 0};
         }
-    // A tenth of the contrast is what grain makes of a mixture; half of it is another color.
+    // Grain alone causes errors of a tenth of the contrast; an error of half the contrast means another color.
     const float error = std::sqrt(least / (contrast + 1.0F));
     best.confidence = static_cast<int>(std::clamp(10.0F - 20.0F * error, 0.0F, 8.0F));
     return best;
 }
 
-/// Mixtures of all pixels of a band, in the order of its places. Where a pixel's nearest side cannot tell, confidence is 0 and
-/// alpha is 1 in front, 0 behind.
+/// Mixtures of all pixels of a band, in the order of places(). If the two surfaces at a pixel's nearest side are not
+/// distinguishable, confidence is 0, and alpha is 1 in front and 0 behind.
 class local_matte {
 public:
     /// shares  of the foreground where they are known, as in decided_depth; may be empty
     local_matte(const graph_view& g, const silhouette_band& band, array_view<const std::uint8_t> colors,
-                std::span<const std::uint8_t> shares)
+                std::span<const std::uint8_t> shares = {})
         : graph_(g), band_(band), shares_(shares) {
         mixtures_.reserve(band.places().size());
         for (const silhouette_band::place& p : band.places()) mixtures_.push_back(estimate(p, colors));
@@ -89,7 +89,7 @@ public:
     }
 
 private:
-    /// Samples come from the pixel's nearest side, and from those of pixels this far from it along rows and columns.
+    /// Samples are taken at the pixel's nearest silhouette side, and at those of pixels this far away along rows and columns.
     static constexpr std::int32_t sample_distance = 4;
     static constexpr std::size_t max_samples = 5;
 
@@ -128,7 +128,8 @@ private:
         return unmix(color, foregrounds, backgrounds, count, is_known ? &share : nullptr);
     }
 
-    /// A share is smooth in the picture: also from pixel to pixel across the silhouette. Beyond the band nothing is mixed.
+    /// Connects a pixel to its neighbors in the picture, also across the silhouette, because shares are smooth there. Outside
+    /// the band, colors are pure.
     void add_neighbors(diffusion<1>& solver, const buffer<std::int32_t>& cells, std::int32_t place) const {
         const silhouette_band::place& p = band_.places()[place];
         const float pure = p.in_front ? 1.0F : 0.0F;

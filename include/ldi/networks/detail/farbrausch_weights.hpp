@@ -1,4 +1,4 @@
-// The inpainting network's convolutions, packed for an arithmetic from the tensors of a file.
+// Packs the inpainting network's convolutions from the tensors of a file, in float32 or int8.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -54,14 +54,14 @@ masked_map<Value> converted(network_input input, std::size_t channels, const far
     return result;
 }
 
-/// One convolution per level: from it to the next, and back.
+/// One encoder and one decoder convolution per level.
 template <class Weights>
 struct farbrausch_convolutions {
     buffer<Weights> encoder, decoder;
     farbrausch_input<typename Weights::value_type> input;
 };
 
-/// Takes the tensors, checks them and packs them; what it raises is the constructor's of farbrausch.
+/// Checks the tensors and packs them. Raises the errors that the constructor of farbrausch documents.
 class farbrausch_packer {
 public:
     farbrausch_packer(const named_tensors& file, const inpainting_architecture& architecture, isa target)
@@ -103,7 +103,7 @@ private:
         std::size_t outputs;
         std::int32_t kernel;
         activation after;
-        std::string result;  ///< whose range it has; empty: floats
+        std::string result;  ///< key of the result's range in the file; empty: float results
 
         std::size_t inputs() const {
             std::size_t sum = 0;
@@ -117,7 +117,7 @@ private:
 
     std::size_t depth() const { return architecture_.channels.size(); }
 
-    /// The encoder's result at a level.
+    /// The encoder's output that the decoder of this level reads.
     ranged_tensor skip(std::size_t level) const {
         return {level == 0 ? "input" : encoder(level - 1), architecture_.inputs(level)};
     }

@@ -19,7 +19,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 inline const buffer<float>& finite_values(const named_tensors& file, const std::string& name, const buffer<std::size_t>& shape) {
     const buffer<float>& found = tensor_values<float>(file, name, shape);
     if (!std::all_of(found.begin(), found.end(), [](float v) { return std::isfinite(v); }))
-        raise(error_code::invalid_data, tensor_place(file, name), "finite values", "others");
+        raise(error_code::invalid_data, tensor_place(file, name), "finite values", "infinite values or NaN");
     return found;
 }
 

@@ -75,7 +75,7 @@ private:
 
     std::int32_t add(const pixel_region::run& run, std::int32_t first, std::int32_t last, std::int32_t y, bool is_regular) {
         const std::int32_t row = plan_.stride * y;
-        if (is_regular && last - first >= shortest_segment) {
+        if (is_regular && last - first >= min_segment) {
             plan_.segments.push_back({run.pixel_at(first), last - first});
             for (std::int32_t v = row - radius_; v <= row + radius_; ++v)
                 plan_.rows.push_back(inputs_.number(plan_.stride * first, v));
@@ -101,7 +101,7 @@ private:
 
 }  // namespace detail
 
-/// kernel_size  odd, 1 to largest_kernel_size
+/// kernel_size  odd, 1 to max_kernel_size
 inline convolution_plan plan_convolution(const pixel_region& region, std::int32_t kernel_size) {
     return detail::region_planner(region, region, kernel_size, 1).run();
 }
