@@ -69,8 +69,8 @@ concept color_inpainter = requires(const T& t, working_layers<>& layers, const p
     t.inpaint(layers, progress, threads);
 };
 
-/// What decides where silhouettes lie. `decide(depth, threads)` takes an undecided_depth (depth/decided_depth.hpp) and returns a
-/// decided_depth of the same size. `network_decider` (depth/network_decider.hpp) is one, `aligned_silhouettes` another.
+/// Decides where silhouettes lie. `decide(depth, threads)` accepts an undecided_depth (depth/decided_depth.hpp) and returns a
+/// decided_depth of the same size. Examples: `network_decider` (depth/network_decider.hpp), `aligned_silhouettes`.
 template <class T>
 concept silhouette_decider = requires(const T& t, undecided_depth depth, const serial_executor& threads) {
     { t.decide(std::move(depth), threads) } -> std::same_as<decided_depth>;
@@ -247,17 +247,17 @@ struct cleaned_photo {
     image<float> estimated;      ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
     image<float> resampled;      ///< H x W x 1, before cleaning
     image<float> disparity;      ///< H x W x 1, cleaned
-    image<std::uint8_t> shares;  ///< of the front, as in decided_depth
-    depth_range range;           ///< the distances that its disparities stand for
+    image<std::uint8_t> shares;  ///< share of the front surface; see decided_depth
+    depth_range range;           ///< distances at disparity 1 and 0
 };
 
 /// Estimates and cleans the depth of a photo: the stages "depth estimation", "depth filter" and "connected components".
 ///
 /// photo  H x W x 3, at least one pixel
 ///
-/// Raises what the stages raise; before anything is estimated, error_code::invalid_data for a photo of another shape, and
-/// error_code::invalid_option if long_side is 0, the focal length is not in [1, 1e5] or the surface rule's step not in [0.001,
-/// 1].
+/// Raises the errors of the stages; before the estimate, error_code::invalid_data for a photo of another shape, and
+/// error_code::invalid_option if long_side is 0, the focal length is not in [1, 1e5], or the surface rule's step is not in
+/// [0.001, 1].
 template <depth_estimator Estimator, silhouette_decider Decider, executor Executor = const serial_executor>
 cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator& estimator, const Decider& decider,
                           const photo3d_options& options = {}, Executor&& threads = {}) {
@@ -291,7 +291,7 @@ cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator&
     progress.report("connected components", 1.0F);
     return result;
 }
-/// The same with silhouettes aligned by hand.
+/// Same as above, with aligned_silhouettes.
 template <depth_estimator Estimator, executor Executor = const serial_executor>
 cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator& estimator, const photo3d_options& options = {},
                           Executor&& threads = {}) {
@@ -439,7 +439,7 @@ photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& esti
                      const Inpainter& inpainter, const photo3d_options& options = {}, Executor&& threads = {}) {
     return make_photo3d(photo, photo_columns<>(), estimator, decider, inpainter, options, threads);
 }
-/// The same with silhouettes aligned by hand.
+/// Same as above, with aligned_silhouettes.
 template <depth_estimator Estimator, color_inpainter Inpainter, payload_column... Own, executor Executor = const serial_executor>
 basic_photo3d<Own...> make_photo3d(image_view<const std::uint8_t> photo, const photo_columns<Own...>& own,
                                    const Estimator& estimator, const Inpainter& inpainter, const photo3d_options& options = {},
