@@ -1,20 +1,23 @@
-# The libraries that ldi::io reads more formats with. Each is optional: ldi_readers::all links those that are on this machine, and tells the
-# headers which by a macro each (include/ldi/io/detail/readers.hpp).
+# The libraries that ldi::io reads more formats with, and one that writes JPEG faster. Each is optional: ldi_readers::all links those that are
+# on this machine, and tells the headers which by a macro each (include/ldi/io/detail/readers.hpp).
 #
-# LDI_READERS  those to look for: a list of libheif (HEIC, AVIF), libwebp, libtiff (from 4.5), lcms2 (color profiles), pugixml (XMP)
+# LDI_READERS  those to look for: a list of libheif (HEIC, AVIF), libwebp, libtiff (from 4.5), lcms2 (color profiles), pugixml (XMP),
+#              libjpeg (or libjpeg-turbo)
 
-set(LDI_READERS "libheif;libwebp;libtiff;lcms2;pugixml" CACHE STRING "Optional libraries that ldi::io reads pictures with, where found")
+set(LDI_READERS "libheif;libwebp;libtiff;lcms2;pugixml;libjpeg" CACHE STRING "Optional libraries that ldi::io reads pictures with, where found")
 
 set(ldi_header_of_libheif libheif/heif.h)
 set(ldi_header_of_libwebp webp/decode.h)
 set(ldi_header_of_libtiff tiffio.h)
 set(ldi_header_of_lcms2 lcms2.h)
 set(ldi_header_of_pugixml pugixml.hpp)
+set(ldi_header_of_libjpeg jpeglib.h)
 set(LdiReaders_PACKAGE_OF_libheif libheif-dev)
 set(LdiReaders_PACKAGE_OF_libwebp libwebp-dev)
 set(LdiReaders_PACKAGE_OF_libtiff libtiff-dev)
 set(LdiReaders_PACKAGE_OF_lcms2 liblcms2-dev)
 set(LdiReaders_PACKAGE_OF_pugixml libpugixml-dev)
+set(LdiReaders_PACKAGE_OF_libjpeg libjpeg-dev)
 
 if(NOT TARGET ldi_readers::all)
     add_library(ldi_readers::all INTERFACE IMPORTED GLOBAL)
@@ -44,7 +47,7 @@ if(NOT TARGET ldi_readers::all)
             INTERFACE_COMPILE_DEFINITIONS LDI_WITH_${macro})
         target_link_libraries(ldi_readers::all INTERFACE ldi_readers::${reader})
     endforeach()
-    message(STATUS "ldi::io reads more with: ${LdiReaders_NAMES}")
+    message(STATUS "ldi::io does more with: ${LdiReaders_NAMES}")
 endif()
 
 set(LdiReaders_FOUND TRUE)

@@ -18,6 +18,7 @@ readonly needs_io=(
     "header stb/stb_image.h;libstb-dev" "header png.h;libpng-dev"
     "header libexif/exif-data.h;libexif-dev" "${needs_weight_files[@]}"
     "header libheif/heif.h;libheif-dev" "header webp/decode.h;libwebp-dev" "header tiffio.h;libtiff-dev"
+    "header jpeglib.h;libjpeg-dev"
     "header lcms2.h;liblcms2-dev" "header pugixml.hpp;libpugixml-dev")
 readonly needs_photo3d=("header CLI/CLI.hpp;libcli11-dev" "header nlohmann/json.hpp;nlohmann-json3-dev"
     "header meshoptimizer.h;libmeshoptimizer-dev" "header webp/encode.h;libwebp-dev")

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# What including ldi costs a user's build: median processor time and peak memory of 5 compilations each, as one table.
-# CXX and RUNS say otherwise: CXX=clang++ RUNS=1 bench/compile_time/run.sh
+# Measures the cost of including ldi in a user's build: median processor time and peak memory of 5 compilations each, as one table.
+# CXX selects another compiler, RUNS another number of runs: CXX=clang++ RUNS=1 bench/compile_time/run.sh
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 compiler=${CXX:-g++} runs=${RUNS:-5}
@@ -9,7 +9,7 @@ trap 'rm -rf "$work"' EXIT
 
 echo '#include <ldi/ldi.hpp>' >"$work/umbrella.cpp"
 (cd include && printf '#include <%s>\n' ldi/core/*.hpp) >"$work/core.cpp"
-# What every user of the whole pays for anyway.
+# Standard headers that ldi.hpp includes, for comparison.
 cat >"$work/standard.cpp" <<'END'
 #include <algorithm>
 #include <condition_variable>

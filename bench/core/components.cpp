@@ -30,7 +30,7 @@ void components_of_image(benchmark::State& state) {
 }
 BENCHMARK(components_of_image)->Unit(benchmark::kMillisecond);
 
-/// A tenth of all links is missing: short runs and many small components.
+/// Connected components of a graph in which a tenth of all links is missing: short runs and many small components.
 void components_of_noise(benchmark::State& state) {
     std::mt19937 random(1);
     ldi::testing::sketched_graph g(ldi::make_grid(ldi::benchmarks::photo_width, ldi::benchmarks::photo_height));
@@ -41,7 +41,7 @@ void components_of_noise(benchmark::State& state) {
 }
 BENCHMARK(components_of_noise)->Unit(benchmark::kMillisecond);
 
-/// Pixels in random order: the worst that can be asked of it.
+/// Pixels in random order: the worst case.
 void components_of_shuffled_image(benchmark::State& state) {
     std::mt19937 random(1);
     const ldi::graph g = ldi::make_grid(ldi::benchmarks::photo_width, ldi::benchmarks::photo_height);

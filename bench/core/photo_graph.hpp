@@ -14,7 +14,7 @@ namespace ldi::benchmarks {
 
 inline constexpr std::int32_t photo_width = 1152, photo_height = 1536;
 
-/// A single layer of photo_width x photo_height pixels, linked except where the disparity of the shipped sample jumps by more
+/// Makes a single layer of photo_width x photo_height pixels, linked except where the disparity of the sample differs by more
 /// than 0.05.
 inline graph photo_graph() {
     const image<float> disparity = load_depth_map(LDI_SOURCE_DIR "/examples/photo3d/sample_depth.png");

@@ -1,5 +1,5 @@
-// Windows of every kernel size of the inpainting network (3, 5, 7), round the pixels at a photo's silhouettes: elsewhere an LDI
-// is an image, and needs no exploring.
+// Windows of every kernel size of the inpainting network (3, 5, 7), around the pixels at a photo's silhouettes: elsewhere an LDI
+// is an image and needs no exploration.
 
 #include <ldi/core/window.hpp>
 

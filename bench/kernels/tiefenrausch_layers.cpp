@@ -1,7 +1,7 @@
-// The kernels of the depth networks, layer by layer, at 384 x 288: the shipped network, and the published one where ../shared has
-// it. Each line has the time of a layer whose rows are in the caches, and its share of the processor's peak multiplication rate,
-// measured in the same run. Layers of one shape share a line, named by the first of them. Compare with
-// networks/tiefenrausch_steps.cpp, where rows have to come from somewhere.
+// Kernels of the depth networks, layer by layer, at 384 x 288: the shipped network, and the published one if ../shared has it.
+// Each line has the time of a layer whose rows are in the caches, and its share of the processor's peak multiplication rate,
+// measured in the same run. Layers of one shape share a line, named after the first. Compare with
+// networks/tiefenrausch_steps.cpp, which includes the cost of fetching rows.
 #include <bench/support/peak_products.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/io/caffe2.hpp>
@@ -30,14 +30,14 @@ namespace {
 
 using ldi::detail::packed_layer;
 
-constexpr std::size_t wanted_pixels = 64;  ///< of a layer's result at a time, as the network has them
+constexpr std::size_t wanted_pixels = 64;  ///< pixels of a layer's result per step, as in the network
 
 struct shape {
-    ldi::tensor_size input, output;  ///< as stored; a depthwise convolution enlarges its input by `repeat`
+    ldi::tensor_size input, output;  ///< stored sizes; a depthwise convolution enlarges its input by `repeat`
     std::size_t input_channels, repeat;
 };
 
-/// Some rows of a layer's input and room for its result.
+/// Some rows of a layer's input, and memory for its result.
 struct rows {
     ldi::buffer<std::uint8_t> input, other, result;
     std::size_t row_bytes;
@@ -51,7 +51,7 @@ struct rows {
     const std::uint8_t* row(std::size_t y) const { return input.data() + y * row_bytes; }
 };
 
-/// The fewest seconds that `function` took for one of `count` things, of some tries of a fraction of a millisecond each.
+/// Returns the minimum time in seconds of `function` for one of `count` items, over tries of a fraction of a millisecond each.
 template <class Function>
 double fewest_seconds(std::size_t count, Function&& function) {
     double fewest = std::numeric_limits<double>::max();
@@ -69,7 +69,7 @@ double fewest_seconds(std::size_t count, Function&& function) {
     return fewest;
 }
 
-/// Seconds for one row of the result.
+/// Measures the seconds for one row of the result.
 double measure(const ldi::detail::dense_layer& layer, const shape& s) {
     rows r(s, layer.kernel, layer.weights.outputs);
     const std::size_t count = layer.kernel == 1 ? (wanted_pixels + s.output.width - 1) / s.output.width : 1;
@@ -128,7 +128,7 @@ std::string to_string(const packed_layer& layer, const shape& s) {
 struct line {
     std::string first;
     std::size_t layers = 0;
-    double seconds = 0, products = 0;  ///< of all of them
+    double seconds = 0, products = 0;  ///< sum over all of them
 };
 
 void report(const std::string& name, const line& what, double peak) {
@@ -149,7 +149,7 @@ void report_layers(const std::string& network_name, const ldi::network_descripti
 
     ldi::buffer<ldi::quantization> values{network.input};
     ldi::buffer<std::size_t> channels{network.input_channels}, repeats{1};
-    std::vector<ldi::tensor_size> stored{{384, 288}};  // not enlarged yet, where `repeats` says so
+    std::vector<ldi::tensor_size> stored{{384, 288}};  // not enlarged yet where `repeats` is above 1
     std::map<std::string, line> lines;
     line all{"", 0, 0, 0};
     for (const ldi::operator_description& op : network.operators) {

@@ -1,9 +1,9 @@
-// Triangulates the simplified outlines and studs of a photo's charts: our plane sweep, with and without flipping to constrained
-// Delaunay, beside CGAL's constrained Delaunay triangulation of the same points and edges. CGAL fills the convex hull of each
-// chart and would still have to be told inside from outside, which is not counted. The counter `cgal_times_ours` is CGAL's time
-// over that of sweep and flips, both taken in turns in the same run.
+// Triangulates the simplified outlines and studs of a photo's charts: ldi's plane sweep, with and without flipping to
+// constrained Delaunay, beside CGAL's constrained Delaunay triangulation of the same points and edges. CGAL fills the convex
+// hull of each chart and would still need to separate inside from outside, which is not counted. The counter `cgal_times_ours`
+// is CGAL's time divided by that of sweep and flips, both measured in turns in the same run.
 //
-// The photo is one of ../shared/rgbd with its disparity where present, else the shipped sample.
+// The photo is one of ../shared/rgbd with its disparity if present, else the sample.
 
 #include <ldi/inpaint/diffusion_inpainter.hpp>
 #include <ldi/io/depth_map.hpp>
@@ -34,7 +34,7 @@ struct workload {
     std::size_t vertices = 0;
 };
 
-// The polygon that a finished chart was triangulated from.
+// Reconstructs the polygon from which a finished chart was triangulated.
 ldi::polygon polygon_of(const ldi::flat_mesh& mesh, std::size_t chart) {
     const ldi::chart_outlines& outlines = mesh.outlines;
     const std::set<std::int32_t> used(mesh.charts[chart].outline.begin(), mesh.charts[chart].outline.end());

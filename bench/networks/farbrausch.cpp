@@ -1,13 +1,11 @@
-// The inpainting network on layered images, one thread, with both arithmetics: milliseconds of every step,
-// the share of pixels that are computed at every level, the peak of its working memory, and how far the inpainted colors are
-// from those in float32.
+// The inpainting network on layered images, on one thread, in both number formats: milliseconds of every step, the share of
+// pixels computed at every level, the peak of its working memory, and the difference of the inpainted colors from float32.
 //
-//   ldi_bench_networks_farbrausch                 a real photo at 1152 x 1536, and the shipped sample, most of whose objects
-//                                                 hide something
-//   ldi_bench_networks_farbrausch LONG_SIDE...    the photo at these sizes, a line each, for a plot
-//   ldi_bench_networks_farbrausch full-size       beside the full-size PartialConv, as the paper's table: weights,
-//   multiplications
-//                                                 and time on a whole picture of 512 x 512 and on the photo's layers
+// ldi_bench_networks_farbrausch               a real photo at 1152 x 1536, and the sample, which has more hidden surfaces
+// ldi_bench_networks_farbrausch LONG_SIDE...  the photo at these sizes, one line each, for a plot
+// ldi_bench_networks_farbrausch full-size     beside the full-size PartialConv, as in the paper's table: weights,
+//                                             multiplications, and time on a whole picture of 512 x 512 and on the photo's
+//                                             layers
 #include <bench/support/converted_photo.hpp>
 #include <ldi/inpaint/diffusion_inpainter.hpp>
 #include <ldi/io/farbrausch_file.hpp>
@@ -29,7 +27,7 @@
 
 namespace {
 
-// What buffers hold, to find the peak of.
+// Bytes in buffers, to find the peak.
 std::size_t bytes_now = 0, bytes_peak = 0;
 
 void* counted_allocate(void* /*context*/, std::size_t bytes, std::size_t alignment) {
@@ -53,7 +51,7 @@ ldi::farbrausch network_with(ldi::arithmetic kind) {
     return ldi::load_farbrausch(std::filesystem::path(LDI_SOURCE_DIR) / "examples/models/farbrausch.safetensors", kind);
 }
 
-/// With random weights: nobody has trained it here, and the time doesn't depend on them.
+/// Makes the full-size network with random weights: there is no trained one here, and time does not depend on weights.
 ldi::farbrausch full_size_network(ldi::arithmetic kind) {
     const ldi::inpainting_architecture a = ldi::partial_convolution_architecture();
     ldi::named_tensors weights;
@@ -76,7 +74,7 @@ ldi::farbrausch full_size_network(ldi::arithmetic kind) {
 constexpr ldi::arithmetic arithmetics[] = {ldi::arithmetic::float32, ldi::arithmetic::int8};
 
 struct measurement {
-    ldi::buffer<ldi::buffer<double>> steps;  ///< of every run
+    ldi::buffer<ldi::buffer<double>> steps;  ///< per run
     ldi::buffer<double> whole;
     std::size_t peak_bytes = 0;
 };
@@ -126,7 +124,7 @@ struct layer_cost {
     std::size_t weights, products;
 };
 
-/// The network's layers in the order of their work.
+/// Lists the network's layers in order of execution.
 std::vector<layer_cost> layer_costs(const ldi::inpainting_architecture& a,
                                     const ldi::buffer<ldi::detail::farbrausch_level>& levels) {
     std::vector<layer_cost> result;
@@ -136,10 +134,10 @@ std::vector<layer_cost> layer_costs(const ldi::inpainting_architecture& a,
     const std::size_t depth = a.channels.size();
     for (std::size_t i = 0; i < depth; ++i) {
         const std::size_t k = static_cast<std::size_t>(a.kernels[i]);
-        add("encoder." + std::to_string(i), levels[i + 1].read.size(), k * k * a.inputs(i) * a.channels[i]);
+        add("encoder." + std::to_string(i), levels[i].encode.output_count, k * k * a.inputs(i) * a.channels[i]);
     }
     for (std::size_t i = depth; i-- > 0;)
-        add("decoder." + std::to_string(depth - 1 - i), levels[i].decoded.size(),
+        add("decoder." + std::to_string(depth - 1 - i), levels[i].decode.output_count,
             9 * (a.channels[i] + a.inputs(i)) * (i == 0 ? 3 : a.inputs(i)));
     return result;
 }
@@ -164,14 +162,15 @@ void print_steps(const ldi::farbrausch& network, const ldi::photo_layers& layers
     for (std::size_t i = 0; i <= depth; ++i) {
         const double all = static_cast<double>(levels[i].pixel_count);
         std::printf("%-6zu %10zu", i, levels[i].pixel_count);
-        std::printf(i == 0 ? " %10.1f %% (read)" : " %16.1f %%", 100.0 * static_cast<double>(levels[i].read.size()) / all);
-        if (i < depth) std::printf(" %16.1f %%", 100.0 * static_cast<double>(levels[i].decoded.size()) / all);
+        const std::size_t read = i < depth ? levels[i].encode.input_count : levels[i - 1].encode.output_count;
+        std::printf(i == 0 ? " %10.1f %% (read)" : " %16.1f %%", 100.0 * static_cast<double>(read) / all);
+        if (i < depth) std::printf(" %16.1f %%", 100.0 * static_cast<double>(levels[i].decode.output_count) / all);
         std::printf("\n");
     }
     std::printf("\n%.2f GMAC\n", products_in_all / 1e9);
 }
 
-/// Of the inpainted colors to those in float32, in dB.
+/// PSNR of inpainted colors relative to float32, in dB.
 double peak_signal_to_noise(const ldi::farbrausch& network, const ldi::farbrausch& exact, const ldi::photo_layers& layers) {
     ldi::serial_executor serial;
     const ldi::buffer<std::uint8_t> unknown = unknown_of(layers);
@@ -206,6 +205,7 @@ void run(const char* name, const ldi::photo_layers& layers, int runs, bool in_de
 ldi::photo_layers photo_at(std::size_t long_side) {
     ldi::photo3d_options options;
     options.long_side = long_side;
+    options.frame = ldi::photo_frame::crop;
     return ldi_bench::converted_photo(options).layers;
 }
 
@@ -213,11 +213,12 @@ ldi::photo_layers sample() {
     const std::filesystem::path folder = std::filesystem::path(LDI_SOURCE_DIR) / "examples/photo3d";
     ldi::photo3d_options options;
     options.normalize.is_inverse_depth = false;
+    options.frame = ldi::photo_frame::crop;  // colors past the frame are not the network's
     const ldi::given_disparity depth{ldi::fill_invalid(ldi::load_depth_map(folder / "sample_depth.png"))};
     return ldi::make_photo3d(ldi::load_photo(folder / "sample.jpg").color, depth, ldi::diffusion_inpainter(), options).layers;
 }
 
-/// A picture with a hole in the middle.
+/// Makes a picture with a hole in the middle.
 ldi::photo_layers whole_picture(std::int32_t side) {
     ldi::photo_layers layers(ldi::make_grid(side, side));
     std::mt19937 random(2);
@@ -235,14 +236,14 @@ void compare_with_full_size() {
                 "GMAC, photo", "ms", "peak MB");
     for (const auto& [name, make] : {std::pair{"Farbrausch", &network_with}, std::pair{"PartialConv", &full_size_network}})
         for (const ldi::arithmetic kind : arithmetics) {
-            if (make == &full_size_network && kind == ldi::arithmetic::int8) continue;  // needs measured ranges of values
+            if (make == &full_size_network && kind == ldi::arithmetic::int8) continue;  // requires measured ranges of values
             const ldi::farbrausch network = make(kind);
             double giga[2] = {}, fewest[2] = {};
             std::size_t weights = 0, peak = 0, which = 0;
             for (const ldi::photo_layers* layers : {&picture, &photo}) {
                 weights = 0;
                 const ldi::inpainting_architecture& a = network.architecture();
-                // Of the picture every pixel, as networks' multiplications are counted.
+                // All pixels of the picture, as usual for counts of multiplications.
                 const ldi::buffer<std::uint8_t> wanted =
                     layers == &picture ? ldi::buffer<std::uint8_t>(picture.size(), 1) : unknown_of(photo);
                 for (const layer_cost& cost :

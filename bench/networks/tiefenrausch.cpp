@@ -1,7 +1,6 @@
-// The depth networks on the shipped sample at 384 x 288: the shipped one, and the published one (6.83 billion multiplications)
-// where
-// ../shared has it. Peers for the published one, on one thread of another machine: QNNPACK 603 ms, ONNX Runtime 129 ms, oneDNN 66
-// ms.
+// The depth networks on the sample at 384 x 288: the shipped one, and the published one (6.83 billion multiplications) if
+// ../shared has it. Peers for the published network, on one thread of another machine: QNNPACK 603 ms, ONNX Runtime 129 ms,
+// oneDNN 66 ms.
 #include <ldi/io/photo.hpp>
 #include <ldi/io/tiefenrausch_file.hpp>
 #include <ldi/networks/tiefenrausch.hpp>

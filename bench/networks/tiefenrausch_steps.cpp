@@ -1,8 +1,8 @@
-// Time of each step of the shipped depth network on the shipped sample, and of the published one where ../shared has it: one line
-// for each of their steps (a block, or a layer that belongs to none), named by the tensor that it makes, with the share that it
-// reaches of what the processor can multiply at most, measured in the same run.
+// Time of each step of the shipped depth network on the sample, and of the published one if ../shared has it. One line per step
+// (a block, or a layer outside blocks), named after its result, with its share of the processor's peak multiplication rate,
+// measured in the same run.
 //
-// Every line is the least of many runs, each of the whole network; --benchmark_filter only chooses which lines are shown.
+// Every line is the minimum over many runs of the whole network; --benchmark_filter only selects the lines to print.
 #include <bench/support/peak_products.hpp>
 #include <ldi/io/photo.hpp>
 #include <ldi/io/tiefenrausch_file.hpp>
@@ -26,9 +26,9 @@ namespace {
 using seconds = std::chrono::duration<double>;
 using std::chrono::steady_clock;
 
-const std::filesystem::path published = LDI_SHARED_DIR "/tiefenrausch/model";  // compared with where it is present
+const std::filesystem::path published = LDI_SHARED_DIR "/tiefenrausch/model";  // compared if present
 
-/// The fewest seconds that each step took in some runs on one thread.
+/// Measures the minimum seconds of each step over some runs on one thread.
 ldi::buffer<double> measure(const ldi::tiefenrausch& network, const ldi::image<std::uint8_t>& rgb, std::size_t steps) {
     constexpr std::size_t runs = 31;
     ldi::buffer<double> fewest(steps, 1e9);

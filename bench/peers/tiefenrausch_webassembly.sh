@@ -25,7 +25,7 @@ require "${needs_weight_files[@]}" "${needs_webassembly[@]}" "command npm;npm" "
 peers=()
 packages="$PEERS_OUT/webassembly"
 mkdir -p "$packages"
-# What npm cannot install, or what needs a model that cannot be built, is left out, and said so.
+# Adds a peer. Skips it with a message if npm cannot install it, or if its model cannot be built.
 add_peer() {
     local name=$1
     shift

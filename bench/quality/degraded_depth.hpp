@@ -1,5 +1,4 @@
-// Depth as a network estimates it, made from true depth, so that the truth stays known: too small, washed out, and beside what it
-// belongs to.
+// Simulates a network's depth from true depth, so that the truth stays known: too small, blurred, and displaced.
 #pragma once
 
 #include <ldi/core/image.hpp>
@@ -13,14 +12,14 @@
 namespace ldi_quality {
 
 struct degradation {
-    std::size_t long_side = 384;  ///< first shrunk to this by area averaging, where larger
-    double sigma = 3;             ///< then blurred with a Gaussian, in samples of the small map
-    std::ptrdiff_t shift = 2;     ///< then moved to the right and down, in samples
+    std::size_t long_side = 384;  ///< shrinks to this by area averaging, if larger
+    double sigma = 3;             ///< then blurs with a Gaussian, in samples of the small map
+    std::ptrdiff_t shift = 2;     ///< then shifts to the right and down, in samples
 };
 
 namespace detail {
 
-/// Averages along one direction: result i is the sum of what `taps(i)` lists as pairs of a source index and a weight.
+/// Filters along one direction: result i is the sum over the pairs of source index and weight in `taps(i)`.
 template <class Taps>
 ldi::image<float> filtered(const ldi::image<float>& from, std::size_t length, bool across, Taps&& taps) {
     ldi::image<float> to(across ? from.height() : length, across ? length : from.width());
@@ -52,7 +51,7 @@ inline ldi::image<float> shrunk(const ldi::image<float>& from, std::size_t lengt
     });
 }
 
-/// Out to three sigmas. Sample i comes from around i - shift. Beyond the border, the border is repeated.
+/// Blurs out to three sigmas, and shifts: sample i is taken from around i - shift. Repeats the border.
 inline ldi::image<float> blurred_and_moved(const ldi::image<float>& from, double sigma, std::ptrdiff_t shift, bool across) {
     const std::size_t length = across ? from.width() : from.height();
     const std::ptrdiff_t reach = static_cast<std::ptrdiff_t>(std::ceil(3 * sigma));
@@ -73,7 +72,9 @@ inline ldi::image<float> blurred_and_moved(const ldi::image<float>& from, double
 
 }  // namespace detail
 
-/// inverse_depth  H x W x 1; the result is h x w x 1, the longer of which is `long_side`
+/// Degrades a map.
+///
+/// inverse_depth  H x W x 1; the longer side of the result is `long_side`
 inline ldi::image<float> degraded(const ldi::image<float>& inverse_depth, const degradation& how = {}) {
     const std::size_t rows = inverse_depth.height(), columns = inverse_depth.width(), longer = std::max(rows, columns);
     const std::size_t longest = std::min(longer, how.long_side);

@@ -1,4 +1,4 @@
-// How good the depth networks are: photographs with measured depth, which none was trained on.
+// Quality of the depth networks on photographs with measured depth, none of which was used for training.
 #pragma once
 
 #include "depth_metrics.hpp"
@@ -30,7 +30,7 @@ struct rgbd_pair {
     ldi::image<float> disparity;  ///< H x W x 1, up to scale; NaN where unknown
 };
 
-/// What ../shared/rgbd/manifest.json lists; nothing without it.
+/// Lists the pairs in ../shared/rgbd/manifest.json; empty if it is missing.
 inline std::vector<rgbd_pair> rgbd_pairs() {
     const std::filesystem::path folder = std::filesystem::path(LDI_SHARED_DIR) / "rgbd", list = folder / "manifest.json";
     std::vector<rgbd_pair> result;
@@ -49,12 +49,11 @@ inline std::vector<rgbd_pair> rgbd_pairs() {
         p.name = entry["name"];
         p.photo = ldi::load_photo(folder / entry["image"].get<std::string>()).color;
         p.disparity = ldi::load_depth_map(folder / entry["map"].get<std::string>(), options);
-        // What cropping the photographs of a pair took away is noted in words: "inverse depth is proportional to disparity
-        // + 66.7".
+        // The offset removed by cropping is noted in words: "inverse depth is proportional to disparity + 66.7".
         const std::string note = entry["note"], before = "disparity + ";
         const std::size_t found = note.find(before);
         if (options.kind == ldi::depth_map_kind::disparity && found != std::string::npos) {
-            const float cropped = std::strtof(note.c_str() + found + before.size(), nullptr);  // 0 where it is unknown
+            const float cropped = std::strtof(note.c_str() + found + before.size(), nullptr);  // 0 if unknown
             for (float& d : p.disparity) d += cropped;
         }
         result.push_back(std::move(p));
@@ -62,7 +61,7 @@ inline std::vector<rgbd_pair> rgbd_pairs() {
     return result;
 }
 
-/// The mean of a measure over what has it.
+/// Mean of a measure over the pairs that have it.
 template <class Measure>
 double mean_of(const std::vector<depth_quality>& all, Measure measure) {
     ldi::buffer<double> values;
@@ -80,7 +79,7 @@ inline void print_row(const std::string& name, const std::vector<depth_quality>&
     std::printf("\n");
 }
 
-/// The published network and ours, those that are there.
+/// Loads the published network and ours, if present.
 inline std::vector<named_network> depth_networks() {
     std::vector<named_network> result;
     for (const auto& [name, path] : {std::pair<const char*, std::filesystem::path>{
@@ -94,6 +93,8 @@ inline std::vector<named_network> depth_networks() {
     return result;
 }
 
+/// Prints the table.
+///
 /// each  also prints a line for every pair
 template <ldi::executor Executor>
 void print_depth(const std::vector<named_network>& networks, bool each, Executor& threads) {

@@ -1,5 +1,5 @@
-// How well a disparity map agrees with measured depth, up to scale and shift of disparity. All but the silhouettes are the
-// measures of examples/training/tiefenrausch_small/metrics.py.
+// Agreement of a disparity map with measured depth, up to scale and shift of disparity. All measures except silhouettes are
+// those of examples/training/tiefenrausch_small/metrics.py.
 #pragma once
 
 #include "metrics.hpp"
@@ -25,20 +25,20 @@
 
 namespace ldi_quality {
 
-using pixel_set = mask;  // 1 where a pixel belongs to it
+using pixel_set = mask;  // 1 for pixels in the set
 
-/// How a network does on one pair, or on many in the mean. unmeasured where the truth is not dense enough, or has no edges.
+/// Quality of a network on one pair, or the mean over many. unmeasured if the truth is too sparse, or has no edges.
 struct depth_quality {
     double delta = unmeasured;        ///< share of pixels within a factor of 1.25 of the truth
     double abs_rel = unmeasured;      ///< mean error of distance, as a share of the distance
-    double rmse = unmeasured;         ///< of distance, in median distances
-    double edges = unmeasured;        ///< F1 of the edges, 4 pixels of slack
-    double boundaries = unmeasured;   ///< F1 of the steps between neighboring pixels, none of slack
-    double silhouettes = unmeasured;  ///< share of the truth's silhouette pixels that have one of the estimate within 3 pixels
-    double order = unmeasured;        ///< share of pairs of pixels of which the farther one is taken for the nearer
+    double rmse = unmeasured;         ///< root mean square error of distance, in median distances
+    double edges = unmeasured;        ///< F1 of edges, with a tolerance of 4 pixels
+    double boundaries = unmeasured;   ///< F1 of steps between neighboring pixels, without tolerance
+    double silhouettes = unmeasured;  ///< share of the truth's silhouette pixels with an estimated one within 3 pixels
+    double order = unmeasured;        ///< share of pairs of pixels in the wrong order of distance
 };
 
-/// The nearest sample of each pixel.
+/// Samples the nearest pixels.
 template <class Scalar>
 ldi::image<Scalar> sampled(const ldi::image<Scalar>& from, std::size_t rows, std::size_t columns) {
     ldi::image<Scalar> result(rows, columns);
@@ -47,7 +47,7 @@ ldi::image<Scalar> sampled(const ldi::image<Scalar>& from, std::size_t rows, std
     return result;
 }
 
-/// The same, at the network's long side.
+/// Samples the nearest pixels at the network's long side.
 template <class Scalar>
 ldi::image<Scalar> at_network_size(const ldi::image<Scalar>& from) {
     const double scale =
@@ -58,13 +58,13 @@ ldi::image<Scalar> at_network_size(const ldi::image<Scalar>& from) {
     return sampled(from, scaled(from.height()), scaled(from.width()));
 }
 
-/// scale * estimate + shift with the least squared error where known; only the shift where the estimate is one constant
+/// Fits scale * estimate + shift by least squares over known pixels; only the shift if the estimate is constant.
 inline map aligned(const map& estimate, const map& truth, const pixel_set& known) {
     const auto column = [](const auto& image) {
         using scalar = std::remove_cvref_t<decltype(*image.data())>;
         return Eigen::Map<const Eigen::Array<scalar, Eigen::Dynamic, 1>>(image.data(), static_cast<Eigen::Index>(image.size()));
     };
-    // A pixel that is not known weighs nothing in the equations of the two unknowns.
+    // An unknown pixel has weight 0 in the equations of the two unknowns.
     const Eigen::ArrayXd weight = (column(known) != 0).cast<double>();
     const double n = weight.sum(), middle = (weight * column(estimate)).sum() / n;
     Eigen::MatrixX2d equations(column(estimate).size(), 2);
@@ -77,7 +77,7 @@ inline map aligned(const map& estimate, const map& truth, const pixel_set& known
     return result;
 }
 
-/// What has a pixel of the set within `reach` in both x and y.
+/// Extends a set by `reach` pixels in both x and y.
 inline pixel_set widened(const pixel_set& from, std::size_t reach) {
     const std::size_t rows = from.height(), columns = from.width();
     pixel_set result = ldi::image<std::uint8_t>(rows, columns, 1, std::uint8_t{0});
@@ -98,7 +98,7 @@ inline double count_both(const pixel_set& a, const pixel_set& b) {
     return result;
 }
 
-/// Pixels that differ from the one 4 to the right, or below, by a factor of 1.15 or more, both known.
+/// Finds pixels that differ from the pixel 4 to the right, or below, by a factor of at least 1.15, both known.
 inline pixel_set edges_of(const map& disparity, const pixel_set& known) {
     constexpr std::size_t reach = 4;
     const std::size_t rows = known.height(), columns = known.width();
@@ -121,8 +121,8 @@ inline double edge_agreement(const map& ours, const map& truth, const pixel_set&
     return 2 * precision * recall / std::max(precision + recall, 1e-9);
 }
 
-/// F1 of the places where a pixel is nearer than its neighbor, on that side, by more than a ratio: the mean over ratios
-/// from 1.05 to 1.25, each weighted by itself (Bochkovskii et al., "Depth Pro", 2024, scale-invariant boundary F1).
+/// F1 of the positions where a pixel is nearer than its neighbor on that side by more than a ratio: the mean over ratios from
+/// 1.05 to 1.25, each weighted by itself (Bochkovskii et al., "Depth Pro", 2024, scale-invariant boundary F1).
 inline double boundary_agreement(const map& ours, const map& truth, const pixel_set& known) {
     constexpr int ratios = 10;
     const std::size_t rows = known.height(), columns = known.width();
@@ -155,8 +155,8 @@ inline double boundary_agreement(const map& ours, const map& truth, const pixel_
     return sum / weights;
 }
 
-/// Of 20,000 random pairs of pixels, those that the truth has at distances that differ by a fifth or more: the share that the
-/// estimate has the other way round (the question of DA-2K, Yang et al., "Depth Anything V2", 2024, asked of measured depth).
+/// Returns the share of pixel pairs that the estimate has in the wrong order, among 20,000 random pairs whose true distances
+/// differ by at least a fifth. This is the question of DA-2K (Yang et al., "Depth Anything V2", 2024), applied to measured depth.
 inline double wrong_order(const map& ours, const map& truth, const pixel_set& known) {
     ldi::buffer<std::size_t> pixels;
     for (std::size_t i = 0; i < known.size(); ++i)
@@ -173,7 +173,7 @@ inline double wrong_order(const map& ours, const map& truth, const pixel_set& kn
     return pairs < 100 ? unmeasured : wrong / pairs;
 }
 
-/// The near pixels of the discontinuities that a 3D photo of the network's long side, made from the map, would have.
+/// Finds the near pixels of the discontinuities of a 3D photo from this map, at the network's long side.
 ///
 /// photo      H x W x 3
 /// disparity  h x w x 1 of any size
@@ -192,8 +192,7 @@ pixel_set silhouettes_of(const picture& photo, const ldi::image<float>& disparit
     return result;
 }
 
-/// The share of the truth's silhouette pixels, where it is known, that have one of the estimate within 3 pixels; unmeasured where
-/// there are next to none.
+/// Share of the truth's known silhouette pixels with an estimated one within 3 pixels; unmeasured if there are almost none.
 ///
 /// known_pixels  of any size
 inline double silhouettes_met(const pixel_set& ours, const pixel_set& truth, const pixel_set& known_pixels) {
@@ -202,9 +201,11 @@ inline double silhouettes_met(const pixel_set& ours, const pixel_set& truth, con
     return count(counted) < 100 ? unmeasured : count_both(counted, widened(ours, 3)) / count(counted);
 }
 
+/// Measures an estimate.
+///
 /// photo      H x W x 3
 /// disparity  h x w x 1 of any size, above 0: the estimate
-/// step       the ratio of its neighboring values, as depth_estimator's quantization_step()
+/// step       ratio of neighboring values, depth_estimator's quantization_step()
 /// truth      H x W x 1, disparity up to scale, NaN where unknown
 template <ldi::executor Executor>
 depth_quality measure_depth(const picture& photo, const ldi::image<float>& disparity, float step, const ldi::image<float>& truth,
@@ -216,7 +217,7 @@ depth_quality measure_depth(const picture& photo, const ldi::image<float>& dispa
         known.data()[i] = truth.data()[i] > 0 ? 1 : 0;
         if (known.data()[i] != 0) values.push_back(static_cast<double>(truth.data()[i]));
     }
-    constexpr double farthest = 20;  // times the median distance: nothing counts as farther, in the truth or in the estimate
+    constexpr double farthest = 20;  // in median distances: larger distances are clamped, in truth and estimate
     const double least = median(values) / farthest;
     map right = ldi::image<double>(rows, columns);
     for (std::size_t i = 0; i < truth.size(); ++i)

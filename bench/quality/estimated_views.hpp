@@ -1,5 +1,5 @@
-// Novel views from a photo alone: the right-hand photograph of a stereo pair, predicted from the left one with estimated depth,
-// beside those with the true depth and with none.
+// Novel views from a photo alone: the right photograph of a stereo pair, predicted from the left one with estimated depth, with
+// the true depth, and without depth.
 #pragma once
 
 #include "depth_metrics.hpp"
@@ -28,13 +28,13 @@ namespace ldi_quality {
 
 using named_network = std::pair<std::string, ldi::tiefenrausch>;
 
-/// How good the predictions of one pair are: with each network's depth, then with a flat plane, then with the true depth.
+/// Quality of the predictions of one pair: with each network's depth, then with a flat plane, then with the true depth.
 struct estimated_view {
     std::string name;
     std::vector<quality> whole;  ///< over the frame
 };
 
-/// Disparity as the network sees it, brought nearest to the truth by scale and shift, and kept above 0.
+/// Aligns a network's disparity with the truth by scale and shift, and keeps it above 0.
 ///
 /// truth  H x W x 1, inverse depth, above 0; the result is h x w x 1 at the network's size
 inline ldi::image<float> aligned_estimate(const ldi::image<float>& estimate, const ldi::image<float>& truth) {
@@ -73,7 +73,8 @@ estimated_view measure_estimated_view(const subject& s, const std::vector<named_
     return result;
 }
 
-/// Ends with the share of the way from the flat plane to the true depth that each network goes, in mean PSNR.
+/// Prints the table, and the share of the improvement in mean PSNR from the flat plane to the true depth that each network
+/// achieves.
 inline void print_estimated_views(const std::vector<named_network>& networks, const std::vector<estimated_view>& rows) {
     std::printf(
         "\n### Stereo pairs from the left photograph alone\n\nPSNR in dB / SSIM / LPIPS over the frame of the right one.\n\n| "

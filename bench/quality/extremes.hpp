@@ -1,4 +1,4 @@
-// What shows nothing when the camera is as far from the photo's place as it may go.
+// Uncovered pixels when the camera is as far from the photo's viewpoint as allowed.
 #pragma once
 
 #include "metrics.hpp"
@@ -16,11 +16,12 @@
 
 namespace ldi_quality {
 
-/// The farthest places to all sides, level with the photo's, before it and behind it, straight on too; and the ends of the paths.
+/// The farthest positions in all directions, at the photo's depth, in front of and behind it, also straight; and the ends of
+/// paths.
 inline std::vector<std::pair<std::string, ldi::view>> extreme_views(const ldi::photo_facts& photo) {
     std::vector<std::pair<std::string, ldi::view>> result;
     const auto add = [&](const std::string& name, const std::array<float, 3>& direction) {
-        const float far = 0.99F * photo.range.z_near;  // in front of what is nearest
+        const float far = 0.99F * photo.range.z_near;  // in front of the nearest surface
         ldi::view v;
         v.camera = photo.camera;
         v.position = ldi::within_motion({far * direction[0], far * direction[1], far * direction[2]}, photo.camera, photo.range,
@@ -46,18 +47,18 @@ inline std::vector<std::pair<std::string, ldi::view>> extreme_views(const ldi::p
 }
 
 struct extreme {
-    double uncovered = 0;  ///< share of what the frame leaves in sight
+    double uncovered = 0;  ///< share of the frame
     std::string where;
 };
 
-/// The worst of them.
+/// Finds the worst of these views.
 template <ldi::executor Executor>
 extreme worst_extreme(const ldi::photo3d& photo, Executor& threads) {
     ldi::raster_options raster;
     raster.z_near = 1e-3F * photo.facts.range.z_near;
     extreme worst;
     for (const auto& [name, from] : extreme_views(photo.facts)) {
-        // A hundredth less: frame_within() lets a pixel of the border be seen.
+        // One percent smaller, because frame_within() lets a pixel of the border be visible.
         const float size = 0.99F * ldi::frame_within(std::span(&from, 1), photo.facts.camera, photo.facts.range);
         const ldi::rendering seen = ldi::rasterize(photo.mesh, photo.atlas.color, ldi::framed(from, size), raster, threads);
         const double uncovered = 1 - share(seen.coverage);

@@ -1,5 +1,4 @@
-// How wrong colors are beside silhouettes in a novel view: pale rims, the background torn off with a foreground, and the other
-// way round.
+// Color error beside silhouettes in a novel view: pale rims, and colors of one surface on the other.
 #pragma once
 
 #include "metrics.hpp"
@@ -18,19 +17,19 @@
 namespace ldi_quality {
 
 struct halo_options {
-    double width = 6;  ///< of the band, in pixels: half of it on either side of the silhouette
-    /// In disparity from 0 to 1: a silhouette is out of sight behind what is nearer by more than this.
+    double width = 6;  ///< width of the band in pixels, half of it on either side of the silhouette
+    /// In disparity from 0 to 1: surfaces nearer by more than this hide a silhouette.
     float min_cover = 0.02F;
 };
 
 namespace detail {
 
-/// In the other view, in pixels: what the photo shows at (x, y), at that inverse depth.
+/// Projects the photo's pixel (x, y) at this inverse depth to the other view, in pixels.
 inline std::array<float, 2> seen_from_other(const subject& s, float x, float y, float inverse_depth) {
     return s.other.camera.project(s.other.to_camera(s.camera.unproject(x, y, 1 / inverse_depth)));
 }
 
-/// The inverse depth of the nearest that the photo's pixels show in each pixel of the other view; 0 where there is none.
+/// Inverse depth of the nearest photo pixel in each pixel of the other view; 0 if there is none.
 inline ldi::image<float> nearest_in_other(const subject& s) {
     ldi::image<float> result(s.seen.height(), s.seen.width(), 1, 0.0F);
     for (std::size_t y = 0; y < s.photo.height(); ++y)
@@ -46,8 +45,8 @@ inline ldi::image<float> nearest_in_other(const subject& s) {
 
 }  // namespace detail
 
-/// The pixels of the other view whose centers are within half of the band's width of the middle of a true silhouette's side,
-/// where it is in sight there. A silhouette goes with its near surface.
+/// Pixels of the other view whose centers are within half of the band's width of the middle of a true silhouette's side, if it
+/// is visible there. A silhouette moves with its near surface.
 inline mask silhouette_band(const subject& s, const std::vector<true_side>& truth, const halo_options& options = {}) {
     const ldi::image<float> nearest = detail::nearest_in_other(s);
     const auto [least, most] = std::minmax_element(s.inverse_depth.begin(), s.inverse_depth.end());
@@ -73,7 +72,7 @@ inline mask silhouette_band(const subject& s, const std::vector<true_side>& trut
     return band;
 }
 
-/// The mean absolute difference of color over the pixels that count, of 255; 0 where none does.
+/// Mean absolute difference of color over the counted pixels, of 255; 0 if there is none.
 inline double color_error(const picture& a, const picture& b, const mask& where) {
     return mean_where(xt::abs(xt::cast<double>(ldi::as_tensor(a)) - xt::cast<double>(ldi::as_tensor(b))), where, 0);
 }

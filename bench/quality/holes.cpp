@@ -1,5 +1,5 @@
-// Prints where 3D photos of ordinary photographs show nothing, from every place that the camera may reach. bench/quality/run.sh
-// --only holes builds and runs it.
+// Prints the holes in 3D photos of ordinary photographs, from every position that the camera may reach. Run by
+// bench/quality/run.sh --only holes.
 #include "holes.hpp"
 
 #include <ldi/io/depth_map.hpp>
@@ -33,7 +33,7 @@ struct arguments {
     bool soft_edges = true, prints_holes = false;
 };
 
-/// The pixels around a hole, four times as large, over magenta.
+/// Crops the pixels around a hole, enlarged fourfold, over magenta.
 picture crop_of(const ldi::photo3d& made, const ldi::view& from, const hole& h) {
     ldi::raster_options raster;
     raster.z_near = 1e-3F * made.facts.range.z_near;
@@ -50,7 +50,7 @@ picture crop_of(const ldi::photo3d& made, const ldi::view& from, const hole& h) 
     return result;
 }
 
-/// With a depth map beside the photo (photo_depth.png), that; else the network's.
+/// Converts a photo with the depth map beside it (photo_depth.png), or with the network's depth.
 ldi::photo3d make(const std::filesystem::path& file, const ldi::tiefenrausch& network, const ldi::farbrausch& inpainter,
                   const ldi::photo3d_options& options, ldi::thread_pool& threads) {
     const picture photo = ldi::load_photo(file).color;

@@ -1,4 +1,4 @@
-// Holes: pixels inside the frame that no triangle covers, from any place that the camera may reach.
+// Holes: pixels inside the frame that no triangle covers, from any position that the camera may reach.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -23,7 +23,7 @@
 
 namespace ldi_quality {
 
-/// The forty photographs of the table: those of ../shared/photos/eval, and every 80th of train.
+/// The forty photographs of the table: ../shared/photos/eval, and every 80th of train.
 inline std::vector<std::filesystem::path> forty_photographs() {
     std::vector<std::filesystem::path> result;
     for (const auto& [name, every] : {std::pair<const char*, std::size_t>{"eval", 1}, {"train", 80}}) {
@@ -40,13 +40,13 @@ inline std::vector<std::filesystem::path> forty_photographs() {
     return result;
 }
 
-/// A place of the camera, with a name to print.
+/// A position of the camera, with a name to print.
 struct named_view {
     std::string name;
     ldi::view from;
 };
 
-/// The same view with a long side of `long_side` pixels, and with a wider field of view: a viewer's window slides over the photo.
+/// Resizes a view to a long side of `long_side` pixels, and widens its field of view: a viewer's window slides over the photo.
 inline ldi::view widened(ldi::view from, std::int32_t long_side) {
     constexpr float margin = 1.15F;
     ldi::pinhole_camera& camera = from.camera;
@@ -58,8 +58,8 @@ inline ldi::view widened(ldi::view from, std::int32_t long_side) {
     return from;
 }
 
-/// The limits of the camera's motion and places halfway there: eight directions, level with the photo, before it and behind it;
-/// straight on and back; and along every named path.
+/// The limits of the camera's motion and positions half way there: eight directions, at the photo's depth, in front of and
+/// behind it; straight forward and back; and along every named path.
 inline std::vector<named_view> allowed_views(const ldi::photo_facts& photo, std::int32_t long_side) {
     std::vector<named_view> result;
     const auto add = [&](const std::array<float, 3>& direction, float share) {
@@ -92,17 +92,17 @@ inline std::vector<named_view> allowed_views(const ldi::photo_facts& photo, std:
     return result;
 }
 
-/// Whether the ray through the middle of a pixel shows the photo and not what is beyond its border, at whatever depth of its
-/// range it ends: in sight through every frame that hides the border.
+/// Whether the ray through the middle of a pixel shows the photo, not the area beyond its border, for any depth in its range:
+/// visible in every frame that hides the border.
 class frame_test {
 public:
     frame_test(const ldi::view& from, const ldi::pinhole_camera& photo, const ldi::depth_range& range)
         : from_(from), photo_(photo), range_(range) {}
 
     bool shows_photo(std::int32_t x, std::int32_t y) const {
-        const std::array<float, 3> ray = from_.direction_to_photo({ldi::detail::nearest_float(x) + 0.5F - from_.camera.center_x(),
-                                                                   from_.camera.center_y() - ldi::detail::nearest_float(y) - 0.5F,
-                                                                   -from_.camera.focal_length});
+        const std::array<float, 3> ray =
+            from_.direction_to_photo({ldi::detail::nearest_float(x) + 0.5F - from_.axis_x(),
+                                      from_.axis_y() - ldi::detail::nearest_float(y) - 0.5F, -from_.camera.focal_length});
         for (const float depth : {range_.z_near, range_.z_far}) {
             if (!(ray[2] < 0) || !(from_.position[2] > -depth)) return false;
             const float along = (-depth - from_.position[2]) / ray[2];
@@ -129,7 +129,7 @@ struct hole {
     std::int64_t pixels = 0;
 };
 
-/// The holes in one picture.
+/// Finds the holes in one picture.
 inline std::vector<hole> find_holes(const ldi::image<std::uint8_t>& coverage, const frame_test& frame, std::size_t view) {
     const std::int32_t w = static_cast<std::int32_t>(coverage.width()), h = static_cast<std::int32_t>(coverage.height());
     ldi::image<std::uint8_t> open(coverage.height(), coverage.width(), 1);
@@ -158,8 +158,8 @@ inline std::vector<hole> find_holes(const ldi::image<std::uint8_t>& coverage, co
 
 struct hole_report {
     std::size_t views = 0, views_with_holes = 0;
-    std::int64_t max_pixels = 0;  ///< uncovered, in the worst view
-    std::vector<hole> holes;      ///< of all views, largest first
+    std::int64_t max_pixels = 0;  ///< maximum of uncovered pixels per view
+    std::vector<hole> holes;      ///< holes of all views, largest first
 };
 
 /// Counts the holes in a mesh from all allowed views, at a long side of `long_side` pixels.

@@ -1,6 +1,6 @@
-// The paper's measure of inpainting (section "Results", "Inpainting"): the photo is lifted to one layer, which another camera
-// sees as several; all of them but the first are hidden and inpainted; seen from the photo's camera again, everything that was
-// inpainted is in sight, beside the photo. Inpainting in screen space instead fills the holes of the first layer in that last
+// The paper's measure of inpainting (section "Results", "Inpainting"). The photo is lifted to one layer, which another camera
+// sees as several layers; all but the first are hidden and inpainted. Seen again from the photo's camera, all inpainted pixels
+// are visible and compared with the photo. Inpainting in screen space instead fills the holes of the first layer in that last
 // view.
 #pragma once
 
@@ -36,21 +36,21 @@
 
 namespace ldi_quality {
 
-/// What one way of inpainting gives.
+/// Results of one inpainting method.
 struct inpainted {
-    double layered = 0;     ///< PSNR over all pixels of the layered image, hidden and not
-    double hidden = 0;      ///< and over the hidden ones
-    quality whole, inside;  ///< reprojected, beside the photo: everywhere, and where pixels were inpainted
+    double layered = 0;     ///< PSNR over all pixels of the layered image, hidden or not
+    double hidden = 0;      ///< PSNR over the hidden pixels
+    quality whole, inside;  ///< reprojected and compared with the photo: everywhere, and at inpainted pixels
 };
 
 struct inpainting_result {
     std::string name;
-    double inpainted_share = 0;  ///< of the photo
-    double cut_off = 0;          ///< share of the hidden pixels from where no link leads to what is known
+    double inpainted_share = 0;  ///< share of the photo
+    double cut_off = 0;          ///< share of the hidden pixels from which no link leads to a known pixel
     inpainted network, with_texture, diffusion, network_in_screen_space, diffusion_in_screen_space, truth;
 };
 
-/// The same network or diffusion on a picture, all of whose pixels are linked.
+/// Runs the network or diffusion on a picture with all pixels linked.
 template <class Inpainter, ldi::executor Executor>
 picture inpaint_picture(const Inpainter& inpainter, const ldi::rendering& r, Executor& threads) {
     ldi::photo_layers grid(
@@ -63,7 +63,7 @@ picture inpaint_picture(const Inpainter& inpainter, const ldi::rendering& r, Exe
     return result;
 }
 
-/// The share of the unknown pixels on surfaces without any known one: no inpainting can know their colors.
+/// Share of the unknown pixels on surfaces without any known one: no inpainting can find their colors.
 inline double cut_off_share(const ldi::photo_layers& layers) {
     const ldi::components parts = ldi::connected_components(layers.topology());
     const auto known = layers.column<ldi::known_column>();
@@ -78,12 +78,12 @@ inline double cut_off_share(const ldi::photo_layers& layers) {
     return unknown > 0 ? static_cast<double>(cut_off) / static_cast<double>(unknown) : 0;
 }
 
-/// One layer, its depth cleaned and its tears closed as make_photo3d() does before it expands.
+/// Makes one layer with cleaned depth and closed spurious discontinuities, as make_photo3d() does before expand().
 template <ldi::executor Executor>
 ldi::photo_layers lift_cleaned(const subject& s, Executor& threads) {
     ldi::normalize_options normalize;
     normalize.clipped_share = 0;
-    normalize.largest_depth_ratio = 1e6F;
+    normalize.max_depth_ratio = 1e6F;
     ldi::image<float> disparity = ldi::weighted_median(ldi::normalize(s.inverse_depth, normalize).disparity, {}, {}, threads);
     ldi::merge_middle_components(disparity);
     ldi::photo_layer lifted = ldi::lift(s.photo, disparity, {}, threads);
@@ -91,7 +91,9 @@ ldi::photo_layers lift_cleaned(const subject& s, Executor& threads) {
     return ldi::expand(std::move(lifted), {}, {}).layers;
 }
 
-/// shift  in pixels: how far the nearest surface moves; the canonical view lies that much to the left
+/// Measures inpainting.
+///
+/// shift  motion of the nearest surface in pixels; the canonical view is to the left by this much
 template <ldi::executor Executor>
 inpainting_result measure_inpainting(const subject& s, float shift, const ldi::farbrausch& network,
                                      const lpips_network& perceived, const std::filesystem::path& folder, Executor& threads) {
@@ -100,7 +102,7 @@ inpainting_result measure_inpainting(const subject& s, float shift, const ldi::f
     ldi::view original, canonical;
     original.camera = s.camera;
     canonical = ldi::moved_view(s.camera, range, 1, shift);
-    canonical.camera.width += 2 * static_cast<std::int32_t>(std::ceil(std::abs(shift)));  // nothing moves out of its picture
+    canonical.camera.width += 2 * static_cast<std::int32_t>(std::ceil(std::abs(shift)));  // nothing moves out of the picture
     ldi::peel_options peel_options;
     peel_options.z_near = 1e-3F;
     const ldi::photo_layers peeled = ldi::peel(lifted, range, original, canonical, peel_options, threads).layers;
@@ -122,7 +124,7 @@ inpainting_result measure_inpainting(const subject& s, float shift, const ldi::f
     in_front.keep(is_first);
     const ldi::rendering first = reproject(in_front);
     const ldi::rendering truth = reproject(peeled);
-    // Where resampling leaves a gap in the truth itself there is nothing to compare.
+    // Gaps that resampling leaves in the truth itself are not compared.
     mask everywhere = truth.coverage, holes = truth.coverage;
     for (std::size_t i = 0; i < holes.size(); ++i) holes.data()[i] = everywhere.data()[i] != 0 && first.coverage.data()[i] == 0;
 
@@ -170,7 +172,7 @@ inpainting_result measure_inpainting(const subject& s, float shift, const ldi::f
     return result;
 }
 
-/// How much better the network does on layers than in screen space, reprojected, in dB: mean over the rows.
+/// Mean advantage of the network on layers over screen space, reprojected, in dB.
 inline double lead(const std::vector<inpainting_result>& rows) {
     ldi::buffer<double> leads;
     for (const inpainting_result& r : rows) leads.push_back(r.network.whole.psnr - r.network_in_screen_space.whole.psnr);

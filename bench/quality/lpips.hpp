@@ -1,6 +1,6 @@
-// LPIPS: how different two pictures look (Zhang, Isola, Efros, Shechtman and Wang, "The Unreasonable Effectiveness of Deep
-// Features as a Perceptual Metric", 2018), version 0.1 on the features of SqueezeNet 1.1 (Iandola et al., 2016). In loops around
-// the library's kernel for convolutions; lpips_weights.py writes the weights that it reads.
+// LPIPS: perceptual difference of two pictures (Zhang, Isola, Efros, Shechtman and Wang, "The Unreasonable Effectiveness of Deep
+// Features as a Perceptual Metric", 2018), version 0.1 on the features of SqueezeNet 1.1 (Iandola et al., 2016). Loops around
+// the library's convolution kernel; lpips_weights.py writes the weights.
 #pragma once
 
 #include "metrics.hpp"
@@ -27,7 +27,7 @@ namespace detail {
 
 using features = ldi::image<float>;  // H x W x C
 
-/// A convolution of features, ReLU after it.
+/// A convolution of features with ReLU.
 struct lpips_layer {
     std::size_t kernel = 1, stride = 1, padding = 0;
     ldi::conv_f32_weights weights;
@@ -50,7 +50,7 @@ struct lpips_layer {
     }
 };
 
-/// Fewer channels, then two convolutions side by side.
+/// A convolution to fewer channels, then two parallel convolutions.
 struct lpips_fire {
     lpips_layer squeeze, expand_1x1, expand_3x3;
 
@@ -67,7 +67,7 @@ struct lpips_fire {
     }
 };
 
-/// The greatest of 3 x 3, every other one; the last windows reach beyond the border where they must.
+/// Maximum over 3 x 3, stride 2; the last windows extend beyond the border if necessary.
 inline features pooled(const features& in) {
     const auto halved = [](std::size_t length) { return length / 2; };
     features out(halved(in.height()), halved(in.width()), in.channels(), -std::numeric_limits<float>::infinity());
@@ -83,15 +83,15 @@ inline features pooled(const features& in) {
 
 class lpips_network {
 public:
-    static constexpr std::size_t min_side = 32;  ///< of the pictures that it compares
+    static constexpr std::size_t min_side = 32;  ///< minimum side of compared pictures
 
-    /// One without weights, for which every difference is unmeasured.
+    /// Without weights: every difference is unmeasured.
     lpips_network() = default;
 
-    /// from  the tensors of lpips_squeeze_oihw.npz
+    /// from  tensors of lpips_squeeze_oihw.npz
     explicit lpips_network(const ldi::named_tensors& from) {
         first_ = layer(from, "slice1.conv", 3, 64, 3, 2, 0);
-        // Of each level: channels before it, between and after it, and whether one fire module makes it or two.
+        // Per level: channels before, inside and after, and whether it has one or two fire modules.
         struct size {
             std::size_t inputs, squeezed, outputs;
             bool twice;
@@ -110,7 +110,7 @@ public:
 
     bool has_weights() const { return !fires_.empty(); }
 
-    /// H x W x 1: how different the pictures look around each pixel. Its mean is what lpips.py calls the mean of the map.
+    /// Returns the difference around each pixel, H x W x 1. Its mean is the result of lpips.py.
     ///
     /// a, b  H x W x 3 of one size, neither side below min_side
     map differences(const picture& a, const picture& b) const {
@@ -124,7 +124,7 @@ public:
         return result;
     }
 
-    /// The map's mean over the pixels that count; 0 where none does, unmeasured without weights.
+    /// Returns the map's mean over the counted pixels; 0 if there is none, unmeasured without weights.
     double operator()(const picture& a, const picture& b, const mask& where) const {
         if (!has_weights()) return unmeasured;
         const map different = differences(a, b);
@@ -175,7 +175,7 @@ private:
         return result;
     }
 
-    /// The weighted sum over the channels of the squared differences of features that are brought to unit length.
+    /// Weighted sum over the channels of the squared differences of normalized features.
     static ldi::image<float> difference(const detail::features& a, const detail::features& b, const ldi::buffer<float>& weights) {
         ldi::image<float> result(a.height(), a.width());
         const std::size_t channels = a.channels();
@@ -196,8 +196,8 @@ private:
     }
 
     detail::lpips_layer first_;
-    std::vector<std::vector<detail::lpips_fire>> fires_;  ///< of each level but the first
-    std::vector<ldi::buffer<float>> weights_;             ///< of each level's channels
+    std::vector<std::vector<detail::lpips_fire>> fires_;  ///< per level except the first
+    std::vector<ldi::buffer<float>> weights_;             ///< weights of each level's channels
 };
 
 }  // namespace ldi_quality

@@ -1,4 +1,4 @@
-// How far a picture is from the truth: PSNR and SSIM, over a whole picture or a part of it; and what else the measures share.
+// Quality of a picture relative to the truth: PSNR and SSIM, over a whole picture or a part of it; and shared helpers.
 #pragma once
 
 #include <ldi/adapt/xtensor.hpp>
@@ -19,7 +19,7 @@ namespace ldi_quality {
 
 using picture = ldi::image<std::uint8_t>;
 
-/// H x W x 1, not 0 where a pixel counts.
+/// H x W x 1, nonzero for counted pixels.
 using mask = ldi::image<std::uint8_t>;
 
 /// H x W x 1
@@ -31,13 +31,13 @@ inline double psnr_of(double mean_squared_error) {
     return std::min(60.0, 10 * std::log10(255.0 * 255.0 / std::max(mean_squared_error, 1e-9)));
 }
 
-/// The share of pixels that count.
+/// Share of counted pixels.
 inline double share(const mask& where) { return xt::mean(xt::cast<double>(xt::not_equal(ldi::as_tensor(where), 0)))(); }
 
-/// H x W x 3 values, averaged over the pixels that count; `nothing` where none does.
+/// Mean of H x W x 3 values over the counted pixels; `nothing` if there is none.
 template <class Values>
 double mean_where(const Values& values, const mask& where, double nothing) {
-    const auto counts = xt::cast<double>(xt::not_equal(ldi::as_tensor(where), 0));  // H x W x 1, the same for all channels
+    const auto counts = xt::cast<double>(xt::not_equal(ldi::as_tensor(where), 0));  // H x W x 1, for all channels
     const double pixels = xt::sum(counts)();
     return pixels > 0 ? xt::sum(values * counts)() / (3 * pixels) : nothing;
 }
@@ -49,8 +49,8 @@ inline double psnr(const picture& a, const picture& b, const mask& where) {
 
 using tensor = xt::xtensor<float, 3>;
 
-/// H x W x 3 values, blurred with a Gaussian of sigma 1.5 over 11 x 11 pixels, the border repeated. In loops, because xtensor's
-/// shifted views take ten times as long.
+/// Blurs H x W x 3 values with a Gaussian of sigma 1.5 over 11 x 11 pixels, repeating the border. Loops, because xtensor's
+/// shifted views cost ten times as much.
 inline tensor blurred(const tensor& values) {
     std::array<float, 11> weights{};
     float sum = 0;
@@ -75,8 +75,8 @@ inline tensor blurred(const tensor& values) {
     return pass(pass(values, true), false);
 }
 
-/// Wang, Bovik, Sheikh and Simoncelli, "Image Quality Assessment: From Error Visibility to Structural Similarity", 2004: the map,
-/// averaged over the channels, and over the pixels that count.
+/// Wang, Bovik, Sheikh and Simoncelli, "Image Quality Assessment: From Error Visibility to Structural Similarity", 2004: mean of
+/// the map over channels and counted pixels.
 inline double ssim(const picture& a, const picture& b, const mask& where) {
     const tensor x = xt::cast<float>(ldi::as_tensor(a)), y = xt::cast<float>(ldi::as_tensor(b));
     const tensor x_mean = blurred(x), y_mean = blurred(y);
@@ -94,7 +94,7 @@ inline double mean(const ldi::buffer<double>& values) {
     return values.empty() ? 0 : sum / static_cast<double>(values.size());
 }
 
-/// Half-way between the two middle values where their number is even.
+/// Median; the mean of the two middle values for an even number.
 inline double median(ldi::buffer<double> values) {
     const std::ptrdiff_t half = static_cast<std::ptrdiff_t>(values.size() / 2);
     std::nth_element(values.begin(), values.begin() + half, values.end());
@@ -103,11 +103,11 @@ inline double median(ldi::buffer<double> values) {
     return (upper + *std::max_element(values.begin(), values.begin() + half)) / 2;
 }
 
-/// Bilinear between pixel centers, the border repeated.
+/// Resizes by bilinear interpolation between pixel centers, repeating the border.
 inline map resized(const ldi::image<float>& from, std::size_t rows, std::size_t columns) {
     struct tap {
         std::size_t first, second;
-        double weight;  // of the second
+        double weight;  // weight of `second`
     };
     const auto taps = [](std::size_t source, std::size_t target) {
         std::vector<tap> result;

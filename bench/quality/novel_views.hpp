@@ -1,4 +1,4 @@
-// Novel views: photo and true depth to a 3D photo, seen from where there is another photograph.
+// Novel views: 3D photos from photo and true depth, compared with another photograph from its viewpoint.
 #pragma once
 
 #include "degraded_depth.hpp"
@@ -29,12 +29,12 @@ enum method : std::size_t { no_expansion, by_diffusion, by_network, with_texture
 
 struct novel_view {
     std::string name;
-    double disoccluded = 0;                      ///< share of the frame that shows nothing without expansion
-    double uncovered = 0;                        ///< with expansion as far as this pair needs
-    extreme worst;                               ///< with the default motion, at the worst of all places where the camera may go
-    extreme worst_degraded;                      ///< the same, with degraded depth
+    double disoccluded = 0;                      ///< share of the frame that is uncovered without expansion
+    double uncovered = 0;                        ///< with the expansion that this pair requires
+    extreme worst;                               ///< with the default motion, at the worst allowed position
+    extreme worst_degraded;                      ///< same with degraded depth
     std::array<quality, method_count> whole{};   ///< over the frame
-    std::array<quality, method_count> inside{};  ///< where it shows nothing without expansion
+    std::array<quality, method_count> inside{};  ///< where nothing is visible without expansion
 };
 
 template <ldi::executor Executor>

@@ -1,5 +1,4 @@
-// What becomes of ordinary photographs, of which no depth is known: how much lies behind their silhouettes, and a sheet to look
-// at.
+// Ordinary photographs without known depth: the share of hidden pixels, and a sheet for inspection.
 #pragma once
 
 #include "estimated_views.hpp"
@@ -23,7 +22,7 @@
 
 namespace ldi_quality {
 
-/// The 24 photographs of ../shared/photos/eval, and those of train that watch the training: every 32nd, as data.py has it.
+/// The 24 photographs of ../shared/photos/eval, and those of train that validate the training: every 32nd, as in data.py.
 inline std::vector<std::filesystem::path> ordinary_photographs() {
     constexpr std::size_t watching_every = 32;
     std::vector<std::filesystem::path> result;
@@ -41,7 +40,7 @@ inline std::vector<std::filesystem::path> ordinary_photographs() {
     return result;
 }
 
-/// A gray picture of values in [0, 1].
+/// Converts values in [0, 1] to a gray picture.
 inline picture shown(const ldi::image<float>& values) {
     picture result = ldi::image<std::uint8_t>(values.height(), values.width(), 3);
     for (std::size_t i = 0; i < values.size(); ++i)
@@ -49,7 +48,7 @@ inline picture shown(const ldi::image<float>& values) {
     return result;
 }
 
-/// Pictures side by side, each brought to the same height.
+/// Combines pictures side by side, resized to the same height.
 template <ldi::executor Executor>
 picture side_by_side(const std::vector<picture>& pictures, std::size_t rows, Executor& threads) {
     std::vector<picture> parts;
@@ -66,9 +65,9 @@ picture side_by_side(const std::vector<picture>& pictures, std::size_t rows, Exe
     return result;
 }
 
-/// Prints, for each network, how many photographs have no hidden pixel and the median share of hidden ones, and the mean
-/// share of discontinuities that are closed. Writes a strip for
-/// every photograph: it, the depth that each network leads to, and the last network's 3D photo from the right.
+/// Prints for each network the number of photographs without hidden pixels, the median share of hidden pixels, and the mean
+/// share of closed discontinuities. Writes a strip for every photograph: the photo, the depth of each network, and the last
+/// network's 3D photo from the right.
 template <ldi::executor Executor>
 void print_photographs(const std::vector<named_network>& networks, const std::filesystem::path& folder, Executor& threads) {
     const std::vector<std::filesystem::path> files = ordinary_photographs();

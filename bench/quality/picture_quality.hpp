@@ -1,4 +1,4 @@
-// How good a picture is, in all measures of pictures at once.
+// Quality of a picture in all measures together.
 #pragma once
 
 #include "lpips.hpp"
@@ -9,11 +9,11 @@
 namespace ldi_quality {
 
 struct quality {
-    double psnr = 0;            ///< in dB; 60 at most, which is what a picture that is right has
-    double ssim = 0;            ///< mean over the pixels that count
-    double lpips = unmeasured;  ///< the same
+    double psnr = 0;            ///< in dB; at most 60, the value of a perfect picture
+    double ssim = 0;            ///< mean over the counted pixels
+    double lpips = unmeasured;  ///< mean over the counted pixels
 
-    /// For means.
+    /// Accumulates a weighted mean.
     void add(const quality& other, double weight) {
         psnr += weight * other.psnr, ssim += weight * other.ssim;
         lpips = (std::isnan(lpips) ? 0 : lpips) + weight * other.lpips;

@@ -1,4 +1,4 @@
-// Prints how good 3D photos are, as Markdown, and ends with a line of the main figures. bench/quality/run.sh builds and runs it.
+// Prints the quality of 3D photos as Markdown, and a last line of main figures. Run by bench/quality/run.sh.
 #include "depth.hpp"
 #include "estimated_views.hpp"
 #include "inpainting.hpp"
@@ -27,10 +27,10 @@ using namespace ldi_quality;
 
 struct arguments {
     std::filesystem::path inpainting_model, lpips, pictures = "out/quality";
-    bool views = true, depth = true, each_depth = false, sizes = true;
+    bool views = true, depth = true, each_depth = false, sizes = true, int8 = false;
 };
 
-/// How long the network was trained, as its file says.
+/// Training time of the network, from its file.
 std::string training_of(const std::filesystem::path& file) {
     const ldi::named_tensors tensors = ldi::load_safetensors(file);
     const auto found = tensors.metadata.find("provenance");
@@ -41,7 +41,8 @@ std::string training_of(const std::filesystem::path& file) {
 }
 
 void run(const arguments& a) {
-    const ldi::farbrausch network = ldi::load_farbrausch(a.inpainting_model);
+    const ldi::farbrausch network =
+        ldi::load_farbrausch(a.inpainting_model, a.int8 ? ldi::arithmetic::int8 : ldi::arithmetic::float32);
     std::printf("Farbrausch: %s, %s\n", a.inpainting_model.filename().string().c_str(), training_of(a.inpainting_model).c_str());
     if (a.sizes) print_sizes(network);
     lpips_network perceived;
@@ -60,8 +61,9 @@ void run(const arguments& a) {
         for (const subject& s : pairs) {
             views.push_back(measure_estimated_view(s, networks, network, perceived, a.pictures, threads));
             for (const auto& [name, depth] : networks)
-                silhouettes.push_back(measure_silhouettes(
-                    s, name, aligned_estimate(depth.disparity(s.photo, {}, threads), s.inverse_depth), a.pictures, threads));
+                silhouettes.push_back(
+                    measure_silhouettes(s, name, aligned_estimate(depth.disparity(s.photo, {}, threads), s.inverse_depth),
+                                        nullptr, a.pictures, threads));
         }
         if (!views.empty())
             print_estimated_views(networks, views), print_silhouettes("stereo pairs, estimated depth", silhouettes);
@@ -80,11 +82,11 @@ void run(const arguments& a) {
         std::vector<silhouette_row> silhouettes;
         for (const subject& s : *subjects) {
             views.push_back(measure_novel_view(s, network, perceived, a.pictures, threads));
-            measure_silhouettes(silhouettes, s, {}, a.pictures, threads);
+            measure_silhouettes(silhouettes, s, {}, nullptr, a.pictures, threads);
             const float longer = static_cast<float>(std::max(s.camera.width, s.camera.height));
             for (const float side : {1.0F, -1.0F}) {
                 const inpainting_result r = measure_inpainting(s, side * 0.08F * longer, network, perceived, a.pictures, threads);
-                if (r.inpainted_share > 0) inpainting.push_back(r);  // from one side of the T-junction everything is in sight
+                if (r.inpainted_share > 0) inpainting.push_back(r);  // from one side of the T-junction, everything is visible
             }
         }
         print_novel_views(title, views);
@@ -112,6 +114,7 @@ int main(int count, char** values) {
     CLI::App app("Measures 3D photos: depth, novel views, inpainting, sizes, times.");
     arguments a;
     app.add_option("--inpainting-model", a.inpainting_model, "weights (safetensors)")->required();
+    app.add_flag("--int8", a.int8, "the inpainting network computes with 8 bits");
     app.add_option("--lpips", a.lpips, "weights of LPIPS (safetensors)");
     app.add_option("--pictures", a.pictures, "folder for pictures")->capture_default_str();
     app.add_flag("!--no-views", a.views, "no novel views and inpainting");

@@ -1,5 +1,5 @@
-// Silhouettes of 3D photos, with true depth and with the same depth degraded as networks do: where they are, what is stretched
-// across them, the rims beside them, and the discontinuities that are closed.
+// Silhouettes of 3D photos, with true depth and with depth degraded as by networks: their position, stretched texture across
+// them, rims beside them, and closed discontinuities.
 #pragma once
 
 #include "degraded_depth.hpp"
@@ -10,8 +10,10 @@
 #include "true_silhouettes.hpp"
 #include "views.hpp"
 
+#include <ldi/depth/network_decider.hpp>
 #include <ldi/inpaint/diffusion_inpainter.hpp>
 #include <ldi/io/picture.hpp>
+#include <ldi/networks/silhouettes.hpp>
 #include <ldi/photo3d.hpp>
 #include <ldi/render/rasterizer.hpp>
 
@@ -35,11 +37,11 @@ struct silhouette_quality {
 };
 
 struct silhouette_row {
-    std::string name, depth;  ///< of the subject; "true", "degraded", a network's
+    std::string name, depth;  ///< name of the subject; "true", "degraded" or a network
     silhouette_quality quality;
 };
 
-/// Green: the band of the halo. Red: what is stretched.
+/// Marks the band of the halo in green, and stretched texture in red.
 inline picture marked(picture seen, const mask& band, const mask& stretched) {
     for (std::size_t i = 0; i < band.size(); ++i) {
         std::uint8_t* color = seen.data() + 3 * i;
@@ -49,7 +51,7 @@ inline picture marked(picture seen, const mask& band, const mask& stretched) {
     return seen;
 }
 
-/// Green: true silhouettes, yellow where colors differ. Red: ours.
+/// Marks true silhouettes in green, in yellow where colors differ, and ours in red.
 inline picture marked(picture photo, const std::vector<true_side>& truth, const std::vector<side_middle>& ours) {
     const auto paint = [&](const side_middle& m, const std::array<std::uint8_t, 3>& color) {
         for (std::size_t c = 0; c < 3; ++c) photo((m.y - 1) / 2, (m.x - 1) / 2, c) = color[c];
@@ -59,13 +61,15 @@ inline picture marked(picture photo, const std::vector<true_side>& truth, const 
     return photo;
 }
 
-/// Hidden pixels are filled by diffusion: quickly, and the same whatever network there is.
+/// Measures one subject. Diffusion fills hidden pixels: fast and independent of any network.
 ///
 /// depth          its name
 /// inverse_depth  of any size
+/// network        that decides silhouettes, or nullptr
 template <ldi::executor Executor>
 silhouette_row measure_silhouettes(const subject& s, const std::string& depth, const ldi::image<float>& inverse_depth,
-                                   const std::filesystem::path& folder, Executor& threads) {
+                                   const ldi::silhouette_network* network, const std::filesystem::path& folder,
+                                   Executor& threads) {
     const std::vector<true_side> truth = true_silhouettes(s.photo, s.inverse_depth, s.known);
     const mask frame = frame_of(s);
     const auto in_frame = [&](mask m) {
@@ -77,8 +81,8 @@ silhouette_row measure_silhouettes(const subject& s, const std::string& depth, c
     raster.z_near = 1e-3F;
     const ldi::photo3d_options options = true_depth_options(s, static_cast<int>(std::ceil(s.parallax())) + 2);
 
-    const ldi::photo3d made =
-        ldi::make_photo3d(s.photo, ldi::given_disparity{inverse_depth}, ldi::diffusion_inpainter(), options, threads);
+    const ldi::photo3d made = ldi::make_photo3d(s.photo, ldi::given_disparity{inverse_depth}, ldi::network_decider(network),
+                                                ldi::diffusion_inpainter(), options, threads);
     const picture seen = ldi::rasterize(made.mesh, made.atlas.color, s.other, raster, threads).color;
     const std::vector<side_middle> ours = sides_of(made.curves, static_cast<std::int32_t>(s.photo.width()));
     const mask stretched = in_frame(shown_triangles(made.mesh, spanning_triangles(made.mesh, s, truth), s.other, threads));
@@ -94,15 +98,15 @@ silhouette_row measure_silhouettes(const subject& s, const std::string& depth, c
     return row;
 }
 
-/// With true depth and with degraded depth.
+/// Measures with true depth and with degraded depth.
 template <ldi::executor Executor>
 void measure_silhouettes(std::vector<silhouette_row>& rows, const subject& s, const degradation& how,
-                         const std::filesystem::path& folder, Executor& threads) {
-    rows.push_back(measure_silhouettes(s, "true", s.inverse_depth, folder, threads));
-    rows.push_back(measure_silhouettes(s, "degraded", degraded(s.inverse_depth, how), folder, threads));
+                         const ldi::silhouette_network* network, const std::filesystem::path& folder, Executor& threads) {
+    rows.push_back(measure_silhouettes(s, "true", s.inverse_depth, network, folder, threads));
+    rows.push_back(measure_silhouettes(s, "degraded", degraded(s.inverse_depth, how), network, folder, threads));
 }
 
-/// The means over the pictures with that depth, of what was measured there.
+/// Means over the pictures with this depth, of the measured values.
 inline silhouette_quality mean_of(const std::vector<silhouette_row>& rows, const std::string& depth) {
     const auto average = [&](auto&& value) {
         ldi::buffer<double> values;

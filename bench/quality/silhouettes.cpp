@@ -1,27 +1,33 @@
-// Prints what bench/quality measures of silhouettes alone, in under a minute: for the time while they are worked on.
-// bench/quality/run.sh --only silhouettes builds and runs it.
+// Prints only the measures of silhouettes, and the faults beside silhouettes of photographs without true depth, for work on
+// silhouettes. Run by bench/quality/run.sh --only silhouettes.
 #include "silhouette_tables.hpp"
+#include "silhouettes_in_photographs.hpp"
 #include "subjects.hpp"
+
+#include <ldi/io/farbrausch_file.hpp>
+#include <ldi/io/silhouettes_file.hpp>
+#include <ldi/io/tiefenrausch_file.hpp>
 
 #include <CLI/CLI.hpp>
 
 #include <cstdio>
 #include <exception>
 #include <filesystem>
+#include <optional>
+#include <string>
 #include <vector>
 
 namespace {
 
 using namespace ldi_quality;
 
-void run(const std::filesystem::path& pictures, bool scenes_too, const degradation& how) {
-    ldi::thread_pool threads;
-    std::filesystem::create_directories(pictures);
+void run(const std::filesystem::path& pictures, bool scenes_too, const degradation& how, const ldi::silhouette_network* network,
+         ldi::thread_pool& threads) {
     std::vector<silhouette_row> all;
     const auto measure_all = [&](const char* title, const std::vector<subject>& subjects) {
         if (subjects.empty()) return;
         std::vector<silhouette_row> rows;
-        for (const subject& s : subjects) measure_silhouettes(rows, s, how, pictures, threads);
+        for (const subject& s : subjects) measure_silhouettes(rows, s, how, network, pictures, threads);
         print_silhouettes(title, rows);
         all.insert(all.end(), rows.begin(), rows.end());
     };
@@ -30,6 +36,7 @@ void run(const std::filesystem::path& pictures, bool scenes_too, const degradati
     const silhouette_quality degraded = mean_of(all, "degraded");
     std::printf("\nsilhouettes %.1f px (missed %.1f %%), halo %.1f, stretch %.2f %%, closed %.1f %%\n", degraded.distance.pixels,
                 100 * degraded.distance.missed, degraded.halo, 100 * degraded.stretch, 100 * degraded.closed);
+    std::fflush(stdout);
 }
 
 }  // namespace
@@ -37,15 +44,30 @@ void run(const std::filesystem::path& pictures, bool scenes_too, const degradati
 int main(int count, char** values) {
     CLI::App app("Measures the silhouettes of 3D photos with true and with degraded depth.");
     std::filesystem::path pictures = "out/quality";
-    bool scenes = true;
+    bool pairs = true, scenes = true, photographs = true;
     degradation how;
+    photograph_options of_photographs;
     app.add_option("--pictures", pictures, "folder for pictures")->capture_default_str();
     app.add_flag("!--no-scenes", scenes, "no ray-cast scenes");
+    app.add_flag("!--no-pairs", pairs, "nothing with true depth");
+    app.add_flag("!--no-photographs", photographs, "no photographs without true depth");
+    app.add_flag("!--no-holes", of_photographs.counts_holes, "does not look for holes in these");
+    app.add_option("--before", of_photographs.before, "folder of an earlier run's worst_places: writes both side by side");
     app.add_option("--sigma", how.sigma, "blur of the degraded depth, in samples of 384")->capture_default_str();
     app.add_option("--shift", how.shift, "its shift to the right and down, in samples")->capture_default_str();
+    std::string model;
+    app.add_option("--silhouette-model", model, "weights of the network that decides silhouettes; none: aligned by hand");
     CLI11_PARSE(app, count, values);
     try {
-        run(pictures, scenes, how);
+        ldi::thread_pool threads;
+        std::optional<ldi::silhouette_network> network;
+        if (!model.empty() && model != "none") network = ldi::load_silhouettes(model);
+        std::filesystem::create_directories(pictures);
+        if (pairs) run(pictures, scenes, how, network ? &*network : nullptr, threads);
+        const std::filesystem::path models = LDI_SOURCE_DIR "/examples/models";
+        if (photographs)
+            measure_photographs(ldi::load_depth_network(models / "tiefenrausch_small.safetensors"), network ? &*network : nullptr,
+                                ldi::load_farbrausch(models / "farbrausch.safetensors"), pictures, of_photographs, threads);
     } catch (const std::exception& e) {
         std::fprintf(stderr, "ldi_quality_silhouettes: %s\n", e.what());
         return 1;

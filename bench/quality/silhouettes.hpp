@@ -1,4 +1,4 @@
-// How far the discontinuity curves of a 3D photo are from the true silhouettes, and how many of its discontinuities it closes.
+// Distance of a 3D photo's discontinuity curves from the true silhouettes, and the share of closed discontinuities.
 #pragma once
 
 #include "metrics.hpp"
@@ -15,14 +15,14 @@
 
 namespace ldi_quality {
 
-inline constexpr double compared_long_side = 1152;  ///< distances are given for photos of this longer side
+inline constexpr double compared_long_side = 1152;  ///< distances refer to photos with this longer side
 
 struct silhouette_distance {
-    double pixels = unmeasured;  ///< median over our sides, of those whose nearest true side has two colors
-    double missed = unmeasured;  ///< share of the true sides with two colors that have none of ours within 12 of these pixels
+    double pixels = unmeasured;  ///< median over our sides whose nearest true side has two colors
+    double missed = unmeasured;  ///< share of the true sides with two colors without one of ours within 12 of these pixels
 };
 
-/// The middles of the sides of curves found in a photo `width` pixels wide.
+/// Middles of the sides of curves in a photo `width` pixels wide.
 inline std::vector<side_middle> sides_of(std::span<const ldi::discontinuity_curve> curves, std::int32_t width) {
     std::vector<side_middle> result;
     for (const ldi::discontinuity_curve& curve : curves)
@@ -31,14 +31,12 @@ inline std::vector<side_middle> sides_of(std::span<const ldi::discontinuity_curv
     return result;
 }
 
-/// In pixels of a photo whose longer side has 1152 of them. Only silhouettes whose surfaces differ in color count: elsewhere
-/// nobody sees where they are.
-///
-/// Farther than 32 pixels of the photo is 32 pixels.
+/// Measures distances in pixels of a photo with a longer side of 1152. Only silhouettes whose surfaces differ in color count,
+/// because others are invisible. Distances are clamped to 32 pixels of the photo.
 inline silhouette_distance distance_of_silhouettes(const std::vector<side_middle>& ours, const std::vector<true_side>& truth,
                                                    std::size_t height, std::size_t width) {
     constexpr std::int32_t farthest = 32;
-    constexpr double met_within = 12;  // four samples of a map of 384
+    constexpr double met_within = 12;  // four samples of a 384-pixel map
     const double scale = compared_long_side / static_cast<double>(std::max(height, width));
     std::vector<side_middle> true_middles;
     for (const true_side& s : truth) true_middles.push_back(s.middle());
@@ -56,14 +54,14 @@ inline silhouette_distance distance_of_silhouettes(const std::vector<side_middle
     return result;
 }
 
-/// The share of the sides across which cleaned disparity steps that are on no curve: close_spurious_discontinuities() links their
-/// pixels again. 0 where it steps nowhere.
+/// Share of the sides with a step in cleaned disparity that are on no curve: close_spurious_discontinuities() links their pixels
+/// again. 0 if there is no step.
 ///
 /// photo      H x W x 3
 /// disparity  H x W x 1, in [0, 1]
 inline double share_closed(const picture& photo, const ldi::image<float>& disparity,
                            std::span<const ldi::discontinuity_curve> curves, ldi::surface_rule surface) {
-    const ldi::photo_layer lifted = ldi::lift(photo, disparity, surface);
+    const ldi::photo_layer lifted = ldi::lift(photo, disparity, {.surface = surface});
     const ldi::graph& g = lifted.topology();
     double steps = 0, kept = 0;
     for (std::int32_t y = 0, pixel = 0; y < g.height(); ++y)

@@ -1,4 +1,4 @@
-// What a 3D photo takes: bytes and triangles of the result, time and memory on the way.
+// Cost of a 3D photo: bytes and triangles of the result, time and memory of the conversion.
 #pragma once
 
 #include <examples/photo3d/report.hpp>
@@ -27,7 +27,7 @@
 
 namespace ldi_quality {
 
-/// The most memory that the process holds in each stage, where Linux tells and lets it be reset; else 0.
+/// Peak memory of the process in each stage, if Linux reports it and lets it be reset; otherwise 0.
 class stage_memory {
 public:
     ldi::progress_listener listener() {
@@ -63,10 +63,10 @@ private:
 };
 
 struct sized_photo {
-    std::filesystem::path photo, depth;  ///< depth: empty for the published network's
+    std::filesystem::path photo, depth;  ///< depth: empty for the published network's depth
 };
 
-/// The shipped sample, and telephone photos with the published network's depth where ../shared is present.
+/// The sample, and phone photos with the published network's depth if ../shared is present.
 inline std::vector<sized_photo> sized_photos() {
     const std::filesystem::path sample = std::filesystem::path(LDI_SOURCE_DIR) / "examples/photo3d";
     const std::filesystem::path shared = LDI_SHARED_DIR;
@@ -93,7 +93,7 @@ ldi::photo3d convert(const sized_photo& p, const Inpainter& inpainter, const ldi
     return ldi::make_photo3d(photo, depth, inpainter, options, one_thread);
 }
 
-/// The process must be fresh: memory is only measured while the system gets back what stages free.
+/// Requires a fresh process: memory is measured only while freed memory returns to the system.
 template <ldi::color_inpainter Inpainter>
 void print_sizes(const Inpainter& inpainter) {
     const std::vector<sized_photo> photos = sized_photos();
@@ -101,7 +101,7 @@ void print_sizes(const Inpainter& inpainter) {
         "\n### Size\n\n| photo | size | GLB, kB | texture, kB | triangles | charts | atlas | filled |\n"
         "|---|---|---|---|---|---|---|---|\n");
     stage_memory memory, not_asked_for;
-    // Time and memory are those of one photo that ends up at 1152 x 1536: the telephone's, else the sample.
+    // Time and memory are those of one photo that becomes 1152 x 1536: the phone's, else the sample.
     const sized_photo& measured = photos[std::min<std::size_t>(1, photos.size() - 1)];
     for (const sized_photo& p : photos) {
         const ldi::photo3d made = convert(p, inpainter, (&p == &measured ? memory : not_asked_for).listener());
@@ -114,7 +114,7 @@ void print_sizes(const Inpainter& inpainter) {
                     made.atlas.color.height(), 100.0 * static_cast<double>(made.atlas.fill));
     }
 #if defined(__GLIBC__)
-    // As the program does: what the system charges for new pages is not the stages' work.
+    // Same settings as in the program, so that the stages do not include the system's cost of new pages.
     mallopt(M_MMAP_THRESHOLD, 1 << 30);
     mallopt(M_TRIM_THRESHOLD, 1 << 30);
 #endif
@@ -124,9 +124,9 @@ void print_sizes(const Inpainter& inpainter) {
         ldi::examples::stage_clock clock(true);
         convert(measured, inpainter, clock.listener());
         clock.finish();
-        for (const auto& [stage, milliseconds] : clock.stages()) {
-            if (times.count(stage) == 0) order.push_back(stage);
-            times[stage].push_back(milliseconds);
+        for (const ldi::examples::stage_time& time : clock.stages()) {
+            if (times.count(time.stage) == 0) order.push_back(time.stage);
+            times[time.stage].push_back(time.elapsed);
         }
     }
     std::printf(

@@ -1,4 +1,4 @@
-// How much of a novel view shows texture that is stretched between the two surfaces of a silhouette.
+// Share of a novel view with texture that is stretched between the two surfaces of a silhouette.
 #pragma once
 
 #include "metrics.hpp"
@@ -20,21 +20,21 @@
 namespace ldi_quality {
 
 struct stretch_options {
-    /// Within this distance of a true silhouette, in shares of the photo's longer side (12 pixels of 1152): as far as degraded
-    /// depth washes a step out.
+    /// Maximum distance from a true silhouette, in shares of the photo's longer side (12 pixels of 1152): as far as degraded
+    /// depth blurs a step.
     double reach = 12.0 / 1152;
-    /// From one end to the other, a triangle's steepest line becomes longer by this factor or more.
+    /// Minimum factor by which a triangle's steepest line becomes longer between the two views.
     double min_factor = 2;
 };
 
 namespace detail {
 
-/// A corner of a triangle as the photo's camera sees it.
+/// A corner of a triangle as seen by the photo's camera.
 struct photo_corner {
     double x, y, inverse_depth;
 };
 
-/// By how much inverse depth changes per pixel of the photo, where that is most; infinite for what the camera sees edge-on.
+/// Maximum change of inverse depth per pixel of the photo; infinite for triangles seen edge-on.
 inline double steepness(const std::array<photo_corner, 3>& t) {
     const double ax = t[1].x - t[0].x, ay = t[1].y - t[0].y, a = t[1].inverse_depth - t[0].inverse_depth;
     const double bx = t[2].x - t[0].x, by = t[2].y - t[0].y, b = t[2].inverse_depth - t[0].inverse_depth;
@@ -44,9 +44,9 @@ inline double steepness(const std::array<photo_corner, 3>& t) {
 
 }  // namespace detail
 
-/// One for each triangle of the mesh, 1 where it spans a true silhouette: one of its corners, the middles of its sides or its own
-/// middle, seen from the photo's place, is near a true silhouette; and between both views its steep direction becomes longer by
-/// `min_factor`, as only what leads from one surface to another does.
+/// Marks each triangle with 1 if it spans a true silhouette: one of its corners, the middles of its sides or its own middle,
+/// seen from the photo's viewpoint, is close to a true silhouette, and its steep direction becomes longer by `min_factor`
+/// between the views, which happens only between two surfaces.
 inline ldi::buffer<std::uint8_t> spanning_triangles(const ldi::textured_mesh& mesh, const subject& s,
                                                     const std::vector<true_side>& truth, const stretch_options& options = {}) {
     std::vector<side_middle> middles;
@@ -78,11 +78,11 @@ inline ldi::buffer<std::uint8_t> spanning_triangles(const ldi::textured_mesh& me
     return result;
 }
 
-/// Where the other view shows one of the marked triangles, nothing being before it.
+/// Pixels in which the other view shows one of the marked triangles in front.
 template <ldi::executor Executor>
 mask shown_triangles(const ldi::textured_mesh& mesh, const ldi::buffer<std::uint8_t>& marked, const ldi::view& from,
                      Executor& threads) {
-    ldi::textured_mesh flat;  // no two triangles share a vertex, so that each has a color of its own
+    ldi::textured_mesh flat;  // no two triangles share a vertex, so that each has its own color
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
         const std::size_t vertex = mesh.triangles[i];
         for (std::size_t k = 0; k < 3; ++k) flat.positions.push_back(mesh.positions[3 * vertex + k]);

@@ -1,4 +1,4 @@
-// What is measured on: stereo pairs with true depth, and ray-cast scenes, of which every surface is known.
+// Test subjects: stereo pairs with true depth, and ray-cast scenes with known surfaces.
 #pragma once
 
 #include "metrics.hpp"
@@ -25,24 +25,24 @@ struct subject {
     std::string name;
     picture photo;
     ldi::image<float> inverse_depth;  ///< H x W x 1, above 0
-    mask known;                       ///< H x W x 1; 0 where depth was not measured, but is that of the nearest pixel
+    mask known;                       ///< H x W x 1; 0 where depth was not measured and is copied from the nearest pixel
     ldi::pinhole_camera camera;
-    ldi::view other;  ///< where it was seen from once more
-    picture seen;     ///< from there
+    ldi::view other;  ///< the second viewpoint
+    picture seen;     ///< photograph from there
 
     ldi::depth_range range() const {
         const auto [least, most] = std::minmax_element(inverse_depth.begin(), inverse_depth.end());
         return {1 / *most, 1 / *least};
     }
-    /// By how many pixels the nearest and the farthest surface move against each other between both views.
+    /// Relative motion of the nearest and the farthest surface between both views, in pixels.
     double parallax() const {
         const ldi::depth_range r = range();
         return static_cast<double>(std::abs(other.position[0]) * camera.focal_length * (r.inverse_depth(1) - r.inverse_depth(0)));
     }
 };
 
-/// Middlebury's pairs: a point with disparity d is seen d pixels farther left in the right photo. d is taken for inverse depth.
-/// That leaves out how far the photos were cropped against each other, which changes the space but neither picture.
+/// Middlebury's pairs: a point with disparity d is d pixels farther left in the right photo. d is used as inverse depth. This
+/// ignores how far the photos were cropped relative to each other, which changes the space but neither picture.
 inline std::vector<subject> stereo_pairs() {
     std::vector<subject> result;
     const std::filesystem::path folder = std::filesystem::path(LDI_SHARED_DIR) / "rgbd";
@@ -74,7 +74,7 @@ inline std::vector<subject> stereo_pairs() {
     return result;
 }
 
-/// Seen once more from the right, so that the nearest surface moves by a tenth of the longer side.
+/// Ray-cast scenes with a second view from the right, so that the nearest surface moves by a tenth of the longer side.
 template <ldi::executor Executor>
 std::vector<subject> ray_cast_scenes(Executor& threads) {
     std::vector<subject> result;

@@ -1,5 +1,5 @@
-// Where silhouettes really are: the sides of pixels across which true depth steps. Found without the library's own stages, which
-// are judged by them.
+// True silhouettes: the sides of pixels with a step in true depth. Computed without the library's stages, which are compared
+// with them.
 #pragma once
 
 #include "metrics.hpp"
@@ -17,7 +17,7 @@
 
 namespace ldi_quality {
 
-/// A side of a pixel, by its middle, in half pixels: pixel (x, y) has its center at (2 x + 1, 2 y + 1).
+/// Middle of a pixel's side, in half pixels: pixel (x, y) has its center at (2 x + 1, 2 y + 1).
 struct side_middle {
     std::int32_t x = 0, y = 0;
 };
@@ -25,26 +25,26 @@ struct side_middle {
 /// A side between a pixel of a near surface and one of a far surface.
 struct true_side {
     std::int32_t near_x, near_y, far_x, far_y;  ///< pixels
-    bool colors_differ = false;                 ///< a viewer can tell on which side of an edge a pixel should be
+    bool colors_differ = false;                 ///< whether a viewer can see to which surface a pixel belongs
 
     side_middle middle() const { return {near_x + far_x + 1, near_y + far_y + 1}; }
 };
 
 struct true_silhouette_options {
-    /// In disparity, from 0 for the farthest to 1 for the nearest: what the library takes for a discontinuity.
+    /// Minimum step in disparity, from 0 for the farthest to 1 for the nearest: the library's threshold for discontinuities.
     float min_step = 0.05F;
-    /// Connected sides fewer than these are specks.
+    /// Minimum number of connected sides.
     std::size_t min_sides = 20;
-    /// Colors are the means of this many pixels to either side, after the first, which is mixed.
+    /// Colors are means of this many pixels on either side, after the first, which is mixed.
     std::int32_t color_reach = 3;
-    /// Their least difference: root mean square over the channels, of 255.
+    /// Minimum difference of colors: root mean square over the channels, of 255.
     double min_color_difference = 25;
 };
 
 namespace detail {
 
-/// The mean color of the pixels beyond `from` in direction `step`, as far as they lie on its surface; the pixel's own color where
-/// none does.
+/// Mean color of the pixels beyond `from` in direction `step`, as far as they are on its surface; the pixel's own color if none
+/// is.
 inline std::array<double, 3> color_beyond(const picture& photo, const ldi::image<float>& disparity, std::int32_t x,
                                           std::int32_t y, std::int32_t step_x, std::int32_t step_y,
                                           const true_silhouette_options& options) {
@@ -77,7 +77,7 @@ inline bool colors_differ(const picture& photo, const ldi::image<float>& dispari
     return std::sqrt(squared) >= options.min_color_difference;
 }
 
-/// Keeps those that hang together, corner to corner, with at least `least` sides.
+/// Keeps groups of at least `least` sides, connected corner to corner.
 inline void drop_specks(std::vector<true_side>& sides, std::size_t height, std::size_t width, std::size_t least) {
     const auto corners = [&](const true_side& s) {
         const std::int32_t x = std::max(s.near_x, s.far_x), y = std::max(s.near_y, s.far_y);
@@ -94,7 +94,7 @@ inline void drop_specks(std::vector<true_side>& sides, std::size_t height, std::
 
 }  // namespace detail
 
-/// From 0 for the farthest to 1 for the nearest.
+/// Scales from 0 for the farthest to 1 for the nearest.
 inline ldi::image<float> from_0_to_1(ldi::image<float> inverse_depth) {
     const auto [least, most] = std::minmax_element(inverse_depth.begin(), inverse_depth.end());
     const float low = *least, span = *most - *least;
@@ -102,9 +102,11 @@ inline ldi::image<float> from_0_to_1(ldi::image<float> inverse_depth) {
     return inverse_depth;
 }
 
+/// Finds the true silhouettes.
+///
 /// photo          H x W x 3
 /// inverse_depth  H x W x 1, true
-/// known          H x W x 1; where it is 0 depth was not measured, and no silhouette is told of
+/// known          H x W x 1; silhouettes are not reported where it is 0, because depth was not measured
 inline std::vector<true_side> true_silhouettes(const picture& photo, const ldi::image<float>& inverse_depth, const mask& known,
                                                const true_silhouette_options& options = {}) {
     const ldi::image<float> disparity = from_0_to_1(inverse_depth);
@@ -131,13 +133,13 @@ public:
         for (std::size_t i = 0; i < sides.size(); ++i) at_(sides[i].y, sides[i].x) = static_cast<std::int32_t>(i);
     }
 
-    /// The distance between the middles in pixels, at most `farthest`, and the side's number, -1 where none is as near.
+    /// Returns the distance between the middles in pixels, at most `farthest`, and the side's index, -1 if none is as close.
     std::pair<double, std::int32_t> find(const side_middle& from, std::int32_t farthest) const {
         std::int64_t best = std::int64_t{4} * farthest * farthest;
         std::int32_t found = -1;
         for (std::int64_t ring = 0; ring <= 2 * farthest && ring * ring <= best; ++ring)
             for (std::int64_t dy = -ring; dy <= ring; ++dy) {
-                // Whole rows at the top and bottom of the ring, only its two ends between them.
+                // Whole rows at the top and bottom of the ring, only its two ends in the rows between.
                 const std::int64_t step = std::abs(dy) == ring || ring == 0 ? 1 : 2 * ring;
                 for (std::int64_t dx = -ring; dx <= ring; dx += step) {
                     const std::int64_t x = from.x + dx, y = from.y + dy, squared = dx * dx + dy * dy;
@@ -152,7 +154,7 @@ public:
     }
 
 private:
-    ldi::image<std::int32_t> at_;  ///< by half pixels: the number of the side whose middle is there
+    ldi::image<std::int32_t> at_;  ///< per half pixel: index of the side with this middle
 };
 
 }  // namespace ldi_quality

@@ -1,4 +1,4 @@
-// The 3D photo of a subject with its true depth, and what of its other view can be compared.
+// The 3D photo of a subject with its true depth, and the part of its other view that can be compared.
 #pragma once
 
 #include "metrics.hpp"
@@ -14,20 +14,20 @@
 
 namespace ldi_quality {
 
-/// 3D photo options for the truth: the photo as large as it is, no depth clipped, and surfaces grown by `iterations`.
+/// 3D photo options for the truth: the photo at full size, no clipped depth, and surfaces grown by `iterations`.
 inline ldi::photo3d_options true_depth_options(const subject& s, int iterations) {
     ldi::photo3d_options options;
     options.focal_length_35mm = s.camera.focal_length / ldi::focal_length_from_35mm(1, s.camera.width, s.camera.height);
     options.normalize.is_metric = true;
     options.normalize.clipped_share = 0;
-    options.normalize.largest_depth_ratio = 1e6F;
+    options.normalize.max_depth_ratio = 1e6F;
     options.expand.motion = 1;
     options.expand.iterations = iterations;
-    options.texture.strength = options.grain.strength = 0;  // fills are compared, and `textured` says where they have both
+    options.texture.strength = options.grain.strength = 0;  // compares fills; `textured` is the result with both
     return options;
 }
 
-/// An inpainter and the library's texture over what it answers.
+/// An inpainter with the library's texture on its result.
 template <class Inpainter>
 struct textured {
     const Inpainter& answers;
@@ -39,7 +39,7 @@ struct textured {
     }
 };
 
-/// Where the other view shows what the photo's picture reaches to, whatever its depth: what a frame leaves in sight.
+/// Pixels of the other view that show the photo at any depth: the content of a frame.
 inline mask frame_of(const subject& s) {
     const ldi::depth_range range = s.range();
     const Eigen::Isometry3f to_photo = ldi::pose(s.other);
@@ -47,7 +47,7 @@ inline mask frame_of(const subject& s) {
     for (std::size_t y = 0; y < result.height(); ++y)
         for (std::size_t x = 0; x < result.width(); ++x) {
             bool inside = true;
-            for (const float depth : {range.z_near, range.z_far}) {  // of what the other camera sees here
+            for (const float depth : {range.z_near, range.z_far}) {  // depth of the surface visible to the other camera here
                 const std::array<float, 3> seen =
                     s.other.camera.unproject(static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F, depth);
                 const Eigen::Vector3f point = to_photo * Eigen::Map<const Eigen::Vector3f>(seen.data());

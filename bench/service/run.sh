@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# How many photos two workers of examples/service convert in the time of one, three times in turns, medians; and how many messages the
-# broker takes. All on one machine, in temporary folders, which is why the storage is a folder: a server would take from the same cores.
+# Measures how many photos two workers of examples/service convert in the time of one (medians of three alternating runs), and how many
+# messages per second the broker accepts. Everything runs on one machine, in temporary folders. The storage is a folder, because a server
+# would use the same cores.
 #
 #   bench/service/run.sh [NUMBER_OF_PHOTOS [FOLDER]]     200 of ../shared/photos/train, else copies of the sample
 #

@@ -1,6 +1,6 @@
-// A real photo on its whole way to a 3D photo at 1152 x 1536: what stages and networks are measured on.
+// A real photo and its conversion to a 3D photo at 1152 x 1536, for measurements of stages and networks.
 //
-// The photo is a telephone's with the published network's depth where ../shared is present, else the shipped sample.
+// The photo is a phone's with the published network's depth if ../shared is present, else the sample.
 #pragma once
 
 #include <ldi/inpaint/diffusion_inpainter.hpp>
@@ -26,8 +26,7 @@ inline std::optional<ldi::tiefenrausch> published_network() {
 
 inline ldi::photo3d converted_photo(const ldi::photo3d_options& options = {}) {
 #if defined(__GLIBC__)
-    // Stages free and allocate the same tens of megabytes. What the system charges for new pages every time is not the stage's
-    // work.
+    // Stages free and allocate the same tens of megabytes. The system's cost of new pages is not part of the stages.
     mallopt(M_MMAP_THRESHOLD, 1 << 30);
     mallopt(M_TRIM_THRESHOLD, 1 << 30);
 #endif

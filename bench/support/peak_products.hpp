@@ -1,4 +1,5 @@
-// What the processor can multiply at most: the instruction at the heart of the 8-bit kernels with everything in registers.
+// Peak multiplication rate of the processor: the instruction in the inner loop of the 8-bit kernels, with everything in
+// registers.
 #pragma once
 
 #include <ldi/kernels/detail/lanes_neon.hpp>
@@ -39,10 +40,11 @@ inline void multiply_vnni_256(long count) {
 }
 LDI_END_TARGET
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
-/// 64 products: as many as may meet in 16 bits.
+/// Computes 64 products: the maximum in 16 bits.
 inline __m256i multiply_add(__m256i sum, __m256i x, __m256i y) {
     __m256i a, b;
-    asm volatile("vpmaddubsw %2, %1, %0" : "=x"(a) : "x"(x), "x"(y));  // or the compiler would multiply once for all sums
+    // otherwise the compiler would multiply only once for all sums
+    asm volatile("vpmaddubsw %2, %1, %0" : "=x"(a) : "x"(x), "x"(y));
     asm volatile("vpmaddubsw %2, %1, %0" : "=x"(b) : "x"(x), "x"(y));
     return _mm256_add_epi32(sum, _mm256_madd_epi16(_mm256_add_epi16(a, b), y));
 }
@@ -74,9 +76,10 @@ inline void multiply_neon(long count) {
 LDI_END_TARGET
 #endif
 
-/// Multiplications a second that the instruction at the heart of the kernels reaches with everything in registers; 0 if unknown.
+/// Returns the multiplications per second of the instruction in the kernels' inner loop, with everything in registers; 0 if
+/// unknown.
 inline double peak_products([[maybe_unused]] ldi::isa set) {
-    [[maybe_unused]] constexpr long count = 50000;  // a fraction of a millisecond, so that some rounds run undisturbed
+    [[maybe_unused]] constexpr long count = 50000;  // a fraction of a millisecond, so that some rounds are undisturbed
     void (*multiply)(long) = nullptr;
     double products = 0;
 #if LDI_HAS_X86_KERNELS

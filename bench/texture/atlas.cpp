@@ -1,6 +1,6 @@
-// Charts, packing and padding at 1152 x 1536, one thread. The paper's times (iPhone 11 Pro): chart generation 72 ms, chart
-// padding 151 ms. bench/photo3d/stages.cpp has them on a telephone's photo; here are a scene full of silhouettes and what each
-// part costs.
+// Charts, packing and padding at 1152 x 1536, on one thread. The paper's times (iPhone 11 Pro): chart generation 72 ms, chart
+// padding 151 ms. bench/photo3d/run.sh measures them on a phone photo; this benchmark measures each part on a scene with many
+// silhouettes.
 
 #include "tests/texture/photo_scene.hpp"
 

@@ -1,6 +1,6 @@
-// A layered depth image is pixels with links. Neighbors on one surface are linked, neighbors across a silhouette are not, and
-// behind the front surface there may be more pixels: here those of the wall behind a globe, with a blue rim. They were grown
-// from the wall's edge, and nobody has photographed them.
+// A layered depth image consists of pixels and links. Neighbors on one surface are linked; neighbors across a silhouette are
+// not. Behind the front surface there can be more pixels: here the wall continues behind a globe (pixels with a blue rim). These
+// pixels grew from the wall's edge; the photo does not show them.
 #include "drawing.hpp"
 #include "sample.hpp"
 
@@ -13,17 +13,18 @@
 int main() {
     const learn::sample photo = learn::load_crop("globe");
 
-    // A single layer: every pixel is linked to those neighbors that are at nearly its own distance.
+    // A single layer: every pixel is linked to the neighbors at nearly the same distance.
     ldi::photo_layer front = ldi::lift(photo.color, photo.disparity);
-    const auto curves = ldi::find_discontinuity_curves(front, {});
+    const auto curves = ldi::find_discontinuity_curves(front);
     ldi::close_spurious_discontinuities(front, curves);
     const std::size_t pixels_of_photo = front.size();
-    std::vector<std::pair<learn::spot, learn::spot>> cuts;  // where neighbors in the photo are not linked
+    std::vector<std::pair<learn::spot, learn::spot>> cuts;  // neighbors in the photo that are not linked
     for (const ldi::discontinuity& d : curves[0].sides)
         if (d.towards_front == ldi::side::left) cuts.emplace_back(learn::spot_of(front, d.front), learn::spot_of(front, d.back));
 
-    // The surface behind each silhouette grows under what hides it, and gets colors.
-    ldi::photo_layers layers = ldi::expand(std::move(front), {}, curves, {.motion = 1.0F, .iterations = 4}).layers;
+    // The surface behind each silhouette grows under the surface in front, and is then colored.
+    ldi::photo_layers layers =
+        ldi::expand(std::move(front), ldi::surface_rule{}, curves, {.motion = 1.0F, .iterations = 4}).layers;
     ldi::diffusion_inpainter{}.inpaint(layers);
 
     std::size_t links = 0;

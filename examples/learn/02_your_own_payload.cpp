@@ -1,6 +1,5 @@
-// Pixels hold what you say they hold. A column of normals is added to the lifted photo; every stage carries it along, also to
-// the hidden pixels that expand() makes, and gather() brings it to the vertices. So a lamp that was not there can light the
-// photo.
+// Pixels can hold any data: this lesson adds a column of normals. Every stage keeps it with its pixels, expand() extends it to
+// the hidden ones, and gather() transfers it to the vertices. A virtual lamp can then light the photo.
 #include "drawing.hpp"
 #include "sample.hpp"
 
@@ -11,12 +10,12 @@
 #include <cmath>
 #include <cstdio>
 
-struct normal {  // a unit vector, towards the camera
+struct normal {  // a unit vector toward the camera
     using scalar = float;
     static constexpr std::size_t channels = 3;
 };
 
-/// Normal of each pixel, from its neighbors.
+/// Computes the normal of each pixel from its neighbors.
 ldi::buffer<float> normals_of(const ldi::photo_layer& layer, const ldi::photo_facts& facts) {
     const ldi::graph& g = layer.topology();
     const auto place = [&](std::int32_t i) {
@@ -40,7 +39,8 @@ int main() {
     const learn::sample photo = learn::load_crop("archway");
     const ldi::photo_facts facts = learn::facts_of(photo);
     ldi::photo_layer lifted = ldi::lift(photo.color, photo.disparity);
-    auto layer = std::move(lifted).with<normal>(normals_of(lifted, facts));
+    ldi::buffer<float> normals = normals_of(lifted, facts);
+    auto layer = std::move(lifted).with<normal>(std::move(normals));
     const auto curves = ldi::find_discontinuity_curves(layer, facts.surface);
     ldi::close_spurious_discontinuities(layer, curves);
     auto layers = ldi::expand(std::move(layer), facts.surface, curves).layers;
@@ -48,7 +48,7 @@ int main() {
     const ldi::chart_set charts = ldi::make_charts(layers, facts.surface);
     const ldi::textured_mesh mesh = ldi::build_mesh(layers, facts, charts, ldi::make_atlas(layers, charts));
     const ldi::buffer<float> at_vertices = ldi::gather<normal>(mesh, layers, facts.camera);
-    const auto lit = [&](std::uint32_t vertex) {  // by a lamp on the right, in warm light
+    const auto lit = [&](std::uint32_t vertex) {  // lights the vertex with a warm lamp on the right
         const float* n = at_vertices.data() + 3 * std::size_t{vertex};
         const float light = (0.15F + (std::max)(0.85F * n[0] + 0.3F * n[1] + 0.4F * n[2], 0.0F)) / 255.0F;
         const auto c = layers.at<ldi::color_column>(mesh.pixels[vertex]);

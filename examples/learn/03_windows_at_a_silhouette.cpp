@@ -1,6 +1,6 @@
-// A convolution asks for the pixels around a pixel. In a layered image it gets those that links lead to, breadth first, inside
-// its k x k window: around a silhouette and under it, never across. Left, a window on the wall beside the globe goes on to hidden
-// pixels; right, one on the globe's rim has no pixels where the globe ends, and takes none of the wall's.
+// A convolution reads the pixels around a pixel. In a layered image these are the pixels that links reach, breadth-first, inside
+// its k x k window: around a silhouette and under it, never across. Left: the window of a wall pixel beside the globe continues
+// on hidden pixels. Right: the window of a pixel on the globe's rim ends with the globe, and contains no pixels of the wall.
 #include "drawing.hpp"
 #include "sample.hpp"
 
@@ -15,14 +15,15 @@ constexpr std::int32_t size = 5;
 int main() {
     const learn::sample photo = learn::load_crop("globe");
     ldi::photo_layer front = ldi::lift(photo.color, photo.disparity);
-    const auto curves = ldi::find_discontinuity_curves(front, {});
+    const auto curves = ldi::find_discontinuity_curves(front);
     ldi::close_spurious_discontinuities(front, curves);
-    ldi::photo_layers layers = ldi::expand(std::move(front), {}, curves, {.motion = 1.0F, .iterations = 4}).layers;
+    ldi::photo_layers layers =
+        ldi::expand(std::move(front), ldi::surface_rule{}, curves, {.motion = 1.0F, .iterations = 4}).layers;
     ldi::diffusion_inpainter{}.inpaint(layers);
     const ldi::graph& g = layers.topology();
     std::vector<learn::picture> panels;
     for (const bool on_globe : {false, true}) {
-        // In the middle row of the photo the globe ends at x = 14, and the wall goes on at x = 15.
+        // In the middle row of the photo, the globe ends at x = 14, and the wall starts at x = 15.
         std::int32_t center = 0;
         for (std::int32_t i = 0; i < static_cast<std::int32_t>(g.size()); ++i)
             if (g.y()[i] == g.height() / 2 && layers.column<ldi::known_column>()[i] != 0 && g.x()[i] == (on_globe ? 14 : 15))

@@ -1,6 +1,6 @@
-// The same convolution on an image and on a layered image. Both are graphs: an image is the one whose links form a grid. A 9 x 9
-// average runs on both; on the image things bleed into what lies behind them, on the layered image each surface is averaged by
-// itself.
+// The same convolution on an image and on a layered image. Both are graphs: an image is the graph whose links form a grid.
+// A 9 x 9 average runs on both. On the image, objects bleed into the background; on the layered image, each surface is averaged
+// separately.
 #include "drawing.hpp"
 #include "sample.hpp"
 
@@ -30,7 +30,7 @@ learn::picture picture_of(const ldi::photo_layers& layers, const ldi::feature_ma
 
 int main() {
     const learn::sample photo = learn::load_crop("archway");
-    const ldi::photo_layers layered = learn::layers_of(photo, 0);  // the photo's own pixels, linked inside surfaces only
+    const ldi::photo_layers layered = learn::layers_of(photo, 0);  // the photo's own pixels, linked only inside surfaces
     ldi::photo_layers grid(ldi::make_grid(layered.topology().width(), layered.topology().height()));
     grid.set_column<ldi::color_column>(layered.column<ldi::color_column>().copy());
 

@@ -1,6 +1,6 @@
-// A U-Net on layered images. Its weights are set by hand instead of learned, so that one sees what it does: on the way down it
-// averages the colors that are known, on the way up it fills in what is not known from the coarser level. As it runs on links,
-// hidden surfaces get the colors of what they continue, and none of what hides them.
+// A U-Net on layered images. Its weights are set by hand instead of learned, so that its work is visible: the encoder averages
+// known colors, and the decoder fills unknown pixels from the coarser level. Because it runs on links, hidden surfaces get the
+// colors of the surfaces that they continue, not of those in front.
 #include "drawing.hpp"
 #include "sample.hpp"
 
@@ -11,9 +11,9 @@
 #include <cstdio>
 
 struct unet {
-    ldi::convolution_layer encode, decode;  // one of each, used at every level
+    ldi::convolution_layer encode, decode;  // one of each, used on every level
 
-    /// fine  what each pixel of g holds
+    /// fine  feature map of g
     ldi::feature_map operator()(const ldi::graph_view& g, const ldi::feature_map& fine, int levels) const {
         if (levels == 0) return fine;
         const ldi::coarsened half = ldi::coarsen(g);
@@ -29,9 +29,9 @@ unet averaging_unet() {
     for (std::size_t i = 0; i < c; ++i) {
         for (std::size_t e = 0; e < k; ++e) {
             down[(i * c + i) * k + e] = 1.0F / k;
-            up[(i * 2 * c + i) * k + e] = 1e-3F / k;  // of the coarser level a little, which counts where nothing else is
+            up[(i * 2 * c + i) * k + e] = 1e-3F / k;  // a small weight for the coarser level, for unknown pixels
         }
-        up[(i * 2 * c + c + i) * k + k / 2] = 1.0F;  // of this level all
+        up[(i * 2 * c + c + i) * k + k / 2] = 1.0F;  // the full weight for this level
     }
     return {ldi::convolution_layer(down, bias, {.after = ldi::relu}), ldi::convolution_layer(up, bias, {.after = ldi::relu})};
 }
@@ -41,7 +41,7 @@ int main() {
     const ldi::feature_map shown = ldi::from_column<ldi::color_column>(layers, 1.0F / 255.0F);
     ldi::feature_view known_colors = shown;
     known_colors.mask = layers.column<ldi::known_column>();
-    // Red, green, blue, known; all 0 where nothing is known.
+    // Red, green, blue, known; all 0 for unknown pixels.
     const ldi::feature_map input = ldi::concatenate({known_colors, ldi::from_column<ldi::known_column>(layers)});
     const ldi::feature_map output = averaging_unet()(layers.topology(), input, 5);
 

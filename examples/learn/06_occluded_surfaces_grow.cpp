@@ -1,5 +1,5 @@
-// Behind each silhouette the farther surface grows, a pixel an iteration, as far as a viewer who moves a little could see. The
-// frames show what is hidden after 1, 8, 20 and 40 iterations, the younger the brighter; on what holds it, the photo, darkened.
+// Behind each silhouette the farther surface grows by one pixel per iteration, as far as a slightly moved viewer could see. The
+// frames show the hidden pixels after 1, 8, 20 and 40 iterations, brighter if younger, over the darkened photo.
 #include "drawing.hpp"
 #include "sample.hpp"
 
@@ -9,11 +9,11 @@
 int main() {
     const learn::sample photo = learn::load_crop("archway");
     ldi::photo_layer layer = ldi::lift(photo.color, photo.disparity);
-    const auto curves = ldi::find_discontinuity_curves(layer, {});
+    const auto curves = ldi::find_discontinuity_curves(layer);
     ldi::close_spurious_discontinuities(layer, curves);
 
     std::vector<learn::picture> frames;
-    ldi::buffer<int> born;  // in which iteration, for each pixel so far
+    ldi::buffer<int> born;  // per pixel: iteration in which it was made
     int iteration = 0;
     const auto watch = [&](const ldi::graph_view& g, std::span<const float>, std::size_t first_hidden) {
         born.resize(g.size(), ++iteration);
@@ -29,6 +29,6 @@ int main() {
         std::printf("iteration %2d: %zu hidden pixels behind %zu curves\n", iteration, g.size() - first_hidden, curves.size());
         frames.push_back(std::move(frame));
     };
-    ldi::expand(std::move(layer), {}, curves, {.motion = 1.0F, .iterations = 40}, {}, watch);
+    ldi::expand(std::move(layer), ldi::surface_rule{}, curves, {.motion = 1.0F, .iterations = 40}, {}, watch);
     learn::save("06_occluded_surfaces_grow.png", learn::side_by_side(frames));
 }

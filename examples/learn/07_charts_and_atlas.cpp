@@ -1,6 +1,7 @@
-// A layered image has places with several pixels, a texture has not. So it is cut into charts, in each of which every place has
-// one pixel at most, and these are packed into an atlas, with a rim of padding for filters and JPEG. Left the charts as the photo
-// sees them, then the atlas, then where its colors come from: the photo, inpainting (dark blue), padding (pink, red, green).
+// A layered image can have several pixels at one position; a texture cannot. It is therefore divided into charts with at most
+// one pixel per position, and the charts are packed into an atlas, padded for texture filters and JPEG. Left: the charts as seen
+// in the photo. Middle: the atlas. Right: the source of each color: the photo, inpainting (dark blue), padding (pink, red,
+// green).
 #include "drawing.hpp"
 #include "sample.hpp"
 

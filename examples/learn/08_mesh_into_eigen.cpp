@@ -1,5 +1,5 @@
-// A mesh is V, F and UV to Eigen, in its own memory and in libigl's convention: a row a vertex, a row a triangle. Here its area,
-// and the planes of the wall and of the table by least squares.
+// Maps a mesh to the Eigen matrices V, F and UV, without a copy and in libigl's convention: one row per vertex or triangle.
+// Computes its area, and fits planes to the wall and the table by least squares.
 #include "whole_sample.hpp"
 
 #include <ldi/adapt/eigen.hpp>
@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-/// The unit normal of the plane through points, and how far they are from it, root mean square.
+/// Returns the unit normal of the plane through points, and their root mean square distance from it.
 std::pair<Eigen::Vector3f, float> plane_through(const Eigen::MatrixX3f& points) {
     const Eigen::MatrixX3f around = points.rowwise() - points.colwise().mean();
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3f> axes(around.transpose() * around);
@@ -24,7 +24,7 @@ std::pair<Eigen::Vector3f, float> plane_through(const Eigen::MatrixX3f& points) 
 int main() {
     const learn::sample photo = learn::load_sample(learn::everything, 4);
     ldi::photo3d_options options;
-    options.focal_length_35mm = 32.55F;  // the sample's camera, and the distances that its disparities 1 and 0 stand for
+    options.frame = ldi::photo_frame::crop, options.focal_length_35mm = 32.55F;  // the sample's own surfaces and camera
     options.normalize = {.clipped_share = 0, .is_inverse_depth = false, .assumed_range = {0.687F, 2.047F}};
     const ldi::photo3d made =
         ldi::make_photo3d(photo.color, ldi::given_disparity{photo.disparity}, ldi::diffusion_inpainter{}, options);
@@ -40,7 +40,7 @@ int main() {
     }
     std::printf("area %.2f square meters\n", area);
 
-    // Each vertex knows its pixel. Of those that the photo shows, the wall's are farthest, and the table's front edge is lowest.
+    // Each vertex stores its pixel. In the photo, the wall's pixels are farthest, and the table's front edge is lowest.
     Eigen::Vector3f normals[2];
     for (const bool wall : {true, false}) {
         std::vector<Eigen::Index> chosen;

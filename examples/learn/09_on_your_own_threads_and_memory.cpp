@@ -1,5 +1,5 @@
-// A whole 3D photo in memory, as an engine makes one: pixels in, the bytes of a GLB file out, on the engine's threads, in the
-// engine's memory, within its budget. Nothing touches a file but this lesson, which wants to show something.
+// Makes a complete 3D photo in memory, as an engine would: from pixels to the bytes of a GLB file, on the engine's threads, in
+// the engine's memory, within its budget. Only this lesson touches files, to show the result.
 #include "whole_sample.hpp"
 
 #include <ldi/formats/glb.hpp>
@@ -12,7 +12,7 @@
 #include <cstdlib>
 #include <thread>
 
-/// Your job system: two members are all that ldi asks for.
+/// Your job system: ldi requires only two members.
 struct engine_jobs {
     std::size_t concurrency() const { return 2; }
     void run(std::size_t count, void (*function)(void*, std::size_t), void* data) const {
@@ -26,7 +26,7 @@ struct engine_jobs {
     }
 };
 
-/// Your allocator, with a budget. Where it says no, std::bad_alloc is thrown, and all that a stage had is given back.
+/// Your allocator, with a budget. If it refuses memory, std::bad_alloc is thrown, and the stage returns all memory that it had.
 struct engine_heap {
     std::atomic<std::size_t> used{0}, peak{0}, budget{256 << 20};
 
@@ -48,7 +48,7 @@ int main() {
     const ldi::memory memory{&heap, engine_heap::allocate, engine_heap::release};
     const ldi::memory_scope scope(memory);
     ldi::photo3d_options options;
-    options.normalize.is_inverse_depth = false;  // the sample's disparity goes down to 0
+    options.normalize.is_inverse_depth = false;  // the sample's disparity reaches 0
     const ldi::photo3d made =
         ldi::make_photo3d(photo.color, ldi::given_disparity{photo.disparity}, ldi::diffusion_inpainter{}, options, engine_jobs{});
     const ldi::buffer<std::byte> file = ldi::encode_glb(

@@ -1,5 +1,5 @@
-// A convolution on a layered image costs little more than on an image of as many pixels, because most of the one is the other:
-// rows of linked pixels that lie side by side in memory. Google Benchmark tells how much more.
+// A convolution on a layered image costs little more than on an image with the same number of pixels, because a layered image
+// consists mostly of image rows: linked pixels that are contiguous in memory. Google Benchmark measures the difference.
 #include "whole_sample.hpp"
 
 #include <ldi/nn/ldi/convolution_layer.hpp>
@@ -10,7 +10,7 @@ void convolution(benchmark::State& state, const ldi::graph_view& g) {
     constexpr std::size_t channels = 16;
     const ldi::buffer<float> weights(channels * channels * 9, 0.01F), bias(channels, 0.0F);
     const ldi::convolution_layer layer(weights, bias, {.after = ldi::relu});
-    const ldi::convolution_plan plan = ldi::plan_convolution(g, 3);  // once per graph, for all layers of this size
+    const ldi::convolution_plan plan = ldi::plan_convolution(g, 3);  // once per graph, for all layers of this kernel size
     ldi::feature_map input(g.size(), channels);
     std::fill(input.values.begin(), input.values.end(), 1.0F);
     for (auto _ : state) benchmark::DoNotOptimize(layer(plan, input));

@@ -1,4 +1,4 @@
-// What the lessons draw with: a canvas, and layered images as tiles in space, seen from the side.
+// Drawing for the lessons: a canvas, and layered images as tiles in space, seen from the side.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -29,7 +29,7 @@ using picture = ldi::image<std::uint8_t>;
 
 inline constexpr rgb paper{250, 250, 247}, ink{60, 60, 60}, hidden_rim{0, 120, 255}, cut{225, 30, 60};
 
-/// 0 to 1, clamped, as a byte; what is no number is black.
+/// Converts 0 to 1, clamped, to a byte; NaN becomes black.
 inline std::uint8_t byte_of(float value) {
     return static_cast<std::uint8_t>(255.0F * (value > 0.0F ? std::min(value, 1.0F) : 0.0F) + 0.5F);
 }
@@ -38,14 +38,14 @@ struct point {
     float x, y;
 };
 
-/// Smooth shapes on a colored sheet, in pixels of the picture that it becomes.
+/// Draws smooth shapes on a colored sheet, in pixels of the final picture.
 class canvas {
 public:
     canvas(std::size_t width, std::size_t height) : sheet_(height * fine, width * fine, 3) {
         for (std::size_t i = 0; i < sheet_.size(); ++i) sheet_.data()[i] = paper[i % 3];
     }
 
-    /// corners  of a convex polygon, in either direction
+    /// corners  corners of a convex polygon, in either direction
     void polygon(std::span<const point> corners, rgb color) {
         const auto [left, right] = std::minmax_element(corners.begin(), corners.end(), [](auto a, auto b) { return a.x < b.x; });
         const auto [top, bottom] = std::minmax_element(corners.begin(), corners.end(), [](auto a, auto b) { return a.y < b.y; });
@@ -90,12 +90,12 @@ private:
     picture sheet_;
 };
 
-/// A place in front of the lattice.
+/// A position in front of the lattice.
 struct spot {
     float x, y, disparity;
 };
 
-/// The middle of a pixel.
+/// Center of a pixel.
 template <class Layers>
 spot spot_of(const Layers& layers, std::int32_t pixel, float dx = 0.0F, float dy = 0.0F) {
     const ldi::graph& g = layers.topology();
@@ -109,18 +109,18 @@ rgb color_of(const Layers& layers, std::int32_t pixel) {
     return {c[0], c[1], c[2]};
 }
 
-/// Halfway to the color of the paper, for what is not spoken of.
+/// Mixes a color with the paper's color, for parts outside the topic.
 inline rgb faded(rgb color) {
     for (std::size_t c = 0; c < 3; ++c) color[c] = static_cast<std::uint8_t>((color[c] + paper[c]) / 2);
     return color;
 }
 
-/// Sees a layered image from the right and from above: pixels stand out as far as their disparity says.
+/// Views a layered image from the right and from above: pixels stand out in proportion to their disparity.
 class side_view {
 public:
-    /// middle   where the middle of the lattice is drawn, at disparity 0
-    /// tile     the side of a pixel, in pixels of the picture
-    /// stretch  how many tiles disparity 1 stands out
+    /// middle   position of the lattice's middle at disparity 0
+    /// tile     side of a pixel, in pixels of the picture
+    /// stretch  height of disparity 1 in tiles
     side_view(const ldi::graph_view& g, point middle, float tile, float stretch)
         : half_width_(0.5F * static_cast<float>(g.width())),
           half_height_(0.5F * static_cast<float>(g.height())),
@@ -147,9 +147,9 @@ private:
     float tile_, stretch_;
 };
 
-/// Every pixel a tile, every link a bar from tile to tile; tiles of hidden pixels have a blue rim.
+/// Draws every pixel as a tile, and every link as a bar between tiles; tiles of hidden pixels have a blue rim.
 ///
-/// color(pixel)  of its tile
+/// color(pixel)  color of its tile
 template <class Layers, class Color>
 void draw_tiles(canvas& sheet, const Layers& layers, const side_view& from, Color&& color) {
     const ldi::graph& g = layers.topology();
@@ -174,7 +174,7 @@ void draw_tiles(canvas& sheet, const Layers& layers, const side_view& from, Colo
     }
 }
 
-/// A picture magnified, every pixel a tile.
+/// Draws a magnified picture, every pixel as a tile.
 inline void draw_pixels(canvas& sheet, const picture& photo, point corner, float tile) {
     for (std::size_t y = 0; y < photo.height(); ++y)
         for (std::size_t x = 0; x < photo.width(); ++x) {
@@ -185,7 +185,7 @@ inline void draw_pixels(canvas& sheet, const picture& photo, point corner, float
         }
 }
 
-/// A layered image as its camera sees it, or with the farthest pixel at every place instead of the nearest.
+/// Draws a layered image as its camera sees it, or with the farthest pixel at every position instead of the nearest.
 ///
 /// color(pixel)  red, green, blue
 template <class Layers, class Color>
@@ -207,7 +207,7 @@ picture seen(const Layers& layers, bool farthest, Color&& color) {
     return result;
 }
 
-/// Pictures side by side, with gaps of paper.
+/// Combines pictures side by side, with gaps of paper.
 inline picture side_by_side(std::span<const picture> pictures) {
     constexpr std::size_t gap = 8;
     std::size_t width = 0, height = 0;
@@ -224,7 +224,7 @@ inline picture side_by_side(std::initializer_list<picture> pictures) {
     return side_by_side(std::span<const picture>(pictures.begin(), pictures.size()));
 }
 
-/// A mesh's triangles from the photo's camera, each in the mean color of its vertices.
+/// Draws a mesh's triangles from the photo's camera, each in the mean color of its vertices.
 ///
 /// color(vertex)  three values, 0 to 1
 template <class Color>

@@ -1,4 +1,4 @@
-// Parts of the sample in examples/photo3d, as a photo, a disparity map and a layered image. Needs ldi's headers only.
+// Parts of the sample in examples/photo3d, as a photo, a disparity map and a layered image. Requires only ldi's headers.
 #pragma once
 
 #include <ldi/core/image.hpp>
@@ -24,7 +24,7 @@ struct sample {
     ldi::image<float> disparity;     ///< H x W x 1, in [0, 1]
 };
 
-/// Reads one of the parts of the sample beside this header: NAME.ppm, and its disparity in NAME.pgm with 16 bits per value.
+/// Reads a part of the sample beside this header: NAME.ppm, and its disparity in NAME.pgm with 16 bits per value.
 inline sample load_crop(const std::string& name) {
     const std::string path = (std::filesystem::path(__FILE__).parent_path() / name).string();
     const auto read = [&](const char* extension, auto&& make) {
@@ -51,7 +51,7 @@ inline sample load_crop(const std::string& name) {
     return result;
 }
 
-/// The photo seen by a phone's main camera, over the default range of distances.
+/// Assumes a phone's main camera and the default range of distances.
 inline ldi::photo_facts facts_of(const sample& from) {
     const std::int32_t width = static_cast<std::int32_t>(from.color.width()),
                        height = static_cast<std::int32_t>(from.color.height());
@@ -60,14 +60,14 @@ inline ldi::photo_facts facts_of(const sample& from) {
     return facts;
 }
 
-/// Lesson 1 in one function: the sample as a layered image whose hidden surfaces have grown by `iterations` pixels. Colors right
-/// at silhouettes, where the lens has mixed those of two surfaces, count as unknown.
+/// Lesson 1 in one function: makes a layered image whose hidden surfaces have grown by `iterations` pixels. Colors directly at
+/// silhouettes, where the lens mixed two surfaces, count as unknown.
 inline ldi::photo_layers layers_of(const sample& from, int iterations) {
     ldi::photo_layer layer = ldi::lift(from.color, from.disparity);
-    const ldi::buffer<ldi::discontinuity_curve> curves = ldi::find_discontinuity_curves(layer, {});
+    const ldi::buffer<ldi::discontinuity_curve> curves = ldi::find_discontinuity_curves(layer);
     ldi::close_spurious_discontinuities(layer, curves);
     ldi::unmix_colors(layer);
-    return ldi::expand(std::move(layer), {}, curves, {.motion = 1.0F, .iterations = iterations}).layers;
+    return ldi::expand(std::move(layer), ldi::surface_rule{}, curves, {.motion = 1.0F, .iterations = iterations}).layers;
 }
 
 }  // namespace learn

@@ -1,4 +1,4 @@
-// What photo3d is called with: its options, and what follows from them.
+// Command line of photo3d: its options, and the settings derived from them.
 #pragma once
 
 #include "compression.hpp"
@@ -19,6 +19,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,9 +27,10 @@ namespace ldi::examples {
 
 struct arguments {
     std::vector<std::filesystem::path> photos;  // one; with --batch any number, also folders and lists
-    std::filesystem::path output, html, viewer, depth, depth_model, inpainting_model, stages, report, data, stereo_image, usdz;
+    std::filesystem::path output, html, viewer, depth, depth_model, inpainting_model, silhouette_model, stages, report, data,
+        stereo_image, usdz;
     bool batch = false, skip_existing = false;
-    std::uint64_t memory = 0;  // bytes; 0: half of the machine's
+    std::uint64_t memory = 0;  // bytes; 0: half of the machine's memory
     depth_map_options depth_map;
     bool near_is_black = false, is_inverse = false, quiet = false, hard_edges = false;
     bool takes_depth_of_photo = false;  // set by find_weights()
@@ -36,22 +38,25 @@ struct arguments {
     float field_of_view = 0.0F, texture = photo3d_options().texture.strength, grain = photo3d_options().grain.strength,
           motion = photo3d_options().expand.motion;
     int quality = 85;
-    std::string inpaint;  // empty: by the network if its weights are found
-    std::string arithmetic = "float32";
-    std::string formats;  // of pictures that are read; empty: all
+    std::string inpaint;     // empty: network if its weights are found
+    std::string arithmetic;  // empty: int8 if the weights allow it
+    photo_frame frame = photo3d_options().frame;
+    std::string formats;  // picture formats that may be read; empty: all
     video_options video;
     compression_choice compression;
 
-    /// How photos are read, and the depth inside them.
+    /// Options for reading photos and the depth inside them.
     photo_options reading() const { return {{}, formats.empty() ? picture_formats() : *picture_formats::parse(formats)}; }
 
-    ldi::arithmetic inpainting_arithmetic() const {
+    std::optional<ldi::arithmetic> inpainting_arithmetic() const {
+        if (arithmetic.empty()) return {};
         return arithmetic == to_string(ldi::arithmetic::int8) ? ldi::arithmetic::int8 : ldi::arithmetic::float32;
     }
 };
 
 inline constexpr const char* program_version = "photo3d " LDI_PROGRAM_VERSION;
-inline constexpr const char *depth_weights = "tiefenrausch_small.safetensors", *inpainting_weights = "farbrausch.safetensors";
+inline constexpr const char *depth_weights = "tiefenrausch_small.safetensors", *inpainting_weights = "farbrausch.safetensors",
+                            *silhouette_weights = "silhouettes.safetensors";
 
 inline void describe_compression(CLI::App& app, compression_choice& c) {
     CLI::Option* compress = app.add_flag(
@@ -66,19 +71,19 @@ inline void describe_compression(CLI::App& app, compression_choice& c) {
         ->capture_default_str();
 }
 
-/// The options of a run over many photos.
+/// Adds the options of a run over many photos.
 inline void describe_batch(CLI::App& app, arguments& a) {
     CLI::Option* batch = app.add_flag(
         "--batch", a.batch,
         "many photos in one run: each PHOTO is a photo, a folder of photos, or a list (a name that ends in .jsonl, or - for "
         "standard input) of lines of JSON, \"me.jpg\" or {\"photo\": \"me.jpg\", \"output\": \"me.glb\"}. -o, --html, --report "
-        "and --depth then name folders. Says a line of JSON per photo; one that fails ends nothing");
-    app.add_flag("--skip-existing", a.skip_existing,
-                 "leave out photos whose outputs are all there; goes on where a run was ended")
+        "and --depth then name folders. Prints a line of JSON per photo; a photo that fails does not end the batch");
+    app.add_flag("--skip-existing", a.skip_existing, "skip photos whose outputs all exist, to continue an interrupted run")
         ->needs(batch);
-    app.add_option("--memory", a.memory,
-                   "what a batch may take, such as 2GB: only as many photos are worked on at once as fit; default: half of the "
-                   "machine's")
+    app.add_option(
+           "--memory", a.memory,
+           "memory limit of a batch, such as 2GB, which limits the number of photos converted at the same time; default: half "
+           "of the machine's memory")
         ->transform(CLI::AsSizeValue(true))
         ->type_name("SIZE")
         ->needs(batch);
@@ -87,8 +92,9 @@ inline void describe_batch(CLI::App& app, arguments& a) {
 inline void describe(CLI::App& app, arguments& a, const std::filesystem::path& data) {
     a.viewer = data / "viewer" / "viewer.html";
     app.description("Turns a photo into a 3D photo: a GLB file with one textured mesh, and a page that shows it.");
-    app.footer(std::string("Weights that no option names are looked for in the folder that ") + model_folders::variable +
-               " names,\nthen in " + (data / "models").string() + ":\n" + depth_weights + " and " + inpainting_weights + ".");
+    app.footer(std::string("Without an option, weights are searched in the folder that ") + model_folders::variable +
+               " names,\nthen in " + (data / "models").string() + ":\n" + depth_weights + ", " + inpainting_weights + " and " +
+               silhouette_weights + ".");
     const CLI::Validator named = examples::named();
     app.set_version_flag("--version", program_version, "print the version and exit");
     app.add_option(
@@ -108,15 +114,15 @@ inline void describe(CLI::App& app, arguments& a, const std::filesystem::path& d
         ->capture_default_str();
     CLI::Option* depth = app.add_option("--depth", a.depth,
                                         "depth map of the photo: PNG (8 or 16 bit), JPEG, PFM or NPY; none: let the network "
-                                        "estimate it, also where the photo brings depth of its own");
+                                        "estimate depth, even if the photo contains a depth map");
     depth->check(named);
-    app.add_option("--depth-kind", a.depth_map.kind, "what the map's values are: disparity (nearness, the default) or meters")
+    app.add_option("--depth-kind", a.depth_map.kind, "meaning of the map's values: disparity (nearness, the default) or meters")
         ->transform(CLI::CheckedTransformer(
             std::map<std::string, depth_map_kind>{{"disparity", depth_map_kind::disparity}, {"meters", depth_map_kind::meters}}))
         ->needs(depth);
-    app.add_option("--depth-scale", a.depth_map.scale, "multiplies the map's values, 0.001 for millimeters")->needs(depth);
+    app.add_option("--depth-scale", a.depth_map.scale, "factor of the map's values, 0.001 for millimeters")->needs(depth);
     app.add_flag("--depth-near-is-black", a.near_is_black, "small values of a disparity map are near")->needs(depth);
-    app.add_flag("--depth-zero-is-unknown", a.depth_map.invalid_zero, "0 in the map means that nothing is known")->needs(depth);
+    app.add_flag("--depth-zero-is-unknown", a.depth_map.invalid_zero, "0 in the map means unknown")->needs(depth);
     app.add_flag("--depth-is-inverse", a.is_inverse, "the disparity map is 1 / distance up to scale, without a shift")
         ->needs(depth);
     app.add_option("--depth-model", a.depth_model,
@@ -125,34 +131,35 @@ inline void describe(CLI::App& app, arguments& a, const std::filesystem::path& d
         ->excludes(depth);
     app.add_option("--inpainting-model", a.inpainting_model,
                    "weights (safetensors) of the network that colors hidden surfaces; default: see below");
+    app.add_option(
+        "--silhouette-model", a.silhouette_model,
+        "weights (safetensors) of the network that decides which pixels beside a silhouette belong to what is in front; "
+        "none: silhouettes are moved onto edges of the photo instead; default: see below");
     app.add_option("--inpaint", a.inpaint,
-                   "how hidden surfaces get their colors: network (the default where its weights are found) or diffusion")
+                   "method that colors hidden surfaces: network (the default if its weights are found) or diffusion")
         ->check(CLI::IsMember({"diffusion", "network"}));
     app.add_option("--arithmetic", a.arithmetic,
-                   "the numbers the inpainting network computes with: float32, or int8 (faster, at 50 dB of float32)")
-        ->check(CLI::IsMember({"float32", "int8"}))
-        ->capture_default_str();
-    app.add_option(
-           "--texture", a.texture,
-           "how much of the photo's texture what is inpainted gets, from places of the same surface that look like it; 0 for "
-           "none")
+                   "number format of the inpainting network: float32, or int8 (faster, 50 dB from float32); default: int8 if the "
+                   "weights have the ranges that it needs")
+        ->check(CLI::IsMember({"float32", "int8"}));
+    app.add_option("--texture", a.texture,
+                   "strength of texture on inpainted pixels, copied from similar places of the same surface; 0 for none")
         ->check(between(0, 4))
         ->capture_default_str();
-    app.add_option(
-           "--grain", a.grain,
-           "noise over what is inpainted where it gets no texture, relative to the strength of what is fine around; 0 for none")
+    app.add_option("--grain", a.grain,
+                   "strength of noise on inpainted pixels without texture, relative to the fine detail around them; 0 for none")
         ->check(between(0, 4))
         ->capture_default_str();
     app.add_flag("--no-soft-edges", a.hard_edges,
-                 "silhouettes end hard; else they fade out over a pixel or two, by a translucent strip");
+                 "hard silhouettes; by default they fade out over a pixel or two in a translucent strip");
     app.add_option(
            "--size", a.long_side,
-           "long side that larger photos are shrunk to, in pixels; full: none is. Beyond --geometry-size the texture is several "
-           "pictures, for which viewers need more memory on the graphics card")
+           "maximum long side of the texture in pixels; larger photos are shrunk; full: no limit. Beyond --geometry-size, the "
+           "texture consists of several pictures, for which viewers need more graphics memory")
         ->transform(full_or_between(16, 16384))
         ->capture_default_str();
     app.add_option("--geometry-size", a.geometry_side,
-                   "long side that depth, silhouettes and hidden surfaces are worked on at, where --size is larger")
+                   "long side at which depth, silhouettes and hidden surfaces are computed, if --size is larger")
         ->check(between(16, 4096))
         ->capture_default_str();
     app.add_option("--fov", a.field_of_view,
@@ -161,41 +168,49 @@ inline void describe(CLI::App& app, arguments& a, const std::filesystem::path& d
     app.add_option(
            "--motion", a.motion,
            "how far a camera may move what is nearest against what is farthest, as a share of the long side: surfaces grow "
-           "behind silhouettes for as much. Videos, headsets and scrolling into a page use all of it; sideways a page moves as "
-           "far "
-           "as its frame hides, at most 5.1 % of the short side")
+           "behind silhouettes and past the photo's border for as much")
         ->check(between(0, 0.3))
         ->capture_default_str();
+    app.add_option(
+           "--frame", a.frame,
+           "of pages, videos and stereo pictures: grow (the default) shows the whole photo, whose surfaces go on past its "
+           "border; crop hides the border, and a page moves sideways by at most 5.1 % of the short side")
+        ->transform(CLI::CheckedTransformer(
+            std::map<std::string, photo_frame>{{"grow", photo_frame::grow}, {"crop", photo_frame::crop}}));
     app.add_option("--quality", a.quality, "JPEG quality of the texture")->check(between(1, 100))->capture_default_str();
     describe_compression(app, a.compression);
-    app.add_option("--threads", a.threads, "0: as many as the machine has")->check(between(0, 1024))->capture_default_str();
+    app.add_option("--threads", a.threads, "number of threads; 0: one per processor")
+        ->check(between(0, 1024))
+        ->capture_default_str();
     app.add_option("--stages", a.stages, "folder for pictures of every stage")->check(named);
-    app.add_option("--report", a.report, "JSON file for the figures of the run")->check(named);
+    app.add_option("--report", a.report, "JSON file for figures of the run")->check(named);
     describe_video(app, a.video);
     app.add_option("--stereo-image", a.stereo_image,
-                   "a picture for each eye: .jps, .mpo, or both side by side in .jpg or .png, the left one on the left")
+                   "stereo picture to write: .jps, .mpo, or side by side in .jpg or .png, the left eye's picture on the left")
         ->check(named);
-    app.add_option("--usdz", a.usdz, "USDZ file to write, which iPhones, iPads and Macs show without a program")->check(named);
+    app.add_option("--usdz", a.usdz, "USDZ file to write, which iPhones, iPads and Macs show without an app")->check(named);
     app.add_option(
            "--formats", a.formats,
-           "what may be read of " + picture_formats().text() +
-               ", such as jpeg,png: photos, depth maps, and depth inside photos; anything else is refused before a decoder sees "
-               "it; default: all")
+           "formats that may be read, of " + picture_formats().text() +
+               ", such as jpeg,png: for photos, depth maps, and depth inside photos; other files are rejected before decoding; "
+               "default: all")
         ->type_name("NAME,...")
         ->check(formats_named());
     describe_batch(app, a);
     app.add_flag("--quiet", a.quiet, "print errors only");
 }
 
-/// Fills in the weights that no option names.
+/// Finds the weights that no option names.
 inline void find_weights(arguments& a, const std::filesystem::path& data) {
     a.takes_depth_of_photo = a.depth.empty() && a.depth_model.empty();
     if (a.depth == "none") a.depth.clear();
     a.data = data;
     const bool needs_depth = a.depth.empty() && a.depth_model.empty();
     const bool needs_inpainting = a.inpaint != "diffusion" && a.inpainting_model.empty();
+    const bool needs_silhouettes = a.silhouette_model.empty();
     if (a.inpaint == "diffusion") a.inpainting_model.clear();
-    if (!needs_depth && !needs_inpainting) return;
+    if (a.silhouette_model == "none") a.silhouette_model.clear();
+    if (!needs_depth && !needs_inpainting && !needs_silhouettes) return;
     const model_folders folders(data);
     const auto missing = [&](const char* options, const char* file) {
         raise(error_code::invalid_option, "photo3d", std::string(options) + ", or " + file + " in " + folders.text(),
@@ -205,6 +220,7 @@ inline void find_weights(arguments& a, const std::filesystem::path& data) {
         a.depth_model = folders.find(depth_weights).value_or("");
         if (a.depth_model.empty() && !a.takes_depth_of_photo) missing("--depth FILE, or --depth-model PATH", depth_weights);
     }
+    if (needs_silhouettes) a.silhouette_model = folders.find(silhouette_weights).value_or("");
     if (needs_inpainting) {
         a.inpainting_model = folders.find(inpainting_weights).value_or("");
         if (a.inpainting_model.empty() && a.inpaint == "network") missing("--inpainting-model FILE", inpainting_weights);
@@ -218,10 +234,11 @@ inline photo3d_options options_for(const arguments& a, const photo_with_depth& i
     options.texture.strength = a.texture;
     options.grain.strength = a.grain;
     options.expand.motion = a.motion;
+    options.frame = a.frame;
     if (a.hard_edges) options.mesh.soft_edges.min_width = 0.0F;
     if (photo.focal_length_35mm) options.focal_length_35mm = *photo.focal_length_35mm;
     if (a.field_of_view > 0.0F) {
-        // The same field of view as a 35 mm equivalent, which is what the options hold.
+        // The 35 mm equivalent with the same field of view, because the options expect it.
         const std::int32_t w = static_cast<std::int32_t>(photo.color.width()),
                            h = static_cast<std::int32_t>(photo.color.height());
         options.focal_length_35mm = focal_length_from_field_of_view(a.field_of_view, w, h) / focal_length_from_35mm(1.0F, w, h);

@@ -1,5 +1,6 @@
-// Many photos in one run: `photo3d --batch`. One thread reads files, as many as there are cores convert one photo each, others
-// write, so that no core waits for a disk. Networks are read once. A photo that fails is a line among others.
+// Converts many photos in one run: `photo3d --batch`. One thread reads files; one thread per core converts a photo; other
+// threads write files, so that no core waits for a disk. Networks are loaded once. A photo that fails is reported in its line of
+// the output.
 #pragma once
 
 #include "arguments.hpp"
@@ -44,16 +45,16 @@
 
 namespace ldi::examples {
 
-/// One photo on its way.
+/// One photo in the pipeline.
 struct batch_job {
     std::size_t index = 0;
     photo_files names;
     output_files files;
-    std::vector<std::byte> photo, depth;                                         ///< the files' bytes
-    std::vector<std::pair<std::filesystem::path, std::vector<std::byte>>> made;  ///< to be written
-    memory_share memory;                                                         ///< what it holds of the budget
-    std::size_t held = 0;                                                        ///< of that, beside what its stages take
-    bool is_large = false;                                                       ///< hides more than photographs do
+    std::vector<std::byte> photo, depth;                                         ///< bytes of the files
+    std::vector<std::pair<std::filesystem::path, std::vector<std::byte>>> made;  ///< files to write
+    memory_share memory;                                                         ///< its share of the budget
+    std::size_t held = 0;   ///< bytes of the share that are in use outside the stages
+    bool is_large = false;  ///< has far more hidden surfaces than ordinary photographs
     nlohmann::ordered_json facts = nlohmann::ordered_json::object();
     std::optional<failure> failed;
 
@@ -77,10 +78,10 @@ public:
         std::error_code ignored;
         const bool has_own_names = a.output.empty() && a.html.empty() && a.report.empty();
         if (!a.html.empty() || (has_own_names && std::filesystem::exists(a.viewer, ignored))) viewer_.emplace(a.viewer);
-        budget_.emplace(a.memory);  // after all that stays
+        budget_.emplace(a.memory);  // after all objects that live as long as the batch
     }
 
-    /// Converts all; the exit code says whether any failed.
+    /// Converts all photos; the exit code says whether any failed.
     exit_code run();
 
 private:
@@ -106,9 +107,9 @@ private:
     std::optional<viewer_page> viewer_;
     std::optional<memory_budget> budget_;
     output_names taken_;
-    std::unordered_set<std::string> folders_;  // that outputs lie in
+    std::unordered_set<std::string> folders_;  // folders of outputs
     channel<job_pointer> ready_, finished_;
-    std::mutex mutex_;  // of what follows
+    std::mutex mutex_;  // guards the members below
     std::vector<job_pointer> large_ones_;
     bool has_failed_ = false, may_succeed_later_ = false, is_defect_ = false;
     std::optional<failure> end_;
@@ -122,7 +123,7 @@ inline exit_code batch::run() {
         try {
             while (threads.size() < count) threads.emplace_back(body);
         } catch (const std::system_error&) {
-            if (threads.empty()) throw;  // fewer do, too
+            if (threads.empty()) throw;  // continues with fewer threads
         }
     };
     const auto end = [&] {
@@ -133,7 +134,7 @@ inline exit_code batch::run() {
         for (std::thread& writer : writers) writer.join();
     };
     try {
-        start(writers, std::max<std::size_t>(workers_, 4), [this] { write(); });  // which mostly wait for the disk
+        start(writers, std::max<std::size_t>(workers_, 4), [this] { write(); });  // these mostly wait for the disk
         start(workers, workers_, [this] { work(); });
         batch_list list(arguments_);
         while (!is_stopped_)
@@ -155,7 +156,7 @@ inline exit_code batch::run() {
     return is_defect_ ? exit_defect : may_succeed_later_ ? exit_try_again : has_failed_ ? exit_never : exit_done;
 }
 
-/// Checks a photo's names, reads its files once there is room for it, and hands it to who converts.
+/// Checks a photo's names, reads its files once there is memory for it, and passes it to a converting thread.
 inline void batch::read(batch_list::item item) {
     job_pointer job = std::make_unique<batch_job>();
     job->index = next_index_++;
@@ -177,20 +178,20 @@ inline void batch::read(batch_list::item item) {
     }
 }
 
-/// Refuses outputs that are another photo's, too. Returns whether all are there.
+/// Also rejects outputs that another photo of the batch has claimed. Returns whether all outputs exist.
 inline bool batch::claim_outputs(const photo_files& names) {
     bool are_there = true;
     for (const std::filesystem::path& output : {names.glb, names.html, names.report}) {
         if (output.empty()) continue;
         taken_.claim(output);
         are_there = are_there && std::filesystem::is_regular_file(output);
-        if (folders_.insert(output.parent_path().string()).second)  // a folder is looked through once
+        if (folders_.insert(output.parent_path().string()).second)  // searches each folder once
             remove_abandoned(output.has_parent_path() ? output.parent_path() : ".");
     }
     return are_there;
 }
 
-/// Reads a photo's files and waits for room for the photo.
+/// Reads a photo's files and waits for memory for the photo.
 inline void batch::load(batch_job& job) {
     const auto take = [&](const std::filesystem::path& file) {
         std::error_code unknown;
@@ -221,7 +222,7 @@ inline void batch::work_on(job_pointer job) try {
             convert(*job, memory.source());
         } catch (...) {
             job->made.clear();
-            if (memory.was_refused() && !job->is_large) {  // again when nobody else needs memory
+            if (memory.was_refused() && !job->is_large) {  // tries again later, alone
                 job->is_large = true;
                 job->forget_input();
                 job->memory.shrink(0);
@@ -241,7 +242,7 @@ inline void batch::work_on(job_pointer job) try {
     stop(describe_failure());
 }
 
-/// One after the other, each with all of the budget for itself.
+/// Converts large photos one after the other, each with the whole budget.
 inline void batch::work_on_large_ones() {
     for (job_pointer& job : large_ones_) {
         try {
@@ -292,7 +293,7 @@ inline void batch::write() {
     }
 }
 
-/// Says what became of a photo.
+/// Reports the result of a photo.
 inline void batch::finish(batch_job& job, outcome what) {
     if (job.failed) signals_.end_if_signaled();
     nlohmann::ordered_json line{{"index", job.index}, {"photo", job.names.photo.string()}};
@@ -316,17 +317,18 @@ inline void batch::finish(batch_job& job, outcome what) {
     }
 }
 
-/// Ends the batch: nobody hears of what comes.
+/// Ends the batch; later results are not reported.
 inline void batch::stop(const failure& why) {
     const std::lock_guard lock(mutex_);
     if (!end_) end_ = why;
     is_stopped_ = true;
 }
 
-/// data  the folder of the program's data
+/// data  folder of the program's data
 inline exit_code run_batch(arguments& a, const std::filesystem::path& data) {
 #if defined(__GLIBC__)
-    mallopt(M_ARENA_MAX, 1);  // what one thread gives back serves the others: else each keeps as much as its largest photo took
+    // Shares freed memory between threads; otherwise each thread keeps as much as its largest photo needed.
+    mallopt(M_ARENA_MAX, 1);
 #endif
     sets_in_work sets;
     const interruption signals([&sets] { sets.discard(); });

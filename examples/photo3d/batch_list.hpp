@@ -1,4 +1,4 @@
-// The photos of a batch: named one by one, all of a folder, or in lists of JSON lines, and the names of what each becomes.
+// Lists the photos of a batch (single names, folders, lists of JSON lines), and the names of their outputs.
 #pragma once
 
 #include "arguments.hpp"
@@ -29,9 +29,9 @@
 
 namespace ldi::examples {
 
-/// The photo and its files as a line of a list names them: "me.jpg", or an object. Raises invalid_data.
+/// Reads the names of a photo and its files from a line of a list: "me.jpg", or an object. Raises invalid_data.
 inline photo_files read_list_line(const std::string& line, const std::string& where) {
-    constexpr std::size_t shown = 200;  // bytes of what is refused
+    constexpr std::size_t shown = 200;  // bytes of rejected text in the message
     const nlohmann::json value = parse_json(line, where);
     photo_files names;
     const auto read = [&](std::filesystem::path& name, const nlohmann::json& text, const std::string& key) {
@@ -62,7 +62,7 @@ inline photo_files read_list_line(const std::string& line, const std::string& wh
     return names;
 }
 
-/// Names what options and the photo's name leave to be named. Raises invalid_option, file_access.
+/// Derives missing names from the options and the photo's name. Raises invalid_option, file_access.
 inline void complete_names(photo_files& names, const arguments& a) {
     const std::filesystem::path stem = names.photo.stem();
     const auto within = [&](const std::filesystem::path& folder, const char* extension) {
@@ -70,7 +70,7 @@ inline void complete_names(photo_files& names, const arguments& a) {
     };
     if (names.depth.empty() && !a.depth.empty()) {
         std::error_code ignored;
-        for (const char* extension : {".jpg", ".pfm", ".npy", ".png"})  // the last wins
+        for (const char* extension : {".jpg", ".pfm", ".npy", ".png"})  // the last existing one wins
             if (std::filesystem::exists(within(a.depth, extension), ignored)) names.depth = within(a.depth, extension);
         if (names.depth.empty())
             raise(error_code::file_access, within(a.depth, ".png").string(), "a depth map, .png, .npy, .pfm or .jpg", "none");
@@ -79,29 +79,29 @@ inline void complete_names(photo_files& names, const arguments& a) {
         names.glb = within(a.output, ".glb"), names.html = within(a.html, ".html"), names.report = within(a.report, ".json");
         if (names.glb.empty() && names.html.empty() && names.report.empty()) name_outputs(names, a.viewer);
     }
-    // No photo of the list is taken for an output, whatever is in the list.
+    // The extensions guarantee that no output replaces a photo of the list.
     const auto check = [](const std::filesystem::path& name, const char* extension) {
         if (!name.empty() && extension_of(name) != extension)
-            raise(error_code::invalid_option, name.string(), std::string("a name that ends in ") + extension, "another");
+            raise(error_code::invalid_option, name.string(), std::string("a name that ends in ") + extension, "another name");
     };
     check(names.glb, ".glb"), check(names.html, ".html"), check(names.report, ".json");
 }
 
-/// The photos of a folder, and what it holds beside.
+/// Photos of a folder, and its other contents.
 struct photo_folder {
     std::deque<std::filesystem::path> photos;
-    std::vector<std::string> others;  ///< names of files and folders that are not converted
+    std::vector<std::string> others;  ///< names of files and folders that are not photos
 
     /// Raises std::filesystem::filesystem_error.
     explicit photo_folder(const std::filesystem::path& folder) {
-        std::set<std::filesystem::path> maps;  // of photos, beside them
+        std::set<std::filesystem::path> maps;  // depth maps beside the photos
         for (const auto& entry : std::filesystem::directory_iterator(folder)) {
             const std::string name = entry.path().filename().string();
             if (name[0] == '.') continue;
             const std::string extension = extension_of(name);
             if (is_photo_extension(extension) && entry.is_regular_file())
                 photos.push_back(entry.path());
-            else if (extension != ".glb" && extension != ".html")  // those of an earlier run
+            else if (extension != ".glb" && extension != ".html")  // outputs of an earlier run
                 others.push_back(entry.is_directory() ? name + "/" : name);
         }
         std::sort(photos.begin(), photos.end()), std::sort(others.begin(), others.end());
@@ -120,22 +120,22 @@ private:
     }
 };
 
-/// All photos in the order in which they are named.
+/// All photos, in the order in which they are named.
 class batch_list {
 public:
     struct item {
         photo_files names;
-        std::optional<failure> failed;  ///< for what can't be read as a photo's names
+        std::optional<failure> failed;  ///< for entries that are not valid names of a photo
     };
 
     explicit batch_list(const arguments& a) : sources_(a.photos.begin(), a.photos.end()), is_quiet_(a.quiet) {}
 
-    /// Their number, where it is known before the last is read.
+    /// Counts the photos, if their number is known before the last one is read.
     static std::optional<std::size_t> count(const arguments& a) try {
         std::size_t count = 0;
         for (const std::filesystem::path& source : a.photos) {
             if (is_list(source)) {
-                if (!std::filesystem::is_regular_file(source)) return std::nullopt;  // reading a pipe empties it
+                if (!std::filesystem::is_regular_file(source)) return std::nullopt;  // reading a pipe would empty it
                 std::ifstream list(source);
                 for (line_reader lines(list); lines.next();) count += lines.is_blank() ? 0U : 1U;
             } else {
@@ -147,7 +147,7 @@ public:
         return std::nullopt;
     }
 
-    /// The next one; none at the end.
+    /// Returns the next photo; empty at the end.
     std::optional<item> next() {
         for (;;) {
             if (!photos_.empty()) {
@@ -166,7 +166,7 @@ public:
         }
     }
 
-    /// Number of files and folders in the folders so far that are not converted.
+    /// Number of files and folders, in the folders read so far, that are not photos.
     std::size_t left_out() const { return left_out_; }
 
 private:
@@ -185,10 +185,10 @@ private:
             names += (i == 0 ? "" : ", ") + folder.others[i];
         if (folder.others.size() > max_named) names += " and " + std::to_string(folder.others.size() - max_named) + " more";
         say(source_.string() + ": " + std::to_string(folder.others.size()) +
-            " left out, whose names are not those of photos: " + names);
+            " left out, which are not files with a photo's extension: " + names);
     }
 
-    /// Returns an item only where the source can't be read.
+    /// Opens the next source. Returns an item only if the source can't be read.
     std::optional<item> open() try {
         std::error_code ignored;
         if (is_standard(source_)) {
@@ -219,7 +219,7 @@ private:
         }
         return std::nullopt;
     } catch (const std::system_error&) {
-        lines_.reset();  // which can't be read on
+        lines_.reset();  // the source can't be read further
         return failed_item();
     } catch (...) {
         return failed_item();
@@ -233,7 +233,7 @@ private:
     bool is_quiet_;
 };
 
-/// Refuses options that are for one photo, and makes the folders that are named.
+/// Rejects options for single photos, and makes the named folders.
 inline void check_batch_options(const arguments& a) {
     const auto refuse = [](const std::string& option) {
         raise(error_code::invalid_option, option, "one photo, without --batch", "a batch");

@@ -1,4 +1,4 @@
-// What a batch says: a line of JSON per photo to standard output, and how far it is to a terminal.
+// Output of a batch: one line of JSON per photo to standard output, and progress to a terminal.
 #pragma once
 
 #include "messages.hpp"
@@ -23,18 +23,18 @@
 
 namespace ldi::examples {
 
-/// Writes a line of JSON to standard output, in one piece. Raises file_access, unavailable: somebody who reads it has gone.
+/// Writes a line of JSON to standard output in one piece. Raises file_access or unavailable if the reader has closed the pipe.
 inline void write_line(const nlohmann::ordered_json& line) {
     const std::string text = line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
     for (std::string_view rest = text; !rest.empty();) {
         const ssize_t written = ::write(STDOUT_FILENO, rest.data(), rest.size());
         if (written < 0 && errno == EINTR) continue;
-        if (written < 0) raise_system_error(errno, "standard output", "somebody who reads it");
+        if (written < 0) raise_system_error(errno, "standard output", "a reader");
         rest.remove_prefix(static_cast<std::size_t>(written));
     }
 }
 
-/// The figures that a photo's line takes from its report.
+/// Selects the figures of a photo's line from its report.
 inline nlohmann::ordered_json line_figures(const nlohmann::ordered_json& report) {
     const double pixels = report["width"].get<double>() * report["height"].get<double>();
     const auto rounded = [](double value, double digits) { return std::round(value * digits) / digits; };
@@ -44,7 +44,7 @@ inline nlohmann::ordered_json line_figures(const nlohmann::ordered_json& report)
             {"hidden_share", rounded(report["hidden_pixels"].get<double>() / pixels, 10'000)}};
 }
 
-/// The member "error" of a photo's line.
+/// Makes the member "error" of a photo's line.
 inline nlohmann::ordered_json line_error(const failure& what) {
     return {{"code", what.kind},
             {"message", escaped(what.text)},
@@ -52,17 +52,17 @@ inline nlohmann::ordered_json line_error(const failure& what) {
             {"try_again", what.code == exit_try_again}};
 }
 
-/// What became of a photo.
+/// Result of a photo.
 enum class outcome : std::size_t { converted, skipped, failed };
 
-/// Every function may be called from any thread.
+/// Output of a batch. Every function may be called from any thread.
 class batch_log {
 public:
-    /// total  the number of photos, if that is known
+    /// total  number of photos, if known
     batch_log(std::optional<std::size_t> total, bool quiet)
         : total_(total), quiet_(quiet), is_terminal_(!quiet && isatty(STDERR_FILENO) == 1) {}
 
-    /// Says a photo's line. Raises as write_line() does.
+    /// Prints a photo's line. Raises the errors of write_line().
     void say_line(outcome what, const nlohmann::ordered_json& line) {
         const std::lock_guard lock(mutex_);
         if (is_terminal_ && isatty(STDOUT_FILENO) == 1) std::fputs("\r\x1b[K", stderr);
@@ -74,9 +74,9 @@ public:
         std::fprintf(stderr, "\r%s\x1b[K", progress().c_str());
     }
 
-    /// The last words.
+    /// Prints the summary.
     ///
-    /// left_out  files in folders that are no photos by their names
+    /// left_out  number of files in folders that are not photos by their names
     void finish(std::size_t left_out) {
         const std::lock_guard lock(mutex_);
         if (quiet_) return;
@@ -95,7 +95,7 @@ private:
     double seconds() const { return std::chrono::duration<double>(clock::now() - begun_).count(); }
     double rate() const { return static_cast<double>(count(outcome::converted)) / std::max(seconds(), 1e-3); }
 
-    /// "120 of 1000 photos, 2 failed, 11.3 photos/s, 1:18 left"
+    /// Formats the progress: "120 of 1000 photos, 2 failed, 11.3 photos/s, 1:18 left".
     std::string progress() const {
         const std::size_t done = counts_[0] + counts_[1] + counts_[2];
         std::string text = std::to_string(done) + (total_ ? " of " + std::to_string(*total_) : std::string()) + " photos";

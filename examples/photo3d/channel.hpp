@@ -1,4 +1,4 @@
-// Hands values from threads to threads.
+// Passes values between threads.
 #pragma once
 
 #include <condition_variable>
@@ -10,7 +10,7 @@
 
 namespace ldi::examples {
 
-/// A queue that holds a limited number of values: who brings more waits.
+/// A queue with limited capacity: push() waits while the queue is full.
 template <class T>
 class channel {
 public:
@@ -23,7 +23,7 @@ public:
         changed_.notify_all();
     }
 
-    /// Waits for a value; none once the channel is closed and empty.
+    /// Waits for a value; empty once the channel is closed and empty.
     std::optional<T> pop() {
         std::unique_lock lock(mutex_);
         changed_.wait(lock, [this] { return !values_.empty() || is_closed_; });
@@ -34,7 +34,7 @@ public:
         return value;
     }
 
-    /// A value, if there is one now.
+    /// Returns a value if one is available now.
     std::optional<T> try_pop() {
         const std::lock_guard lock(mutex_);
         if (values_.empty()) return std::nullopt;
@@ -44,7 +44,7 @@ public:
         return value;
     }
 
-    /// Nothing more comes.
+    /// Announces that no more values follow.
     void close() {
         const std::lock_guard lock(mutex_);
         is_closed_ = true;

@@ -1,5 +1,5 @@
-// Geometry in few bytes, as EXT_meshopt_compression and KHR_mesh_quantization have it: vertices and triangles in an order that
-// compresses well, positions on a grid no finer than the eye needs, and meshoptimizer's streams of both.
+// Compresses geometry by EXT_meshopt_compression and KHR_mesh_quantization: vertices and triangles in an order that compresses
+// well, positions on the coarsest grid without visible error, and meshoptimizer's streams of both.
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -23,22 +23,21 @@ namespace ldi::examples {
 struct primitive_geometry {
     std::vector<float> positions;                    ///< V x 3
     std::vector<std::uint16_t> texture_coordinates;  ///< V x 2, normalized
-    std::vector<std::uint8_t> colors;                ///< V x 4, normalized, or none
+    std::vector<std::uint8_t> colors;                ///< V x 4, normalized, or empty
     std::vector<unsigned> triangles;                 ///< F x 3
-    bool is_ordered = false;                         ///< its triangles are drawn one after the other: their order stays
+    bool is_ordered = false;                         ///< draw order matters: triangles keep their order
 
     std::size_t vertex_count() const { return positions.size() / 3; }
 };
 
-/// Numbers of a column of vertices, or of triangles, as a decoder gives them back, and the stream that it reads.
+/// Decoded values of a vertex column or of triangles, and the stream that a decoder reads.
 struct compressed_stream {
     std::vector<std::byte> bytes;
     std::size_t count = 0, stride = 0;
-    const char *mode = "ATTRIBUTES", *filter = nullptr;  ///< as EXT_meshopt_compression names them
+    const char *mode = "ATTRIBUTES", *filter = nullptr;  ///< names in EXT_meshopt_compression
 };
 
-/// Puts triangles so that they share what was decoded just before, and vertices so that each comes where it is first used.
-/// Vertices that no triangle uses are dropped.
+/// Sorts triangles so that consecutive ones share vertices, and vertices in the order of their first use. Drops unused vertices.
 inline void sort_for_compression(primitive_geometry& g) {
     std::vector<unsigned> sorted = g.triangles;
     if (!g.is_ordered) meshopt_optimizeVertexCacheStrip(sorted.data(), g.triangles.data(), g.triangles.size(), g.vertex_count());
@@ -55,7 +54,7 @@ inline void sort_for_compression(primitive_geometry& g) {
     sort(g.positions, 3);
 }
 
-/// A grid of 2^bits places along each axis: what is stored are whole numbers, and the node scales and moves them.
+/// A grid of 2^bits positions along each axis. The file stores integers; the node scales and moves them.
 struct position_grid {
     std::array<float, 3> lowest, step;
     int bits;
@@ -66,13 +65,13 @@ struct position_grid {
     float position(std::uint16_t place, std::size_t axis) const { return lowest[axis] + static_cast<float>(place) * step[axis]; }
 };
 
-/// How far apart two places are as the photo's camera, at the origin, sees them: at distance 1, the larger of both sides.
+/// Distance between two positions as seen by the photo's camera at the origin: at distance 1, the larger of both components.
 inline float seen_apart(const float* a, const float* b) {
     return std::max(std::abs(a[0] / a[2] - b[0] / b[2]), std::abs(a[1] / a[2] - b[1] / b[2]));
 }
 
-/// The coarsest grid on which no vertex moves by more than `precision` as the photo's camera sees it. None where 16 bits are not
-/// enough: where what is near needs a finer grid than reaches to what is far.
+/// Finds the coarsest grid on which no vertex moves by more than `precision` in the photo camera's view. Empty if 16 bits are
+/// not enough, because near surfaces need a finer grid than far surfaces allow.
 inline std::optional<position_grid> find_grid(std::span<const primitive_geometry> all, float precision) {
     std::array<float, 3> lowest, highest;
     lowest.fill(std::numeric_limits<float>::infinity()), highest.fill(-std::numeric_limits<float>::infinity());
@@ -103,22 +102,22 @@ template <class Scalar>
 compressed_stream compress_column(const std::vector<Scalar>& values, std::size_t stride) {
     compressed_stream result;
     result.stride = stride, result.count = values.size() * sizeof(Scalar) / stride;
-    meshopt_encodeVertexVersion(0);  // the only one that the extension has
+    meshopt_encodeVertexVersion(0);  // the only version in the extension
     result.bytes.resize(meshopt_encodeVertexBufferBound(result.count, stride));
     result.bytes.resize(meshopt_encodeVertexBuffer(reinterpret_cast<unsigned char*>(result.bytes.data()), result.bytes.size(),
                                                    values.data(), result.count, stride));
     return result;
 }
 
-/// Whole numbers on the grid, four to a vertex, of which the last is 0: a vertex begins at a multiple of 4 bytes.
+/// Compresses integer positions on the grid, four per vertex, the last one 0: each vertex must be a multiple of 4 bytes.
 inline compressed_stream compress_positions(const std::vector<float>& positions, const position_grid& grid) {
     std::vector<std::uint16_t> places(positions.size() / 3 * 4);
     for (std::size_t i = 0; i < positions.size(); ++i) places[i / 3 * 4 + i % 3] = grid.place(positions[i], i % 3);
     return compress_column(places, 8);
 }
 
-/// Floats with a common exponent for the three of a vertex and as few bits as `precision` allows, which also become what the
-/// decoder gives back. For scenes with too much between near and far for a grid.
+/// Compresses floats that share an exponent per vertex and have as few bits as `precision` allows. Replaces `positions` by the
+/// decoded values. For scenes whose depth range is too large for a grid.
 inline compressed_stream compress_positions(std::vector<float>& positions, float precision) {
     const std::size_t count = positions.size() / 3;
     std::vector<std::uint32_t> filtered(positions.size()), decoded;
@@ -142,23 +141,23 @@ inline compressed_stream compress_positions(std::vector<float>& positions, float
 inline compressed_stream compress_triangles(const primitive_geometry& g) {
     compressed_stream result;
     result.stride = g.vertex_count() < 65536 ? 2 : 4, result.count = g.triangles.size(), result.mode = "TRIANGLES";
-    meshopt_encodeIndexVersion(1);  // as above
+    meshopt_encodeIndexVersion(1);  // the only version in the extension
     result.bytes.resize(meshopt_encodeIndexBufferBound(result.count, g.vertex_count()));
     result.bytes.resize(meshopt_encodeIndexBuffer(reinterpret_cast<unsigned char*>(result.bytes.data()), result.bytes.size(),
                                                   g.triangles.data(), result.count));
     return result;
 }
 
-/// Texture coordinates as whole parts of a texel, where that is what they are: the corners of pixels mostly.
+/// Texture coordinates as fractions of a texel, which most of them are: corners of pixels.
 struct texel_grid {
-    std::array<float, 2> parts;  ///< of the whole texture, along each side
+    std::array<float, 2> parts;  ///< number of fractions along each side of the texture
 
     std::uint16_t place(std::uint16_t normalized, std::size_t axis) const {
         return static_cast<std::uint16_t>(std::lround(static_cast<float>(normalized) / 65535.0F * parts[axis]));
     }
 };
 
-/// The coarsest such grid, of whole, half, quarter and eighth texels. None where the coordinates lie on none of them.
+/// Finds the coarsest such grid, of whole, half, quarter or eighth texels. Empty if the coordinates lie on none of them.
 inline std::optional<texel_grid> find_texel_grid(const primitive_geometry& g, std::size_t width, std::size_t height) {
     for (std::size_t parts = 1; parts <= 8; parts *= 2) {
         const texel_grid grid{{static_cast<float>(parts * width), static_cast<float>(parts * height)}};

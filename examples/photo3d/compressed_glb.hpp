@@ -1,5 +1,5 @@
-// A GLB file in a third to two thirds of its bytes: `photo3d --compress`. Geometry by EXT_meshopt_compression on the grid of
-// KHR_mesh_quantization, the texture by EXT_texture_webp. Whatever else stands in the file's JSON stays as it is.
+// Compresses a GLB file to a third to two thirds of its size: `photo3d --compress`. Geometry uses EXT_meshopt_compression on the
+// grid of KHR_mesh_quantization, the texture EXT_texture_webp. Everything else in the file's JSON stays unchanged.
 #pragma once
 
 #include "compressed_geometry.hpp"
@@ -24,23 +24,22 @@
 namespace ldi::examples {
 
 struct compression_options {
-    /// How far a vertex may move as the photo's camera sees it, at distance 1: a tenth of a pixel for a focal length of 2000.
+    /// Maximum shift of a vertex in the photo camera's view, at distance 1: a tenth of a pixel for a focal length of 2000.
     float precision = 5e-5F;
-    /// The textures as WebP files of the same size, in their order. Empty: the textures stay.
+    /// The textures as WebP files of the same size, in order. If empty, the textures stay.
     std::span<const std::vector<std::byte>> webp;
-    /// The textures stay beside the WebP files, for viewers that don't read these.
+    /// Keeps the original textures in addition to the WebP files, for viewers that don't support WebP.
     bool keeps_texture = false;
 };
 
-/// The same 3D photo in fewer bytes. Vertices that nothing uses are dropped; translucent triangles keep their order. Viewers must
-/// know the extensions that it requires: EXT_meshopt_compression, KHR_mesh_quantization, KHR_texture_transform, EXT_texture_webp,
-/// each unless the photo does without.
+/// Compresses a 3D photo. Drops unused vertices; translucent triangles keep their order. Viewers must support the extensions
+/// that the file requires: those of EXT_meshopt_compression, KHR_mesh_quantization, KHR_texture_transform and EXT_texture_webp
+/// that this photo uses.
 ///
-/// glb  a file of encode_glb()
-/// Raises invalid_data if it is another.
+/// glb  result of encode_glb(). Raises invalid_data for another file
 std::vector<std::byte> compress_glb(std::span<const std::byte> glb, const compression_options& options = {});
 
-/// Gives one mesh's geometry, on common grids, to the packer and its accessors to the JSON.
+/// Adds one mesh's geometry, on common grids, to the packer, and its accessors to the JSON.
 class mesh_packer {
 public:
     mesh_packer(glb_json& content, glb_packer& packer, float precision)
@@ -97,7 +96,7 @@ private:
         return json_.at("materials").at(material.get<std::size_t>()).at("pbrMetallicRoughness").at("baseColorTexture");
     }
 
-    /// Replaces the accessor of that number.
+    /// Replaces an accessor.
     void put(const glb_json& index, const glb_json& accessor) {
         if (!replaced_.insert(index.get<std::size_t>()).second) raise_other_glb("primitives that share an accessor");
         json_.at("accessors").at(index.get<std::size_t>()) = accessor;
@@ -143,7 +142,7 @@ private:
     std::set<std::size_t> replaced_;
 };
 
-/// Puts the textures into the file; their extension into the lists.
+/// Adds the textures to the file, and their extension to the lists.
 inline void pack_textures(glb_json& content, glb_packer& packer, std::span<const std::span<const std::byte>> textures,
                           const compression_options& options, std::vector<std::string>& used,
                           std::vector<std::string>& required) {

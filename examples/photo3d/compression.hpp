@@ -1,4 +1,4 @@
-// The compressed GLB that `photo3d --compress` and the Python package's glb(compress=True) write.
+// Writes the compressed GLB of `photo3d --compress` and of the Python package's glb(compress=True).
 #pragma once
 
 #if defined(LDI_WITH_COMPRESSION)
@@ -23,7 +23,8 @@ struct compression_choice {
     std::string texture = "webp";
 };
 
-/// Raises invalid_option if compression is wanted and the libraries it needs were missing at build time. Call it before the work.
+/// Raises invalid_option if compression is requested but its libraries were missing at build time. Call it before the
+/// conversion.
 inline void check_compression([[maybe_unused]] const compression_choice& c) {
 #if !defined(LDI_WITH_COMPRESSION)
     if (c.is_wanted)
@@ -32,28 +33,28 @@ inline void check_compression([[maybe_unused]] const compression_choice& c) {
 #endif
 }
 
-/// A 3D photo's textures as files.
+/// Texture files of a 3D photo.
 struct texture_files {
-    std::vector<std::vector<std::byte>> jpeg;  ///< as they lie in a plain GLB
-    std::vector<std::vector<std::byte>> webp;  ///< of those that the mesh uses, where these are asked for
+    std::vector<std::vector<std::byte>> jpeg;  ///< as in a plain GLB
+    std::vector<std::vector<std::byte>> webp;  ///< for textures that the mesh uses, if requested
 };
 
-/// Adds the WebP file of a texture, where it is asked for.
+/// Adds the WebP file of a texture, if requested.
 ///
-/// quality  of the JPEG, 1 to 100
+/// quality  quality of the JPEG, 1 to 100
 inline void add_webp([[maybe_unused]] texture_files& files, [[maybe_unused]] const image<std::uint8_t>& picture,
                      [[maybe_unused]] int quality, [[maybe_unused]] const compression_choice& c) {
 #if defined(LDI_WITH_COMPRESSION)
-    // On libwebp's scale about the same error: see README.md.
+    // About the same error on libwebp's scale: see README.md.
     if (c.is_wanted && c.texture != "jpeg")
         files.webp.push_back(encode_webp(picture, static_cast<float>(std::max(quality - 3, 1))));
 #endif
 }
 
-/// The GLB that is written.
+/// A GLB file to write.
 struct written_glb {
     std::vector<std::byte> file;
-    std::size_t texture_bytes;  ///< of these
+    std::size_t texture_bytes;  ///< bytes of its textures
 };
 
 inline std::size_t total_bytes(const std::vector<std::vector<std::byte>>& files) {
@@ -62,17 +63,17 @@ inline std::size_t total_bytes(const std::vector<std::vector<std::byte>>& files)
     return sum;
 }
 
-/// The plain GLB, or a compressed one.
+/// Returns the plain GLB, or a compressed one.
 ///
 /// files         its textures
-/// focal_length  of the camera, in pixels
+/// focal_length  focal length of the camera in pixels
 inline written_glb compressed(std::span<const std::byte> plain, const texture_files& files, [[maybe_unused]] float focal_length,
                               const compression_choice& c) {
     check_compression(c);
     const std::size_t jpeg_bytes = total_bytes(files.jpeg);
     if (!c.is_wanted) return {{plain.begin(), plain.end()}, jpeg_bytes};
 #if defined(LDI_WITH_COMPRESSION)
-    // A tenth of a pixel: pictures are like the plain file's at 50 dB, where the texture's JPEG or WebP alone costs more.
+    // A tenth of a pixel: renderings match the plain file's at 50 dB; the texture's JPEG or WebP alone causes a larger error.
     compression_options options;
     options.precision = 0.1F / focal_length;
     options.webp = files.webp, options.keeps_texture = c.texture == "both";

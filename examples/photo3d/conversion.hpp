@@ -1,4 +1,4 @@
-// From one photo to the bytes of its files: the same for a run over one photo and over many, and so the same bytes.
+// Converts one photo to the bytes of its files. Runs over one and over many photos share this code, and so produce equal bytes.
 #pragma once
 
 #include "arguments.hpp"
@@ -7,12 +7,14 @@
 #include "photo_texture.hpp"
 #include "report.hpp"
 
+#include <ldi/depth/network_decider.hpp>
 #include <ldi/formats/glb.hpp>
 #include <ldi/inpaint/diffusion_inpainter.hpp>
 #include <ldi/io/depth_map.hpp>
 #include <ldi/io/farbrausch_file.hpp>
 #include <ldi/io/photo_depth.hpp>
 #include <ldi/io/picture.hpp>
+#include <ldi/io/silhouettes_file.hpp>
 #include <ldi/io/tiefenrausch_file.hpp>
 #include <ldi/photo3d.hpp>
 
@@ -27,18 +29,23 @@
 
 namespace ldi::examples {
 
-/// What is read once for any number of photos.
+/// Networks, loaded once for any number of photos.
 struct networks {
-    std::optional<tiefenrausch> depth;     ///< none where depth is given
-    std::optional<farbrausch> inpainting;  ///< none: diffusion
+    std::optional<tiefenrausch> depth;              ///< empty if depth is given
+    std::optional<farbrausch> inpainting;           ///< empty: diffusion
+    std::optional<silhouette_network> silhouettes;  ///< empty: aligned_silhouettes
 };
 
-/// Raises what reading weights raises.
+/// Loads the networks. Raises the errors of reading weights.
 inline networks load_networks(const arguments& a, stage_clock& clock) {
     networks loaded;
     if (!a.inpainting_model.empty()) {
         clock.begin("reading inpainting network");
         loaded.inpainting = load_farbrausch(a.inpainting_model, a.inpainting_arithmetic());
+    }
+    if (!a.silhouette_model.empty()) {
+        clock.begin("reading silhouette network");
+        loaded.silhouettes = load_silhouettes(a.silhouette_model);
     }
     if (!a.depth_model.empty()) {
         clock.begin("reading depth network");
@@ -47,15 +54,16 @@ inline networks load_networks(const arguments& a, stage_clock& clock) {
     return loaded;
 }
 
-/// The names of what one photo is made from, and becomes. Empty: not asked for.
+/// Names of one photo's inputs and outputs. Empty: not requested.
 struct photo_files {
     std::filesystem::path photo, depth, glb, html, report;
-    bool are_own = false;               ///< nobody asked for these outputs: they replace only what this program has written
-    bool are_files = true;              ///< else the photo's is only its name, and nothing lies beside it
-    std::filesystem::path beside = {};  ///< the depth map beside the photo, as find_map_beside() has found it
+    bool are_own = false;               ///< default names, not requested by the user: they replace only files of this program
+    bool are_files = true;              ///< false: only the photo's name is known, and no file lies beside it
+    std::filesystem::path beside = {};  ///< depth map beside the photo, found by find_map_beside()
 };
 
-/// Turns a map of which nothing says which end is near as the network sees it; where it sees little, white is near, as is usual.
+/// Inverts a map of unknown direction if the network's estimate disagrees; if the network is not certain, white stays near, as
+/// usual.
 template <executor Executor>
 void turn_as_seen(photo_with_depth& input, const networks& by, Executor& threads) {
     if (!input.depth->is_white_near_a_guess || !by.depth) return;
@@ -65,18 +73,18 @@ void turn_as_seen(photo_with_depth& input, const networks& by, Executor& threads
     input.depth->source += ", black is near";
 }
 
-/// Finds the depth map beside the photo, where none is named and no option says otherwise.
+/// Finds the depth map beside the photo, unless an option names one or excludes it.
 inline void find_map_beside(photo_files& names, const arguments& a) {
     if (a.takes_depth_of_photo && names.depth.empty() && names.are_files && !is_standard(names.photo))
         names.beside = depth_map_beside(names.photo);
 }
 
-/// The file of the depth map that is read, in whatever way it was found; empty if there is none.
+/// File of the depth map, named or found beside the photo; empty if there is none.
 inline const std::filesystem::path& map_file(const photo_files& names) {
     return names.depth.empty() ? names.beside : names.depth;
 }
 
-/// A photo with the map beside it, or else with what is inside, where the map beside can't be used.
+/// Decodes a photo with the depth map beside it, or with the depth inside it if the map can't be used.
 inline photo_with_depth decode_with_map_beside(std::span<const std::byte> photo, std::span<const std::byte> map,
                                                const photo_options& reading, const std::string& name,
                                                const std::string& map_name) {
@@ -95,9 +103,9 @@ inline photo_with_depth decode_with_map_beside(std::span<const std::byte> photo,
     return input;
 }
 
-/// The photo with the depth map that is named, or else with its own where it brings any and no option says otherwise.
+/// Decodes a photo with the named depth map, or with its own depth unless an option excludes it.
 ///
-/// photo, depth  the files' bytes; depth is map_file()'s
+/// photo, depth  bytes of the files; depth is map_file()'s
 template <executor Executor>
 photo_with_depth decode_input(const arguments& a, const photo_files& names, std::span<const std::byte> photo,
                               std::span<const std::byte> depth, const networks& by, Executor& threads) {
@@ -132,8 +140,8 @@ photo_with_depth decode_input(const arguments& a, const photo_files& names, std:
     return input;
 }
 
-/// Depth that is given once and not copied, since a map may be much larger than what is worked on.
-struct disparity_in_hand {
+/// An existing depth map, moved into the conversion instead of copied, because it may be much larger than the photo.
+struct moved_disparity {
     image<float>& map;
 
     template <executor Executor>
@@ -143,28 +151,33 @@ struct disparity_in_hand {
     float quantization_step() const { return 1.0F; }
 };
 
-/// input  loses its depth map
+/// Converts a photo.
+///
+/// input  its depth map is moved out
 template <executor Executor>
 photo3d convert(const arguments& a, photo_with_depth& input, const networks& by, stage_clock& clock, Executor& threads) {
     photo3d_options options = options_for(a, input);
     options.progress = clock.listener();
+    const network_decider silhouettes(by.silhouettes ? &*by.silhouettes : nullptr, options.alignment);
     const auto with = [&](const auto& inpainter) {
-        return input.depth
-                   ? make_photo3d(input.photo.color, disparity_in_hand{input.depth->disparity}, inpainter, options, threads)
-                   : make_photo3d(input.photo.color, *by.depth, inpainter, options, threads);
+        return input.depth ? make_photo3d(input.photo.color, moved_disparity{input.depth->disparity}, silhouettes, inpainter,
+                                          options, threads)
+                           : make_photo3d(input.photo.color, *by.depth, silhouettes, inpainter, options, threads);
     };
     return by.inpainting ? with(*by.inpainting) : with(diffusion_inpainter());
 }
 
-/// The bytes of a 3D photo.
+/// Bytes of a 3D photo.
 struct encoded_photo3d {
-    texture_files textures;  ///< where a USDZ file is asked for
+    texture_files textures;  ///< only if a USDZ file is requested
     std::vector<std::byte> glb;
-    texture_figures shown;  ///< in the GLB
-    glb_options facts;      ///< what all files say of the photo
+    texture_figures shown;  ///< textures in the GLB
+    glb_options facts;      ///< metadata for all files
 };
 
-/// The textures of a photo that was converted with the same arguments.
+/// Makes the textures of a converted photo.
+///
+/// a  same arguments as for convert()
 template <executor Executor>
 photo_texture texture_of(const photo3d& made, const photo_with_depth& input, const arguments& a, Executor& threads) {
     return {made, input.photo.color, a.long_side, a.geometry_side, threads};
@@ -182,7 +195,7 @@ encoded_photo3d encode(const photo3d& made, const photo_texture& texture, const 
         },
         threads);
     result.facts.camera = made.facts.camera;
-    result.facts.motion = made.facts.motion;
+    result.facts.motion = made.facts.motion, result.facts.is_past_frame = made.facts.margin > 0;
     result.facts.range = made.facts.range;
     if (!is_standard(names.photo)) result.facts.source = as_utf8(names.photo.filename().string());
     const std::vector<std::span<const std::byte>> jpegs(result.textures.jpeg.begin(), result.textures.jpeg.end());
@@ -190,12 +203,12 @@ encoded_photo3d encode(const photo3d& made, const photo_texture& texture, const 
                                      made.facts.camera.focal_length, a.compression);
     result.glb = std::move(written.file);
     result.shown = {texture.width(), texture.height(), texture.count(), written.texture_bytes};
-    if (a.usdz.empty()) result.textures = {};  // nothing else takes them
+    if (a.usdz.empty()) result.textures = {};  // only USDZ needs them
     clock.finish();
     return result;
 }
 
-/// Names the outputs that follow from the photo's name, where none is asked for.
+/// Derives default names of outputs from the photo's name, if none is requested.
 inline void name_outputs(photo_files& names, const std::filesystem::path& viewer) {
     names.glb = std::filesystem::path(names.photo).replace_extension(".glb");
     std::error_code ignored;
@@ -203,9 +216,10 @@ inline void name_outputs(photo_files& names, const std::filesystem::path& viewer
     names.are_own = true;
 }
 
-/// Says what stands against the names before any work. Raises invalid_option, file_access.
+/// Reports problems with names before any work. Raises invalid_option, file_access.
 inline void check_names(const photo_files& names, const arguments& a, output_files& files) {
-    for (const std::filesystem::path& input : {names.photo, map_file(names), a.depth_model, a.inpainting_model, a.viewer})
+    for (const std::filesystem::path& input :
+         {names.photo, map_file(names), a.depth_model, a.inpainting_model, a.silhouette_model, a.viewer})
         files.read_from(input);
     if (names.are_own) {
         check_own(names.glb, R"("generator":"ldi )", "-o");
@@ -222,19 +236,20 @@ inline void check_names(const photo_files& names, const arguments& a, output_fil
     if (!names.report.empty()) files.claim(names.report, true);
 }
 
-/// The figures of a photo that was converted.
+/// Collects the figures of a converted photo.
 inline nlohmann::ordered_json report_on(const photo3d& made, const encoded_photo3d& encoded, const photo_with_depth& input,
                                         const arguments& a, const stage_clock& clock) {
     const std::string depth = input.depth ? input.depth->source : a.depth_model.string(),
                       inpainting = a.inpainting_model.empty() ? "diffusion" : a.inpainting_model.string();
-    return make_report(made, clock, depth, inpainting, a.texture, a.grain, encoded.glb.size(), encoded.shown);
+    const std::string silhouettes = a.silhouette_model.empty() ? "alignment" : a.silhouette_model.string();
+    return make_report(made, clock, depth, silhouettes, inpainting, a.texture, a.grain, encoded.glb.size(), encoded.shown);
 }
 
-/// The page that shows a photo.
+/// Makes the page that shows a photo.
 inline std::string make_page(const viewer_page& viewer, const photo_files& names, const photo3d& made,
                              const encoded_photo3d& encoded) {
     const std::string title = is_standard(names.photo) ? "3D photo" : names.photo.stem().string();
-    return viewer.with_photo(title, made.photo, encoded.glb);
+    return viewer.with_photo(title, made.photo, encoded.glb, made.facts.margin > 0);
 }
 
 }  // namespace ldi::examples

@@ -1,4 +1,4 @@
-// Where the program finds what comes with it: the weights of the networks, and the viewer.
+// Locates the program's data: the weights of the networks, and the viewer.
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -12,23 +12,24 @@
 
 namespace ldi::examples {
 
-/// The folder of the program's data. It lies where the installation puts it, seen from the program, so both can be moved
-/// together; in a build tree links in it lead to the sources.
+/// Returns the folder of the program's data. Its place relative to the program is fixed at installation, so both can be moved
+/// together; in a build tree, links in it lead to the sources.
 ///
-/// program  the command that started it
+/// program  the command that started the program
 inline std::filesystem::path data_folder(const char* program) {
     std::error_code unknown;
     std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", unknown);
-    if (unknown) self = std::filesystem::absolute(program);  // not on Linux: right unless it was found in the PATH
+    // other systems than Linux: wrong if the program was found in the PATH
+    if (unknown) self = std::filesystem::absolute(program);
     return (self.parent_path() / LDI_DATA_FROM_PROGRAM).lexically_normal();
 }
 
-/// Where weights that no option names are looked for.
+/// Folders that are searched for weights without an option.
 class model_folders {
 public:
     static constexpr const char* variable = "LDI_MODELS";
 
-    /// Errors: file_access where LDI_MODELS names something else than a folder.
+    /// Raises file_access if LDI_MODELS is not a folder.
     explicit model_folders(const std::filesystem::path& data) : folders_{data / "models"} {
         const char* const named = std::getenv(variable);
         if (named == nullptr || *named == '\0') return;
@@ -45,7 +46,7 @@ public:
         return std::nullopt;
     }
 
-    /// For messages.
+    /// Lists the folders for messages.
     std::string text() const {
         std::string text;
         for (const std::filesystem::path& folder : folders_) text += (text.empty() ? "" : " or ") + folder.string();

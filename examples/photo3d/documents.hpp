@@ -1,4 +1,4 @@
-// The manual page and what shells complete, both made from the program's own description of its options.
+// Generates the manual page and the completions for shells from the program's description of its options.
 #pragma once
 
 #include "messages.hpp"
@@ -11,7 +11,7 @@
 
 namespace ldi::examples {
 
-/// All options, those of groups after the others.
+/// Lists all options; those of groups come last.
 inline std::vector<const CLI::Option*> all_options(const CLI::App& app) {
     std::vector<const CLI::Option*> options = app.get_options();
     for (const CLI::App* group : app.get_subcommands([](const CLI::App*) { return true; }))
@@ -22,14 +22,14 @@ inline std::vector<const CLI::Option*> all_options(const CLI::App& app) {
 
 inline bool takes_value(const CLI::Option& option) { return option.get_items_expected_max() > 0; }
 
-/// What stands for an option's value: "TEXT", "16 to 16384", "disparity|meters".
+/// Describes an option's value: "TEXT", "16 to 16384", "disparity|meters".
 inline std::string value_of(const CLI::Option& option) {
     const std::string type = option.get_type_name();
     return type.substr(type.find(':') == std::string::npos ? 0 : type.find(':') + 1);
 }
 
-/// The words that an option's value can be, as the checks of CLI11 name them: {a,b}, or {a->0,b->1}. Empty where it can be
-/// others.
+/// Lists the accepted words of an option, from CLI11's names for checks: {a,b}, or {a->0,b->1}. Empty if other values are
+/// accepted.
 inline std::vector<std::string> words_of(const CLI::Option& option) {
     const std::string type = option.get_type_name();
     const std::size_t first = type.find('{'), last = type.find('}');
@@ -48,7 +48,7 @@ inline std::string joined(const std::vector<std::string>& words, const char* bet
     return text;
 }
 
-/// Every name of an option, with its dashes.
+/// Lists every name of an option, with its dashes.
 inline std::vector<std::string> names_of(const CLI::Option& option) {
     std::vector<std::string> names;
     for (const std::string& name : option.get_snames()) names.push_back("-" + name);
@@ -56,7 +56,7 @@ inline std::vector<std::string> names_of(const CLI::Option& option) {
     return names;
 }
 
-/// Text that means itself in troff.
+/// Escapes text for troff.
 inline std::string roff(std::string_view text) {
     std::string result;
     for (const char c : text) {
@@ -104,7 +104,7 @@ inline std::string bash_completion(const CLI::App& app) {
            "' -- \"$current\")\n    fi\n}\ncomplete -o default -F _photo3d photo3d\n";
 }
 
-/// Text between single quotes of a shell, without what `also` names, which the shell would read as its own there.
+/// Quotes text for a shell, and also escapes the characters in `also`, which have a special meaning there.
 inline std::string quoted(std::string_view text, std::string_view also) {
     std::string result = "'";
     for (const char c : text) {
@@ -150,6 +150,8 @@ inline std::string fish_completion(const CLI::App& app) {
     return text;
 }
 
+/// Generates a document.
+///
 /// kind  man, bash, zsh or fish
 inline std::string document(const CLI::App& app, const std::string& version, std::string_view kind) {
     return kind == "man"    ? manual(app, version)

@@ -1,13 +1,13 @@
-// Files that appear under their names together, each complete, or not at all. They are written beside their places, into a folder
-// of a temporary name, made safe on the disk, and then renamed. What stood there before stays untouched until all of them are
-// complete, and comes back if one of them can't be put in its place.
+// Files that appear under their names together, each complete, or not at all. They are written to a temporary folder beside
+// their targets, flushed to the disk, and then renamed. Existing targets stay unchanged until all files are complete, and are
+// restored if one of the files can't be put in its place.
 //
-// A link is written through, and permissions and owner are kept. Where renaming would lose something (a file that has other
-// names, or an owner who can't be given to a new file), the old file gets the new content; old and new content lie beside it in a
-// folder .ldi-NUMBER.recover meanwhile, in case that the power fails. Devices and pipes, which can't be replaced, are written to.
+// Symbolic links are followed, and permissions and owner are kept. If renaming would lose something (a file with hard links, or
+// an owner that can't be set on a new file), the old file is overwritten; meanwhile its old and new content are kept beside it
+// in a folder .ldi-NUMBER.recover, in case of a power failure. Devices and pipes, which can't be replaced, are written directly.
 //
-// A process that is killed can't tidy up: the next set that writes into the same folder does. Killed in the middle of the
-// renames, which take microseconds, it leaves some files new and others old, each of them complete.
+// A killed process can't clean up: the next set that writes to the same folder does. A process that is killed during the
+// renames, which take microseconds, leaves some files new and others old, each of them complete.
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -26,7 +26,7 @@
 
 namespace ldi::examples {
 
-/// Files that appear together. Every function may be called from any thread.
+/// A set of files that appear together. Every function may be called from any thread.
 class file_set {
 public:
     file_set() = default;
@@ -34,32 +34,33 @@ public:
     file_set& operator=(const file_set&) = delete;
     ~file_set() { discard(); }
 
-    /// Does not look for what killed processes left where it writes, which takes the longer the more files are there.
+    /// Disables the search for files of killed processes, which costs time in folders with many files.
     void leave_abandoned() { removes_abandoned_ = false; }
 
-    /// Names a file that is read, and so none to write to; does nothing where there is no such file.
+    /// Names an input file, which must not be written. Ignores missing files.
     void protect(const std::filesystem::path& input);
 
-    /// Names a file that will be written, to hear before the work what stands against it.
-    /// Raises invalid_option for an empty name, and for a file that is protected or claimed already, under whatever name;
-    /// file_access.
+    /// Names a file that will be written, so that problems are reported before the work. Raises invalid_option for an empty
+    /// name, and for a file that is already protected or claimed, under any name; file_access.
     void claim(const std::filesystem::path& target);
 
-    /// Writes a file, which appears with commit(). Raises unavailable, canceled, and unless it was claimed what claim() raises.
+    /// Writes a file, which appears with commit(). Raises unavailable, canceled, and the errors of claim() unless it was
+    /// claimed.
     void write(const std::filesystem::path& target, std::span<const std::byte> bytes);
 
-    /// The name under which somebody else is to write a file that appears with commit(). Raises as write() does.
+    /// Returns a name under which another program can write a file that appears with commit(). Raises the errors of write().
     std::filesystem::path reserve(const std::filesystem::path& target);
 
-    /// Makes a folder, and those that it lies in. What is new is gone again unless the set is committed. Raises file_access,
-    /// unavailable, canceled.
+    /// Makes a folder and its parents. Removes new folders unless the set is committed. Raises file_access, unavailable,
+    /// canceled.
     void create_folder(const std::filesystem::path& folder);
 
-    /// Puts all files in their places. Raises file_access, unavailable, canceled; then all is as it was, devices and pipes aside.
+    /// Puts all files in place. Raises file_access, unavailable, canceled; then everything is as before, except for devices and
+    /// pipes.
     void commit();
 
-    /// Removes what is not in its place yet. A thread that waits for signals calls this while another writes: what the other
-    /// does with the set from then on raises canceled.
+    /// Removes all files that are not in place yet. A thread that waits for signals calls this while another thread writes;
+    /// later calls of the other thread raise canceled.
     void discard();
 
 private:
@@ -67,7 +68,7 @@ private:
     struct entry {
         std::filesystem::path given, place;  ///< place: without links
         way put = way::rename;
-        std::size_t staging = 0;  ///< whose folder holds it, under `name`, and what was there before under name + ".old"
+        std::size_t staging = 0;  ///< index of the folder that contains the file as `name`, and the old file as name + ".old"
         std::string name;
         std::vector<std::byte> bytes;  ///< for way::direct
         bool is_staged = false, is_placed = false, is_old_kept = false;
@@ -86,14 +87,14 @@ private:
         if (is_discarded_) raise(error_code::canceled, "file_set", "to write files", "a request to stop");
     }
     std::mutex mutex_;
-    std::map<std::string, std::filesystem::path> taken_;  // by what files are known by: identities()
+    std::map<std::string, std::filesystem::path> taken_;  // by identities() of the files
     std::vector<entry> entries_;
     std::vector<staging_folder> stagings_;
     std::vector<std::filesystem::path> new_folders_;
     bool is_discarded_ = false, removes_abandoned_ = true;
 };
 
-/// How and where a file can be written. Raises where it can't.
+/// Determines how and where a file can be written. Raises an error if it can't.
 inline file_set::entry file_set::inspect(const std::filesystem::path& target) {
     if (!target.has_filename())
         raise(error_code::invalid_option, target.empty() ? "output" : target.string(), "the name of a file",
@@ -124,7 +125,7 @@ inline file_set::entry file_set::inspect(const std::filesystem::path& target) {
     return e;
 }
 
-/// Two names of one file have one in common.
+/// Identifies a file: two names of one file have at least one identity in common.
 inline std::vector<std::string> file_set::identities(const std::filesystem::path& file) {
     std::vector<std::string> all{follow_links(file).string()};
     if (std::string identity = file_identity(file); !identity.empty()) all.push_back(std::move(identity));
@@ -204,7 +205,7 @@ inline void file_set::create_folder(const std::filesystem::path& folder) {
     if (!std::filesystem::is_directory(folder, failure)) raise(error_code::file_access, folder.string(), "a folder", "a file");
 }
 
-/// Gives the temporary file what the old one has, and makes it safe on the disk.
+/// Copies ownership and permissions of the old file to the temporary file, and flushes it to the disk.
 inline void file_set::make_ready(entry& e) const {
     std::error_code ignored;
     if (e.put == way::rename && std::filesystem::exists(e.place, ignored) && copy_ownership(e.place, temporary(e)) != 0)
@@ -221,12 +222,12 @@ inline int file_set::put_in_place(entry& e) {
         if (failure) return failure.value();
         if (const int unsafe = synchronize(old(e)); unsafe != 0) return unsafe;
         if (const int unsafe = stagings_[e.staging].keep(); unsafe != 0) return unsafe;
-        e.is_old_kept = e.is_placed = true;  // also where it gets a part only
+        e.is_old_kept = e.is_placed = true;  // also if it is written only partly
         return overwrite(e.place, temporary(e));
     }
     if (entries_.size() > 1 && std::filesystem::exists(e.place, failure)) {
         std::filesystem::create_hard_link(e.place, old(e), failure);
-        if (failure) std::filesystem::copy_file(e.place, old(e), failure);  // FAT knows no links
+        if (failure) std::filesystem::copy_file(e.place, old(e), failure);  // FAT has no links
         if (failure) return failure.value();
         e.is_old_kept = true;
     }
@@ -243,7 +244,7 @@ inline void file_set::take_back(const entry& e) {
     } else if (e.put == way::rename) {
         std::filesystem::rename(old(e), e.place, ignored);
     } else if (overwrite(e.place, old(e)) != 0) {
-        stagings_[e.staging].path.clear();  // what it holds is the only copy: it stays
+        stagings_[e.staging].path.clear();  // its content is the only copy and must remain
     }
 }
 
@@ -253,7 +254,7 @@ inline void file_set::commit() {
     for (entry& e : entries_)
         if (e.is_staged && e.put != way::direct) make_ready(e);
     const std::vector<folder_lock> locks = entries_.size() > 1 ? lock_folders(stagings_) : std::vector<folder_lock>();
-    // What can fail for want of space comes before what only changes names.
+    // Steps that can fail for lack of space come before mere renames.
     for (const way put : {way::direct, way::overwrite, way::rename})
         for (entry& e : entries_) {
             if (!e.is_staged || e.put != put) continue;

@@ -1,5 +1,5 @@
-// What the standard library's files do not know: locks that end with the process that holds them, and owners. On systems without
-// POSIX they do nothing.
+// File functions beyond the standard library: locks that end with their process, and owners. They do nothing on systems without
+// POSIX.
 #pragma once
 
 #include <ldi/io/file.hpp>
@@ -36,7 +36,7 @@ class file_handle {
 public:
     file_handle() = default;
     file_handle(const std::filesystem::path& path, int flags) : number_(::open(path.c_str(), flags | O_CLOEXEC)) {}
-    /// In a folder.
+    /// Opens a file in a folder.
     file_handle(const file_handle& folder, const std::filesystem::path& name, int flags)
         : number_(::openat(folder.number_, name.c_str(), flags | O_CLOEXEC)) {}
     file_handle(file_handle&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
@@ -53,17 +53,17 @@ private:
     int number_ = -1;
 };
 
-/// A lock on a folder, which ends with the process at the latest, however that ends.
+/// A lock on a folder that ends at the latest with the process, even if the process is killed.
 class folder_lock {
 public:
     folder_lock() = default;
-    /// may_wait  for another process that holds it
+    /// may_wait  whether to wait for another process that holds the lock
     folder_lock(const std::filesystem::path& folder, bool may_wait)
         : folder_(folder, O_RDONLY | O_DIRECTORY | O_NOFOLLOW),
           is_held_(folder_.number() >= 0 && ::flock(folder_.number(), may_wait ? LOCK_EX : LOCK_EX | LOCK_NB) == 0) {}
-    /// False also where the file system knows no locks.
+    /// False also if the file system does not support locks.
     bool is_held() const { return is_held_; }
-    /// Whether the folder still has this name, and belongs to whom this process works for.
+    /// Whether the folder still has this name, and belongs to the user of this process.
     bool is_own(const std::filesystem::path& name) const {
         struct stat locked, named;
         return ::fstat(folder_.number(), &locked) == 0 && ::lstat(name.c_str(), &named) == 0 && locked.st_ino == named.st_ino &&
@@ -75,7 +75,7 @@ private:
     bool is_held_ = false;
 };
 
-/// Keeps others from a file who lock it, too; waits for them.
+/// Excludes other holders of a file_lock on the same file; waits for them.
 class file_lock {
 public:
     explicit file_lock(const std::filesystem::path& path) : file_(path, O_WRONLY) { ::flock(file_.number(), LOCK_EX); }
@@ -84,7 +84,7 @@ private:
     file_handle file_;
 };
 
-/// The same for all names of one file, different for different files; empty where there is none.
+/// Returns the same text for all names of one file, and different texts for different files; empty if there is no file.
 inline std::string file_identity(const std::filesystem::path& path) {
     struct stat found;
     if (::stat(path.c_str(), &found) != 0) return {};
@@ -95,7 +95,7 @@ inline int check_writable(const std::filesystem::path& path) {
     return ::faccessat(AT_FDCWD, path.c_str(), W_OK, AT_EACCESS) == 0 ? 0 : last_error();
 }
 
-/// Gives one file the owner, the group and the permissions of another.
+/// Copies owner, group and permissions from one file to another.
 inline int copy_ownership(const std::filesystem::path& from, const std::filesystem::path& to) {
     struct stat wanted, made;
     if (::stat(from.c_str(), &wanted) != 0 || ::stat(to.c_str(), &made) != 0) return last_error();
@@ -131,7 +131,7 @@ inline int copy_ownership(const std::filesystem::path& from, const std::filesyst
 
 #endif
 
-/// Gives a file that is there the content of another without replacing it, so that its other names see it, too.
+/// Overwrites an existing file with the content of another, so that its hard links also change.
 inline int overwrite(const std::filesystem::path& path, const std::filesystem::path& content) {
     errno = 0;
     std::ifstream from(content, std::ios::binary);

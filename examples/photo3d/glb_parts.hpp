@@ -1,4 +1,4 @@
-// A GLB file taken apart, and one put together of compressed parts, for compressed_glb.hpp.
+// Splits a GLB file into parts, and assembles one from compressed parts, for compressed_glb.hpp.
 #pragma once
 
 #include "compressed_geometry.hpp"
@@ -26,7 +26,7 @@ using glb_json = nlohmann::json;
     raise(error_code::invalid_data, "compress_glb", "a GLB file as encode_glb() writes it", found);
 }
 
-/// A GLB file taken apart.
+/// Parts of a GLB file.
 class glb_reader {
 public:
     explicit glb_reader(std::span<const std::byte> file) {
@@ -53,7 +53,7 @@ public:
         return binary_.subspan(first, bytes);
     }
 
-    /// All numbers of an accessor, of that type in the file.
+    /// Reads all numbers of an accessor, which must have this type in the file.
     template <class Scalar>
     std::vector<Scalar> values(const glb_json& index, int component_type, std::size_t components) const {
         const glb_json& accessor = content.at("accessors").at(index.get<std::size_t>());
@@ -98,16 +98,16 @@ private:
     std::span<const std::byte> binary_;
 };
 
-/// The parts of a compressed file.
+/// Assembles a compressed file.
 class glb_packer {
 public:
-    /// The number of a view of bytes as they are.
+    /// Adds bytes and returns the index of their view.
     std::size_t add(std::span<const std::byte> bytes) {
         views.push_back({{"buffer", 0}, {"byteLength", bytes.size()}, {"byteOffset", append(bytes)}});
         return views.size() - 1;
     }
 
-    /// The number of a view of what a stream decodes to.
+    /// Adds a stream and returns the index of the view of its decoded values.
     std::size_t add(const compressed_stream& stream) {
         const bool is_vertices = std::string_view(stream.mode) == "ATTRIBUTES";
         glb_json extension = {{"buffer", 0},

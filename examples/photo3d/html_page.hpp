@@ -1,4 +1,5 @@
-// A 3D photo as one HTML file: the viewer (examples/viewer) with the GLB inside, and a small picture to show while that is read.
+// Writes a 3D photo as one HTML file: the viewer (examples/viewer) with the GLB inside, and a small picture to show during
+// loading.
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -20,9 +21,9 @@
 
 namespace ldi::examples {
 
-/// The viewer as a page without a photo, as examples/viewer/build.sh makes it.
+/// The viewer as a page without a photo, built by examples/viewer/build.sh.
 ///
-/// Errors: file_access; invalid_data where the file is another page.
+/// Errors: file_access; invalid_data if the file is another page.
 class viewer_page {
 public:
     explicit viewer_page(const std::filesystem::path& file) {
@@ -35,11 +36,13 @@ public:
         photo_ = find(file, photo_marker);
     }
 
-    /// The page with a photo in it.
+    /// Returns the page with a photo in it.
     ///
-    /// title  plain text
-    /// photo  H x W x 3
-    std::string with_photo(std::string_view title, const image<std::uint8_t>& photo, std::span<const std::byte> glb) const;
+    /// title     plain text
+    /// photo     H x W x 3
+    /// is_whole  surfaces go on past the photo's border: the page hides none of it
+    std::string with_photo(std::string_view title, const image<std::uint8_t>& photo, std::span<const std::byte> glb,
+                           bool is_whole) const;
 
 private:
     static constexpr std::string_view title_marker = "<title>3D photo</title>", photo_marker = "<!-- the photo goes here -->";
@@ -53,7 +56,7 @@ private:
     }
 
     std::string text_;
-    std::size_t title_ = 0, photo_ = 0;  // where the markers stand; the title comes first
+    std::size_t title_ = 0, photo_ = 0;  // positions of the markers; the title comes first
 };
 
 inline void append_base64(std::string& text, std::span<const std::byte> bytes) {
@@ -82,7 +85,7 @@ inline std::string escape_html(std::string_view text) {
     return escaped;
 }
 
-/// The photo as a JPEG of a few ten kilobytes.
+/// Encodes the photo as a JPEG of some ten kilobytes.
 inline std::vector<std::byte> encode_poster(const image<std::uint8_t>& photo) {
     constexpr std::size_t long_side = 512;
     constexpr int quality = 70;
@@ -93,14 +96,14 @@ inline std::vector<std::byte> encode_poster(const image<std::uint8_t>& photo) {
 }
 
 inline std::string viewer_page::with_photo(std::string_view title, const image<std::uint8_t>& photo,
-                                           std::span<const std::byte> glb) const {
+                                           std::span<const std::byte> glb, bool is_whole) const {
     const std::size_t after_title = title_ + title_marker.size(), after_photo = photo_ + photo_marker.size();
     std::string page;
-    page.reserve(text_.size() + (glb.size() + 2) / 3 * 4 + 200'000);  // growing, it would be in memory three times
+    page.reserve(text_.size() + (glb.size() + 2) / 3 * 4 + 200'000);  // growing, it would need three times its memory
     page +=
         text_.substr(0, title_) + "<title>" + escape_html(title) + "</title>" + text_.substr(after_title, photo_ - after_title);
     page += "<style>:root { --photo-width: " + std::to_string(photo.width()) +
-            "; --photo-height: " + std::to_string(photo.height()) +
+            "; --photo-height: " + std::to_string(photo.height()) + (is_whole ? "; --hidden-border: 0" : "") +
             " }</style>\n<img id=\"poster\" alt=\"\" src=\"data:image/jpeg;base64,";
     append_base64(page, encode_poster(photo));
     page += "\">\n<script id=\"photo\" type=\"model/gltf-binary;base64\">";

@@ -1,5 +1,5 @@
-// SIGINT, SIGTERM and SIGHUP end the program at once and leave nothing unfinished behind. One thread waits for them: what it does
-// then needs none of the care that signal handlers need.
+// SIGINT, SIGTERM and SIGHUP end the program immediately and leave no unfinished files. One thread waits for the signals, so
+// that its code is not restricted as signal handlers are.
 #pragma once
 
 #include "file_set.hpp"
@@ -18,21 +18,21 @@
 
 namespace ldi::examples {
 
-/// The program that writes a file for us now, or 0.
+/// The program that currently writes a file for this one, or 0.
 inline std::atomic<pid_t> helping_process{0};
 
-/// While it exists, a signal discards what is being written before it ends the program. To be made before other threads, which
-/// are to leave signals to this one.
+/// While this object exists, a signal discards the unfinished files before it ends the program. Create it before other threads,
+/// so that they leave signals to its thread.
 class interruption {
 public:
-    /// discard  called on a thread of its own while others work; nothing is to be written after it
+    /// discard  called on a separate thread while others work; no file may be written after it
     explicit interruption(std::function<void()> discard) : discard_(std::move(discard)) {
-        std::signal(SIGPIPE, SIG_IGN);  // who does not read on shows in what write() returns
+        std::signal(SIGPIPE, SIG_IGN);  // write() reports a closed pipe instead
         sigemptyset(&signals_);
         sigaddset(&signals_, wake_up);
         for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
             struct sigaction now;
-            // What is ignored from the start (nohup, a job in the background) stays so.
+            // Signals that are ignored from the start (nohup, background jobs) stay ignored.
             if (sigaction(number, nullptr, &now) == 0 && now.sa_handler != SIG_IGN) sigaddset(&signals_, number);
         }
         pthread_sigmask(SIG_BLOCK, &signals_, nullptr);
@@ -46,7 +46,7 @@ public:
         thread_.join();
     }
 
-    /// Does not return where a signal came: what failed then failed because of it, and is not worth a word.
+    /// Does not return if a signal arrived: failures after it are its consequence and need no message.
     void end_if_signaled() const {
         while (is_ending_) pause();
     }
@@ -61,7 +61,7 @@ private:
         if (is_done_) return;
         is_ending_ = true;
         if (const pid_t helper = helping_process; helper > 0) kill(helper, SIGKILL);
-        discard_();  // waits while files are put in their places
+        discard_();  // waits while files are put in place
         std::signal(number, SIG_DFL);
         sigset_t this_one;
         sigemptyset(&this_one);
@@ -77,7 +77,7 @@ private:
     std::thread thread_;
 };
 
-/// The sets of files that are being written. A signal discards all of them.
+/// Sets of files that are being written. A signal discards all of them.
 class sets_in_work {
 public:
     void add(file_set& files) {
@@ -88,7 +88,7 @@ public:
         const std::lock_guard lock(mutex_);
         sets_.erase(&files);
     }
-    /// From here on nobody begins with another: the program ends.
+    /// Discards all sets and blocks new ones, because the program ends.
     void discard() {
         mutex_.lock();
         for (file_set* files : sets_) files->discard();

@@ -1,5 +1,5 @@
-// JSON that anybody may have written. nlohmann's library nests as deeply as the text does, and so deeply goes what copies, prints
-// or frees a value of it.
+// Reads untrusted JSON. nlohmann's library nests values as deeply as the text, and recurses as deeply to copy, print or free
+// them.
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -12,10 +12,10 @@
 
 namespace ldi::examples {
 
-/// Deeper than anything this program reads.
+/// More than any valid input of this program needs.
 inline constexpr std::size_t max_json_depth = 16;
 
-/// Whether lists and objects are nested deeper than that.
+/// Whether arrays and objects are nested deeper than max_json_depth.
 inline bool is_nested_too_deep(std::string_view text) {
     std::size_t depth = 0;
     bool is_in_string = false;
@@ -33,7 +33,7 @@ inline bool is_nested_too_deep(std::string_view text) {
     return false;
 }
 
-/// A discarded value where the text is no JSON. Raises invalid_data where it is nested too deep.
+/// Parses JSON. Returns a discarded value for invalid text. Raises invalid_data for excessive nesting.
 template <class Json = nlohmann::json>
 Json parse_json(const std::string& text, const std::string& where) {
     if (is_nested_too_deep(text))

@@ -1,9 +1,10 @@
-// Camera paths of one's own: a JSON file of key frames. What is wrong with one is said in its own terms.
+// Reads custom camera paths: a JSON file of key frames. Errors name the key frame and the member.
 #pragma once
 
 #include "json_input.hpp"
 
 #include <ldi/base/error.hpp>
+#include <ldi/base/printable.hpp>
 #include <ldi/io/file.hpp>
 #include <ldi/render/camera_paths.hpp>
 
@@ -18,7 +19,7 @@
 
 namespace ldi::examples {
 
-/// Where a text stops being JSON: a line and a letter of it, counted from 1.
+/// Locates a syntax error of JSON by line and column, counted from 1.
 inline std::string place_of_fault(const std::string& text) {
     struct fault_finder : nlohmann::json_sax<nlohmann::json> {
         std::size_t position = 0;
@@ -48,7 +49,7 @@ inline std::string place_of_fault(const std::string& text) {
     return "line " + std::to_string(line) + ", letter " + std::to_string(letter);
 }
 
-/// Reads members of one key frame.
+/// Reads the members of one key frame.
 class key_frame_reader {
 public:
     key_frame_reader(const nlohmann::json& key, std::string where) : key_(key), where_(std::move(where)) {
@@ -94,9 +95,9 @@ private:
     std::string where_;
 };
 
-/// [{"time": 0, "position": [0, 0, 0], "target": [0, 0, -2], "zoom": 1}, ...], lengths in the units of the photo's space, in
-/// which the nearest surface is at z = -1 unless depth is metric. Places where hidden surfaces would end in sight are drawn back
-/// towards the photo's (within_motion). Raises file_access, invalid_data.
+/// Reads [{"time": 0, "position": [0, 0, 0], "target": [0, 0, -2], "zoom": 1}, ...]. Lengths are in the units of the photo's
+/// space, in which the nearest surface is at z = -1 unless depth is metric. Positions beyond the motion budget are moved toward
+/// the photo's viewpoint (within_motion). Raises file_access, invalid_data.
 inline std::vector<key_frame> load_key_frames(const std::filesystem::path& file) {
     constexpr std::size_t max_bytes = std::size_t{1} << 24;
     const std::vector<std::byte> bytes = read_file(file, max_bytes);
@@ -118,9 +119,9 @@ inline std::vector<key_frame> load_key_frames(const std::filesystem::path& file)
         k.zoom = reader.has("zoom") ? reader.number("zoom") : 1.0F;
         if (k.position[0] == k.target[0] && k.position[2] == k.target[2])
             reader.fail("a target that is not straight above or below", "one that is");
-        if (!(k.zoom > 0)) reader.fail("a \"zoom\" above 0", std::to_string(k.zoom));
+        if (!(k.zoom > 0)) reader.fail("a \"zoom\" above 0", detail::to_text(k.zoom));
         if (!result.empty() && !(k.time > result.back().time))
-            reader.fail("times that rise", std::to_string(result.back().time) + ", then " + std::to_string(k.time));
+            reader.fail("increasing times", detail::to_text(result.back().time) + ", then " + detail::to_text(k.time));
         result.push_back(k);
     }
     return result;

@@ -1,4 +1,4 @@
-// Lines of a file or of standard input that anybody may have written: a line takes bounded memory, however long it is.
+// Reads lines of an untrusted file or of standard input with bounded memory, for lines of any length.
 #pragma once
 
 #include <cstddef>
@@ -9,16 +9,16 @@
 
 namespace ldi::examples {
 
-/// Unlike std::getline(), which ends as at the end of a file where memory runs out, it throws then.
+/// Reads lines. Throws an error if memory runs out, where std::getline() behaves as at the end of the file.
 class line_reader {
 public:
-    /// A longer line is cut off.
+    /// Longer lines are truncated.
     static constexpr std::size_t max_bytes = std::size_t{1} << 20;
 
-    /// from  must live as long as this
+    /// from  must outlive this object
     explicit line_reader(std::istream& from) : from_(*from.rdbuf()) {}
 
-    /// Goes to the next line, if there is one. Throws std::bad_alloc, std::system_error.
+    /// Reads the next line; false at the end. Throws std::bad_alloc, std::system_error.
     bool next() {
         text_.clear();
         is_too_long_ = false;
@@ -36,9 +36,9 @@ public:
 
     const std::string& text() const { return text_; }
     bool is_too_long() const { return is_too_long_; }
-    bool has_end() const { return has_end_; }  ///< else the file ends within it
+    bool has_end() const { return has_end_; }  ///< false: the file ends within the line
     bool is_blank() const { return text_.find_first_not_of(" \t\r") == std::string::npos; }
-    std::size_t number() const { return number_; }  ///< from 1
+    std::size_t number() const { return number_; }  ///< starting at 1
 
 private:
     static constexpr int end_of_file = std::streambuf::traits_type::eof();

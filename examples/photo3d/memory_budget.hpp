@@ -1,7 +1,8 @@
-// How much memory a photo takes, known from its file's header before it is decoded, and who may take it now.
+// Predicts the memory that a photo needs from its file's header, before it is decoded, and admits photos as far as memory
+// allows.
 //
-// The figures are measured: peaks of whole runs over 35 photographs, 0.15 to 9.4 megapixels worked on, and over one of 16
-// megapixels in every kind of file, worked on at 256 pixels. `bench/batch/run.sh` checks that whole batches stay within their
+// The figures are measured: peaks of whole runs over 35 photographs, processed at 0.15 to 9.4 megapixels, and over one of 16
+// megapixels in every file format, processed at 256 pixels. `bench/batch/run.sh` checks that whole batches stay within their
 // bounds.
 #pragma once
 
@@ -31,7 +32,7 @@
 
 namespace ldi::examples {
 
-/// Bytes of memory that this process has now; 0 where the system does not say.
+/// Returns the memory of this process in bytes; 0 if the system does not report it.
 inline std::size_t memory_in_use() {
     unsigned long all = 0, resident = 0;
     std::FILE* const facts = std::fopen("/proc/self/statm", "r");
@@ -41,9 +42,9 @@ inline std::size_t memory_in_use() {
     return static_cast<std::size_t>(resident) * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
 }
 
-/// Bytes that showing a photo larger than it is worked on takes at most: its pixels at that size, a sheet of them, and files.
+/// Bounds the bytes for showing a photo larger than its layered image: its pixels at that size, a sheet of them, and files.
 inline std::size_t memory_for_sheets(std::size_t pixels, double shown_share, const arguments& a) {
-    // Of files: of noise, 0.54 at quality 85 and 2.7 at 100. Three hold it at once: textures, GLB, page.
+    // Files of noise have 0.54 bytes per pixel at quality 85 and 2.7 at 100. Three copies exist at once: textures, GLB, page.
     const double per_shown_pixel = a.quality > 90 ? 12 : 3;
     constexpr std::size_t per_texel = 3, per_texel_compressed = 24;  // measured: 18.3 while WebP is written
     const double shown = static_cast<double>(pixels) * shown_share;
@@ -53,16 +54,15 @@ inline std::size_t memory_for_sheets(std::size_t pixels, double shown_share, con
                (a.compression.is_wanted ? per_texel_compressed : per_texel);
 }
 
-/// Bytes that decoding a photo takes at most, with its depth maps: one inside, and the one that is named or lies beside it.
+/// Bounds the bytes for decoding a photo with its depth maps: one inside, and one that is named or lies beside it.
 struct decoding_cost {
-    std::size_t height = 0, width = 0;  ///< of the photo
-    std::size_t decoding = 0;           ///< of all
+    std::size_t height = 0, width = 0;  ///< size of the photo
+    std::size_t decoding = 0;           ///< of photo and maps
     std::size_t maps = 0;               ///< of the maps alone
-    std::size_t held_by_maps = 0;       ///< by the maps, once decoded
-    std::size_t in_stages = 0;          ///< by the maps, and by what the stages make of them
+    std::size_t held_by_maps = 0;       ///< by decoded maps
+    std::size_t in_stages = 0;          ///< by the maps, and by the results of the stages that process them
 
-    /// depth  the file of its depth map, empty for none
-    /// Raises what reading headers raises.
+    /// depth  file of its depth map, empty for none. Raises the errors of reading headers
     decoding_cost(std::span<const std::byte> photo, std::span<const std::byte> depth, const arguments& a, const std::string& name,
                   const std::string& depth_name) {
         const decoding_estimate stored = estimate_photo(photo, a.reading(), name);
@@ -72,16 +72,17 @@ struct decoding_cost {
         options.formats = a.reading().formats;
         if (!depth.empty()) decoding += estimate_depth_map(depth, options, depth_name).memory;
         maps = decoding - stored.memory;
-        // Decoding a map takes at least 8 bytes per sample, the map itself 4 of them, and normalizing it (normalize) 8 more.
+        // Decoding a map needs at least 8 bytes per sample; 4 of them are the map itself; normalize() needs 8 more.
         held_by_maps = maps / 2;
         in_stages = 3 * held_by_maps;
     }
 };
 
-/// Bytes that a photo takes at most, its files' own included, unless it hides more than photographs do (metered_memory).
+/// Bounds the bytes that a photo needs, including its files, unless it has far more hidden surfaces than photographs
+/// (metered_memory).
 inline std::size_t memory_for(const decoding_cost& cost, std::size_t file_bytes, const arguments& a) {
     constexpr double per_pixel_of_layers = 92;       // measured: at most 90.6
-    constexpr double hidden_share = 0.35;            // more than any photograph's with the motion that is the default
+    constexpr double hidden_share = 0.35;            // more than in any photograph with the default motion
     constexpr std::size_t in_any_case = 24'000'000;  // activations of the depth network, textures of small photos, pages
     const std::size_t pixels = cost.width * cost.height;
     const auto shrunk_to = [&](std::size_t long_side) {
@@ -89,38 +90,41 @@ inline std::size_t memory_for(const decoding_cost& cost, std::size_t file_bytes,
     };
     const double shown = shrunk_to(a.long_side), shrunk = std::min(shown, shrunk_to(a.geometry_side));
     const double motion = std::max(1.0, static_cast<double>(a.motion) / static_cast<double>(expand_options().motion));
-    const double worked_on = static_cast<double>(pixels) * shrunk * shrunk;
+    const double height = static_cast<double>(cost.height) * shrunk, width = static_cast<double>(cost.width) * shrunk;
+    const double margin =
+        a.frame == photo_frame::grow ? 2 + (0.5 + 0.02) * static_cast<double>(a.motion) * std::max(height, width) : 0.0;
+    const double worked_on = (height + 2 * margin) * (width + 2 * margin);
     const std::size_t converting = 3 * pixels + cost.in_stages +
                                    static_cast<std::size_t>(worked_on * per_pixel_of_layers * (1 + hidden_share * motion)) +
                                    (shrunk < shown ? memory_for_sheets(pixels, shown * shown, a) : 0);
     return in_any_case + file_bytes + std::max(cost.decoding, converting);
 }
 
-/// Lets photos in as far as they fit. What the process has when this is made counts, too.
+/// Admits photos as far as they fit in memory. Memory that the process already uses at construction counts as used.
 class memory_budget {
 public:
-    /// bytes  0: half of the machine's
+    /// bytes  0: half of the machine's memory
     explicit memory_budget(std::size_t bytes) : limit_(bytes != 0 ? bytes : half_of_machine()), used_(memory_in_use()) {}
 
-    /// Raises too_large for what does not even fit alone.
+    /// Raises too_large for a request that exceeds the whole budget.
     void check(std::size_t bytes, const std::string& name) const {
         if (bytes > for_one()) raise(error_code::too_large, name, expected(), "one that may take " + megabytes(base_ + bytes));
     }
 
-    /// Raises the error for a photo for whose stages for_one() was too little.
+    /// Raises the error for a photo whose stages need more than for_one().
     [[noreturn]] void refuse(const std::string& name) const {
-        raise(error_code::too_large, name, expected(), "one whose depth hides so much that it takes more");
+        raise(error_code::too_large, name, expected(), "one that needs more, because its depth hides large areas");
     }
 
-    /// Waits until so much is free. What it is asked for must have been checked, together with what the caller holds already, and
-    /// only one thread asks.
+    /// Waits until `bytes` are free. The sum of this request and of the caller's share must have passed check(), and only one
+    /// thread may call this.
     void admit(std::size_t bytes) {
         std::unique_lock lock(mutex_);
         released_.wait(lock, [&] { return used_ + bytes <= limit_; });
         used_ += bytes;
     }
 
-    /// The same without waiting. Any thread may ask.
+    /// Same as admit(), but does not wait. Any thread may call it.
     bool try_admit(std::size_t bytes) {
         const std::lock_guard lock(mutex_);
         if (bytes > limit_ || used_ > limit_ - bytes) return false;
@@ -128,7 +132,7 @@ public:
         return true;
     }
 
-    /// What a photo may take that has everything for itself.
+    /// Bytes for a single photo that has the whole budget.
     std::size_t for_one() const { return limit_ > base_ ? limit_ - base_ : 0; }
 
     void release(std::size_t bytes) {
@@ -137,7 +141,7 @@ public:
         released_.notify_all();
     }
 
-    /// Before work begins that takes so much: what the C library keeps of earlier photos goes back where it would be too much.
+    /// Before work that needs `bytes`: returns memory that the C library keeps from earlier photos to the system, if necessary.
     void make_room(std::size_t bytes) const {
 #if defined(__GLIBC__)
         if (memory_in_use() + bytes > limit_) malloc_trim(0);
@@ -159,7 +163,7 @@ private:
     std::condition_variable released_;
 };
 
-/// What one photo holds of a budget; gives it back at its end.
+/// One photo's share of a budget, returned at destruction.
 class memory_share {
 public:
     memory_share() = default;
@@ -169,7 +173,7 @@ public:
 
     std::size_t bytes() const { return bytes_; }
 
-    /// Waits for more. Raises as memory_budget::check() does.
+    /// Waits for more memory. Raises the errors of memory_budget::check().
     void grow(memory_budget& budget, std::size_t bytes, const std::string& name) {
         if (bytes <= bytes_) return;
         budget.check(bytes, name);
@@ -177,7 +181,7 @@ public:
         budget_ = &budget, bytes_ = bytes;
     }
 
-    /// Takes more if it is free now.
+    /// Adds to the share if the memory is free now.
     bool try_add(std::size_t bytes) {
         if (budget_ == nullptr || !budget_->try_admit(bytes)) return false;
         bytes_ += bytes;
@@ -195,11 +199,11 @@ private:
     std::size_t bytes_ = 0;
 };
 
-/// Memory for the stages of one photo: what its share leaves, and more while the budget has it. So the budget holds also for
-/// depth that hides many times what photographs hide.
+/// Memory for the stages of one photo: the unused part of its share, and more while the budget has it. So the budget also holds
+/// for depth with many times the hidden surfaces of photographs.
 class metered_memory {
 public:
-    /// held  bytes of the share that are in use otherwise: files, the photo, depth maps
+    /// held  bytes of the share in use outside the stages: files, the photo, depth maps
     metered_memory(memory_share& share, std::size_t held) : share_(share), used_(held) {}
     metered_memory(const metered_memory&) = delete;
     metered_memory& operator=(const metered_memory&) = delete;
@@ -224,7 +228,7 @@ private:
         const std::lock_guard lock(mutex_);
         used_ -= charge(bytes);
     }
-    /// A quarter more, for gaps between blocks and for what is allocated elsewhere, such as files being encoded (measured: 16 %).
+    /// Adds a quarter, for gaps between blocks and for allocations elsewhere, such as files being encoded (measured: 16 %).
     static std::size_t charge(std::size_t bytes) { return bytes + bytes / 4; }
 
     memory_share& share_;

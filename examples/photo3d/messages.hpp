@@ -1,5 +1,5 @@
-// What the program says to people and to scripts: messages in which no file name does anything to a terminal, and exit codes that
-// part what may succeed later from what never will.
+// Messages to users and scripts: file names in messages cannot control a terminal, and exit codes distinguish temporary failures
+// from permanent ones.
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -16,22 +16,22 @@
 
 namespace ldi::examples {
 
-/// The program's exit codes. Ended by a signal it ends by that signal, 128 + its number to a shell.
+/// Exit codes of the program. If a signal ends it, the shell sees 128 + the signal's number.
 enum exit_code : int {
     exit_done = 0,
-    exit_never = 1,       ///< a photo, a map, a weight file or a place to write to that can't be used: the same never succeeds
-    exit_usage = 2,       ///< options that are wrong or don't go together: the same never succeeds
+    exit_never = 1,       ///< unusable photo, map, weight file or output: the same call never succeeds
+    exit_usage = 2,       ///< invalid options or combinations: the same call never succeeds
     exit_defect = 70,     ///< a defect of the program (EX_SOFTWARE)
-    exit_try_again = 75,  ///< no memory, no space on the disk, a device that fails: the same may succeed later (EX_TEMPFAIL)
+    exit_try_again = 75,  ///< no memory, disk full, failing device: the same call may succeed later (EX_TEMPFAIL)
 };
 
-/// For --help and the manual.
+/// Description for --help and the manual.
 constexpr const char* exit_code_text =
     "0: done. 1: an input or a place to write to can't be used; the same never succeeds. 2: wrong options. 75: no memory, no "
     "space, "
     "a device that fails; the same may succeed later. 70: a defect of the program. Whatever but 0: nothing was written.";
 
-/// The number of bytes at the start that are one character as UTF-8 has it, or 0.
+/// Returns the length in bytes of the first character if it is valid UTF-8, else 0.
 inline std::size_t utf8_length(std::string_view text) {
     const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
     const std::size_t length = byte(0) < 0x80                      ? 1
@@ -45,7 +45,7 @@ inline std::size_t utf8_length(std::string_view text) {
     return length;
 }
 
-/// Text with every control character, and every byte that is no UTF-8, as \xNN.
+/// Escapes every control character, and every byte that is not UTF-8, as \xNN.
 inline std::string escaped(std::string_view text) {
     std::string result;
     while (!text.empty()) {
@@ -69,17 +69,17 @@ inline std::string escaped(std::string_view text) {
     return result;
 }
 
-/// One line to standard error.
+/// Prints one line to standard error.
 inline void say(const std::string& text) { std::fprintf(stderr, "photo3d: %s\n", escaped(text).c_str()); }
 
-/// What went wrong.
+/// An error for the user.
 struct failure {
     exit_code code;
-    std::string kind;  ///< "invalid data", "file access", "out of memory", ..., as error_code has them
+    std::string kind;  ///< "invalid data", "file access", "out of memory", ..., as for error_code
     std::string text;
 };
 
-/// Called while an exception is handled.
+/// Describes the current exception. Call it in a handler.
 inline failure describe_failure() {
     const std::string out_of_memory(to_string(error_code::out_of_memory));
     try {
@@ -106,7 +106,7 @@ inline failure describe_failure() {
     }
 }
 
-/// What `function` throws.
+/// Calls `function` and describes the exception that it throws.
 template <class Function>
 failure failure_of(Function&& function) {
     try {
@@ -118,7 +118,7 @@ failure failure_of(Function&& function) {
     return {};
 }
 
-/// Says what went wrong. Called while an exception is handled.
+/// Prints the current exception. Call it in a handler.
 inline exit_code say_failure() {
     const failure what = describe_failure();
     say(what.text);

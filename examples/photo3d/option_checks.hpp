@@ -1,4 +1,4 @@
-// Checks of what options are given, in words of our own.
+// Checks option values, with messages in the style of ldi.
 #pragma once
 
 #include <ldi/formats/picture_formats.hpp>
@@ -11,8 +11,7 @@
 
 namespace ldi::examples {
 
-/// A number in a range; unlike CLI::Range also where the range's ends are whole numbers and the option's value is not, and "nan"
-/// lies in no range.
+/// Accepts a number in a range. Unlike CLI::Range, it accepts integral ends for other types, and rejects "nan".
 inline CLI::Validator between(double least, double most) {
     char range[64];
     std::snprintf(range, sizeof range, "%g to %g", least, most);
@@ -26,10 +25,10 @@ inline CLI::Validator between(double least, double most) {
             text, "between"};
 }
 
-/// The long side that stands for a photo's own: no photo has a longer one.
+/// Value of "full": no photo has a longer side.
 inline constexpr const char* full_size = "4294967295";
 
-/// The same, or the word "full".
+/// Accepts a number in a range, or the word "full".
 inline CLI::Validator full_or_between(double least, double most) {
     const CLI::Validator number = between(least, most);
     return {[=](std::string& given) {
@@ -40,7 +39,7 @@ inline CLI::Validator full_or_between(double least, double most) {
             "full or " + number.get_description(), "full_or_between"};
 }
 
-/// A name of something: not the empty text, which a script makes of a variable that was never set.
+/// Accepts any name except the empty text, which scripts produce from unset variables.
 inline CLI::Validator named() {
     return {[](const std::string& given) {
                 return given.empty() ? std::string("expected a name, found an empty one") : std::string();
@@ -48,7 +47,7 @@ inline CLI::Validator named() {
             "", "named"};
 }
 
-/// Formats of pictures with commas between them.
+/// Accepts formats of pictures, separated by commas.
 inline CLI::Validator formats_named() {
     return {[](const std::string& given) {
                 return picture_formats::parse(given)

@@ -1,4 +1,4 @@
-// The files that the photos of a batch become, so that no two become the same one, by whatever name.
+// Names of the files that the photos of a batch become. Prevents two photos from becoming the same file, under any name.
 #pragma once
 
 #include "file_set.hpp"
@@ -20,9 +20,9 @@ namespace ldi::examples {
 
 class output_names {
 public:
-    /// Raises invalid_option for a file that is claimed already: of the same path, through links to it or to a folder of it, as
-    /// another name of one file (a hard link), or in other letters in a folder that does not tell small from capital ones. Also
-    /// for a link to a file of another kind, which may be a photo of the batch.
+    /// Claims an output. Raises invalid_option if the file is already claimed: by the same path, through links to it or to its
+    /// folder, as a hard link, or in other case in a folder that is not case-sensitive. Also raises it for a link to a file of
+    /// another type, which may be a photo of the batch.
     void claim(const std::filesystem::path& output) {
         const std::filesystem::path place = follow_links(std::filesystem::absolute(output).lexically_normal());
         std::error_code unknown;
@@ -46,7 +46,7 @@ private:
         return (place.parent_path() / name).string();
     }
 
-    /// Tries it, with a file that it removes.
+    /// Tests this with a temporary file.
     static bool tells_no_case(const std::filesystem::path& folder) {
         const std::filesystem::path small = folder / (".ldi-case-" + std::to_string(::getpid()) + ".tmp"),
                                     capital = folder / (".ldi-CASE-" + std::to_string(::getpid()) + ".tmp");
@@ -57,7 +57,7 @@ private:
         return result;
     }
 
-    std::unordered_set<std::size_t> taken_;  // hashes
+    std::unordered_set<std::size_t> taken_;  // hashes of paths
 };
 
 }  // namespace ldi::examples

@@ -1,5 +1,5 @@
-// The files that a run reads and writes: `-` for standard input and output, names that follow from the photo's, and everything
-// that can be said against a name before the work.
+// Inputs and outputs of a run: `-` for standard input and output, names derived from the photo's name, and all checks of names
+// that are possible before the work.
 #pragma once
 
 #include "file_set.hpp"
@@ -28,7 +28,7 @@ namespace ldi::examples {
 /// Whether a name means standard input or output.
 inline bool is_standard(const std::filesystem::path& name) { return name == "-"; }
 
-/// The extension in small letters, such as ".mp4".
+/// Returns the extension in lower case, such as ".mp4".
 inline std::string extension_of(const std::filesystem::path& file) {
     std::string extension = file.extension().string();
     for (char& c : extension)
@@ -36,7 +36,7 @@ inline std::string extension_of(const std::filesystem::path& file) {
     return extension;
 }
 
-/// A file's bytes, or what comes through standard input. Raises as read_file() does.
+/// Reads a file or standard input. Raises the errors of read_file().
 inline std::vector<std::byte> read_input(const std::filesystem::path& name, std::size_t max_bytes = std::size_t{1} << 30) {
     if (!is_standard(name)) return read_file(name, max_bytes);
     constexpr std::size_t chunk = std::size_t{1} << 16;
@@ -53,7 +53,7 @@ inline std::vector<std::byte> read_input(const std::filesystem::path& name, std:
     }
 }
 
-/// The name that messages give an input.
+/// Name of an input in messages.
 inline std::string name_of_input(const std::filesystem::path& name) {
     return is_standard(name) ? "standard input" : name.string();
 }
@@ -61,10 +61,10 @@ inline std::string name_of_input(const std::filesystem::path& name) {
 /// All files that a run writes. They appear together at its end, or not at all.
 class output_files {
 public:
-    /// For what is to happen when a signal comes.
+    /// The set of files, for a signal's thread.
     file_set& files() { return files_; }
 
-    /// Names what the run reads: files, folders of files, nothing.
+    /// Names an input: a file, a folder of files, or nothing.
     void read_from(const std::filesystem::path& input) {
         std::error_code ignored;
         if (is_standard(input)) files_.protect("/dev/stdin");
@@ -73,7 +73,8 @@ public:
         files_.protect(input);
     }
 
-    /// Names a file that the run will write. Raises as file_set::claim(); invalid_option for a second `-`, and for a terminal.
+    /// Names a file that the run will write. Raises the errors of file_set::claim(); invalid_option for a second `-`, and for a
+    /// terminal.
     void claim(const std::filesystem::path& output, bool is_text = false) {
         if (!is_standard(output)) return files_.claim(output);
         if (uses_standard_output_) raise(error_code::invalid_option, "-", "one output that goes to standard output", "two");
@@ -82,7 +83,7 @@ public:
         uses_standard_output_ = true;
     }
 
-    /// Names a folder that files will go to, which may not be there yet. Raises file_access, invalid_option.
+    /// Names a folder for outputs, which may not exist yet. Raises file_access, invalid_option.
     void claim_folder(const std::filesystem::path& folder) {
         if (folder.empty() || is_standard(folder))
             raise(error_code::invalid_option, "output", "the name of a folder", folder.empty() ? "an empty name" : "-");
@@ -105,12 +106,12 @@ public:
     }
     void write(const std::filesystem::path& output, std::string_view text) { write(output, std::as_bytes(std::span(text))); }
 
-    /// All in their places, and on the disk. Raises file_access, unavailable.
+    /// Puts all files in place and flushes them to the disk. Raises file_access, unavailable.
     void commit() {
         for (std::span<const std::byte> rest = standard_output_; !rest.empty();) {
             const ssize_t written = ::write(STDOUT_FILENO, rest.data(), rest.size());
             if (written < 0 && errno == EINTR) continue;
-            if (written < 0) raise_system_error(errno, "standard output", "somebody who reads it");
+            if (written < 0) raise_system_error(errno, "standard output", "a reader");
             rest = rest.subspan(static_cast<std::size_t>(written));
         }
         files_.commit();
@@ -122,13 +123,13 @@ private:
     std::vector<std::byte> standard_output_;
 };
 
-/// Whether a name means a device or a pipe, for which no ending is needed.
+/// Whether a name is a device or a pipe, which needs no extension.
 inline bool is_stream(const std::filesystem::path& name) {
     std::error_code ignored;
     return is_standard(name) || (std::filesystem::exists(name, ignored) && !std::filesystem::is_regular_file(name, ignored));
 }
 
-/// Refuses a name that says that the file is something else than it will be. Raises invalid_option.
+/// Rejects a name whose extension belongs to another type of file. Raises invalid_option.
 inline void check_ending(const std::filesystem::path& output, std::initializer_list<std::string_view> endings,
                          const std::string& what) {
     const std::string extension = extension_of(output);
@@ -144,14 +145,14 @@ inline void check_page_name(const std::filesystem::path& output) {
     check_ending(output, {".html", ".htm"}, "a page, which is what is written");
 }
 
-/// Whether a file begins like one that this program wrote: its first 64 kB hold the mark.
+/// Whether this program wrote a file: its first 64 kB contain the mark.
 inline bool is_own_file(const std::filesystem::path& file, std::string_view mark) {
     const std::vector<std::byte> bytes = read_file(file);
     const char* const text = reinterpret_cast<const char*>(bytes.data());
     return std::string_view(text, bytes.size()).find(mark) != std::string_view::npos;
 }
 
-/// Refuses to replace a file of somebody else's under a name that nobody asked for. Raises invalid_option, file_access.
+/// Protects other programs' files from outputs that the user did not name. Raises invalid_option, file_access.
 inline void check_own(const std::filesystem::path& output, std::string_view mark, const char* option) {
     std::error_code ignored;
     if (!std::filesystem::is_regular_file(output, ignored) || is_own_file(output, mark)) return;

@@ -1,4 +1,4 @@
-// photo3d: a photo in, a 3D photo out: a GLB file, or an HTML page that shows it.
+// photo3d: converts a photo to a 3D photo, a GLB file or an HTML page that shows it.
 
 #include "arguments.hpp"
 #include "batch.hpp"
@@ -38,7 +38,7 @@ namespace {
 
 using namespace ldi::examples;
 
-/// The names of a run over one photo. Raises invalid_option, file_access.
+/// Determines the names of a run over one photo. Raises invalid_option, file_access.
 photo_files names_of(const arguments& a) {
     std::error_code ignored;
     if (std::filesystem::is_directory(a.photos.front(), ignored))
@@ -61,7 +61,7 @@ photo_files names_of(const arguments& a) {
     return names;
 }
 
-/// Says what stands against the names before any work.
+/// Reports problems with names before any work.
 void check_files(const arguments& a, const photo_files& names, output_files& files) {
     if (is_standard(names.photo) && is_standard(names.depth))
         ldi::raise(ldi::error_code::invalid_option, "-", "one input that comes from standard input", "two: PHOTO and --depth");
@@ -74,7 +74,7 @@ void check_files(const arguments& a, const photo_files& names, output_files& fil
     check_video(a.video, files);
 }
 
-/// The table of a run's figures, and what its result leaves to be said.
+/// Prints the table of a run's figures, and notes on the result.
 void print_figures(const arguments& a, const nlohmann::ordered_json& report, const std::string& depth, bool is_stdout_taken) {
     if (a.quiet) return;
     std::fputs(("\n" + to_table(report)).c_str(), is_stdout_taken ? stderr : stdout);
@@ -84,7 +84,7 @@ void print_figures(const arguments& a, const nlohmann::ordered_json& report, con
             "network may see more: --depth, --depth-model.");
 }
 
-/// The files that a run has written, and what opens them.
+/// Prints the files that a run has written, and the programs that open them.
 void print_files(const arguments& a, const photo_files& names, bool is_stdout_taken) {
     if (a.quiet) return;
     std::string text;
@@ -106,13 +106,13 @@ void run(const arguments& a, output_files& files) {
     const photo_files names = names_of(a);
     check_files(a, names, files);
     stage_clock clock(a.quiet);
-    std::optional<viewer_page> viewer;  // first: where it is missing, nothing needs to be computed
+    std::optional<viewer_page> viewer;  // first: if it is missing, nothing needs to be computed
     if (!names.html.empty()) viewer.emplace(a.viewer);
     clock.begin("reading files");
     const std::vector<std::byte> photo = read_input(names.photo),
                                  depth = map_file(names).empty() ? std::vector<std::byte>() : read_input(map_file(names));
     decoding_cost(photo, names.depth.empty() ? std::span<const std::byte>() : depth, a, name_of_input(names.photo),
-                  name_of_input(names.depth));  // raises what headers say against a file before networks are loaded
+                  name_of_input(names.depth));  // reports invalid headers before networks are loaded
     const networks by = load_networks(a, clock);
     clock.begin("reading photo");
     ldi::thread_pool threads(a.threads);
@@ -134,7 +134,8 @@ void run(const arguments& a, output_files& files) {
     print_files(a, names, files.uses_standard_output());
 }
 
-/// Adds what prints the manual page or a shell's completions and ends. These name the program's data as seen from it.
+/// Adds options that print the manual page or a shell's completions. Their texts name the program's data relative to the
+/// program.
 void describe_documents(CLI::App& app) {
     app.add_option_function<std::string>(
            "--generate",
@@ -182,7 +183,8 @@ int run_program(int count, char** values) {
 
 int main(int count, char** values) {
 #if defined(__GLIBC__)
-    // Stages free and allocate the same tens of megabytes; handing them back to the system in between costs more than the stages.
+    // Stages free and allocate the same tens of megabytes; returning them to the system in between would cost more time than the
+    // stages.
     mallopt(M_MMAP_THRESHOLD, 1 << 30);
     mallopt(M_TRIM_THRESHOLD, 1 << 30);
 #endif

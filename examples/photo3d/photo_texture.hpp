@@ -1,5 +1,5 @@
-// What a 3D photo is covered with: its atlas, and where it is to show more of the photo than was worked on, sheets of the photo's
-// own size (`photo3d --size`).
+// Textures of a 3D photo: its atlas, and sheets at the photo's own size if the photo is shown larger than its layered image
+// (`photo3d --size`).
 #pragma once
 
 #include <ldi/core/image.hpp>
@@ -22,31 +22,33 @@
 
 namespace ldi::examples {
 
-/// Whether a photo is to be shown larger than it is worked on.
+/// Whether a photo is shown larger than its layered image.
 inline bool needs_sheets(image_view<const std::uint8_t> photo, std::size_t shown_side, std::size_t worked_side) {
     return std::min(shown_side, std::max(photo.height(), photo.width())) > worked_side;
 }
 
 class photo_texture {
 public:
-    /// made         by options of for_sheets(), where it needs them
-    /// photo        that it was made of; must live as long as this
-    /// shown_side   the long side that the photo is shrunk to, if it is larger
-    /// worked_side  the same for what it was made of
+    /// made         result for options of for_sheets(), if the photo needs sheets
+    /// photo        source of `made`; must outlive this object
+    /// shown_side   long side of the shown photo; larger photos are shrunk to it
+    /// worked_side  long side of the layered image
     template <executor Executor>
     photo_texture(const photo3d& made, image_view<const std::uint8_t> photo, std::size_t shown_side, std::size_t worked_side,
                   Executor& threads)
         : made_(made), photo_(made.photo) {
         if (!needs_sheets(photo, shown_side, worked_side)) return;
 #if defined(__GLIBC__)
-        malloc_trim(0);  // what the stages have given back lies in pieces that sheets don't fit in
+        malloc_trim(0);  // the memory that the stages released is too fragmented for sheets
 #endif
         photo_ = photo;
         if (shown_side < std::max(photo.height(), photo.width())) {
             shrunk_ = ldi::detail::shrink_photo(photo, shown_side, threads);
             photo_ = shrunk_;
         }
-        layout_ = lay_out_sheets(made.layers, made.charts, made.atlas, photo_.height(), photo_.width());
+        sheet_options sheets;
+        sheets.margin = made.facts.margin;
+        layout_ = lay_out_sheets(made.layers, made.charts, made.atlas, photo_.height(), photo_.width(), sheets);
         on_sheets_ = move_to_sheets(made.mesh, made.charts, made.atlas, *layout_);
     }
     photo_texture(const photo_texture&) = delete;
@@ -54,21 +56,21 @@ public:
 
     /// The mesh with all textures.
     const textured_mesh& mesh() const { return layout_ ? on_sheets_ : made_.mesh; }
-    /// The number of textures.
+    /// Number of textures.
     std::size_t count() const { return mesh().part_count(); }
-    /// Of the photo that is shown.
+    /// Size of the shown photo.
     std::size_t height() const { return photo_.height(); }
     std::size_t width() const { return photo_.width(); }
 
-    /// Calls `use(number, picture)` for one texture after the other, of which no two are in memory at once.
+    /// Calls `use(number, picture)` for each texture; at most one sheet is in memory at a time.
     template <class Use, executor Executor>
     void for_each(Use&& use, Executor& threads) const {
         use(std::size_t{0}, made_.atlas.color);
         for (std::size_t i = 1; i < count(); ++i) use(i, sheet(i, threads));
     }
 
-    /// The 3D photo from somewhere, with as much of the texture as a picture of that size shows. Gaps and what lies past the
-    /// photo's border show the farthest surfaces around them, continued.
+    /// Draws the 3D photo from a viewpoint, with as much of the texture as a picture of that size can show. Gaps and the area
+    /// beyond the photo's border show the farthest surfaces around them, continued.
     template <executor Executor>
     rendering draw(const view& from, raster_options options, Executor& threads) {
         rendering seen = draw_surfaces(from, options, threads);
@@ -78,7 +80,7 @@ public:
         return draw_surfaces(from, options, threads);
     }
 
-    /// The camera that took the photo, with as many pixels as are shown.
+    /// The camera that took the photo, at the size of the shown photo.
     pinhole_camera camera() const {
         pinhole_camera shown = made_.facts.camera;
         shown.focal_length *= static_cast<float>(width()) / static_cast<float>(shown.width);
@@ -104,7 +106,7 @@ private:
     const photo3d& made_;
     image<std::uint8_t> shrunk_;
     image_view<const std::uint8_t> photo_;
-    std::optional<sheet_layout> layout_;  // none: the atlas is the only texture
+    std::optional<sheet_layout> layout_;  // empty: the atlas is the only texture
     textured_mesh on_sheets_;
     std::vector<image<std::uint8_t>> drawn_;  // for pictures
 };

@@ -1,4 +1,4 @@
-// What a run of photo3d took and made: the table that it prints, and the same as JSON.
+// Figures of a run of photo3d: the table that it prints, and the same as JSON.
 #pragma once
 
 #include "messages.hpp"
@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include <sys/resource.h>
+#include <time.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -17,18 +18,24 @@
 #include <fstream>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 namespace ldi::examples {
 
-/// Follows the stages and measures them.
+/// Duration of a stage, in milliseconds.
+struct stage_time {
+    std::string stage;
+    double elapsed = 0;
+    double processor = 0;  ///< of the thread that runs the stages; with one thread, all processor time
+};
+
+/// Measures the stages.
 class stage_clock {
 public:
-    /// quiet  print nothing while running
+    /// quiet  print nothing during the run
     explicit stage_clock(bool quiet) : quiet_(quiet), is_terminal_(isatty(STDERR_FILENO) == 1) {}
     ~stage_clock() {
-        if (is_running_ && !quiet_ && is_terminal_) std::fputc('\n', stderr);  // what comes is no part of the line
+        if (is_running_ && !quiet_ && is_terminal_) std::fputc('\n', stderr);  // ends the line of progress
     }
     stage_clock(const stage_clock&) = delete;
     stage_clock& operator=(const stage_clock&) = delete;
@@ -42,10 +49,11 @@ public:
         return o;
     }
 
-    /// Begins a stage that ldi does not know of, such as reading the photo. Ends with the next stage, or with finish().
+    /// Starts a stage outside ldi, such as reading the photo. It ends with the next stage, or with finish().
     void begin(std::string_view stage) {
         finish();
-        stages_.emplace_back(stage, 0.0);
+        stages_.push_back({std::string(stage)});
+        processor_started_ = processor_time();
         started_ = clock::now();
         is_running_ = true;
         shown_tens_ = -1;
@@ -54,38 +62,45 @@ public:
 
     void finish() {
         if (!is_running_) return;
-        stages_.back().second = std::chrono::duration<double, std::milli>(clock::now() - started_).count();
+        stage_time& last = stages_.back();
+        last.elapsed = std::chrono::duration<double, std::milli>(clock::now() - started_).count();
+        last.processor = processor_time() - processor_started_;
         is_running_ = false;
-        if (!quiet_)
-            std::fprintf(stderr, "%s%-22s %8.1f ms\n", is_terminal_ ? "\r" : "", stages_.back().first.c_str(),
-                         stages_.back().second);
+        if (!quiet_) std::fprintf(stderr, "%s%-22s %8.1f ms\n", is_terminal_ ? "\r" : "", last.stage.c_str(), last.elapsed);
     }
 
-    /// Name and milliseconds of every stage.
-    const std::vector<std::pair<std::string, double>>& stages() const { return stages_; }
+    /// All stages in order.
+    const std::vector<stage_time>& stages() const { return stages_; }
 
 private:
     using clock = std::chrono::steady_clock;
 
+    static double processor_time() {
+        timespec now{};
+        clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+        return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
+    }
+
     void on_progress(std::string_view stage, float fraction) {
-        if (!is_running_ || stages_.back().first != stage) begin(stage);
+        if (!is_running_ || stages_.back().stage != stage) begin(stage);
         show(static_cast<int>(100.0F * fraction));
     }
 
     void show(int percent) {
         if (quiet_ || !is_terminal_ || percent / 10 == shown_tens_) return;
         shown_tens_ = percent / 10;
-        std::fprintf(stderr, "\r%-22s %7d %%", stages_.back().first.c_str(), percent);
+        std::fprintf(stderr, "\r%-22s %7d %%", stages_.back().stage.c_str(), percent);
     }
 
-    bool quiet_, is_terminal_;  // to anything else, a line is written once it is complete
+    bool quiet_, is_terminal_;  // if the output is not a terminal, a line is written when it is complete
     bool is_running_ = false;
-    int shown_tens_ = -1;  // of per cent; -1: nothing yet
+    int shown_tens_ = -1;  // tens of percent; -1: nothing yet
     clock::time_point started_;
-    std::vector<std::pair<std::string, double>> stages_;
+    double processor_started_ = 0;
+    std::vector<stage_time> stages_;
 };
 
-/// The largest number of pixels at one position.
+/// Maximum number of pixels at one position.
 inline std::size_t layer_count(const graph_view& g) {
     buffer<std::size_t> count(static_cast<std::size_t>(g.width()) * static_cast<std::size_t>(g.height()), 0);
     for (std::size_t i = 0; i < g.size(); ++i)
@@ -93,9 +108,21 @@ inline std::size_t layer_count(const graph_view& g) {
     return count.empty() ? 0 : *std::max_element(count.begin(), count.end());
 }
 
-/// The most memory that this process has had so far, in bytes.
+/// Counts the pixels outside the photo.
+inline std::size_t pixels_past_frame(const photo3d& result) {
+    const graph& g = result.layers.topology();
+    const std::int32_t margin = result.facts.margin;
+    const auto is_outside = [&](std::int32_t i) {
+        return std::min(g.x()[i], g.y()[i]) < margin || g.x()[i] >= g.width() - margin || g.y()[i] >= g.height() - margin;
+    };
+    std::size_t count = 0;
+    for (std::int32_t i = 0; margin > 0 && i < g.count(); ++i) count += is_outside(i) ? 1U : 0U;
+    return count;
+}
+
+/// Peak memory of this process in bytes.
 inline std::size_t peak_memory() {
-    std::ifstream facts("/proc/self/status");  // getrusage() knows also what the program had that started this one
+    std::ifstream facts("/proc/self/status");  // getrusage() would include the program that started this one
     for (std::string name; facts >> name; std::getline(facts, name)) {
         std::size_t kilobytes = 0;
         if (name == "VmHWM:" && facts >> kilobytes) return kilobytes * 1024;
@@ -105,34 +132,38 @@ inline std::size_t peak_memory() {
     return static_cast<std::size_t>(usage.ru_maxrss) * 1024;
 }
 
-/// What is shown of a photo: its size, and the number and bytes of the pictures that do.
+/// Textures of a photo: size of the shown photo, and number and bytes of the pictures.
 struct texture_figures {
     std::size_t width = 0, height = 0, count = 1, bytes = 0;
 };
 
-/// Figures of the result; file sizes in bytes. `width` and `height` are what was worked on, `texture_width` and `texture_height`
-/// what is shown of the photo, on so many `textures`.
+/// Collects the figures of the result; file sizes in bytes. `width` and `height` are the size of the layered image,
+/// `texture_width` and `texture_height` the size of the shown photo, on `textures` pictures.
 ///
-/// depth, inpainting  what they come from: paths of files, or the name of a method
-/// texture, grain     their strengths over what was inpainted
+/// depth, silhouettes, inpainting  sources: paths of files, or the name of a method
+/// texture, grain                  strengths on inpainted pixels
 inline nlohmann::ordered_json make_report(const photo3d& result, const stage_clock& clock, const std::string& depth,
-                                          const std::string& inpainting, float texture, float grain, std::size_t glb_bytes,
-                                          const texture_figures& shown) {
+                                          const std::string& silhouettes, const std::string& inpainting, float texture,
+                                          float grain, std::size_t glb_bytes, const texture_figures& shown) {
     nlohmann::ordered_json report;
     double total = 0.0;
-    for (const auto& [stage, milliseconds] : clock.stages()) {
-        report["milliseconds"][stage] = milliseconds;
-        total += milliseconds;
+    for (const stage_time& time : clock.stages()) {
+        report["milliseconds"][time.stage] = time.elapsed;
+        total += time.elapsed;
     }
     report["milliseconds"]["total"] = total;
+    for (const stage_time& time : clock.stages()) report["processor_milliseconds"][time.stage] = time.processor;
     report["width"] = result.photo.width();
     report["height"] = result.photo.height();
     report["texture_width"] = shown.width;
     report["texture_height"] = shown.height;
     report["textures"] = shown.count;
     report["pixels"] = result.layers.size();
-    report["hidden_pixels"] = result.layers.size() - result.photo.size() / 3;
+    const std::size_t past_frame = pixels_past_frame(result);
+    report["hidden_pixels"] = result.layers.size() - result.photo.size() / 3 - past_frame;
+    report["pixels_past_frame"] = past_frame;
     report["depth"] = depth;
+    report["silhouettes"] = silhouettes;
     report["inpainting"] = inpainting;
     report["texture"] = texture;
     report["grain"] = grain;
@@ -150,18 +181,18 @@ inline nlohmann::ordered_json make_report(const photo3d& result, const stage_clo
     return report;
 }
 
-/// The figures as JSON. What is no UTF-8 in names of files is replaced: JSON has no other text.
+/// Writes the figures as JSON. Replaces bytes that are not UTF-8 in names of files, because JSON requires UTF-8.
 inline std::string to_text(const nlohmann::ordered_json& report) {
     return report.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
-/// Text without what is no UTF-8 in it.
+/// Replaces bytes that are not UTF-8.
 inline std::string as_utf8(const std::string& text) {
     return nlohmann::json::parse(nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace))
         .get<std::string>();
 }
 
-/// The figures as lines of text.
+/// Writes the figures as lines of text.
 inline std::string to_table(const nlohmann::ordered_json& report) {
     std::string table;
     const auto line = [&](const std::string& name, const std::string& value) {
@@ -176,12 +207,13 @@ inline std::string to_table(const nlohmann::ordered_json& report) {
     line("photo", number("width") + " x " + number("height"));
     if (report["textures"] != 1)
         line("texture", number("texture_width") + " x " + number("texture_height") + ", on " + number("textures") + " pictures");
-    line("pixels",
-         number("pixels") + ", " + number("hidden_pixels") + " of them hidden, in up to " + number("layers") + " layers");
+    line("pixels", number("pixels") + ", " + number("hidden_pixels") + " of them hidden and " + number("pixels_past_frame") +
+                       " past the frame, in up to " + number("layers") + " layers");
     char fill[32];
     std::snprintf(fill, sizeof fill, "%.0f %% full", 100.0 * report["atlas_fill"].get<double>());
     line("charts", number("charts") + ", in an atlas of " + number("atlas_width") + " x " + number("atlas_height") + ", " + fill);
     line("depth from", escaped(report["depth"].get<std::string>()));
+    line("silhouettes by", escaped(report["silhouettes"].get<std::string>()));
     line("inpainting by", escaped(report["inpainting"].get<std::string>()));
     line("triangles", number("triangles") + ", " + number("vertices") + " vertices");
     line("bytes", number("glb_bytes") + ", " + number("texture_bytes") + " of them texture");

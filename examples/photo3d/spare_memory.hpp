@@ -1,5 +1,5 @@
-// Memory put by for the moment in which there is no more: what follows, such as messages and the removal of unfinished files,
-// takes a little, and the standard library and others end the program where a destructor gets none.
+// Reserves memory for the case that memory runs out: messages and the removal of unfinished files need a little, and the
+// standard library and others terminate the program if a destructor gets none.
 #pragma once
 
 #include <atomic>
@@ -9,17 +9,17 @@
 
 namespace ldi::examples {
 
-/// The first `operator new` that fails gives the block back and tries again; small requests then succeed, large ones fail with
+/// The first `operator new` that fails releases the reserve and tries again; small requests then succeed, large ones throw
 /// std::bad_alloc.
 class spare_memory {
 public:
-    /// Puts memory by, unless some lies there. To be called at the program's beginning, and by a program that goes on after a
-    /// failure.
+    /// Reserves memory, unless there is a reserve. Call it at the program's start, and after a failure that the program
+    /// survives.
     static void put_by() {
         std::set_new_handler(give_back);
         if (block_ != nullptr) return;
         void *const block = std::malloc(bytes), *none = nullptr;
-        if (!block_.compare_exchange_strong(none, block)) std::free(block);  // another thread's lies there
+        if (!block_.compare_exchange_strong(none, block)) std::free(block);  // another thread has made a reserve
     }
 
 private:

@@ -1,4 +1,4 @@
-// Pictures of every stage, for people who want to see what happened: `photo3d --stages DIR`.
+// Writes a picture of every stage, for inspection: `photo3d --stages DIR`.
 #pragma once
 
 #include "outputs.hpp"
@@ -28,7 +28,7 @@ inline void set(picture& p, std::size_t x, std::size_t y, const rgb& color) {
     std::copy(color.begin(), color.end(), p.row(y) + 3 * x);
 }
 
-/// Colors that are told apart easily: hues a golden angle apart.
+/// Returns distinguishable colors: hues a golden angle apart.
 inline rgb distinct_color(std::size_t index) {
     const float hue = std::fmod(0.618034F * static_cast<float>(index), 1.0F) * 6.0F;
     const auto channel = [&](float offset) {
@@ -48,7 +48,7 @@ inline void draw_line(picture& p, float x0, float y0, float x1, float y1, const 
     }
 }
 
-/// White is near.
+/// Converts disparity to gray, white near.
 inline picture gray(const image<float>& disparity) {
     picture p = image<std::uint8_t>(disparity.height(), disparity.width());
     for (std::size_t i = 0; i < p.size(); ++i)
@@ -56,14 +56,14 @@ inline picture gray(const image<float>& disparity) {
     return p;
 }
 
-/// A third of the brightness, to draw on.
+/// Darkens a picture to a third of its brightness, as a background.
 inline picture darkened(const picture& p) {
     picture result = p;
     for (std::uint8_t& value : result) value = static_cast<std::uint8_t>(value / 3);
     return result;
 }
 
-/// Every curve in a color of its own on the darkened photo, with its constraints in white.
+/// Draws every curve in its own color on the darkened photo, with its constraints in white.
 inline picture curve_picture(const photo3d& result) {
     picture p = darkened(result.photo);
     const std::size_t columns = p.width();
@@ -77,7 +77,7 @@ inline picture curve_picture(const photo3d& result) {
     return p;
 }
 
-/// For each pixel of the layered image how many others lie before it.
+/// Counts for each pixel of the layered image the pixels in front of it.
 inline buffer<std::size_t> layer_of_pixels(const photo_layers& layers) {
     const graph& g = layers.topology();
     buffer<buffer<std::size_t>> at(static_cast<std::size_t>(g.width()) * static_cast<std::size_t>(g.height()));
@@ -93,7 +93,7 @@ inline buffer<std::size_t> layer_of_pixels(const photo_layers& layers) {
     return layer;
 }
 
-/// One layer, each pixel as `color(pixel)` has it; gray where there is none.
+/// Draws one layer with the colors `color(pixel)`; gray where it has no pixel.
 template <class Color>
 picture layer_picture(const photo_layers& layers, const buffer<std::size_t>& layer_of, std::size_t layer, Color&& color) {
     const graph& g = layers.topology();
@@ -104,7 +104,7 @@ picture layer_picture(const photo_layers& layers, const buffer<std::size_t>& lay
     return p;
 }
 
-/// The atlas by kind of texel, in the colors of the paper's figure.
+/// Draws the atlas by kind of texel, in the colors of the paper's figure.
 inline picture kind_picture(const texture_atlas& atlas) {
     picture p = image<std::uint8_t>(atlas.kind.height(), atlas.kind.width(), 3);
     for (std::size_t y = 0; y < p.height(); ++y)
@@ -125,7 +125,7 @@ inline picture kind_picture(const texture_atlas& atlas) {
     return p;
 }
 
-/// The triangles on the darkened atlas.
+/// Draws the triangles on the darkened atlas.
 inline picture wireframe_picture(const photo3d& result) {
     picture p = darkened(result.atlas.color);
     const auto& uv = result.mesh.texture_coordinates;
@@ -138,7 +138,7 @@ inline picture wireframe_picture(const photo3d& result) {
     return p;
 }
 
-/// Writes a PNG of every stage to `folder`, which is made if need be.
+/// Writes a PNG of every stage to `folder`, which is made if necessary.
 inline void save_stage_pictures(const photo3d& result, const std::filesystem::path& folder, output_files& files) {
     files.create_folder(folder);
     const auto save = [&](const std::string& name, const picture& p) { files.write(folder / (name + ".png"), encode_png(p)); };
@@ -168,7 +168,7 @@ inline void save_stage_pictures(const photo3d& result, const std::filesystem::pa
     save("10_atlas", result.atlas.color);
     save("11_wireframe", wireframe_picture(result));
 
-    // The 3D photo from the side, the nearest surface moved by 40 pixels; holes are magenta.
+    // The 3D photo from the side, the nearest surface shifted by 40 pixels; holes are magenta.
     raster_options raster;
     raster.samples = 2;
     raster.background = {255, 0, 255};

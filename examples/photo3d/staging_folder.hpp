@@ -1,5 +1,5 @@
-// A folder of a temporary name in which files wait until they are complete: .ldi-NUMBER.tmp. Its owner holds a lock on it, by
-// which others know one that was abandoned.
+// A temporary folder, .ldi-NUMBER.tmp, for files that are not complete yet. Its owner locks it, so that other processes can
+// recognize abandoned folders.
 #pragma once
 
 #include "file_system.hpp"
@@ -19,7 +19,7 @@ struct staging_folder {
     std::filesystem::path beside, path;
     folder_lock lock;
 
-    /// From here on nobody takes it for abandoned, whatever becomes of its owner. Returns 0 or an error number.
+    /// Renames the folder so that no process removes it as abandoned. Returns 0 or an error number.
     int keep() {
         std::error_code failure;
         std::filesystem::path kept = path;
@@ -32,13 +32,13 @@ struct staging_folder {
 
     void remove() const {
         std::error_code ignored;
-        // Again, since somebody who writes a file in it may just have made that.
+        // Repeats, because a program that writes a file to it may have just made it again.
         for (int tries = 0; tries < 8 && std::filesystem::exists(path, ignored); ++tries)
             std::filesystem::remove_all(path, ignored);
     }
 };
 
-/// Removes what processes left that were killed.
+/// Removes the folders of killed processes.
 inline void remove_abandoned(const std::filesystem::path& folder) {
     std::error_code failure;
     for (std::filesystem::directory_iterator item(folder, failure), end; !failure && item != end; item.increment(failure)) {
@@ -50,7 +50,7 @@ inline void remove_abandoned(const std::filesystem::path& folder) {
     }
 }
 
-/// Makes one in a folder. Raises file_access, unavailable.
+/// Makes a staging folder. Raises file_access, unavailable.
 inline staging_folder make_staging_folder(const std::filesystem::path& beside, bool removes_abandoned) {
     if (removes_abandoned) remove_abandoned(beside);
     std::random_device random;
@@ -64,18 +64,18 @@ inline staging_folder make_staging_folder(const std::filesystem::path& beside, b
         std::error_code failure;
         std::filesystem::create_directory(made.path, failure);
         if (failure) raise_system_error(failure.value(), beside, "a folder in which files can be made");
-        // What it holds may replace something private.
+        // Its files may replace private ones.
         std::filesystem::permissions(made.path, std::filesystem::perms::group_all | std::filesystem::perms::others_all,
                                      std::filesystem::perm_options::remove, failure);
-        // Somebody who looked for abandoned ones just before the lock was there holds it for now, and then has removed the
+        // A process that searched for abandoned folders just before the lock existed may hold the lock now, and then removes the
         // folder.
         made.lock = folder_lock(made.path, true);
         if (std::filesystem::exists(made.path, failure) && (!made.lock.is_held() || made.lock.is_own(made.path))) return made;
     }
 }
 
-/// Keeps out other processes that put several files into the same folders, so that files of one set stay together. Each folder is
-/// locked once, whatever its names, and all processes lock in the same order, so that nobody waits forever.
+/// Excludes other processes that put several files in the same folders, so that the files of one set stay together. Locks each
+/// folder once, whatever its names, and in the same order in all processes, so that no deadlock occurs.
 inline std::vector<folder_lock> lock_folders(const std::vector<staging_folder>& stagings) {
     std::map<std::string, std::filesystem::path> folders;
     for (const staging_folder& staging : stagings) folders.emplace(file_identity(staging.beside), staging.beside);

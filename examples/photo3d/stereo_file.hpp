@@ -1,5 +1,5 @@
-// Files of two pictures, one for each eye: JPS (a JPEG of both side by side, with a note that it is one) and MPO (two JPEGs one
-// after the other; CIPA DC-007, "Multi-Picture Format"). Both are read as plain JPEGs by what does not know them.
+// Files of two pictures, one for each eye: JPS (a side-by-side JPEG with a marker segment) and MPO (two consecutive JPEGs; CIPA
+// DC-007, "Multi-Picture Format"). Programs that don't support them read both as plain JPEG.
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -21,7 +21,7 @@
 
 namespace ldi::examples {
 
-/// Bytes one after the other, whole numbers from their lowest byte on.
+/// Appends bytes, integers in little-endian order.
 class little_endian_bytes {
 public:
     void put_16(std::uint32_t value) { put(value, 2); }
@@ -29,7 +29,7 @@ public:
     void put_text(std::string_view text) {
         for (const char c : text) bytes.push_back(static_cast<std::byte>(c));
     }
-    /// An entry of a TIFF directory: a tag, the type of its values, their number, and the value or its offset.
+    /// Appends an entry of a TIFF directory: a tag, the type of its values, their number, and the value or its offset.
     void put_entry(std::uint32_t tag, std::uint32_t type, std::uint32_t count, std::uint32_t value) {
         put_16(tag), put_16(type), put_32(count), put_32(value);
     }
@@ -42,9 +42,9 @@ private:
     }
 };
 
-/// The JPEG file with a segment more, after the one that says that it is JFIF.
+/// Inserts a segment into a JPEG file, after the JFIF segment.
 ///
-/// marker  the segment's: 0xE1 for APP1
+/// marker  marker of the segment: 0xE1 for APP1
 inline std::vector<std::byte> with_segment(std::span<const std::byte> jpeg, unsigned marker, std::span<const std::byte> content) {
     LDI_ASSERT(jpeg.size() > 20 && jpeg[3] == std::byte{0xE0} && content.size() < 65534);
     const std::size_t after = 4 + std::to_integer<std::size_t>(jpeg[4]) * 256 + std::to_integer<std::size_t>(jpeg[5]),
@@ -57,37 +57,37 @@ inline std::vector<std::byte> with_segment(std::span<const std::byte> jpeg, unsi
     return result;
 }
 
-/// A JPS file: the right eye's picture on the left, as is the custom, to be looked at with crossed eyes or by programs that
-/// know it. Its note is an APP3 segment: bytes of media (1: stereo), layout (2: side by side), flags (bit 2 would say that the
-/// left eye's picture comes first) and separation, from the lowest on.
+/// Encodes a JPS file. By convention the right eye's picture is on the left, for viewing with crossed eyes or by programs that
+/// support JPS. The marker is an APP3 segment: bytes of media (1: stereo), layout (2: side by side), flags (bit 2: left eye's
+/// picture first) and separation, lowest byte first.
 inline std::vector<std::byte> encode_jps(const image<std::uint8_t>& left, const image<std::uint8_t>& right, int quality) {
     little_endian_bytes note;
     note.put_text("_JPSJPS_");
-    note.put_text(std::string_view("\0\4", 2));  // the length of what follows, highest byte first
+    note.put_text(std::string_view("\0\4", 2));  // length of the following fields, highest byte first
     note.put_text(std::string_view("\0\0\2\1", 4));
-    note.put_16(0);  // of a comment
+    note.put_16(0);  // length of a comment
     return with_segment(encode_jpeg(side_by_side(right, left), quality), 0xE3, note.bytes);
 }
 
-/// EXIF that says which program wrote the picture: MPO files are of EXIF pictures.
+/// Returns EXIF data that names this program, because MPO files must contain EXIF pictures.
 inline std::vector<std::byte> exif_of_program() {
     const std::string program = "ldi " + std::to_string(LDI_VERSION_MAJOR) + "." + std::to_string(LDI_VERSION_MINOR) + "." +
                                 std::to_string(LDI_VERSION_PATCH) + std::string(1, '\0');
     little_endian_bytes exif;
     exif.put_text(std::string_view("Exif\0\0II*\0", 10));
     exif.put_32(8), exif.put_16(2);
-    exif.put_entry(0x0112, 3, 1, 1);  // the orientation: as it is
+    exif.put_entry(0x0112, 3, 1, 1);  // orientation: upright
     exif.put_entry(0x0131, 2, static_cast<std::uint32_t>(program.size()), 8 + 2 + 2 * 12 + 4);
     exif.put_32(0);
     exif.put_text(program);
     return exif.bytes;
 }
 
-/// The directory of one picture of two: its number from the left, the first as the base, parallel axes, and the distance between
-/// the eyes.
+/// Appends the directory of one of two pictures: its number from the left, the first as the base, parallel axes, and the eye
+/// distance.
 ///
-/// offset  at which it will stand
-/// meters  0: not known
+/// offset  position of the directory
+/// meters  eye distance; 0: unknown
 inline void put_attributes(little_endian_bytes& to, std::uint32_t offset, std::uint32_t number, float meters) {
     const std::uint32_t numbers = offset + 2 + 4 * 12 + 4;
     to.put_16(4);
@@ -101,10 +101,9 @@ inline void put_attributes(little_endian_bytes& to, std::uint32_t offset, std::u
     to.put_32(meters > 0 ? static_cast<std::uint32_t>(1e6F * meters) : unknown), to.put_32(meters > 0 ? 1'000'000 : unknown);
 }
 
-/// An MPO file, the left eye's picture first.
+/// Encodes an MPO file, the left eye's picture first. Raises the errors of encode_jpeg().
 ///
-/// meters  between the eyes; 0: not known
-/// Raises as encode_jpeg().
+/// meters  eye distance; 0: unknown
 inline std::vector<std::byte> encode_mpo(const image<std::uint8_t>& left, const image<std::uint8_t>& right, int quality,
                                          float meters) {
     const auto encoded = [&](const image<std::uint8_t>& seen) {
@@ -117,7 +116,7 @@ inline std::vector<std::byte> encode_mpo(const image<std::uint8_t>& left, const 
     put_attributes(second_segment, 8, 2, meters);
     const std::vector<std::byte> second = with_segment(encoded(right), 0xE2, second_segment.bytes);
 
-    // The index, whose length does not depend on what it says.
+    // The index, whose length does not depend on its values.
     constexpr std::uint32_t list = 8 + 2 + 3 * 12 + 4, attributes = list + 2 * 16;
     const auto index = [&](std::size_t first_bytes, std::size_t second_begin) {
         little_endian_bytes segment;
@@ -136,7 +135,7 @@ inline std::vector<std::byte> encode_mpo(const image<std::uint8_t>& left, const 
         return with_segment(first, 0xE2, segment.bytes);
     };
     const std::size_t first_bytes = index(0, 0).size();
-    // Offsets count from the segment's own "II", which stands behind SOI, JFIF, the marker, the length and "MPF".
+    // Offsets count from the segment's "II", which follows SOI, JFIF, the marker, the length and "MPF".
     const std::size_t header = 4 + std::to_integer<std::size_t>(first[4]) * 256 + std::to_integer<std::size_t>(first[5]) + 8;
     std::vector<std::byte> file = index(first_bytes, first_bytes - header);
     file.insert(file.end(), second.begin(), second.end());

@@ -1,4 +1,4 @@
-// One picture for each eye: `photo3d --stereo-image FILE`.
+// Writes one picture for each eye: `photo3d --stereo-image FILE`.
 #pragma once
 
 #include "outputs.hpp"
@@ -24,13 +24,13 @@
 
 namespace ldi::examples {
 
-/// What the two eyes see.
+/// Views of the two eyes.
 struct stereo_pair {
     image<std::uint8_t> left, right;
-    float eye_distance = 0;  ///< in the units of the photo's space
+    float eye_distance = 0;  ///< in units of the photo's space
 };
 
-/// To be called before the work. Raises invalid_option for another kind of file, and as output_files::claim().
+/// Checks the output before the work. Raises invalid_option for another type of file, and the errors of output_files::claim().
 inline void check_stereo_image(const std::filesystem::path& file, output_files& files) {
     if (file.empty()) return;
     files.claim(file);
@@ -41,9 +41,10 @@ inline void check_stereo_image(const std::filesystem::path& file, output_files& 
           kind.empty() ? "no extension" : kind);
 }
 
-/// The two views of a scene behind a window, which is as far as the nearest surface: that is at the same place for both eyes, so
-/// that the picture's edges cut off nothing that stands before them. The farthest lies a thirtieth of the width apart, or as far
-/// as the photo's motion goes; by as much the pictures are narrower than the photo, whose border would show.
+/// Draws the two views of a scene behind a window at the distance of the nearest surface. The window is at the same place for
+/// both eyes, so the picture's edges cut off nothing in front of them. The parallax of the farthest surface is a thirtieth of
+/// the width, or the limit of the photo's motion. If surfaces end at the photo's border, the pictures are narrower than the
+/// photo by this parallax, because the border would be visible.
 template <executor Executor>
 stereo_pair draw_stereo_pair(const photo3d& result, photo_texture& texture, Executor& threads) {
     const pinhole_camera camera = texture.camera();
@@ -51,28 +52,20 @@ stereo_pair draw_stereo_pair(const photo3d& result, photo_texture& texture, Exec
     const float half = within_motion({0.5F * eye_distance(camera, range), 0, 0}, camera, range, result.facts.motion)[0];
     const float width = static_cast<float>(camera.width);
     const float apart = camera.focal_length * half * (range.inverse_depth(1) - range.inverse_depth(0));
-    const float zoom = width / (width - 2 * apart);
     view from;
     from.camera = camera;
-    from.camera.focal_length *= zoom;
-    // The window's place in each picture, by which they are drawn wider and then cut.
-    const std::int32_t shift = static_cast<std::int32_t>(std::lround(from.camera.focal_length * half * range.inverse_depth(1)));
-    from.camera.width += 2 * shift;
+    if (result.facts.margin == 0) from.camera.focal_length *= width / (width - 2 * apart);
     raster_options raster;
     raster.samples = 2;
     raster.z_near = 0.01F * range.z_near;
-    const auto draw = [&](float side, std::int32_t first_column) {
-        const image<std::uint8_t> wide = texture.draw(beside(from, side), raster, threads).color;
-        const std::size_t columns = static_cast<std::size_t>(camera.width), skipped = static_cast<std::size_t>(first_column);
-        image<std::uint8_t> cut(wide.height(), columns, 3, unset);
-        for (std::size_t y = 0; y < wide.height(); ++y) std::copy_n(wide.row(y) + 3 * skipped, 3 * columns, cut.row(y));
-        return cut;
-    };
-    return {draw(-half, 2 * shift), draw(half, 0), 2 * half};
+    const auto draw = [&](float side) { return texture.draw(beside(from, side, range.z_near), raster, threads).color; };
+    return {draw(-half), draw(half), 2 * half};
 }
 
-/// quality   of JPEG, 1 to 100
-/// is_metric whether depth is in meters
+/// Writes a stereo picture.
+///
+/// quality    quality of JPEG, 1 to 100
+/// is_metric  whether depth is in meters
 template <executor Executor>
 void save_stereo_image(const photo3d& result, photo_texture& texture, const std::filesystem::path& file, int quality,
                        bool is_metric, output_files& files, Executor& threads) {

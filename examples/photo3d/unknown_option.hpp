@@ -1,4 +1,4 @@
-// What is said of an option that there is not: its name, and the nearest one.
+// Message for an unknown option: its name, and the most similar option.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -12,7 +12,7 @@
 
 namespace ldi::examples {
 
-/// Number of letters to be inserted, left out or replaced to make one text of the other (Levenshtein).
+/// Number of letters to insert, delete or replace to convert one text to the other (Levenshtein).
 inline std::size_t distance(std::string_view a, std::string_view b) {
     std::vector<std::size_t> row(b.size() + 1);
     std::iota(row.begin(), row.end(), std::size_t{0});
@@ -27,7 +27,7 @@ inline std::size_t distance(std::string_view a, std::string_view b) {
     return row.back();
 }
 
-/// "unknown option --hlep; did you mean --help?"; empty where all options are known.
+/// Returns, for example, "unknown option --hlep; did you mean --help?"; empty if all options are known.
 inline std::string unknown_option(const CLI::App& app, int count, char** values) {
     constexpr std::size_t max_length = 40;
     for (int i = 1; i < count; ++i) {

@@ -1,6 +1,6 @@
-// A 3D photo as USDZ, which iPhones, iPads and Macs show without a program of ours (AR Quick Look): `photo3d --usdz FILE`. A USDZ
-// file is a zip file of files that are stored as they are, the data of each at a multiple of 64 bytes ("Usdz File Format
-// Specification", Pixar): a scene as text (usda), then its textures.
+// Encodes a 3D photo as USDZ, which iPhones, iPads and Macs show without a special program (AR Quick Look): `photo3d --usdz
+// FILE`. A USDZ file is a zip file with uncompressed files, each aligned to 64 bytes ("Usdz File Format Specification", Pixar):
+// a scene as text (usda), then its textures.
 #pragma once
 
 #include "outputs.hpp"
@@ -27,7 +27,7 @@
 
 namespace ldi::examples {
 
-/// To be called before the work. Raises invalid_option for another kind of file, and as output_files::claim().
+/// Checks the output before the work. Raises invalid_option for another type of file, and the errors of output_files::claim().
 inline void check_usdz(const std::filesystem::path& file, output_files& files) {
     if (file.empty()) return;
     files.claim(file);
@@ -35,12 +35,14 @@ inline void check_usdz(const std::filesystem::path& file, output_files& files) {
         raise(error_code::invalid_option, file.string(), "a name that ends in .usdz", extension_of(file));
 }
 
-/// A zip file of stored files, each at a multiple of 64 bytes.
+/// A zip file of uncompressed files, each aligned to 64 bytes.
 class stored_zip {
 public:
-    /// name  in ASCII, with / between folders
+    /// Adds a file.
+    ///
+    /// name  ASCII, with / between folders
     void add(std::string_view name, std::span<const std::byte> content) {
-        const std::size_t header = 30 + name.size() + 4;  // an extra field of no content has 4 bytes
+        const std::size_t header = 30 + name.size() + 4;  // an empty extra field occupies 4 bytes
         const std::size_t padding = (64 - (file_.size() + header) % 64) % 64;
         const std::uint32_t checksum = ldi::detail::crc32(content);
         ++count_;
@@ -52,7 +54,7 @@ public:
         put_32(file_, 0x04034B50);
         put_facts(file_, name, content, checksum, 4 + padding);
         put_text(file_, name);
-        put_16(file_, 0x1986), put_16(file_, padding);  // the number that USD's own writer gives its padding
+        put_16(file_, 0x1986), put_16(file_, padding);  // the tag that USD's own writer uses for padding
         file_.resize(file_.size() + padding);
         file_.insert(file_.end(), content.begin(), content.end());
         if (file_.size() > 0xFFFF0000) raise(error_code::too_large, "USDZ", "less than 4 GB", "more");
@@ -77,7 +79,7 @@ private:
     static void put_text(bytes& to, std::string_view text) {
         for (const char c : text) to.push_back(static_cast<std::byte>(c));
     }
-    /// What stands alike in both of a file's headers: stored, of the first day that zip knows, its checksum and sizes.
+    /// Appends the fields that both headers of a file share: uncompressed, zip's earliest date, checksum and sizes.
     static void put_facts(bytes& to, std::string_view name, std::span<const std::byte> content, std::uint32_t checksum,
                           std::size_t extra) {
         put_16(to, 20), put_16(to, 0), put_16(to, 0);
@@ -90,7 +92,7 @@ private:
     std::size_t count_ = 0;
 };
 
-/// A scene's text.
+/// Text of a scene.
 class usda_text {
 public:
     void add(std::string_view part) { text_ += part; }
@@ -101,7 +103,7 @@ public:
         text_.append(digits, end.ptr);
     }
 
-    /// (1, 2), (3, 4), or 1, 2 where one number is an item.
+    /// Appends (1, 2), (3, 4), or 1, 2 for items of one number.
     template <class Number>
     void add_items(const std::vector<Number>& numbers, std::size_t in_item) {
         for (std::size_t i = 0; i < numbers.size(); ++i) {
@@ -122,7 +124,7 @@ private:
     std::string text_;
 };
 
-/// Text between quotes, on one line.
+/// Quotes text on one line.
 inline std::string usda_string(std::string_view text) {
     std::string result = "\"";
     for (const char c : text) {
@@ -133,7 +135,7 @@ inline std::string usda_string(std::string_view text) {
     return result + '"';
 }
 
-/// The corners of the box around points.
+/// Bounding box of points.
 struct usda_extent {
     std::array<float, 3> lowest, highest;
 
@@ -146,7 +148,7 @@ struct usda_extent {
     }
 };
 
-/// The geometry of part t of a mesh.
+/// Appends the geometry of part t of a mesh.
 inline void add_mesh(usda_text& scene, const textured_mesh& mesh, std::size_t t) {
     const mesh_part first = mesh.part(t), last = mesh.part(t + 1);
     const auto of_part = [](const auto& column, std::size_t values, std::size_t begin, std::size_t end) {
@@ -154,7 +156,7 @@ inline void add_mesh(usda_text& scene, const textured_mesh& mesh, std::size_t t)
     };
     const std::vector<float> positions = of_part(mesh.positions, 3, first.first_vertex, last.first_vertex);
     std::vector<float> coordinates = of_part(mesh.texture_coordinates, 2, first.first_vertex, last.first_vertex);
-    for (std::size_t i = 1; i < coordinates.size(); i += 2) coordinates[i] = 1 - coordinates[i];  // USD's begin at the bottom
+    for (std::size_t i = 1; i < coordinates.size(); i += 2) coordinates[i] = 1 - coordinates[i];  // USD's origin is at the bottom
     std::vector<std::uint32_t> triangles = of_part(mesh.triangles, 3, first.first_triangle, last.first_triangle);
     for (std::uint32_t& vertex : triangles) vertex -= static_cast<std::uint32_t>(first.first_vertex);
     const usda_extent box(positions);
@@ -169,7 +171,8 @@ inline void add_mesh(usda_text& scene, const textured_mesh& mesh, std::size_t t)
     scene.add_list(positions, 3);
     scene.add("\n        texCoord2f[] primvars:st = ");
     scene.add_list(coordinates, 2);
-    // It stands on the floor, what is nearest before the place where one has put it and what is farthest behind.
+    // The photo stands on the floor; the nearest surface is in front of the position where the user places it, the farthest
+    // behind.
     const usda_extent all(mesh.positions);
     scene.add(" (\n            interpolation = \"vertex\"\n        )\n        double3 xformOp:translate = ");
     scene.add_items(
@@ -177,7 +180,7 @@ inline void add_mesh(usda_text& scene, const textured_mesh& mesh, std::size_t t)
         3);
 }
 
-/// The texture glows and reflects nothing, so that it looks the same in any light. $ stands for what tells it from others.
+/// The texture emits light and reflects none, so that it looks the same in any light. $ is replaced by the part's suffix.
 inline constexpr std::string_view usda_material = R"(
     def Material "Material$"
     {
@@ -214,12 +217,12 @@ inline constexpr std::string_view usda_material = R"(
     }
 )";
 
-/// What tells the names of part t from those of others: nothing where there is one.
+/// Returns a suffix for the names of part t; empty if there is only one part.
 inline std::string usda_suffix(const textured_mesh& mesh, std::size_t t) {
     return mesh.part_count() > 1 ? "_" + std::to_string(t) : "";
 }
 
-/// Part t of a mesh, and what it is covered with.
+/// Describes part t of a mesh and its material.
 inline std::string describe_part(const textured_mesh& mesh, std::size_t t) {
     usda_text placed;
     add_mesh(placed, mesh, t);
@@ -241,7 +244,7 @@ inline std::string describe_part(const textured_mesh& mesh, std::size_t t) {
 )" + material;
 }
 
-/// The numbers of the parts that have triangles.
+/// Lists the parts that have triangles.
 inline std::vector<std::size_t> usda_parts(const textured_mesh& mesh) {
     std::vector<std::size_t> parts;
     for (std::size_t t = 0; t < mesh.part_count(); ++t)
@@ -249,7 +252,7 @@ inline std::vector<std::size_t> usda_parts(const textured_mesh& mesh) {
     return parts;
 }
 
-/// The scene as text.
+/// Writes the scene as text.
 inline std::string describe_usda(const textured_mesh& mesh, const glb_options& facts) {
     usda_text numbers;
     const auto add = [&](const char* name, float value) {
@@ -276,11 +279,10 @@ inline std::string describe_usda(const textured_mesh& mesh, const glb_options& f
            "}\n";
 }
 
-/// A USDZ file of a mesh and its textures.
+/// Encodes a mesh and its textures as USDZ. Raises too_large from 4 GB on.
 ///
 /// textures  JPEG files, one for each part of the mesh
-/// facts     as of a GLB file; a USDZ file has them in its customLayerData
-/// Raises too_large from 4 GB on.
+/// facts     as for a GLB file; stored in customLayerData
 inline std::vector<std::byte> encode_usdz(const textured_mesh& mesh, std::span<const std::vector<std::byte>> textures,
                                           const glb_options& facts) {
     stored_zip zip;

@@ -1,4 +1,4 @@
-// Moving pictures of a 3D photo: `photo3d --video FILE`. Frames go through a pipe to ffmpeg, or as PNG files to a folder.
+// Writes videos of a 3D photo: `photo3d --video FILE`. Frames go through a pipe to ffmpeg, or to a folder as PNG files.
 #pragma once
 
 #include "interruption.hpp"
@@ -42,12 +42,12 @@ extern char** environ;
 namespace ldi::examples {
 
 struct video_options {
-    std::filesystem::path output;     ///< .mp4, .webp, .gif; else a folder. Empty: no video
+    std::filesystem::path output;     ///< .mp4, .webp, .gif; otherwise a folder. Empty: no video
     std::filesystem::path depth_map;  ///< 16-bit PNG. Empty: none
     std::string path = "swing";       ///< a name in camera_paths(), or a JSON file of key frames
     std::string stereo = "none";
     float seconds = 6;
-    int frames_per_second = 0, size = 0;  ///< 0: as the file format likes it
+    int frames_per_second = 0, size = 0;  ///< 0: default of the file format
 
     std::string extension() const { return extension_of(output); }
     bool needs_ffmpeg() const { return extension() == ".mp4" || extension() == ".webp" || extension() == ".gif"; }
@@ -63,29 +63,28 @@ inline const std::map<std::string, camera_path>& camera_paths() {
 }
 
 inline void describe_video(CLI::App& app, video_options& v) {
-    CLI::Option* video = app.add_option(
-        "--video", v.output,
-        "moving picture of the result: .mp4, .webp or .gif (needs ffmpeg); any other name: a folder of PNG frames");
+    CLI::Option* video =
+        app.add_option("--video", v.output,
+                       "video of the result: .mp4, .webp or .gif (requires ffmpeg); any other name: a folder of PNG frames");
     video->check(named());
-    app.add_option("--path", v.path, "of the camera: swing, circle, zoom-in, dolly-zoom, or a JSON file of key frames")
+    app.add_option("--path", v.path, "camera path: swing, circle, zoom-in, dolly-zoom, or a JSON file of key frames")
         ->check(named())
         ->needs(video)
         ->capture_default_str();
     app.add_option("--seconds", v.seconds, "length of the video")->check(between(0.1, 600))->needs(video)->capture_default_str();
-    app.add_option("--fps", v.frames_per_second, "frames a second; default 30, or 20 in .webp and .gif")
+    app.add_option("--fps", v.frames_per_second, "frames per second; default 30, or 20 in .webp and .gif")
         ->check(between(1, 120))
         ->needs(video);
     app.add_option("--video-size", v.size, "long side of the video in pixels; default 960, or 480 in .webp and .gif")
         ->check(between(16, 8192))
         ->needs(video);
-    app.add_option("--stereo", v.stereo, "a picture for each eye: side-by-side, or anaglyph for red-cyan glasses")
+    app.add_option("--stereo", v.stereo, "stereo video: side-by-side, or anaglyph for red-cyan glasses")
         ->check(CLI::IsMember({"none", "side-by-side", "anaglyph"}))
         ->needs(video);
-    app.add_option("--depth-map", v.depth_map, "16-bit PNG of the result's depth: white near, 0 where there is nothing")
-        ->check(named());
+    app.add_option("--depth-map", v.depth_map, "16-bit PNG of the result's depth: white near, 0 in holes")->check(named());
 }
 
-/// Where a program is that the shell would find, if anywhere.
+/// Finds a program in the PATH, as the shell does.
 inline std::optional<std::filesystem::path> find_program(const std::string& name) {
     const char* folders = std::getenv("PATH");
     const std::string all = folders == nullptr ? "" : folders;
@@ -98,7 +97,7 @@ inline std::optional<std::filesystem::path> find_program(const std::string& name
     return std::nullopt;
 }
 
-/// A program that reads from us. The shell has no part in it, so that any file name is only a file name.
+/// A program that reads from a pipe. Started without a shell, so that file names are never interpreted.
 class pipe_to_program {
 public:
     explicit pipe_to_program(std::vector<std::string> command) : name_(command[0]) {
@@ -110,7 +109,7 @@ public:
         posix_spawn_file_actions_t actions;
         posix_spawn_file_actions_init(&actions);
         posix_spawn_file_actions_adddup2(&actions, ends[0], STDIN_FILENO);
-        posix_spawnattr_t attributes;  // it gets signals as if the shell had started it
+        posix_spawnattr_t attributes;  // gives it the signals that a shell would give it
         posix_spawnattr_init(&attributes);
         sigset_t none, piped;
         sigemptyset(&none), sigemptyset(&piped);
@@ -146,7 +145,8 @@ public:
         }
     }
 
-    /// Waits for the program's end. Raises unavailable if it failed, mostly for want of space; it has said why by then.
+    /// Waits for the program's end. Raises unavailable if it failed, mostly for lack of space; it has printed its own message
+    /// then.
     void finish() {
         const int status = wait();
         if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)
@@ -159,7 +159,7 @@ private:
         siginfo_t ended;
         while (waitid(P_PID, static_cast<id_t>(process_), &ended, WEXITED | WNOWAIT) < 0 && errno == EINTR) {
         }
-        helping_process = 0;  // before its number can be another's
+        helping_process = 0;  // before the system can reuse the number
         int status = 0;
         while (waitpid(process_, &status, 0) < 0 && errno == EINTR) {
         }
@@ -175,7 +175,7 @@ private:
     pid_t process_ = 0;
 };
 
-/// The words that start ffmpeg, which reads raw frames and writes a file that starts over and over where the format can say so.
+/// Returns the command line of ffmpeg, which reads raw frames and writes a file that loops if the format supports it.
 inline std::vector<std::string> ffmpeg_command(const video_options& v, std::size_t columns, std::size_t rows,
                                                int frames_per_second, const std::filesystem::path& file) {
     std::vector<std::string> command{"ffmpeg",   "-v",
@@ -196,7 +196,7 @@ inline std::vector<std::string> ffmpeg_command(const video_options& v, std::size
     return command;
 }
 
-/// To be called before the work that leads to the video: what is missing is said at once.
+/// Reports missing programs and invalid options before the work.
 inline void check_video(const video_options& v, output_files& files) {
     if (!v.depth_map.empty()) {
         files.claim(v.depth_map);
@@ -219,36 +219,37 @@ inline void check_video(const video_options& v, output_files& files) {
     if (camera_paths().count(v.path) == 0) load_key_frames(v.path);
 }
 
-/// The views of all frames, of the video's size, framed so that nothing past the photo's border is seen: for each frame one, or
-/// for two eyes two, the left one first.
+/// Computes the views of all frames at the video's size, cropped so that no frame shows the end of the photo's surfaces. One
+/// view per frame, or two for two eyes, the left one first.
 ///
-/// camera  that took the photo
+/// camera  camera that took the photo
 inline std::vector<view> frame_views(const photo3d& result, const pinhole_camera& camera, const video_options& v,
                                      std::size_t frames) {
     const bool is_named = camera_paths().count(v.path) > 0;
     const depth_range& range = result.facts.range;
-    // Two eyes get half of the motion at most; what they need is not for the path.
+    // The eyes get at most half of the motion; the path gets the rest.
     const float half_eyes = v.stereo == "none" ? 0.0F : 0.5F * eye_distance(camera, range);
     const float eyes = 2.0F * within_motion({half_eyes, 0, 0}, camera, range, 0.5F * result.facts.motion)[0];
     path_options options;
     options.motion = result.facts.motion - motion_of({0.5F * eyes, 0, 0}, camera, range);
     std::vector<key_frame> keys = is_named ? std::vector<key_frame>() : load_key_frames(v.path);
     for (key_frame& key : keys) key.position = within_motion(key.position, camera, range, options.motion);
-    const bool loops = v.path == "swing" || v.path == "circle";  // the last frame comes before the first
+    const bool loops = v.path == "swing" || v.path == "circle";  // the first frame follows the last
     std::vector<view> views;
     for (std::size_t i = 0; i < frames; ++i) {
         const float time = static_cast<float>(i) / static_cast<float>(std::max<std::size_t>(loops ? frames : frames - 1, 1));
         view from = is_named ? view_on_path(camera_paths().at(v.path), camera, range, time, options)
                              : view_between(keys, camera, keys.front().time + time * (keys.back().time - keys.front().time));
-        from.position = within_motion(from.position, camera, range, options.motion);  // a curve may leave what its ends stay in
+        // a curve may leave the motion budget between its key frames
+        from.position = within_motion(from.position, camera, range, options.motion);
         for (const float side : {-0.5F, 0.5F}) {
             if (v.stereo == "none" && side > 0) break;
-            views.push_back(eyes > 0 ? beside(from, side * eyes) : from);
+            views.push_back(eyes > 0 ? beside(from, side * eyes, range.depth(options.focus_disparity) + from.position[2]) : from);
             views.back().position = within_motion(views.back().position, camera, range, result.facts.motion);
         }
     }
-    // A path that leaves the photo's surroundings has no frame; then the border shows.
-    const float frame = frame_within(views, camera, range);
+    // A path that leaves the photo's surroundings has no frame; the end of the surfaces then becomes visible.
+    const float frame = frame_within(views, camera, range, result.facts.margin > 0 ? result.facts.motion : 0.0F);
     const int size = v.size > 0 ? v.size : v.is_for_chats() ? 480 : 960;
     const float scale = std::min(1.0F, static_cast<float>(size) / static_cast<float>(std::max(camera.width, camera.height)));
     const auto even = [&](std::int32_t length) {
@@ -257,6 +258,7 @@ inline std::vector<view> frame_views(const photo3d& result, const pinhole_camera
     for (view& from : views) {
         from = framed(from, frame > 0.5F ? frame : 1.0F);
         from.camera.focal_length *= scale;
+        for (float& shift : from.lens_shift) shift *= scale;
         from.camera.width = even(camera.width), from.camera.height = even(camera.height);
     }
     return views;

@@ -1,4 +1,4 @@
-// The texture as WebP, a quarter to a third smaller than JPEG: `photo3d --compress` (EXT_texture_webp).
+// Encodes the texture as WebP, a quarter to a third smaller than JPEG: `photo3d --compress` (EXT_texture_webp).
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -14,10 +14,9 @@
 
 namespace ldi::examples {
 
-/// A lossy WebP file of an H x W x 3 image.
+/// Encodes an H x W x 3 image as lossy WebP. Raises too_large beyond 16,383 pixels per side.
 ///
 /// quality  1 to 100, on WebP's own scale
-/// Raises too_large beyond 16,383 pixels a side.
 inline std::vector<std::byte> encode_webp(const image<std::uint8_t>& picture, float quality) {
     LDI_ASSERT(picture.channels() == 3 && picture.size() > 0);
     if (picture.width() > WEBP_MAX_DIMENSION || picture.height() > WEBP_MAX_DIMENSION)
@@ -26,9 +25,9 @@ inline std::vector<std::byte> encode_webp(const image<std::uint8_t>& picture, fl
     WebPConfig config;
     WebPPicture source;
     if (WebPConfigPreset(&config, WEBP_PRESET_PHOTO, quality) == 0 || WebPPictureInit(&source) == 0)
-        raise(error_code::unavailable, "libwebp", "the version compiled with", "another");
-    config.method = 6;         // the smallest file
-    config.use_sharp_yuv = 1;  // colors keep their edges, though they have half the resolution
+        raise(error_code::unavailable, "libwebp", "the version of the headers", "another version");
+    config.method = 6;         // smallest file
+    config.use_sharp_yuv = 1;  // keeps color edges although chroma has half the resolution
     source.use_argb = 1;
     source.width = static_cast<int>(picture.width()), source.height = static_cast<int>(picture.height());
     WebPMemoryWriter file;

@@ -39,12 +39,13 @@ def version():
         return ".".join(re.findall(r"#define LDI_VERSION_\w+ (\d+)", header.read()))
 
 
-# As cmake/FindLdiReaders.cmake has it: the macro that tells the headers, and the library.
+# Same as cmake/FindLdiReaders.cmake: macro for the headers, then header, library and condition.
 readers = {
     "LDI_WITH_LIBHEIF": ("libheif/heif.h", "heif"),
     "LDI_WITH_LIBWEBP": ("webp/decode.h", "webp"),
     "LDI_WITH_LIBTIFF": ("tiffio.h", "tiff", "TIFFLIB_VERSION >= 20221213"),
     "LDI_WITH_LCMS2": ("lcms2.h", "lcms2"),
+    "LDI_WITH_LIBJPEG": ("jpeglib.h", "jpeg"),
 }
 found = [(macro, library[1]) for macro, library in readers.items() if is_usable(*library)]
 if ("LDI_WITH_LIBWEBP", "webp") in found and is_usable("meshoptimizer.h", "meshoptimizer") and is_usable("nlohmann/json.hpp", "c"):

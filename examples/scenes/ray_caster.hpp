@@ -1,5 +1,5 @@
-// A small ray caster: the ground truth. It gives a photo, its disparity, and what no photo shows, every surface behind each
-// pixel.
+// A small ray caster for ground truth. It computes a photo, its disparity, and the surfaces that a photo does not show: all
+// surfaces behind each pixel.
 #pragma once
 
 #include "shapes.hpp"
@@ -24,27 +24,27 @@ struct object {
     texture color;
 };
 
-/// Surfaces are matt, so that they look the same from everywhere. Colors are linear light.
+/// Light of a scene. Surfaces are matte, so that they look the same from every direction. Colors are linear light.
 struct lighting {
     vector3 to_sun{0, 1, 0};                            ///< length 1
-    vector3 sun{0, 0, 0};                               ///< light on a surface that faces the sun
-    double sun_radius = 0.02;                           ///< of the sun at distance 1; softens shadows
+    vector3 sun{0, 0, 0};                               ///< light of the sun on a surface that faces it
+    double sun_radius = 0.02;                           ///< radius of the sun at distance 1; softens shadows
     vector3 up{0, 1, 0};                                ///< length 1
     vector3 sky{0.9, 0.9, 0.9}, ground{0.6, 0.6, 0.6};  ///< light from above and below on open surfaces
-    bool shadows = false;  ///< sun and sky are blocked, and reflected once, by objects; else only the normal counts
+    bool shadows = false;  ///< objects block sun and sky, and reflect light once; otherwise only the normal counts
 };
 
-/// Space is that of the photo's camera (core/camera.hpp). Objects are numbered in order.
+/// A scene in the space of the photo's camera (core/camera.hpp). Objects are numbered in order.
 struct scene {
     pinhole_camera camera;
-    depth_range range;  ///< what disparity 1 and 0 stand for
+    depth_range range;  ///< distances at disparity 1 and 0
     lighting light;
     std::vector<object> objects;
 
     void add(const shape& form, texture color) { objects.push_back({form, std::move(color)}); }
 };
 
-/// Normalized disparity: 1 at range.z_near, 0 at range.z_far, outside [0, 1] beyond them.
+/// Computes normalized disparity: 1 at range.z_near, 0 at range.z_far, outside [0, 1] beyond them.
 inline float disparity(const depth_range& range, double depth) {
     const double first = 1.0 / static_cast<double>(range.z_near), last = 1.0 / static_cast<double>(range.z_far);
     return static_cast<float>((1 / depth - last) / (first - last));
@@ -53,18 +53,18 @@ inline float disparity(const depth_range& range, double depth) {
 /// A surface on the line of sight of a pixel.
 struct surface {
     double depth = 0;     ///< along the optical axis
-    float disparity = 0;  ///< as disparity() gives it
+    float disparity = 0;  ///< result of disparity()
     std::int32_t object = -1;
-    bool enters = true;  ///< the line of sight enters the object here (rectangles: always); else it leaves it
+    bool enters = true;  ///< whether the line of sight enters the object here (rectangles: always) or leaves it
     std::array<std::uint8_t, 3> color{};
 };
 
-/// What a camera sees.
+/// A rendered view.
 struct picture {
-    image<std::uint8_t> color;   ///< H x W x 3, sRGB; pixels at silhouettes mix what they cover, as a lens does
-    image<float> depth;          ///< H x W x 1, at pixel centers, not mixed; infinity where nothing is
-    image<float> disparity;      ///< H x W x 1, of the same surface; minus infinity where nothing is
-    image<std::int32_t> object;  ///< H x W x 1, of the same surface; -1 where nothing is
+    image<std::uint8_t> color;   ///< H x W x 3, sRGB; pixels at silhouettes mix the surfaces that they cover, as a lens does
+    image<float> depth;          ///< H x W x 1, at pixel centers, not mixed; infinity without a surface
+    image<float> disparity;      ///< H x W x 1, of the same surface; minus infinity without a surface
+    image<std::int32_t> object;  ///< H x W x 1, of the same surface; -1 without a surface
 };
 
 struct picture_options {
@@ -72,7 +72,7 @@ struct picture_options {
     double blur = 1;           ///< half width, in pixels, of the tent over which the lens mixes colors
 };
 
-/// Every surface on the line of sight through (x, y), in pixels of the photo, nearest first.
+/// Lists all surfaces on the line of sight through (x, y), in pixels of the photo, nearest first.
 std::vector<surface> surfaces_at(const scene& s, double x, double y);
 
 template <executor Executor>
@@ -83,14 +83,14 @@ inline picture render(const scene& s, const view& from, const picture_options& o
     return render(s, from, options, serial);
 }
 
-/// The photo itself.
+/// Renders the photo.
 inline picture render(const scene& s, const picture_options& options = {}) {
     view from;
     from.camera = s.camera;
     return render(s, from, options);
 }
 
-/// Makes disparity 1 the nearest and 0 the farthest surface that the photo sees at a pixel's center.
+/// Sets the depth range so that disparity 1 is the nearest and 0 the farthest surface visible at a pixel's center in the photo.
 void fit_depth_range(scene& s);
 
 // ---------------------------------------------------------------------------------------------------------------------------------
@@ -109,8 +109,8 @@ struct random_sequence {
     }
 };
 
-/// The random choices for one of many samples of the same pixel. The first reflection's are spread evenly over the samples
-/// (the R4 sequence), which takes most of the noise out; later ones are independent.
+/// Random numbers for one of many samples of a pixel. Those of the first reflection are spread evenly over the samples (the R4
+/// sequence), which removes most of the noise; later ones are independent.
 struct light_sample {
     random_sequence random;
     std::array<double, 4> start;
@@ -120,7 +120,9 @@ struct light_sample {
         random.state ^= static_cast<std::uint64_t>(random.next() * 0x1.0p53);
         for (double& s : start) s = random.next();
     }
-    /// In [0, 1); the dimension counts from 0 to 3.
+    /// Returns a number in [0, 1).
+    ///
+    /// dimension  0 to 3
     double spread(std::size_t dimension) const {
         const double steps[] = {0.8566748838545029, 0.7338918566271260, 0.6287067210378087, 0.5385972572236101};
         const double value = start[dimension] + index * steps[dimension];
@@ -143,7 +145,7 @@ inline bool may_hit(const shape& s, const ray& r) {
     return dot(to_center, to_center) * squared - along_ray * along_ray <= radius_squared * squared * (1 + 1e-12);
 }
 
-/// The first surface farther than `least`.
+/// Finds the first surface farther than `least`.
 inline hit first_hit(const scene& s, const ray& r, double least) {
     hit nearest;
     for (std::size_t i = 0; i < s.objects.size(); ++i) {
@@ -157,7 +159,7 @@ inline hit first_hit(const scene& s, const ray& r, double least) {
     return nearest;
 }
 
-inline constexpr double surface_gap = 1e-6;  // so that a ray that starts on a surface does not meet it again
+inline constexpr double surface_gap = 1e-6;  // keeps a ray that starts on a surface from meeting it again
 
 inline vector3 sky_light(const lighting& light, const vector3& direction) {
     return mix(light.ground, light.sky, 0.5 + 0.5 * dot(direction, light.up));
@@ -176,7 +178,7 @@ inline vector3 sun_light(const scene& s, const vector3& point, const vector3& no
     return light.sun * facing;
 }
 
-/// The light that a surface sends out, the same in every direction. `from` is the direction of the ray that met it.
+/// Computes the light that a surface emits, equal in all directions. `from` is the direction of the ray that met it.
 inline vector3 radiance(const scene& s, const object& o, const vector3& point, const vector3& from, light_sample& sample,
                         bool reflected = false) {
     const surface_description surface = describe(o.form, point);
@@ -185,7 +187,7 @@ inline vector3 radiance(const scene& s, const object& o, const vector3& point, c
     if (!s.light.shadows) return o.color(surface.where) * (sun_light(s, outside, normal, 0, 0) + sky_light(s.light, normal));
     if (reflected) {
         const double u = sample.random.next(), v = sample.random.next();
-        // What reflects here lies close to other things: half of the sky.
+        // A surface that reflects here is close to other objects, which hide half of the sky.
         return o.color(surface.where) * (sun_light(s, outside, normal, u, v) + 0.5 * sky_light(s.light, normal));
     }
     vector3 received = sun_light(s, outside, normal, sample.spread(0), sample.spread(1));
@@ -200,7 +202,7 @@ inline vector3 radiance(const scene& s, const object& o, const vector3& point, c
     return o.color(surface.where) * received;
 }
 
-/// Linear light as the photo stores it: the brightest tenth is rolled off, then sRGB.
+/// Converts linear light to a byte of the photo: compresses the brightest tenth, then encodes sRGB.
 inline std::uint8_t to_byte(double linear) {
     const double knee = 0.7;
     const double v = linear < knee ? std::max(linear, 0.0) : knee + (1 - knee) * (1 - std::exp((knee - linear) / (1 - knee)));
@@ -212,17 +214,17 @@ inline std::array<std::uint8_t, 3> to_bytes(const vector3& color) {
     return {to_byte(color.x), to_byte(color.y), to_byte(color.z)};
 }
 
-/// The ray through (x, y) of a view, whose distances are depths along the view's axis.
+/// Returns the ray through (x, y) of a view, whose distances are depths along the view's axis.
 inline ray primary_ray(const view& from, double x, double y) {
     const double f = static_cast<double>(from.camera.focal_length);
-    const vector3 d{(x - 0.5 * from.camera.width) / f, (0.5 * from.camera.height - y) / f, -1};
+    const vector3 d{(x - from.axis_x()) / f, (from.axis_y() - y) / f, -1};
     std::array<double, 9> r{};
     for (std::size_t i = 0; i < 9; ++i) r[i] = static_cast<double>(from.rotation[i]);
     return {{static_cast<double>(from.position[0]), static_cast<double>(from.position[1]), static_cast<double>(from.position[2])},
             {r[0] * d.x + r[1] * d.y + r[2] * d.z, r[3] * d.x + r[4] * d.y + r[5] * d.z, r[6] * d.x + r[7] * d.y + r[8] * d.z}};
 }
 
-/// The distance of x from 0 in a tent of half width 1, when `uniform` is spread over [0, 1).
+/// Maps a uniform number in [0, 1) to a position in a tent filter of half width 1.
 inline double tent(double uniform) { return uniform < 0.5 ? std::sqrt(2 * uniform) - 1 : 1 - std::sqrt(2 - 2 * uniform); }
 
 inline std::array<std::uint8_t, 3> mixed_color(const scene& s, const view& from, std::size_t x, std::size_t y,

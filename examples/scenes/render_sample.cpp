@@ -1,4 +1,5 @@
-// Writes a scene's photo (JPEG) and its depth map (16-bit gray PNG, disparity, white near), such as the shipped sample:
+// Writes a scene's photo (JPEG) and its depth map (16-bit gray PNG, disparity, white near), for example the sample of the
+// project:
 //
 //     render_sample still_life 1152 1536 examples/photo3d/sample.jpg examples/photo3d/sample_depth.png
 #include "scene.hpp"
@@ -13,7 +14,7 @@
 
 namespace {
 
-/// 12 significant bits, spread over 16: finer ones show nowhere, and do not compress.
+/// Stores 12 significant bits, spread over 16: finer ones are invisible and do not compress.
 ldi::image<std::uint16_t> stored(const ldi::image<float>& disparity) {
     ldi::image<std::uint16_t> result(disparity.height(), disparity.width());
     std::transform(disparity.begin(), disparity.end(), result.begin(), [](float d) {

@@ -1,4 +1,4 @@
-// The analytic scenes by name. Tests know what is hidden in them, because nothing is: surfaces_at() lists every surface.
+// The analytic scenes by name. Tests know their hidden surfaces, because surfaces_at() lists every surface.
 #pragma once
 
 #include "ray_caster.hpp"
@@ -39,7 +39,7 @@ inline scene t_junction(std::int32_t width = 192, std::int32_t height = 256) {
     return s;
 }
 
-/// Thin rods, from one pixel across to a dozen at 256 pixels' height, over a slanted floor and a slanted wall.
+/// Thin rods, 1 to 12 pixels wide at an image height of 256, over a slanted floor and in front of a slanted wall.
 inline scene rods(std::int32_t width = 192, std::int32_t height = 256) {
     scene s;
     s.camera = {width, height, focal_length_from_field_of_view(55, width, height)};
@@ -63,7 +63,7 @@ inline scene rods(std::int32_t width = 192, std::int32_t height = 256) {
     return s;
 }
 
-/// A slanted background and two to eight solids before it, of random shape, place and texture. The same on every machine.
+/// A slanted background and two to eight solids in front of it, of random shape, position and texture. Equal on every machine.
 inline scene random_scene(std::uint32_t seed, std::int32_t width = 96, std::int32_t height = 128) {
     std::mt19937 generator(seed);
     const auto between = [&generator](double low, double high) {
@@ -111,7 +111,8 @@ inline scene random_scene(std::uint32_t seed, std::int32_t width = 96, std::int3
     return s;
 }
 
-/// "t_junction", "still_life", "rods", or "random" and a number, such as "random7". Raises invalid_option for other names.
+/// Finds a scene: "t_junction", "still_life", "rods", or "random" and a number, such as "random7". Raises invalid_option for
+/// other names.
 inline scene scene_by_name(const std::string& name, std::int32_t width, std::int32_t height) {
     if (name == "t_junction") return t_junction(width, height);
     if (name == "still_life") return still_life(width, height);

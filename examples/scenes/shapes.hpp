@@ -1,4 +1,4 @@
-// The solids of the analytic scenes: where a ray enters and leaves them, and what the surface is like there.
+// Solids of the analytic scenes: intersections with rays, and descriptions of their surfaces.
 #pragma once
 
 #include "textures.hpp"
@@ -16,10 +16,10 @@ struct ray {
     vector3 at(double distance) const { return origin + direction * distance; }
 };
 
-/// A shape about the origin of its own frame.
+/// A shape around the origin of its own frame.
 struct shape {
     enum class kind {
-        rectangle,  ///< |x| <= size.x, |y| <= size.y, z = 0; it has no inside and is crossed once
+        rectangle,  ///< |x| <= size.x, |y| <= size.y, z = 0; without an inside, crossed once
         box,        ///< |x| <= size.x, |y| <= size.y, |z| <= size.z
         sphere,     ///< radius size.x
         rod,        ///< a cylinder of radius size.x about the y axis, |y| <= size.y, with flat ends
@@ -40,13 +40,13 @@ inline shape make_rod(const vector3& from, const vector3& to, double radius) {
     return {shape::kind::rod, along(0.5 * (from + to), to - from), {radius, 0.5 * length(to - from), radius}};
 }
 
-/// Where a line crosses a shape, also behind the ray's origin. `count` is 0, 1 or 2; distances ascend.
+/// Intersections of a line with a shape, also behind the ray's origin. `count` is 0, 1 or 2; distances ascend.
 struct crossings {
     int count = 0;
     std::array<double, 2> distance{};
 };
 
-/// What a surface is like at a point of it.
+/// Properties of a surface at a point.
 struct surface_description {
     vector3 normal;  ///< length 1, outward; +z of a rectangle's frame
     surface_point where;
@@ -54,7 +54,7 @@ struct surface_description {
 
 namespace detail {
 
-/// Shrinks [first, last] to where |start + distance * step| <= limit.
+/// Shrinks [first, last] to the part with |start + distance * step| <= limit.
 inline void clip_slab(double start, double step, double limit, double& first, double& last) {
     if (step == 0) {
         if (std::abs(start) > limit) last = -std::numeric_limits<double>::infinity();
@@ -65,7 +65,7 @@ inline void clip_slab(double start, double step, double limit, double& first, do
     last = std::min(last, std::max(a, b));
 }
 
-/// Shrinks [first, last] to where a d^2 + 2 b d + c <= 0.
+/// Shrinks [first, last] to the part with a d^2 + 2 b d + c <= 0.
 inline void clip_quadratic(double a, double b, double c, double& first, double& last) {
     const double discriminant = b * b - a * c;
     if (a == 0 ? c > 0 : discriminant <= 0) {
@@ -106,7 +106,7 @@ inline crossings intersect(const shape& s, const ray& r) {
     return first < last ? crossings{2, {first, last}} : crossings{};
 }
 
-/// `point` lies on the surface of the shape.
+/// Describes the surface at `point`, which lies on the shape.
 inline surface_description describe(const shape& s, const vector3& point) {
     const vector3 p = s.place.to_local(point);
     surface_description result;

@@ -1,4 +1,4 @@
-// The shipped sample: toys on a wooden table before a brick wall, in the light of a window that the picture does not show.
+// The sample of the project: toys on a wooden table in front of a brick wall, in the light of a window outside the picture.
 #pragma once
 
 #include "ray_caster.hpp"
@@ -9,7 +9,7 @@ namespace detail {
 
 inline constexpr double table_height = 0;
 
-/// The room is built with y up and the table's top at 0, and put before the camera by `room`.
+/// Builds the room with y up and the table's top at 0; `room` places it in front of the camera.
 struct still_life_builder {
     scene result;
     frame room;
@@ -26,7 +26,7 @@ struct still_life_builder {
     void rod(const vector3& from, const vector3& to, double radius, texture t) {
         result.add(make_rod(room.to_world(from), room.to_world(to), radius), std::move(t));
     }
-    /// A box that stands on something.
+    /// A box that stands on another object.
     void block(double x, double bottom, double z, double angle, double w, double h, double d, texture t) {
         box(turned({x, bottom + 0.5 * h, z}, angle), w, h, d, std::move(t));
     }
@@ -65,7 +65,7 @@ struct still_life_builder {
             {0.044, 0.215, 0.15, 0.21, from_srgb(196, 106, 52)}};
         double x = 0.0;
         for (const book& b : books) {
-            // A leaning book turns about the corner it stands on.
+            // A leaning book rotates around the corner on which it stands.
             const double c = std::cos(b.lean), s = std::sin(b.lean);
             const vector3 center{x + 0.5 * (b.width * c + b.height * s), 0.555 + 0.5 * (b.height * c + b.width * s), -0.79};
             box({center, {c, s, 0}, {-s, c, 0}, {0, 0, 1}}, b.width, b.height, b.depth, stripes_along_spine(b.color, b.height));
@@ -106,12 +106,12 @@ struct still_life_builder {
             return solid_wood(from_srgb(r, g, b), from_srgb(r * 0.8, g * 0.8, b * 0.8), 0.02, 31);
         };
         const texture bare = solid_wood(from_srgb(226, 188, 138), from_srgb(184, 138, 90), 0.016, 8);
-        // A gate of two pillars and a lintel with a cube on top; one sees through it.
+        // A gate of two pillars and a lintel with a cube on top, open in the middle.
         block(-0.40, 0, -0.22, 0.25, 0.075, 0.20, 0.075, painted(206, 66, 52));
         block(-0.185, 0, -0.275, 0.25, 0.075, 0.20, 0.075, painted(58, 112, 170));
         block(-0.2925, 0.20, -0.2475, 0.25, 0.33, 0.06, 0.085, bare);
         block(-0.33, 0.26, -0.24, 0.62, 0.085, 0.085, 0.085, painted(236, 188, 66));
-        // Loose ones.
+        // Loose blocks.
         block(0.085, 0, -0.02, -0.5, 0.085, 0.085, 0.085, painted(74, 150, 104));
         block(0.10, 0.085, -0.02, 0.2, 0.075, 0.075, 0.075,
               checker(from_srgb(236, 226, 204), from_srgb(64, 58, 66), 0.0375, 0.03));
@@ -179,7 +179,7 @@ struct still_life_builder {
             const vector3 axis = normalized({p.lean_x, 1, p.lean_z});
             const vector3 shoulder = from + axis * (0.025 + p.rise);
             rod(from, shoulder, 0.0042, plain(p.color));
-            // The sharpened end: ever thinner slices.
+            // The sharpened end: thinner and thinner slices.
             const int slices = 8;
             for (int i = 0; i < slices; ++i) {
                 const double t = (i + 0.5) / slices;
@@ -192,11 +192,11 @@ struct still_life_builder {
 
 }  // namespace detail
 
-/// Disparity 1 and 0 are the nearest and the farthest surface in sight.
+/// Disparity 1 and 0 are the nearest and the farthest visible surface.
 inline scene still_life(std::int32_t width = 1152, std::int32_t height = 1536) {
     detail::still_life_builder b;
     b.result.camera = {width, height, focal_length_from_field_of_view(56, width, height)};
-    // The camera stands before the table and looks down a little: the room is tipped the other way.
+    // The camera is in front of the table and looks slightly down: the room is rotated in the opposite direction.
     const vector3 eye{-0.01, 0.47, 1.06};
     const double pitch = 0.16;
     const double c = std::cos(pitch), s = std::sin(pitch);

@@ -11,16 +11,16 @@
 
 namespace ldi::scenes {
 
-/// Where a texture is asked for its color.
+/// The point at which a texture is evaluated.
 struct surface_point {
-    vector3 local;        ///< in the shape's own frame, for textures cut from a solid block
-    double u = 0, v = 0;  ///< on the surface, in the same unit as space, for textures painted or glued on
+    vector3 local;        ///< in the shape's own frame, for textures of solid material
+    double u = 0, v = 0;  ///< on the surface, in units of space, for painted or glued textures
 };
 
-/// The color of a surface: linear red, green, blue.
+/// Color of a surface: linear red, green, blue.
 using texture = std::function<vector3(const surface_point&)>;
 
-/// A color as picture editors give it: sRGB, 0 to 255.
+/// Converts a color from sRGB, 0 to 255.
 inline vector3 from_srgb(double red, double green, double blue) {
     const auto linear = [](double value) {
         const double v = value / 255.0;
@@ -29,7 +29,7 @@ inline vector3 from_srgb(double red, double green, double blue) {
     return {linear(red), linear(green), linear(blue)};
 }
 
-/// A number in [0, 1) that looks random, the same on every machine.
+/// Returns a deterministic pseudorandom number in [0, 1).
 inline double hash_unit(std::int64_t x, std::int64_t y, std::int64_t z, std::uint64_t seed = 0) {
     std::uint64_t h = seed * 0x9E3779B97F4A7C15ULL + 0x632BE59BD9B4E019ULL;
     for (const std::int64_t value : {x, y, z}) {
@@ -40,7 +40,7 @@ inline double hash_unit(std::int64_t x, std::int64_t y, std::int64_t z, std::uin
     return static_cast<double>(h >> 11U) * 0x1.0p-53;
 }
 
-/// 0 below `first`, 1 above `last`, smooth in between.
+/// Returns 0 below `first`, 1 above `last`, and a smooth transition between.
 inline double smooth_step(double first, double last, double value) {
     const double t = std::clamp((value - first) / (last - first), 0.0, 1.0);
     return t * t * (3 - 2 * t);
@@ -57,7 +57,7 @@ inline double value_noise(const vector3& p, std::uint64_t seed = 0) {
     return (1 - tz) * ((1 - ty) * edge(0, 0) + ty * edge(1, 0)) + tz * ((1 - ty) * edge(0, 1) + ty * edge(1, 1));
 }
 
-/// Noise of several sizes on top of each other, in [0, 1]; each octave is half as large and half as strong.
+/// Sums noise of several sizes, in [0, 1]; each octave is half as large and half as strong.
 inline double layered_noise(const vector3& p, int octaves, std::uint64_t seed = 0) {
     double sum = 0, weight = 0, scale = 1;
     for (int octave = 0; octave < octaves; ++octave, scale *= 2) {
@@ -71,7 +71,7 @@ inline texture plain(const vector3& color) {
     return [color](const surface_point&) { return color; };
 }
 
-/// Clouds of two colors, cut from a solid block.
+/// Clouds of two colors in solid material.
 inline texture marbled(const vector3& a, const vector3& b, double feature_size, std::uint64_t seed = 0) {
     return [=](const surface_point& s) {
         const double noise = layered_noise(s.local * (1 / feature_size), 5, seed);
@@ -79,7 +79,7 @@ inline texture marbled(const vector3& a, const vector3& b, double feature_size, 
     };
 }
 
-/// Bands across u, of equal width.
+/// Bands of equal width across u.
 inline texture stripes(const vector3& a, const vector3& b, double band, double softness = 0.05) {
     return [=](const surface_point& s) {
         const double phase = std::abs(s.u / band - 2 * std::floor(s.u / band / 2) - 1);  // 1 in the middle of a, 0 of b
@@ -106,7 +106,7 @@ inline texture segments(const vector3& a, const vector3& b, const vector3& c, in
         const double t = phase - std::floor(phase);
         const bool odd = static_cast<std::int64_t>(std::floor(phase)) % 2 == 0;
         const vector3 white = from_srgb(240, 236, 226);
-        // The seams are a fixed width of surface, not of angle.
+        // The seams have a fixed width on the surface, not a fixed angle.
         const double soft = 0.006 * pairs / std::max(0.1, std::sqrt(1 - s.local.y * s.local.y / (radius * radius)));
         const vector3 colored = mix(odd ? a : b, white, smooth_step(0.5 - soft, 0.5 + soft, t));
         const vector3 segment = mix(colored, odd ? b : a, smooth_step(1 - 2 * soft, 1, t));
@@ -114,7 +114,7 @@ inline texture segments(const vector3& a, const vector3& b, const vector3& c, in
     };
 }
 
-/// Bricks in running bond with mortar between them. Each brick has its own shade; wide and high in the unit of space.
+/// Bricks in running bond with mortar between them. Each brick has its own shade; `wide` and `high` in units of space.
 inline texture bricks(const vector3& light, const vector3& dark, const vector3& mortar, double wide, double high,
                       std::uint64_t seed = 0) {
     return [=](const surface_point& s) {
@@ -126,25 +126,25 @@ inline texture bricks(const vector3& light, const vector3& dark, const vector3& 
         const std::int64_t row = static_cast<std::int64_t>(course), column = static_cast<std::int64_t>(std::floor(u));
         const double to_side = std::min(u - std::floor(u), 1 - u + std::floor(u)) * wide;
         const double to_bed = std::min(v - course, 1 - v + course) * high;
-        const double inside = std::min(to_side, to_bed) / high;  // from the middle of the joint
+        const double inside = std::min(to_side, to_bed) / high;  // distance from the middle of the joint
         const double shade = hash_unit(column, row, 0, seed), tint = hash_unit(column, row, 1, seed);
         const double grain = layered_noise(at * (9 / high), 4, seed + 20);
         vector3 brick = mix(dark, light, 0.15 + 0.7 * shade) * (0.72 + 0.56 * grain);
         brick = mix(brick, brick * vector3{0.9, 1.02, 1.12}, tint);
-        brick = brick * (0.75 + 0.25 * smooth_step(0.07, 0.2, inside));  // worn, shaded rims
+        brick = brick * (0.75 + 0.25 * smooth_step(0.07, 0.2, inside));  // worn, shaded edges
         const vector3 joint = mortar * (0.8 + 0.4 * layered_noise(at * (20 / high), 3, seed + 30));
         return mix(joint, brick, smooth_step(0.055, 0.085, inside));
     };
 }
 
-/// Wooden boards side by side along v, `wide` across u, with dark joints, growth rings and pores.
+/// Wooden boards next to each other along v, `wide` across u, with dark joints, growth rings and pores.
 inline texture boards(const vector3& light, const vector3& dark, double wide, std::uint64_t seed = 0) {
     return [=](const surface_point& s) {
         const double across = s.u / wide;
         const std::int64_t board = static_cast<std::int64_t>(std::floor(across));
         const double own = hash_unit(board, 0, 0, seed), shift = 40 * hash_unit(board, 1, 0, seed);
         const vector3 at{s.u / wide * 1.6, s.v / wide * 0.22 + shift, shift};
-        // Rings seen along the trunk: far longer along the board than across, bent by noise.
+        // Growth rings along the trunk: much longer along the board than across, bent by noise.
         const double bend = layered_noise(at, 3, seed + 5);
         const double ring = 0.5 + 0.5 * std::sin(6.283185307179586 * (5 * bend + at.x * 1.3 + own));
         const double pores = layered_noise({s.u / wide * 60, s.v / wide * 3 + shift, shift}, 3, seed + 7);
@@ -155,7 +155,7 @@ inline texture boards(const vector3& light, const vector3& dark, double wide, st
     };
 }
 
-/// Wood cut from a solid block whose trunk ran along the local y axis.
+/// Solid wood whose trunk ran along the local y axis.
 inline texture solid_wood(const vector3& light, const vector3& dark, double ring_width, std::uint64_t seed = 0) {
     return [=](const surface_point& s) {
         const vector3 p = s.local * (1 / ring_width);

@@ -1,4 +1,4 @@
-// Points, directions and colors of the analytic scenes, in double precision: they are the ground truth of tests.
+// Points, directions and colors of the analytic scenes, in double precision, because they are the ground truth of tests.
 #pragma once
 
 #include <cmath>
@@ -14,7 +14,7 @@ inline vector3 operator-(const vector3& a, const vector3& b) { return {a.x - b.x
 inline vector3 operator-(const vector3& a) { return {-a.x, -a.y, -a.z}; }
 inline vector3 operator*(const vector3& a, double s) { return {a.x * s, a.y * s, a.z * s}; }
 inline vector3 operator*(double s, const vector3& a) { return a * s; }
-/// Channel by channel, as light is reflected.
+/// Multiplies channel by channel, as light is reflected.
 inline vector3 operator*(const vector3& a, const vector3& b) { return {a.x * b.x, a.y * b.y, a.z * b.z}; }
 
 inline double dot(const vector3& a, const vector3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
@@ -25,7 +25,7 @@ inline double length(const vector3& a) { return std::sqrt(dot(a, a)); }
 inline vector3 normalized(const vector3& a) { return a * (1.0 / length(a)); }
 inline vector3 mix(const vector3& a, const vector3& b, double t) { return a * (1 - t) + b * t; }
 
-/// A place and three orthonormal axes, right-handed.
+/// A position and three orthonormal axes, right-handed.
 struct frame {
     vector3 origin;
     vector3 x{1, 0, 0}, y{0, 1, 0}, z{0, 0, 1};
@@ -34,13 +34,13 @@ struct frame {
     vector3 to_local(const vector3& p) const { return direction_to_local(p - origin); }
     vector3 direction_to_world(const vector3& d) const { return d.x * x + d.y * y + d.z * z; }
     vector3 to_world(const vector3& p) const { return origin + direction_to_world(p); }
-    /// This frame's child, given in this frame's coordinates.
+    /// Transforms a child frame, given in this frame's coordinates, to the world.
     frame frame_to_world(const frame& child) const {
         return {to_world(child.origin), direction_to_world(child.x), direction_to_world(child.y), direction_to_world(child.z)};
     }
 };
 
-/// A frame turned about the y axis, then tipped about its own x axis, in radians.
+/// A frame rotated about the y axis, then about its own x axis, in radians.
 inline frame turned(const vector3& origin, double about_y, double about_x = 0) {
     const double c = std::cos(about_y), s = std::sin(about_y), k = std::cos(about_x), t = std::sin(about_x);
     return {origin, {c, 0, -s}, {s * t, k, c * t}, {s * k, -t, c * k}};

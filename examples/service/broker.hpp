@@ -1,5 +1,5 @@
-// Connections to RabbitMQ, on librabbitmq. Whatever goes wrong raises error_code::unavailable: who uses a connection then drops
-// it and makes another, since the broker gives all that was not acknowledged on it to others.
+// Connections to RabbitMQ through librabbitmq. Every failure raises error_code::unavailable; the user of a connection then
+// closes it and opens another. The broker delivers all unacknowledged messages of a closed connection again.
 #pragma once
 
 #include "message.hpp"
@@ -25,19 +25,20 @@
 
 namespace ldi::examples {
 
-/// A message as it comes.
+/// A message that the broker delivered.
 struct delivery {
-    std::uint64_t tag = 0;  ///< by which its connection knows it
+    std::uint64_t tag = 0;  ///< identifies the message on its connection
     std::string queue, body;
-    std::uint64_t earlier = 0;    ///< times that it was given out before and came back
-    std::string reason_of_death;  ///< why the broker made it a dead letter; empty: it did not
+    std::uint64_t earlier = 0;    ///< number of earlier deliveries that were returned
+    std::string reason_of_death;  ///< reason why the broker made it a dead letter; empty: it is not one
 };
 
-/// One connection with one channel. Not for several threads: none of its functions waits long but connecting, and one of them is
-/// to be called every few seconds, since they also send the heartbeats by which the broker knows that somebody is there.
+/// A connection with one channel. One thread at a time may use it. Only the constructor and confirm() wait long. One of the
+/// functions must be called every few seconds, because they also send the heartbeats that keep the connection alive.
 class broker_connection {
 public:
     /// url  amqp://USER:PASSWORD@HOST:PORT/VIRTUAL_HOST
+    ///
     /// Raises invalid_option, unavailable.
     explicit broker_connection(std::string url) : state_(amqp_new_connection()) {
         amqp_connection_info at;
@@ -59,8 +60,9 @@ public:
     broker_connection(const broker_connection&) = delete;
     broker_connection& operator=(const broker_connection&) = delete;
 
-    /// Makes the three queues, if they are not there. All survive the broker's restart; one that several brokers hold survives
-    /// the loss of a minority of them. What was given out `delivery_limit` times and never acknowledged becomes a dead letter.
+    /// Creates the three queues unless they exist. All survive a restart of the broker; in a cluster, they survive the loss of a
+    /// minority of brokers. A message that was delivered `delivery_limit` times without being acknowledged becomes a dead
+    /// letter.
     void declare(const queue_names& names) {
         const auto text = [](const char* value) {
             amqp_field_value_t field{};
@@ -69,7 +71,7 @@ public:
         };
         amqp_field_value_t limit{};
         limit.kind = AMQP_FIELD_KIND_I32,
-        limit.value.i32 = static_cast<std::int32_t>(delivery_limit) - 1;  // times that it may come back
+        limit.value.i32 = static_cast<std::int32_t>(delivery_limit) - 1;  // times that a message may return
         const amqp_table_entry_t quorum{amqp_cstring_bytes("x-queue-type"), text("quorum")};
         declare(names.dead, {quorum});
         declare(names.results, {quorum});
@@ -77,13 +79,13 @@ public:
                                {amqp_cstring_bytes("x-delivery-limit"), limit},
                                {amqp_cstring_bytes("x-dead-letter-exchange"), text("")},
                                {amqp_cstring_bytes("x-dead-letter-routing-key"), text(names.dead.c_str())},
-                               // A dead letter leaves this queue once it is safe in the other, and for that new messages are
-                               // refused where a queue is full.
+                               // A dead letter stays in this queue until the other queue has stored it. This requires that full
+                               // queues refuse new messages.
                                {amqp_cstring_bytes("x-dead-letter-strategy"), text("at-least-once")},
                                {amqp_cstring_bytes("x-overflow"), text("reject-publish")}});
     }
 
-    /// Asks for the messages of a queue, at most so many unacknowledged ones at a time.
+    /// Requests the messages of a queue, at most `prefetch` unacknowledged ones at a time.
     void consume(const std::string& queue, std::uint16_t prefetch) {
         amqp_basic_qos(state_.get(), channel, 0, prefetch, 0);
         check();
@@ -91,7 +93,7 @@ public:
         check();
     }
 
-    /// The next message, if one comes in time.
+    /// Returns the next message, or nothing if none arrives in time.
     std::optional<delivery> receive(std::chrono::milliseconds patience) {
         amqp_envelope_t envelope;
         const timeval time{patience.count() / 1000, patience.count() % 1000 * 1000};
@@ -115,15 +117,15 @@ public:
         return result;
     }
 
-    /// with_earlier  all that came before it, too
+    /// with_earlier  also acknowledges all earlier messages
     void acknowledge(std::uint64_t tag, bool with_earlier = false) {
         check(amqp_basic_ack(state_.get(), channel, tag, with_earlier ? 1 : 0));
     }
 
-    /// Gives a message back, which counts as one delivery.
+    /// Returns a message to the queue. This counts as a delivery.
     void give_back(std::uint64_t tag) { check(amqp_basic_nack(state_.get(), channel, tag, 0, 1)); }
 
-    /// From here on confirm() waits for what is published.
+    /// Enables confirm() for all messages published from now on.
     void begin_publishing() {
         amqp_confirm_select(state_.get(), channel);
         check();
@@ -139,22 +141,22 @@ public:
         unconfirmed_.insert(++published_);
     }
 
-    /// Waits until the broker has all that was published, on its disk. Raises unavailable also where it refuses some of it.
+    /// Waits until the broker has stored all published messages on disk. Also raises unavailable if it refuses one.
     void confirm() {
         while (!unconfirmed_.empty())
             if (!read_frame(std::chrono::seconds(30))) check(AMQP_STATUS_TIMEOUT);
     }
 
-    /// For a connection with nothing to do: sends and reads what keeps it.
+    /// Sends and reads heartbeats while the connection has nothing else to do.
     void rest() {
         while (read_frame(std::chrono::seconds(0))) {
         }
     }
 
-    /// Bytes of a message that are kept: one more than those of any that is not refused for its length.
+    /// Maximum number of bytes kept of a message: one more than allowed, so that parse_message() detects longer messages.
     static constexpr std::size_t max_body_bytes = photo_message::max_bytes + 1;
 
-    /// Times that a message is given out before it is a dead letter.
+    /// Deliveries of a message before it becomes a dead letter.
     static constexpr std::uint64_t delivery_limit = 5;
 
 private:
@@ -182,7 +184,7 @@ private:
         check();
     }
 
-    /// Takes one frame, if one comes in time.
+    /// Reads one frame. Returns false if none arrives in time.
     bool read_frame(std::chrono::seconds patience) {
         amqp_frame_t frame;
         const timeval time{patience.count(), 0};
@@ -191,7 +193,7 @@ private:
         if (status == AMQP_STATUS_TIMEOUT) return false;
         check(status);
         if (frame.frame_type != AMQP_FRAME_METHOD) return true;
-        if (frame.payload.method.id != AMQP_BASIC_ACK_METHOD)  // refused, sent to a queue that is not there, or the end
+        if (frame.payload.method.id != AMQP_BASIC_ACK_METHOD)  // a refused message, an unknown queue, or a closed connection
             raise(error_code::unavailable, where_, "confirmation", amqp_method_name(frame.payload.method.id));
         const auto& acknowledged = *static_cast<const amqp_basic_ack_t*>(frame.payload.method.decoded);
         if (acknowledged.multiple != 0)

@@ -1,5 +1,5 @@
-// From a message to the documents of its photos: each is got from one storage, converted, and put into another, with its document
-// beside it, by which a message that comes again finds what is done.
+// Processes a message: reads each of its photos from one storage, converts it, and writes the GLB file and a document to another
+// storage. If the message is delivered again, these documents show which photos are done.
 #pragma once
 
 #include "../photo3d/arguments.hpp"
@@ -30,17 +30,17 @@
 
 namespace ldi::examples {
 
-/// What is to be published before a message is acknowledged.
+/// Data to publish before a message is acknowledged.
 struct finished_message {
-    bool is_given_back = false;  ///< nothing: it is to come again
+    bool is_given_back = false;  ///< publish nothing; the message is to be delivered again
     std::vector<nlohmann::ordered_json> results, dead;
-    std::vector<photo_message> parts;  ///< its photos, each to be a message of its own
+    std::vector<photo_message> parts;  ///< the message's photos, one new message for each
 };
 
-/// Works on one message at a time.
+/// Processes one message at a time.
 class conversion_job {
 public:
-    /// is_ending  makes it end after the photo in hand
+    /// is_ending  stops the job after the current photo when it becomes true
     conversion_job(const arguments& a, storage& photos, storage& outputs, worker_metrics& metrics,
                    const std::atomic<bool>& is_ending)
         : arguments_(a),
@@ -64,7 +64,8 @@ public:
         log_event(
             "info", "message",
             {{"job", names.job}, {"photos", names.photos.size()}, {"first", names.photos.front()}, {"earlier", message.earlier}});
-        if (message.earlier >= suspicious && names.photos.size() > 1) {  // one of them may end workers: not the others' fault
+        // one of the photos may crash workers; the others must not fail with it
+        if (message.earlier >= suspicious && names.photos.size() > 1) {
             for (const std::string& photo : names.photos) done.parts.push_back({names.job, {photo}});
             return done;
         }
@@ -79,11 +80,11 @@ public:
     }
 
 private:
-    /// What became of a photo; null where another try may help, unless this is the last.
+    /// Returns the document of a photo, or null if another try may succeed and this is not the last one.
     nlohmann::ordered_json document_for(const std::string& job, const std::string& photo, bool is_last) {
         nlohmann::ordered_json document = document_of(job, photo);
         try {
-            const output_keys outputs(photo);  // before the work, which would be lost
+            const output_keys outputs(photo);  // checked first, because a failure after the conversion would waste it
             outputs_.check(outputs.glb), outputs_.check(outputs.document);
             if (std::optional<nlohmann::ordered_json> earlier = find_record(outputs.document, document)) {
                 metrics_.found_done.Increment();
@@ -99,12 +100,12 @@ private:
             const bool may_pass = what.code == exit_try_again;
             log_event("warning", may_pass && !is_last ? "try again" : "given up", document);
             if (may_pass && !is_last) return nullptr;
-            metrics_.count_failure(what.kind);  // and no document beside it: asked again it may succeed
+            metrics_.count_failure(what.kind);  // writes no document, because a later request may succeed
         }
         return document;
     }
 
-    /// The document that lies beside the GLB, if it is of this job and photo.
+    /// Returns the document beside the GLB file, if it belongs to this job and photo.
     std::optional<nlohmann::ordered_json> find_record(const std::string& record, const nlohmann::ordered_json& wanted) try {
         const std::vector<std::byte> bytes = outputs_.get(record, max_document_bytes);
         std::optional<nlohmann::ordered_json> document =
@@ -115,7 +116,7 @@ private:
         return std::nullopt;
     }
 
-    /// The document of a photo that is converted, or can never be. Raises what may pass.
+    /// Returns the document of a photo that was converted or failed permanently. Raises temporary errors.
     nlohmann::ordered_json convert_or_fail(nlohmann::ordered_json document, const std::string& output) {
         try {
             document.update(convert(document["photo"], output));
@@ -131,7 +132,7 @@ private:
         return document;
     }
 
-    /// From the photo in one storage to the GLB in the other.
+    /// Reads a photo from one storage, converts it, and writes the GLB file to the other.
     nlohmann::ordered_json convert(const std::string& key, const std::string& output) {
         stage_clock storing(true), clock(true);
         storing.begin("getting photo");
@@ -140,7 +141,7 @@ private:
         const decoding_cost cost(photo, {}, arguments_, key, {});
         const std::size_t bytes = memory_for(cost, photo.size(), arguments_);
         memory_share all;
-        all.grow(budget_, std::max(bytes, budget_.for_one()), key);  // for one photo at a time
+        all.grow(budget_, std::max(bytes, budget_.for_one()), key);  // reserves the memory of one photo at a time
         budget_.make_room(bytes);
         metered_memory memory(all, photo.size() + 3 * cost.width * cost.height + cost.held_by_maps);
         nlohmann::ordered_json facts;
@@ -155,14 +156,14 @@ private:
             throw;
         }
         for (const stage_clock* const stages : {&storing, &clock})
-            for (const auto& [stage, milliseconds] : stages->stages()) metrics_.observe(stage, milliseconds / 1000);
+            for (const stage_time& time : stages->stages()) metrics_.observe(time.stage, time.elapsed / 1000);
         metrics_.bytes_read.Increment(static_cast<double>(photo.size()));
         nlohmann::ordered_json result{{"output", output}};
         result.update(facts);
         return result;
     }
 
-    /// facts  becomes what is said of the photo
+    /// Converts a photo to a GLB file. Adds the figures of the report to `facts`.
     std::vector<std::byte> glb_of(const std::string& key, std::span<const std::byte> photo, const memory& memory,
                                   stage_clock& clock, nlohmann::ordered_json& facts) {
         thread_pool self(1);

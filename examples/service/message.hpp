@@ -1,6 +1,7 @@
-// What travels through the queues: messages that name photos, and a document per photo that says what became of it.
+// Contents of the queues: messages that name photos, and one document per photo with its result.
 //
-// Three quorum queues, named after one: NAME holds what is to be done, NAME.results what was made, NAME.dead what can't be.
+// There are three quorum queues. NAME contains the messages to be processed, NAME.results the documents of converted photos, and
+// NAME.dead the documents of failed photos and the messages that no worker completed.
 #pragma once
 
 #include "../photo3d/batch_log.hpp"
@@ -20,24 +21,25 @@
 
 namespace ldi::examples {
 
-/// Photos to be converted, named by their keys in the storage. `job` tells submissions of one key from each other: to send a
-/// message of the same job again is to ask for the same again, which is done once.
+/// Photos to be converted, named by their keys in the storage. `job` distinguishes submissions of the same key. A message with
+/// the same job and photos may be sent again: the work is done once.
 struct photo_message {
     static constexpr std::size_t max_photos = 64, max_job_bytes = 200;
-    static constexpr std::size_t max_bytes = std::size_t{1} << 19;  ///< of its text, with every letter of a key as \uXXXX
+    /// maximum size of its text, with every letter of a key as \uXXXX
+    static constexpr std::size_t max_bytes = std::size_t{1} << 19;
 
     std::string job;
     std::vector<std::string> photos;
 };
 
-/// Bytes of a document's text.
+/// Maximum size of the text of a document, in bytes.
 inline constexpr std::size_t max_document_bytes = std::size_t{1} << 16;
 
-/// Refuses a key that some storage would not take, or would take for another. Raises invalid_data.
+/// Raises invalid_data for a key that some storage would not accept or would confuse with another key.
 inline void check_key(const std::string& key) {
-    constexpr std::size_t max_bytes = 1000;  // S3 has 1024, of which a prefix takes some
+    constexpr std::size_t max_bytes = 1000;  // S3 allows 1024, including a prefix
     bool is_good = !key.empty() && key.size() <= max_bytes && key == escaped(key);
-    for (std::size_t begin = 0; is_good && begin <= key.size();) {  // every name between slashes
+    for (std::size_t begin = 0; is_good && begin <= key.size();) {  // for every name between slashes
         const std::size_t end = std::min(key.find('/', begin), key.size());
         const std::string_view name = std::string_view(key).substr(begin, end - begin);
         is_good = !name.empty() && name != "." && name != "..";
@@ -48,7 +50,7 @@ inline void check_key(const std::string& key) {
               "\"" + key.substr(0, max_bytes + 1) + "\"");
 }
 
-/// Names of what a photo becomes. Raises invalid_data where one is no key, though the photo's is.
+/// Keys of the outputs of a photo. They are longer than the photo's key: raises invalid_data if one of them is not a valid key.
 struct output_keys {
     std::string glb, document;
 
@@ -57,7 +59,7 @@ struct output_keys {
     }
 };
 
-/// Raises invalid_data, too_large.
+/// Parses a message. Raises invalid_data, too_large.
 inline photo_message parse_message(const std::string& body) {
     const std::string shown = body.substr(0, 200);
     if (body.size() > photo_message::max_bytes)
@@ -84,7 +86,7 @@ inline photo_message parse_message(const std::string& body) {
     return message;
 }
 
-/// A photo's document, from anybody; nothing where it is none.
+/// Parses the document of a photo, from any source; empty if it is not a document.
 inline std::optional<nlohmann::ordered_json> parse_document(const std::string& text) {
     if (text.size() > max_document_bytes || is_nested_too_deep(text)) return std::nullopt;
     nlohmann::ordered_json document = nlohmann::ordered_json::parse(text, nullptr, false);
@@ -92,27 +94,27 @@ inline std::optional<nlohmann::ordered_json> parse_document(const std::string& t
     return document;
 }
 
-/// Text without what is no UTF-8, of which JSON has none.
+/// Returns JSON on one line. Replaces bytes that are not UTF-8, which JSON does not allow.
 inline std::string to_line(const nlohmann::ordered_json& value) {
     return value.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
 inline std::string to_text(const photo_message& message) { return to_line({{"job", message.job}, {"photos", message.photos}}); }
 
-/// The beginning of a photo's document.
+/// Returns the first members of a photo's document.
 inline nlohmann::ordered_json document_of(const std::string& job, const std::string& photo) {
     return {{"job", job}, {"photo", photo}};
 }
 
-/// The document of a message that names no photos: its beginning, and why.
+/// Returns the document of a message that names no photos: the beginning of the message, and the reason.
 inline nlohmann::ordered_json document_of_refused(const std::string& body, const failure& why) {
     constexpr std::size_t shown = 1000;
     return {{"message", escaped(body.substr(0, shown))}, {"error", line_error(why)}};
 }
 
-/// By this those who collect documents know that two are of the same photo in the same job.
+/// Returns equal texts for two documents of the same photo in the same job.
 inline std::string id_of(const nlohmann::ordered_json& document) {
-    const bool is_of_photo = document.contains("job") && document.contains("photo");  // also false where it is no object
+    const bool is_of_photo = document.contains("job") && document.contains("photo");  // also false if it is not an object
     return is_of_photo ? to_line({document["job"], document["photo"]}) : to_line(document);
 }
 

@@ -1,4 +1,4 @@
-// What those see who run a worker: metrics as Prometheus reads them, its health, and log lines in JSON.
+// Output for the operators of a worker: metrics in the format of Prometheus, health, and log lines in JSON.
 #pragma once
 
 #include "../photo3d/batch_log.hpp"
@@ -28,13 +28,14 @@
 
 namespace ldi::examples {
 
-/// Numbers of one worker since it began. For any thread.
+/// Counters of one worker since its start. Any thread may use them.
 class worker_metrics {
-    prometheus::Registry registry_{prometheus::Registry::InsertBehavior::Merge};  // first: all others are in it
+    // first, because all other members register in it
+    prometheus::Registry registry_{prometheus::Registry::InsertBehavior::Merge};
 
 public:
     prometheus::Counter& converted = photos("converted");
-    prometheus::Counter& found_done = photos("found done");  // its message came again
+    prometheus::Counter& found_done = photos("found done");  // an earlier delivery of the message had converted it
     prometheus::Counter& bytes_read = counter("photo3d_read_bytes_total", "Bytes of photos that were read.");
     prometheus::Counter& bytes_written = counter("photo3d_written_bytes_total", "Bytes of GLB files that were written.");
     prometheus::Counter& messages = counter("photo3d_messages_total", "Messages that were acknowledged.");
@@ -43,7 +44,7 @@ public:
         counter("photo3d_storage_failures_total", "Tries that failed because of the storage.");
     prometheus::Counter& connections = counter("photo3d_broker_connections_total", "Connections made to the broker.");
 
-    /// A failure for good, by its code.
+    /// Counts a photo that failed permanently, by error code.
     void count_failure(const std::string& code) { failures_.Add({{"code", code}}).Increment(); }
 
     void observe(const std::string& stage, double seconds) {
@@ -77,11 +78,12 @@ private:
                                                              .Register(registry_);
 };
 
-/// Answers /metrics and /health over HTTP on a thread of its own.
+/// Answers requests for /metrics and /health over HTTP on its own thread.
 class operations_server {
 public:
-    /// address  HOST:PORT; empty: none
-    /// health   an object with a member per thing that must be there, true or false
+    /// address  HOST:PORT; empty: no server
+    /// health   returns an object with one member per dependency: true if it is available, else false
+    ///
     /// Raises invalid_option, unavailable.
     operations_server(const std::string& address, const worker_metrics& metrics, std::function<nlohmann::ordered_json()> health) {
         if (address.empty()) return;
@@ -97,7 +99,7 @@ public:
                 if (is_there == false) answer.status = 503;
             answer.set_content(to_line(facts) + "\n", "application/json");
         });
-        server_.set_socket_options([](socket_t socket) {  // its own would let two workers share an address
+        server_.set_socket_options([](socket_t socket) {  // the library's own options would let two workers share an address
             const int yes = 1;
             setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
         });
@@ -107,7 +109,7 @@ public:
     }
     ~operations_server() {
         if (!thread_.joinable()) return;
-        while (!server_.is_running()) std::this_thread::yield();  // before it runs it can't be stopped
+        while (!server_.is_running()) std::this_thread::yield();  // stop() has no effect before the server runs
         server_.stop();
         thread_.join();
     }
@@ -119,7 +121,7 @@ private:
     std::thread thread_;
 };
 
-/// Writes a line of JSON to standard output. For any thread.
+/// Writes a line of JSON to standard output. Any thread may call it.
 inline void log_event(const char* level, const char* event,
                       const nlohmann::ordered_json& facts = nlohmann::ordered_json::object()) {
     const auto now = std::chrono::system_clock::now();

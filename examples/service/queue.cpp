@@ -1,5 +1,5 @@
 // Both ends of the queues: `submit` reads keys of photos, one per line, and sends them in messages; `collect` writes the
-// documents of photos to files, one line per photo, however often a document comes.
+// documents of photos to files, one line per photo, even if a document arrives several times.
 
 #include "../photo3d/batch_log.hpp"
 #include "../photo3d/line_reader.hpp"
@@ -45,8 +45,8 @@ double seconds_since(std::chrono::steady_clock::time_point begun) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
 }
 
-/// Sends messages some at a time, and those again of which it is not known whether the broker has them: of the same job, they are
-/// done once.
+/// Sends messages in groups. Sends a group again if it is unknown whether the broker received it; workers convert the photos of
+/// one job only once.
 class submitter {
 public:
     explicit submitter(const queue_options& options) : options_(options) {}
@@ -57,7 +57,8 @@ public:
         if (waiting_.size() == together) finish();
     }
 
-    /// Returns once the broker has all. Raises unavailable if that takes too long, and what connecting raises.
+    /// Returns after the broker has stored all messages. Raises unavailable if this takes too long, and the errors of the
+    /// connection.
     void finish() {
         constexpr double patience = 60;
         for (const auto begun = std::chrono::steady_clock::now(); !waiting_.empty();) {
@@ -99,7 +100,7 @@ void submit(const queue_options& options) {
     std::size_t photos = 0;
     photo_message next{options.job, {}};
     for (line_reader lines(std::cin); lines.next(); ++photos) {
-        const output_keys outputs(lines.text());  // which are longer than the key
+        const output_keys outputs(lines.text());  // checks the keys of outputs, which are longer
         next.photos.push_back(lines.text());
         if (next.photos.size() < options.photos_per_message) continue;
         to.send(next);
@@ -110,10 +111,10 @@ void submit(const queue_options& options) {
     write_line({{"job", options.job}, {"photos", photos}, {"messages", to.count()}, {"seconds", seconds_since(begun)}});
 }
 
-/// A file of lines that only grows. What it holds when it is opened counts.
+/// A file of lines that only grows. Lines that it contains when it is opened count as seen.
 class line_file {
 public:
-    /// Raises file_access, unavailable.
+    /// Opens the file. Raises file_access, invalid_data, unavailable.
     line_file(const std::filesystem::path& path, std::unordered_set<std::string>& seen)
         : path_(path), file_(::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666)) {
         if (file_ < 0) fail();
@@ -128,7 +129,7 @@ public:
             whole += static_cast<off_t>(lines.text().size()) + 1;
             seen.insert(id_of(*document));
         }
-        if (ftruncate(file_, whole) != 0) fail();  // a last line without an end was not acknowledged
+        if (ftruncate(file_, whole) != 0) fail();  // removes an incomplete last line: its message was not acknowledged
     }
     ~line_file() { ::close(file_); }
     line_file(const line_file&) = delete;
@@ -136,7 +137,7 @@ public:
 
     void add(const nlohmann::ordered_json& document) { text_ += to_line(document) + "\n", ++count_; }
 
-    /// Puts on the disk what was added.
+    /// Writes all added lines to disk.
     void save() {
         for (std::string_view rest = text_; !rest.empty();) {
             const ssize_t written = ::write(file_, rest.data(), rest.size());
@@ -158,7 +159,7 @@ private:
     std::string text_;
 };
 
-/// Hands a message's documents on. A dead letter of the broker's is the message as it was sent.
+/// Calls take(document) for each document of a message. A dead letter from the broker is the original message.
 template <class Take>
 void for_each_document(const delivery& message, Take take) {
     if (message.reason_of_death.empty()) {
@@ -206,7 +207,7 @@ public:
 private:
     bool is_complete() const { return options_.expected > 0 && results_.count() + dead_.count() >= options_.expected; }
 
-    /// On one connection, until it fails.
+    /// Uses one connection until it fails.
     void serve() {
         constexpr std::uint16_t together = 256;
         const queue_names names(options_.queue);

@@ -1,5 +1,5 @@
-// Storage that speaks S3's protocol: Amazon's, MinIO, Ceph and others. libcurl sends requests, and signs them (AWS Signature 4,
-// with the SHA-256 of what is sent, so that nothing else can arrive).
+// Storage with the protocol of S3: Amazon's, MinIO, Ceph and others. libcurl sends the requests and signs them with AWS
+// Signature 4. The signature includes the SHA-256 of the body, so that the server rejects any other body.
 #pragma once
 
 #include "storage.hpp"
@@ -24,13 +24,15 @@
 
 namespace ldi::examples {
 
-/// The objects of one bucket below a prefix. Environment variables say where and who, those of Amazon's own tools:
-/// AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY, AWS_REGION (us-east-1), AWS_ENDPOINT_URL (Amazon's for the region).
+/// Objects of one bucket below a prefix. Environment variables, the same as those of Amazon's tools, set server and credentials:
+/// AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY, AWS_REGION (default us-east-1), AWS_ENDPOINT_URL (default: Amazon's server in the
+/// region).
 class s3_storage : public storage {
 public:
     static constexpr std::string_view scheme = "s3://";
 
     /// url  s3://BUCKET/PREFIX
+    ///
     /// Raises invalid_option, invalid_data.
     explicit s3_storage(const std::string& url) : curl_(curl_easy_init()) {
         const std::string place = url.substr(scheme.size()), bucket = place.substr(0, place.find('/'));
@@ -81,7 +83,7 @@ private:
         return count;
     }
 
-    /// The key as it stands in URLs, slashes as they are.
+    /// Returns a key as part of a URL: percent-encoded except for slashes.
     std::string encoded(std::string_view key) const {
         const std::string_view name = key.substr(0, key.find('/'));
         const std::unique_ptr<char, decltype(&curl_free)> text(
@@ -114,18 +116,20 @@ private:
         add("x-amz-content-sha256: " + sha256(body == nullptr ? std::span<const std::byte>() : *body));
         if (body != nullptr) {
             add("Content-Type: application/octet-stream");
-            add("Expect:");  // no round trip before the body
+            add("Expect:");  // saves the round trip before the body
         }
         return headers;
     }
 
-    /// body  what is put; none: it is got
+    /// Sends one request.
+    ///
+    /// body  bytes to put; nullptr to get the object
     std::vector<std::byte> perform(const std::string& key, const std::span<const std::byte>* body, std::size_t max_bytes) {
         check(key);
         CURL* const curl = curl_.get();
         const std::string url = endpoint_ + encoded(prefix_ + key), signer = "aws:amz:" + region_ + ":s3";
         answer answered{max_bytes};
-        curl_easy_reset(curl);  // connections stay
+        curl_easy_reset(curl);  // keeps connections open
         curl_easy_setopt(curl, CURLOPT_URL, url.c_str());
         curl_easy_setopt(curl, CURLOPT_PROTOCOLS_STR, "http,https");
         curl_easy_setopt(curl, CURLOPT_AWS_SIGV4, signer.c_str());
@@ -133,7 +137,7 @@ private:
         curl_easy_setopt(curl, CURLOPT_PASSWORD, secret_.c_str());
         curl_easy_setopt(curl, CURLOPT_NOSIGNAL, 1L);
         curl_easy_setopt(curl, CURLOPT_CONNECTTIMEOUT, 10L);
-        curl_easy_setopt(curl, CURLOPT_LOW_SPEED_LIMIT, 1L);  // ends transfers in which nothing comes
+        curl_easy_setopt(curl, CURLOPT_LOW_SPEED_LIMIT, 1L);  // cancels a transfer that receives nothing for 10 seconds
         curl_easy_setopt(curl, CURLOPT_LOW_SPEED_TIME, 10L);
         curl_easy_setopt(curl, CURLOPT_WRITEFUNCTION, &s3_storage::take);
         curl_easy_setopt(curl, CURLOPT_WRITEDATA, &answered);
@@ -170,6 +174,8 @@ private:
     std::string endpoint_, prefix_, region_, user_, secret_;
 };
 
+/// Opens a storage.
+///
 /// place  a folder, or s3://BUCKET/PREFIX
 inline std::unique_ptr<storage> open_storage(const std::string& place) {
     if (place.starts_with(s3_storage::scheme)) return std::make_unique<s3_storage>(place);

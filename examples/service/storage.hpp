@@ -1,5 +1,5 @@
-// Where photos lie and outputs go: bytes under keys. Two kinds, a folder and what speaks S3's protocol, and a coat for either
-// that tries again.
+// Storage for photos and outputs: objects of bytes, named by keys. A folder_storage keeps them in a folder, an s3_storage on a
+// server (s3_storage.hpp); a patient_storage wraps either one and retries.
 #pragma once
 
 #include "../photo3d/file_set.hpp"
@@ -31,26 +31,26 @@
 
 namespace ldi::examples {
 
-/// Bytes under keys. Not for several threads at once.
+/// Objects of bytes, named by keys. One thread at a time may use a storage.
 class storage {
 public:
     static constexpr std::size_t max_object_bytes = std::size_t{1} << 30;
 
     virtual ~storage() = default;
 
-    /// Raises invalid_data for a key that put() can't take.
+    /// Raises invalid_data for a key that put() would not accept.
     virtual void check(const std::string& key) const = 0;
 
-    /// Raises file_access where there is no such object, too_large for one beyond max_bytes, and unavailable for all that is not
-    /// the object's fault: no network, no space, wrong credentials.
+    /// Returns an object. Raises file_access if it does not exist, too_large if it has more than max_bytes, and unavailable for
+    /// failures of the storage itself: no network, no space, wrong credentials.
     virtual std::vector<std::byte> get(const std::string& key, std::size_t max_bytes = max_object_bytes) = 0;
 
-    /// Whoever gets it meanwhile gets the old bytes or the new ones. Raises as get() does.
+    /// Writes an object. Anyone who reads it meanwhile gets all old bytes or all new bytes. Raises the same errors as get().
     virtual void put(const std::string& key, std::span<const std::byte> bytes) = 0;
 };
 
-/// A folder, which may be of another machine. What is in it may be a stranger's: links are not followed, so that nothing outside
-/// is read or written, and only plain files are opened.
+/// A folder, possibly on another machine. Strangers may have written to it: the functions do not follow links, so that nothing
+/// outside is read or written, and open only plain files.
 class folder_storage : public storage {
 public:
     explicit folder_storage(std::filesystem::path folder) : folder_(std::move(folder)) {}
@@ -67,14 +67,14 @@ public:
 
     std::vector<std::byte> get(const std::string& key, std::size_t max_bytes) override {
         const file_handle folder = folder_of(key, false);
-        // O_NONBLOCK: to open a pipe that nobody writes to would take forever.
+        // Without O_NONBLOCK, opening a pipe without a writer would block forever.
         const file_handle file(folder, name_of(key), O_RDONLY | O_NOFOLLOW | O_NONBLOCK);
         if (file.number() < 0) fail(key, "a file that can be read");
         struct stat facts {};
         if (::fstat(file.number(), &facts) != 0) fail(key, "a file that can be read");
         if (!S_ISREG(facts.st_mode)) raise(error_code::file_access, path_of(key), "a file", "something else, such as a pipe");
         const std::size_t size = static_cast<std::size_t>(facts.st_size);
-        std::vector<std::byte> bytes(std::min(size, max_bytes) + 1);  // one more, to see that it ends there
+        std::vector<std::byte> bytes(std::min(size, max_bytes) + 1);  // one more, to detect a file that grows
         std::size_t used = 0;
         while (used < bytes.size()) {
             const ssize_t got = ::read(file.number(), bytes.data() + used, bytes.size() - used);
@@ -110,11 +110,12 @@ private:
         raise_system_error(last_error(), path_of(key), expected);
     }
 
-    /// The folder of an object, opened name by name. Raises file_access, unavailable.
+    /// Opens the folder of an object, one folder of the path after the other. Raises file_access, unavailable.
     file_handle folder_of(const std::string& key, bool makes_missing) const {
         check_key(key);
         file_handle folder(folder_, O_RDONLY | O_DIRECTORY);
-        if (folder.number() < 0) raise(error_code::unavailable, folder_.string(), "a folder", "none");  // not mounted now
+        // for example, not mounted at the moment
+        if (folder.number() < 0) raise(error_code::unavailable, folder_.string(), "a folder", "none");
         for (const std::filesystem::path& name : std::filesystem::path(key).parent_path()) {
             if (makes_missing && ::mkdirat(folder.number(), name.c_str(), 0777) != 0 && errno != EEXIST) fail(key, "a folder");
             file_handle next(folder, name, O_RDONLY | O_DIRECTORY | O_NOFOLLOW);
@@ -127,14 +128,14 @@ private:
     std::filesystem::path folder_;
 };
 
-/// Tries again what another storage can't do now.
+/// Retries operations of another storage that is temporarily unavailable.
 class patient_storage : public storage {
 public:
     using duration = std::chrono::duration<double>;
 
-    /// patience    after which it gives up, 0 to try once
-    /// is_ending   ends the trying
-    /// on_failure  is told of every failure
+    /// patience    time in seconds after which it gives up; 0 tries once
+    /// is_ending   stops the retries when it becomes true
+    /// on_failure  is called with the message of every failure
     patient_storage(std::unique_ptr<storage> tried, duration patience, const std::atomic<bool>& is_ending,
                     std::function<void(const std::string&)> on_failure)
         : tried_(std::move(tried)), patience_(patience), is_ending_(is_ending), on_failure_(std::move(on_failure)) {}
@@ -147,7 +148,7 @@ public:
         patiently([&] { return tried_->put(key, bytes), 0; });
     }
 
-    /// Whether the last try succeeded, as far as it was up to the storage. For any thread.
+    /// Whether the storage was available at the last try. Any thread may call it.
     bool is_there() const { return is_there_; }
 
 private:

@@ -1,6 +1,6 @@
-// A worker: takes messages that name photos from a queue, converts the photos of one storage into GLB files in another, and
-// publishes a document per photo. It acknowledges a message once all its documents are safe with the broker, so that nothing is
-// lost, whatever ends it. One thread converts, another talks to the broker.
+// A worker: receives messages that name photos, converts the photos of one storage to GLB files in another, and publishes a
+// document per photo. It acknowledges a message after the broker has stored all its documents, so nothing is lost if the worker
+// stops or crashes. One thread converts; another communicates with the broker.
 
 #include "../photo3d/arguments.hpp"
 #include "../photo3d/batch_list.hpp"
@@ -34,18 +34,18 @@
 
 namespace ldi::examples { namespace {
 
-static_assert(std::atomic<bool>::is_always_lock_free);  // a signal handler sets it
+static_assert(std::atomic<bool>::is_always_lock_free);  // set by a signal handler
 std::atomic<bool> is_ending{false};
 
 struct worker_options {
     std::string broker = "amqp://guest:guest@127.0.0.1:5672/", queue = "photos", photos, outputs, http;
-    double patience = 600;       // less than the half hour after which RabbitMQ takes a message back
-    std::uint16_t prefetch = 1;  // with more, a photo that ends workers takes messages with it that are none the worse
+    double patience = 600;       // seconds; less than the half hour after which RabbitMQ delivers a message again
+    std::uint16_t prefetch = 1;  // with more, a photo that crashes workers also returns messages that are not to blame
     std::vector<std::string> conversion;
 };
 
 struct task {
-    std::uint64_t connection;  ///< to no other does its tag mean anything
+    std::uint64_t connection;  ///< connection on which the tag is valid
     delivery message;
 };
 
@@ -81,7 +81,7 @@ private:
         return {{"broker", has_broker_.load()}, {"photos", photos_.is_there()}, {"outputs", outputs_.is_there()}};
     }
 
-    /// Ends the worker, whose messages then go to others. For any thread.
+    /// Stops the worker; its messages then go to others. Any thread may call it.
     void end_with(std::exception_ptr failure) {
         const std::lock_guard lock(mutex_);
         if (!failed_) failed_ = std::move(failure);
@@ -100,8 +100,8 @@ private:
         std::this_thread::sleep_for(std::chrono::seconds(1));
     }
 
-    /// On one pair of connections, until one fails. A broker that is short of memory stops who publishes, by connection:
-    /// acknowledging is to go on.
+    /// Uses one pair of connections until one fails. They are separate because a broker that is short of memory blocks
+    /// connections that publish; acknowledgments must still pass.
     void serve() {
         const queue_names names(options_.queue);
         broker_connection out(options_.broker), in(options_.broker);
@@ -158,9 +158,9 @@ private:
     channel<finished_task> finished_{1024};
     std::atomic<std::uint64_t> connection_{0};
     std::atomic<bool> has_broker_{false};
-    std::mutex mutex_;  // of what follows
+    std::mutex mutex_;  // protects failed_
     std::exception_ptr failed_;
-    operations_server server_;  // last: it asks the others
+    operations_server server_;  // last, because it reads the other members
 };
 
 void describe(CLI::App& app, worker_options& options) {
@@ -184,8 +184,8 @@ void describe(CLI::App& app, worker_options& options) {
 void read_conversion_options(std::vector<std::string> options, const std::filesystem::path& data, arguments& a) {
     CLI::App app;
     examples::describe(app, a, data);
-    options.insert(options.begin(), {"--batch", "-"});  // names of photos come with messages
-    std::reverse(options.begin(), options.end());       // as CLI11 takes them
+    options.insert(options.begin(), {"--batch", "-"});  // photos are named by messages
+    std::reverse(options.begin(), options.end());       // CLI11 expects the reverse order
     app.parse(options);
     for (const std::filesystem::path& file : {a.output, a.html, a.report, a.depth})
         if (!file.empty() && file != "none")

@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
-# How good the weights are, on photographs that none was trained on: fills of 200 fixed holes, and depth where it was measured. Prints
-# Markdown and ends with "farbrausch +D.DD dB, student +D.DDD delta, edges D.DDD". Installs what is missing; takes 8 minutes of one core.
+# Measures the quality of the weights on photographs that no network was trained on: fills of 200 fixed holes, and depth compared to
+# measurements. Prints Markdown and ends with "farbrausch +D.DD dB, student +D.DDD delta, edges D.DDD". Installs missing packages. Takes
+# 8 minutes on one core.
 #
-#   examples/training/evaluate.sh [FOLDER]      FOLDER: of the weights, examples/models without it
+#   examples/training/evaluate.sh [FOLDER]      FOLDER: folder of the weights; default: examples/models
 #
-# Pictures go to out/training. The photographs are those of ../shared; where they are absent, that table is skipped and the line says so.
+# Writes pictures to out/training. The photographs are in ../shared. If they are missing, the table is skipped, and the last line says so.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 root=$(cd "$here/../.." && pwd)
@@ -43,7 +44,7 @@ measure() {
     printf '\n(%d s)\n' $((SECONDS - start))
 }
 
-# What a table's last line says: the difference, or that there is none.
+# Prints the last line of a table: the difference, or "not measured".
 difference() {
     { [ -f "$built/$1" ] && grep -E "^$2 [+-]" "$built/$1" || printf '%s not measured\n' "$2"; } | tail -n 1
 }

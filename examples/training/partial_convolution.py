@@ -6,8 +6,8 @@ Liu et al., Image Inpainting for Irregular Holes Using Partial Convolutions, ECC
 37.97 G multiplications at 512 x 512. Nobody has trained it here: without --state, a state_dict of PartialConvolutionNetwork, the
 weights are random, good for measuring time and for comparing arithmetic.
 
-It differs from Farbrausch (farbrausch/model.py) in what goes in and comes out: colours with a mask that is 0 in the holes and
-shrinks from layer to layer, and colours again, not what is to be added to smooth fills. Colours are in [0, 1], and nothing is
+It differs from Farbrausch (farbrausch/model.py) in what goes in and comes out: colors with a mask that is 0 in the holes and
+shrinks from layer to layer, and colors again, not what is to be added to smooth fills. Colors are in [0, 1], and nothing is
 taken off them: a mean could not be folded into partial convolutions, whose ratio would multiply it.
 """
 import argparse
@@ -28,16 +28,16 @@ LEAK = 0.2
 
 
 class PartialConvolution(nn.Module):
-    """out = W (x . m) * (C k^2 / sum m) + b where the mask's sum over the window is positive, else 0 and masked; normalised and
-    activated. The normalisation changes what is masked too, which nobody reads: so it can be folded into W and b."""
+    """out = W (x . m) * (C k^2 / sum m) + b where the mask's sum over the window is positive, else 0 and masked; normalized and
+    activated. The normalization changes what is masked too, which nobody reads: so it can be folded into W and b."""
 
-    def __init__(self, c_in, c_out, kernel, stride=1, normalise=True, leak=None):
+    def __init__(self, c_in, c_out, kernel, stride=1, normalize=True, leak=None):
         super().__init__()
         self.kernel, self.stride, self.leak = kernel, stride, leak
         self.weight = nn.Parameter(torch.empty(c_out, c_in, kernel, kernel))
         nn.init.kaiming_normal_(self.weight)
         self.bias = nn.Parameter(torch.zeros(c_out))
-        self.norm = nn.BatchNorm2d(c_out) if normalise else None
+        self.norm = nn.BatchNorm2d(c_out) if normalize else None
 
     def forward(self, x, mask):
         """x, mask: B x C x H x W. Returns the same of the result: the mask with one channel, which is that of all."""
@@ -51,7 +51,7 @@ class PartialConvolution(nn.Module):
         return (F.leaky_relu(y, self.leak) if self.leak is not None else y), valid
 
     def folded(self):
-        """(weight, bias) of the same layer with the normalisation of evaluation mode folded in."""
+        """(weight, bias) of the same layer with the normalization of evaluation mode folded in."""
         if self.norm is None:
             return self.weight.detach(), self.bias.detach()
         scale = self.norm.weight / torch.sqrt(self.norm.running_var + self.norm.eps)
@@ -64,10 +64,10 @@ class PartialConvolutionNetwork(nn.Module):
         super().__init__()
         c_in = [3, *channels[:-1]]
         self.channels, self.kernels = channels, kernels
-        self.encoder = nn.ModuleList(PartialConvolution(a, b, k, 2, normalise=i > 0, leak=0.0)
+        self.encoder = nn.ModuleList(PartialConvolution(a, b, k, 2, normalize=i > 0, leak=0.0)
                                      for i, (a, b, k) in enumerate(zip(c_in, channels, kernels)))
-        # decoder[j] undoes encoder[-1 - j]; its last layer gives colours as they are
-        self.decoder = nn.ModuleList(PartialConvolution(channels[i] + c_in[i], c_in[i], 3, normalise=i > 0, leak=LEAK if i > 0 else None)
+        # decoder[j] undoes encoder[-1 - j]; its last layer gives colors as they are
+        self.decoder = nn.ModuleList(PartialConvolution(channels[i] + c_in[i], c_in[i], 3, normalize=i > 0, leak=LEAK if i > 0 else None)
                                      for i in reversed(range(len(channels))))
 
     def forward(self, image, known, exists=None):

@@ -16,6 +16,7 @@ class graph;
 class graph_view;
 class graph_builder;
 struct color_column;
+struct color16_column;
 struct disparity_column;
 struct known_column;
 struct matte_column;

@@ -1,7 +1,7 @@
-// The whole way from a photo to a 3D photo: every stage in the paper's order with the paper's defaults. What the paper does
-// not have: edges of depth are sharpened (depth/sharpen_edges.hpp), silhouettes moved onto the photo's edges, colors beside them
-// unmixed, hidden surfaces given texture (occlusion/), silhouettes softened (mesh/soft_edges.hpp). Each stage is a function of
-// its own in the headers below. Call these functions to run some stages only, or to insert stages of your own.
+// Converts a photo to a 3D photo: calls every stage in the paper's order with the paper's defaults. Stages beyond the paper
+// sharpen depth edges (depth/sharpen_edges.hpp), align silhouettes with the photo's edges, unmix the colors beside them, add
+// texture to hidden surfaces (inpaint/), and soften silhouettes (mesh/soft_edges.hpp). Each stage is a separate function in the
+// headers below. Call these functions to run some stages only, or to insert your own.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -14,7 +14,7 @@
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/core/photo_facts.hpp>
-#include <ldi/depth/align_silhouettes.hpp>
+#include <ldi/depth/decided_depth.hpp>
 #include <ldi/depth/middle_components.hpp>
 #include <ldi/depth/normalize.hpp>
 #include <ldi/depth/resample.hpp>
@@ -29,6 +29,7 @@
 #include <ldi/occlusion/discontinuity_curves.hpp>
 #include <ldi/occlusion/expand.hpp>
 #include <ldi/occlusion/lift.hpp>
+#include <ldi/occlusion/past_frame.hpp>
 #include <ldi/occlusion/spurious_discontinuities.hpp>
 #include <ldi/texture/atlas.hpp>
 #include <ldi/texture/sheets.hpp>
@@ -45,9 +46,9 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A source of depth. `disparity(photo, progress, threads)` takes the photo H x W x 3 and returns a map h x w x 1 of
-/// any size, larger is nearer; `quantization_step()` is the ratio of neighboring values of that map, 1 if it is not quantized.
-/// `tiefenrausch` is one, `given_disparity` another.
+/// A source of depth. `disparity(photo, progress, threads)` accepts the photo, H x W x 3, and returns a map h x w x 1 of any
+/// size, larger is nearer. `quantization_step()` is the ratio of neighboring values of that map, 1 if it is not quantized.
+/// Examples: `tiefenrausch`, `given_disparity`.
 template <class T>
 concept depth_estimator = requires(const T& t, image_view<const std::uint8_t> photo, const progress_listener& progress,
                                    const serial_executor& threads) {
@@ -55,23 +56,30 @@ concept depth_estimator = requires(const T& t, image_view<const std::uint8_t> ph
     { t.quantization_step() } -> std::convertible_to<float>;
 };
 
-/// The layered image of a photo while make_photo3d() works on it, with columns of the caller's.
+/// Layered image of a photo inside make_photo3d(), with the caller's columns.
 template <payload_column... Own>
 using working_layers = layered_image<color_column, disparity_column, known_column, matte_column, rim_column, Own...>;
 
-/// A source of colors for the pixels that have none. `inpaint(layers, progress, threads)`, a template over layers with at least
-/// color, disparity and known_column, sets the color of every pixel whose known_column is 0 and changes nothing else.
-/// `diffusion_inpainter` is one.
+/// A source of colors. `inpaint(layers, progress, threads)`, a template over layers with at least color, disparity and
+/// known_column, sets the color of every pixel whose known_column is 0 and changes nothing else. Example: `diffusion_inpainter`.
 template <class T>
 concept color_inpainter = requires(const T& t, working_layers<>& layers, const progress_listener& progress,
                                    serial_executor& threads) {
     t.inpaint(layers, progress, threads);
 };
 
-/// A disparity map that is there already, from a phone or a file.
+/// Decides where silhouettes lie. `decide(depth, threads)` accepts an undecided_depth (depth/decided_depth.hpp) and returns a
+/// decided_depth of the same size. Examples: `network_decider` (depth/network_decider.hpp), `aligned_silhouettes`.
+template <class T>
+concept silhouette_decider = requires(const T& t, undecided_depth depth, const serial_executor& threads) {
+    { t.decide(std::move(depth), threads) } -> std::same_as<decided_depth>;
+};
+
+/// An existing disparity map, for example from a phone or a file.
 struct given_disparity {
-    /// h x w x 1, finite, larger is nearer. With normalize_options::is_inverse_depth, the default, 0 or more: 0 is infinitely
-    /// far, such as the sky. If 0 means unknown, fill it first, with fill_invalid() of io/depth_map.hpp for example.
+    /// h x w x 1, finite, larger is nearer. With normalize_options::is_inverse_depth, the default, values are 0 or more, and 0
+    /// is infinitely far, such as the sky. If 0 means unknown, fill these pixels first, for example with fill_invalid() of
+    /// io/depth_map.hpp.
     image<float> map;
 
     template <executor Executor>
@@ -81,15 +89,15 @@ struct given_disparity {
     float quantization_step() const { return 1.0F; }
 };
 
-/// Lengths and sizes in `alignment`, `components` and `curves` are in pixels, for depth as fine as the photo. Where one depth
-/// sample covers several pixels, make_photo3d() multiplies lengths by the sample's side and sizes by its area.
+/// Lengths and sizes in `alignment`, `components` and `curves` are in pixels, for depth as fine as the photo. If one
+/// depth sample covers several pixels, make_photo3d() multiplies lengths by the sample's side and sizes by its area.
 struct photo3d_options {
-    /// The photo is shrunk to this long side, in pixels, if it is larger.
+    /// Maximum long side in pixels; a larger photo is shrunk to it.
     std::size_t long_side = 1536;
     /// 35 mm equivalent focal length of the photo. The default is a phone's main camera.
     float focal_length_35mm = 26.0F;
-    /// Number of passes of the weighted median at the estimator's own resolution, at which a washed-out edge is only a few
-    /// samples wide, before the one at the photo's.
+    /// Number of weighted median passes at the estimator's own resolution, where a blurred edge is only some samples wide,
+    /// before the pass at the photo's resolution.
     int passes_before_resampling = 2;
     surface_rule surface;
     normalize_options normalize;
@@ -101,18 +109,20 @@ struct photo3d_options {
     mixed_color_options mixed_colors;
     curve_options curves;
     expand_options expand;
+    /// Whether surfaces continue past the photo's border, as far as `expand.motion` uncovers them.
+    photo_frame frame = photo_frame::grow;
     texture_options texture;
     grain_options grain;
     chart_options charts;
     atlas_options atlas;
     mesh_options mesh;
-    /// Receives the stages under the names of the paper's table: "depth estimation", "depth filter", "connected components",
+    /// Receives the stages by the names in the paper's table: "depth estimation", "depth filter", "connected components",
     /// "occluded geometry", "color inpainting", "chart generation", "chart padding", "meshing"; each begins with fraction 0 and
     /// ends with 1.
     progress_listener progress;
 };
 
-/// Columns of the caller's for make_photo3d(), one image each.
+/// The caller's own columns for make_photo3d(), one image each.
 ///
 ///     struct material { using scalar = std::uint8_t; static constexpr std::size_t channels = 1; };
 ///     photo_columns<material>{materials}
@@ -124,10 +134,10 @@ struct photo_columns {
     photo_columns(image_view<const typename Own::scalar>... own) : images(own...) {}
 };
 
-/// A 3D photo, and what every stage made on the way. `Own`: the caller's columns.
+/// A 3D photo, and the results of all stages. `Own` are the caller's columns.
 template <payload_column... Own>
 struct basic_photo3d {
-    image<std::uint8_t> photo;  ///< H x W x 3, as it was worked on
+    image<std::uint8_t> photo;  ///< H x W x 3, at the size of the layered image
     image<float> estimated;     ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
     image<float> resampled;     ///< H x W x 1, before cleaning
     image<float> disparity;     ///< H x W x 1, cleaned
@@ -142,12 +152,12 @@ using photo3d = basic_photo3d<>;
 
 namespace detail {
 
-/// The length of a side of the photo when the longer side is shrunk to at most `long_side` pixels.
+/// Returns the length of a side after the photo's longer side is shrunk to at most `long_side` pixels.
 inline std::size_t shrunk_length(std::size_t length, std::size_t longer, std::size_t long_side) {
     return std::max<std::size_t>((length * (std::min)(longer, long_side) + longer / 2) / longer, 1);
 }
 
-/// The photo with a long side of at most `long_side` pixels.
+/// Shrinks the photo to a long side of at most `long_side` pixels.
 template <executor Executor>
 image<std::uint8_t> shrink_photo(image_view<const std::uint8_t> photo, std::size_t long_side, Executor& threads) {
     const std::size_t longer = (std::max)(photo.height(), photo.width());
@@ -155,32 +165,26 @@ image<std::uint8_t> shrink_photo(image_view<const std::uint8_t> photo, std::size
                        threads);
 }
 
-/// The side of a sample of the estimate, in pixels. At least 1, and at most 16: a map so coarse cannot tell where silhouettes
-/// are.
+/// Side of a sample of the estimate, in pixels. At least 1, and at most 16, because coarser maps cannot locate silhouettes.
 inline float sample_size(const image<float>& estimated, const image<std::uint8_t>& photo) {
     return std::clamp(nearest_float(photo.width()) / nearest_float(estimated.width()), 1.0F, 16.0F);
 }
 
-/// Lengths in pixels, and counts, that hold where depth is as fine as the photo, for depth with larger samples.
+/// Scales lengths in pixels, and counts, from depth as fine as the photo to depth with larger samples.
 template <std::integral Count>
 Count scaled(Count count, float by) {
     return static_cast<Count>(std::lround(nearest_float(count) * by));
 }
-inline alignment_options scaled(alignment_options options, float sample_size) {
-    options.uncertainty *= sample_size;
-    options.shortest_length = scaled(options.shortest_length, sample_size);
-    return options;
-}
 inline middle_component_options scaled(middle_component_options options, float sample_size) {
-    options.smallest_size = scaled(options.smallest_size, sample_size * sample_size);
+    options.min_size = scaled(options.min_size, sample_size * sample_size);
     return options;
 }
 inline curve_options scaled(curve_options options, float sample_size) {
-    options.shortest_length = scaled(options.shortest_length, sample_size);
+    options.min_length = scaled(options.min_length, sample_size);
     options.tangent_length = scaled(options.tangent_length, sample_size);
     return options;
 }
-/// Pixels that silhouettes may still be off, after alignment, where depth is coarser than the photo.
+/// Maximum remaining error of silhouettes after alignment, in pixels; 0 for depth as fine as the photo.
 inline int rim_width(const alignment_options& options, float sample_size) {
     return sample_size > 1.0F ? static_cast<int>(std::lround(options.uncertainty * sample_size)) : 0;
 }
@@ -189,9 +193,9 @@ inline void check(const photo3d_options& options) {
     if (options.long_side == 0 || !(options.focal_length_35mm >= 1.0F && options.focal_length_35mm <= 1e5F))
         raise(error_code::invalid_option, "photo3d_options", "a long side of at least 1 and a focal length from 1 to 1e5",
               std::to_string(options.long_side) + " and " + to_text(options.focal_length_35mm));
-    if (!(options.surface.largest_step >= 0.001F && options.surface.largest_step <= 1.0F))
+    if (!(options.surface.max_step >= 0.001F && options.surface.max_step <= 1.0F))
         raise(error_code::invalid_option, "photo3d_options, surface", "a largest step from 0.001 to 1",
-              to_text(options.surface.largest_step));
+              to_text(options.surface.max_step));
 }
 
 inline void check_photo(image_view<const std::uint8_t> photo) {
@@ -199,7 +203,7 @@ inline void check_photo(image_view<const std::uint8_t> photo) {
         raise(error_code::invalid_data, "photo", "H x W x 3 values, at least one pixel", shape_text(photo));
 }
 
-/// The estimated disparity at the photo's resolution, its edges sharpened before where the estimator's is lower.
+/// Resamples the estimate to the photo's resolution. Sharpens its edges first if its resolution is lower.
 template <executor Executor>
 image<float> resample_estimate(const image<float>& estimated, const image<std::uint8_t>& photo, const photo3d_options& options,
                                Executor& threads) {
@@ -213,8 +217,8 @@ image<float> resample_estimate(const image<float>& estimated, const image<std::u
 
 }  // namespace detail
 
-/// The same options with charts of at most a size at which they fit on sheets of a photo H x W (texture/sheets.hpp). Raises
-/// too_large where the photo is too large for that, mismatch where it has no pixel.
+/// Limits charts to a size at which they fit on sheets of a photo H x W (texture/sheets.hpp). Raises too_large if the photo is
+/// too large for sheets, mismatch if it has no pixel.
 inline photo3d_options for_sheets(photo3d_options options, std::size_t photo_height, std::size_t photo_width,
                                   const sheet_options& sheets = {}) {
     if (photo_height == 0 || photo_width == 0 || options.long_side == 0)
@@ -225,29 +229,30 @@ inline photo3d_options for_sheets(photo3d_options options, std::size_t photo_hei
     for (const std::size_t length : {photo_height, photo_width})
         scale = (std::max)(scale, detail::nearest_double(length) /
                                       detail::nearest_double(detail::shrunk_length(length, longer, options.long_side)));
-    options.charts.max_side = (std::min)(options.charts.max_side, largest_chart_side(scale, sheets));
+    options.charts.max_side = (std::min)(options.charts.max_side, max_chart_side(scale, sheets));
     return options;
 }
 
-/// A photo as it is worked on, with its depth.
+/// A photo at the size of its layered image, with its depth.
 struct cleaned_photo {
-    image<std::uint8_t> photo;  ///< H x W x 3, no larger than options.long_side
-    image<float> estimated;     ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
-    image<float> resampled;     ///< H x W x 1, before cleaning
-    image<float> disparity;     ///< H x W x 1, cleaned
-    depth_range range;          ///< the distances that its disparities stand for
+    image<std::uint8_t> photo;   ///< H x W x 3, no larger than options.long_side
+    image<float> estimated;      ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
+    image<float> resampled;      ///< H x W x 1, before cleaning
+    image<float> disparity;      ///< H x W x 1, cleaned
+    image<std::uint8_t> shares;  ///< share of the front surface; see decided_depth
+    depth_range range;           ///< distances at disparity 1 and 0
 };
 
 /// Estimates and cleans the depth of a photo: the stages "depth estimation", "depth filter" and "connected components".
 ///
 /// photo  H x W x 3, at least one pixel
 ///
-/// Raises what the stages raise; before anything is estimated, error_code::invalid_data for a photo of another shape, and
-/// error_code::invalid_option if long_side is 0, the focal length is not in [1, 1e5] or the surface rule's step not in [0.001,
-/// 1].
-template <depth_estimator Estimator, executor Executor = const serial_executor>
-cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator& estimator, const photo3d_options& options = {},
-                          Executor&& threads = {}) {
+/// Raises the errors of the stages; before the estimate, error_code::invalid_data for a photo of another shape, and
+/// error_code::invalid_option if long_side is 0, the focal length is not in [1, 1e5], or the surface rule's step is not in
+/// [0.001, 1].
+template <depth_estimator Estimator, silhouette_decider Decider, executor Executor = const serial_executor>
+cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator& estimator, const Decider& decider,
+                          const photo3d_options& options = {}, Executor&& threads = {}) {
     const progress_listener& progress = options.progress;
     detail::check_photo(photo);
     detail::check(options);
@@ -264,9 +269,12 @@ cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator&
 
     progress.report("depth filter", 0.0F);
     result.resampled = detail::resample_estimate(result.estimated, result.photo, options, threads);
-    result.disparity = weighted_median(result.resampled, options.surface, options.median, threads);
     const float sample_size = detail::sample_size(result.estimated, result.photo);
-    align_silhouettes(result.disparity, result.photo, options.surface, detail::scaled(options.alignment, sample_size), threads);
+    decided_depth decided = decider.decide(
+        {result.photo, result.estimated, weighted_median(result.resampled, options.surface, options.median, threads),
+         options.surface, sample_size},
+        threads);
+    result.disparity = std::move(decided.disparity), result.shares = std::move(decided.shares);
     progress.report("depth filter", 1.0F);
 
     progress.report("connected components", 0.0F);
@@ -274,20 +282,26 @@ cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator&
     progress.report("connected components", 1.0F);
     return result;
 }
+/// Same as above, with aligned_silhouettes.
+template <depth_estimator Estimator, executor Executor = const serial_executor>
+cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator& estimator, const photo3d_options& options = {},
+                          Executor&& threads = {}) {
+    return clean_depth(photo, estimator, aligned_silhouettes{options.alignment}, options, threads);
+}
 
-/// The layer that a photo becomes, and its silhouettes.
+/// The layer of a photo, and its silhouettes.
 template <payload_column... Own>
 struct lifted_photo {
-    /// The colors beside silhouettes are unmixed, or marked as unknown.
+    /// Colors beside silhouettes are unmixed, or marked as unknown.
     single_layer<color_column, disparity_column, known_column, matte_column, rim_column, Own...> layer;
     buffer<discontinuity_curve> curves;
     photo_facts facts;
-    buffer<uncertain_rim> rims;  ///< for restore_rims(), after the hidden surfaces have their colors
+    buffer<uncertain_rim> rims;  ///< input of restore_rims(), which runs after the hidden surfaces are colored
 };
 
 namespace detail {
 
-/// An image as a column of a layer of another size.
+/// Samples an image at the pixels of a layer of another size.
 template <payload_column Column>
 buffer<typename Column::scalar> sampled_column(image_view<const typename Column::scalar> from, std::size_t rows,
                                                std::size_t columns) {
@@ -305,7 +319,7 @@ buffer<typename Column::scalar> sampled_column(image_view<const typename Column:
     return result;
 }
 
-/// Adds the columns of the caller, one by one.
+/// Adds the caller's columns one by one.
 template <class Layer>
 Layer with_columns(Layer layer) {
     return layer;
@@ -324,19 +338,19 @@ auto with_columns(Layer layer, const image_view<const typename Column::scalar>& 
 
 }  // namespace detail
 
-/// Lifts a photo and prepares it for expand(). Raises what clean_depth() raises for its options, and mismatch for an image of
+/// Lifts a photo and prepares it for expand(). Raises the errors of clean_depth() for its options, and mismatch for an image of
 /// `own` without pixels or with another number of channels.
 template <payload_column... Own, executor Executor = const serial_executor>
 lifted_photo<Own...> lift_photo(const cleaned_photo& photo, const photo_columns<Own...>& own, const photo3d_options& options,
                                 Executor&& threads = {}) {
     detail::check(options);
     const float sample_size = detail::sample_size(photo.estimated, photo.photo);
-    photo_layer layer = lift(photo.photo, photo.disparity, options.surface, threads);
-    const graph& g = layer.topology();
+    const auto width = static_cast<std::int32_t>(photo.photo.width()), height = static_cast<std::int32_t>(photo.photo.height());
     lifted_photo<Own...> result;
-    result.facts.camera = {g.width(), g.height(), focal_length_from_35mm(options.focal_length_35mm, g.width(), g.height())};
-    result.facts.range = photo.range, result.facts.surface = options.surface;
-    buffer<std::int32_t> no_rims(g.size(), 0);
+    result.facts = {
+        {width, height, focal_length_from_35mm(options.focal_length_35mm, width, height)}, photo.range, options.surface};
+    photo_layer layer = lift(photo.photo, photo.disparity, result.facts, threads);
+    buffer<std::int32_t> no_rims(layer.size(), 0);
     result.layer = std::apply(
         [&](const auto&... images) {
             return detail::with_columns<Own...>(std::move(layer).template with<rim_column>(std::move(no_rims)), images...);
@@ -344,7 +358,7 @@ lifted_photo<Own...> lift_photo(const cleaned_photo& photo, const photo_columns<
         own.images);
     result.curves = find_discontinuity_curves(result.layer, options.surface, detail::scaled(options.curves, sample_size));
     close_spurious_discontinuities(result.layer, result.curves);
-    unmix_colors(result.layer, options.mixed_colors);
+    unmix_colors(result.layer, options.mixed_colors, {photo.shares.data(), photo.shares.size()});
     result.rims = mark_uncertain_rims(result.layer, detail::rim_width(options.alignment, sample_size));
     return result;
 }
@@ -353,10 +367,10 @@ lifted_photo<> lift_photo(const cleaned_photo& photo, const photo3d_options& opt
     return lift_photo(photo, photo_columns<>(), options, threads);
 }
 
-/// Gives the hidden surfaces their colors, and the rims theirs back.
+/// Colors the hidden surfaces, then restores the colors of the rims.
 ///
-/// rims       of lift_photo()
-/// inpainter  texture and grain are added to its result; set both strengths to 0 for one that makes texture itself
+/// rims       from lift_photo()
+/// inpainter  texture and grain are added to its result; set both strengths to 0 for an inpainter that makes its own texture
 template <has_columns<color_column, disparity_column, known_column, rim_column> Layers, class Inpainter,
           executor Executor = const serial_executor>
 void inpaint_hidden(Layers& layers, std::span<const uncertain_rim> rims, const Inpainter& inpainter,
@@ -366,18 +380,21 @@ void inpaint_hidden(Layers& layers, std::span<const uncertain_rim> rims, const I
     restore_rims(layers, rims);
 }
 
+/// Converts a photo to a 3D photo.
+///
 /// photo      H x W x 3, at least one pixel
-/// own        columns that stay with their pixels through all stages; gather() (mesh/gather.hpp) brings them to the vertices
+/// own        columns that stay with their pixels through all stages; gather() (mesh/gather.hpp) transfers them to the vertices
 /// inpainter  as for inpaint_hidden()
 ///
-/// Raises what the stages raise. Memory and time are bounded for any depth map: each stage documents its bound, and
+/// Raises the errors of the stages. Memory and time are bounded for any depth map: each stage documents its bound, and
 /// bench/photo3d/README.md has the peaks.
-template <depth_estimator Estimator, color_inpainter Inpainter, payload_column... Own, executor Executor = const serial_executor>
+template <depth_estimator Estimator, silhouette_decider Decider, color_inpainter Inpainter, payload_column... Own,
+          executor Executor = const serial_executor>
 basic_photo3d<Own...> make_photo3d(image_view<const std::uint8_t> photo, const photo_columns<Own...>& own,
-                                   const Estimator& estimator, const Inpainter& inpainter, const photo3d_options& options = {},
-                                   Executor&& threads = {}) {
+                                   const Estimator& estimator, const Decider& decider, const Inpainter& inpainter,
+                                   const photo3d_options& options = {}, Executor&& threads = {}) {
     const progress_listener& progress = options.progress;
-    cleaned_photo cleaned = clean_depth(photo, estimator, options, threads);
+    cleaned_photo cleaned = clean_depth(photo, estimator, decider, options, threads);
 
     progress.report("occluded geometry", 0.0F);
     lifted_photo<Own...> lifted = lift_photo(cleaned, own, options, threads);
@@ -391,6 +408,7 @@ basic_photo3d<Own...> make_photo3d(image_view<const std::uint8_t> photo, const p
     progress.report("color inpainting", 0.0F);
     inpaint_hidden(layers, lifted.rims, inpainter, options, threads);
     result.layers = decltype(result.layers)(std::move(layers));
+    if (options.frame == photo_frame::grow) result.facts.margin = grow_past_frame(result.layers, result.facts);
     progress.report("color inpainting", 1.0F);
 
     progress.report("chart generation", 0.0F);
@@ -405,6 +423,19 @@ basic_photo3d<Own...> make_photo3d(image_view<const std::uint8_t> photo, const p
     result.mesh = build_mesh(result.layers, result.facts, result.charts, result.atlas, options.mesh, threads);
     progress.report("meshing", 1.0F);
     return result;
+}
+template <depth_estimator Estimator, silhouette_decider Decider, color_inpainter Inpainter,
+          executor Executor = const serial_executor>
+photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& estimator, const Decider& decider,
+                     const Inpainter& inpainter, const photo3d_options& options = {}, Executor&& threads = {}) {
+    return make_photo3d(photo, photo_columns<>(), estimator, decider, inpainter, options, threads);
+}
+/// Same as above, with aligned_silhouettes.
+template <depth_estimator Estimator, color_inpainter Inpainter, payload_column... Own, executor Executor = const serial_executor>
+basic_photo3d<Own...> make_photo3d(image_view<const std::uint8_t> photo, const photo_columns<Own...>& own,
+                                   const Estimator& estimator, const Inpainter& inpainter, const photo3d_options& options = {},
+                                   Executor&& threads = {}) {
+    return make_photo3d(photo, own, estimator, aligned_silhouettes{options.alignment}, inpainter, options, threads);
 }
 template <depth_estimator Estimator, color_inpainter Inpainter, executor Executor = const serial_executor>
 photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& estimator, const Inpainter& inpainter,

@@ -22,7 +22,7 @@ TEST_CASE("a mesh is V, F and UV to Eigen, in its own memory, and its area can b
     CHECK(f.maxCoeff() < static_cast<std::uint32_t>(v.rows()));
     CHECK(uv.minCoeff() >= 0.0F);
     CHECK(uv.maxCoeff() <= 1.0F);
-    // Seen from the photo's camera every triangle is counter-clockwise, and together they cover the photo once or more.
+    // Seen from the photo's camera, every triangle is counter-clockwise, and together they cover the photo at least once.
     const ldi::pinhole_camera& camera = made.facts.camera;
     double area = 0;
     for (Eigen::Index t = 0; t < f.rows(); ++t) {

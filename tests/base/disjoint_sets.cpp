@@ -21,7 +21,8 @@ TEST_CASE("merging joins sets under their smallest member, whatever the order") 
     for (int repeat = 0; repeat < 500; ++repeat) {
         const std::int32_t count = 1 + ldi::testing::below(random, 40);
         disjoint_sets sets(static_cast<std::size_t>(count));
-        ldi::buffer<std::int32_t> smallest(static_cast<std::size_t>(count));  // of each member's set, kept the slow way
+        // smallest member of each member's set, by brute force
+        ldi::buffer<std::int32_t> smallest(static_cast<std::size_t>(count));
         std::iota(smallest.begin(), smallest.end(), 0);
         for (std::int32_t merges = ldi::testing::below(random, 60); merges > 0; --merges) {
             const std::int32_t a = ldi::testing::below(random, count), b = ldi::testing::below(random, count);

@@ -52,7 +52,8 @@ TEMPLATE_TEST_CASE("a buffer does what a vector does", "", std::int32_t, std::st
                 break;
             }
             case 4:
-                if (!theirs.empty()) ours.push_back(ours.front()), theirs.push_back(theirs.front());  // from inside itself
+                // an element of the buffer itself
+                if (!theirs.empty()) ours.push_back(ours.front()), theirs.push_back(theirs.front());
                 break;
             case 5:
                 if (!theirs.empty()) ours.pop_back(), theirs.pop_back();
@@ -66,7 +67,7 @@ TEMPLATE_TEST_CASE("a buffer does what a vector does", "", std::int32_t, std::st
     }
     buffer<TestType> moved = std::move(ours);
     CHECK(equal(moved, theirs));
-    CHECK(ours.empty());  // NOLINT: that it may be looked at is what is tested
+    CHECK(ours.empty());  // NOLINT: moved-from buffers are valid, which this tests
     ours = moved;
     CHECK(ours == moved);
 }
@@ -108,7 +109,7 @@ TEST_CASE("memory comes from where the scope says, and goes back there from anyw
         {
             const memory_scope nested(inner.source);
             kept = buffer<float>(10);
-            first.resize(10000);  // stays where it began
+            first.resize(10000);  // stays in the memory where it started
             CHECK((inner.blocks == 1 && outer.bytes >= 40000));
         }
         CHECK(&current_memory() == &outer.source);
@@ -155,7 +156,7 @@ TEST_CASE("a value whose constructor throws is not there, and is not destroyed")
         CHECK(values.size() == 1);
         values.emplace_back(false);
         values.emplace_back(false);
-        CHECK_THROWS_AS(values.emplace_back(true), int);  // where it would have to grow
+        CHECK_THROWS_AS(values.emplace_back(true), int);  // where the buffer would have to grow
         CHECK(values.size() == 3);
         CHECK(unmakeable::alive == 3);
     }

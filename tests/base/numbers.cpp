@@ -34,7 +34,7 @@ TEST_CASE("the nearest byte is that of the nearest whole number, and none lies o
 }
 
 TEST_CASE("a fused multiply-add rounds once") {
-    // The product is 2^-24 + 2^-57. Rounded to double and then to float, its sum with 1 would be a tie, which goes down.
+    // The product is 2^-24 + 2^-57. Rounded to double and then to float, its sum with 1 would be a tie, which rounds down.
     const float a = 20857.0F, b = std::ldexp(411849.0F, -57);
     CHECK(fused_multiply_add(0x1p-30F, 0x1p-30F, 1.0F) == 1.0F);
     CHECK(fused_multiply_add(a, b, 1.0F) == 1.0F + 0x1p-23F);
@@ -46,7 +46,7 @@ TEST_CASE("a fused multiply-add rounds once") {
     CHECK(std::isinf(fused_multiply_add(std::numeric_limits<float>::infinity(), 1.0F, 1.0F)));
 }
 
-// Its functions are the reference: std::fma is exact, and the others give the float nearest to what they compute in double.
+// glibc's functions are the reference: std::fma is exact, and the others return the float nearest to their result in double.
 #if defined(__GLIBC__)
 TEST_CASE("ldi's own arithmetic gives what glibc gives") {
     std::mt19937 random(5);
@@ -62,7 +62,7 @@ TEST_CASE("ldi's own arithmetic gives what glibc gives") {
         if (const float x = std::abs(c); x > 0 && std::isfinite(x))
             different_logarithms += !same(natural_logarithm(x), static_cast<float>(std::log(double{x})));
 
-        // Sums that lie next to, or on, the middle of two floats.
+        // Sums next to, or on, the middle of two floats.
         a = std::ldexp(nearest_float(1 + (random() & 0xFFFFFFU)), static_cast<int>(random() % 20) - 10);
         b = std::ldexp(nearest_float(1 + (random() & 0xFFFFFFU)), -24);
         c = std::ldexp(a * b, static_cast<int>(random() % 64) - 32) * (random() % 2 == 0 ? 1.0F : -1.0F);
@@ -106,7 +106,7 @@ TEST_CASE("fused_multiply_add rounds once, as std::fma is defined") {
     const auto check = [&](float a, float b, float c) { wrong += is_exact(a, b, c) ? 0 : 1; };
     const auto any = [&] { return float_of(static_cast<std::uint32_t>(random())); };
     for (int i = 0; i < 300000; ++i) check(any(), any(), any());
-    // Sums whose double lies on the middle between two floats, or beside it by less than a double tells.
+    // Sums whose double lies on the middle between two floats, or differs from it by less than a double can represent.
     const auto mantissa = [&](int exponent) {
         return std::ldexp(static_cast<float>(0x800000 | (random() & 0x7FFFFF)), exponent - 23) *
                (random() % 2 == 0 ? 1.0F : -1.0F);
@@ -116,8 +116,9 @@ TEST_CASE("fused_multiply_add rounds once, as std::fma is defined") {
         const double product = double{a} * double{b};
         for (int exponent : {-60, -40, -31, -30, -26, -1, 0, 1, 23, 24, 25, 26, 30, 48, 60}) check(a, b, mantissa(exponent));
         check(a, b, static_cast<float>(-product));
-        check(1.0F + std::ldexp(1.0F, -12), 1.0F + std::ldexp(1.0F, -12), mantissa(-60));  // a product on a float's middle
-        check(std::ldexp(a, -100), std::ldexp(b, -40), mantissa(-149));                    // subnormal results
+        // a product on the middle between two floats
+        check(1.0F + std::ldexp(1.0F, -12), 1.0F + std::ldexp(1.0F, -12), mantissa(-60));
+        check(std::ldexp(a, -100), std::ldexp(b, -40), mantissa(-149));  // subnormal results
         check(std::ldexp(a, -75), std::ldexp(b, -75), std::ldexp(mantissa(0), -149));
     }
     const float infinity = std::numeric_limits<float>::infinity(), largest = (std::numeric_limits<float>::max)();

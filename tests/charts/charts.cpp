@@ -19,7 +19,7 @@ using namespace ldi::testing;
 
 std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
 
-/// Where the pixels of one chart lie.
+/// Positions of the pixels of one chart.
 class chart_map {
 public:
     chart_map(const graph_view& g, const chart& c) : c_(c), pixels_(at(c.width) * at(c.height), no_pixel) {
@@ -56,7 +56,8 @@ std::size_t connected_count(const graph_view& g, const chart_set& set, std::int3
     return seen.size();
 }
 
-/// Every pixel is in exactly one chart, charts are flat and connected, their boxes tight and within the cap.
+/// Checks that every pixel is in exactly one chart, that charts are flat and connected, and that their boxes are tight and
+/// within the limit.
 void check_partition(const graph_view& g, const chart_set& set, const chart_options& options) {
     REQUIRE(set.chart_of.size() == g.size());
     buffer<int> uses(g.size(), 0);
@@ -87,10 +88,10 @@ void check_partition(const graph_view& g, const chart_set& set, const chart_opti
     CHECK(std::count(uses.begin(), uses.end(), 1) == static_cast<std::ptrdiff_t>(g.size()));
 }
 
-/// How many pixels have another surface of their own chart straight ahead, within the filter's reach.
+/// Counts pixels with another surface of their own chart straight ahead, within the filter's range.
 std::size_t mixed_surfaces(const graph_view& g, std::span<const float> disparity, const chart_set& set,
                            const chart_options& options, surface_rule rule = {}) {
-    const float threshold = rule.largest_step + 1e-6F;
+    const float threshold = 2 * rule.max_step + 1e-6F;
     const auto differ = [&](std::int32_t a, std::int32_t b) { return std::abs(disparity[at(a)] - disparity[at(b)]) > threshold; };
     std::size_t mixed = 0;
     for (const chart& c : set.charts) {
@@ -162,11 +163,18 @@ TEST_CASE("charts of real photos keep all three constraints") {
     }
 }
 
-TEST_CASE("without constraint 3 the same scenes do mix surfaces") {
-    std::mt19937 random(3);
-    const photo_layers layers = random_scene(random, 120, 160);
-    const chart_set set = make_charts(layers, {.largest_step = 2.0F});
-    CHECK(mixed_surfaces(layers.topology(), layers.column<disparity_column>(), set, {}) > 0);
+TEST_CASE("a step that fades out mixes surfaces without constraint 3, and not with it") {
+    image<float> map(120, 120);
+    for (std::size_t y = 0; y < 120; ++y)
+        for (std::size_t x = 0; x < 120; ++x)
+            map(y, x) = 0.2F + (x < 60 ? 0.0F : 0.6F * std::max(0.0F, 1 - static_cast<float>(y) / 80));
+    const photo_layers layers = with_hidden_surfaces(lift(image<std::uint8_t>(120, 120, 3), map));
+    const auto disparity = layers.column<disparity_column>();
+    const auto mixed = [&](surface_rule rule) {
+        return mixed_surfaces(layers.topology(), disparity, make_charts(layers, rule), {});
+    };
+    CHECK(mixed({.max_step = 2.0F}) > 0);
+    CHECK(mixed({}) == 0);
 }
 
 TEST_CASE("a plain image is one chart, or an even grid of them above the cap") {

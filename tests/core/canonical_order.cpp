@@ -10,10 +10,10 @@ using namespace ldi;
 using ldi::testing::random_layers;
 
 namespace {
-/// Says in its own way whether pixels stand in canonical order.
+/// Checks independently whether pixels are in canonical order.
 bool stands_in_canonical_order(const random_layers& layers) {
     const graph& g = layers.topology();
-    std::size_t run = 0;  // where the run begins that pixel i - 1 belongs to
+    std::size_t run = 0;  // start of the run that contains pixel i - 1
     for (std::size_t i = 0; i < g.size(); ++i) {
         if (g.left()[i] != no_pixel) {
             if (g.left()[i] != static_cast<std::int32_t>(i) - 1) return false;

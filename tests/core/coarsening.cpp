@@ -8,22 +8,35 @@
 
 #include <catch2/catch.hpp>
 
+#include <array>
+#include <cmath>
+
 using namespace ldi;
 using ldi::testing::random_layers;
 
 namespace {
-struct material {  // the kept pixel's, at every level
+struct material {  // the value of the kept pixel, at every level
     using scalar = std::uint16_t;
     static constexpr std::size_t channels = 1;
-    static scalar coarser(array_view<const scalar> values) { return first_of(values); }
+    static std::array<scalar, 1> coarser(pixel_values<scalar, 1> pixels) { return first_of(pixels); }
+};
+
+struct direction {
+    using scalar = float;
+    static constexpr std::size_t channels = 2;
+    static std::array<float, 2> coarser(pixel_values<float, 2> pixels) {
+        std::array<float, 2> mean = averaged(pixels);
+        const float length = std::sqrt(mean[0] * mean[0] + mean[1] * mean[1]);
+        for (float& c : mean) c /= length;
+        return mean;
+    }
 };
 
 bool is_kept(const graph_view& g, std::int32_t pixel) {
     return g.x()[static_cast<std::size_t>(pixel)] % 2 == 0 && g.y()[static_cast<std::size_t>(pixel)] % 2 == 0;
 }
 
-/// The first pixel that breadth-first exploration from `pixel` finds and `wanted` accepts, never stepping where `allowed` says
-/// no.
+/// Returns the first pixel accepted by `wanted` in breadth-first exploration from `pixel`, through pixels accepted by `allowed`.
 template <class Allowed, class Wanted>
 std::int32_t explore(const graph_view& g, std::int32_t pixel, Allowed&& allowed, Wanted&& wanted) {
     std::vector<bool> seen(g.size(), false);
@@ -41,7 +54,7 @@ std::int32_t explore(const graph_view& g, std::int32_t pixel, Allowed&& allowed,
     return no_pixel;
 }
 
-/// The parents as the documentation words them, one exploration a pixel.
+/// Computes the parents as documented, by one exploration per pixel.
 buffer<std::int32_t> parents_by_exploration(const graph_view& g, const buffer<std::int32_t>& kept) {
     buffer<std::int32_t> coarse_index(g.size(), no_pixel), in_group(g.size(), no_pixel), result(g.size(), no_pixel);
     for (std::size_t i = 0; i < kept.size(); ++i) coarse_index[static_cast<std::size_t>(kept[i])] = static_cast<std::int32_t>(i);
@@ -187,7 +200,7 @@ TEST_CASE("kept pixels are linked exactly where a path of two links joined them"
         const graph& g = layers.topology();
         const coarsened result = coarsen(g, orphan_rule::adopt_nearest);
         for (std::size_t i = 0; i < result.kept.size(); ++i) {
-            // Try all sixteen paths of two links, and file their ends by the direction they lie in.
+            // Tries all sixteen paths of two links, and sorts their ends by direction.
             buffer<std::int32_t> found(4, no_pixel);
             const std::int32_t from = result.kept[i];
             for (const side first : all_sides)
@@ -214,7 +227,7 @@ TEST_CASE("parents are what exploration pixel by pixel finds") {
         const coarsened result = coarsen(g, orphan_rule::adopt_nearest);
         REQUIRE(result.parent == parents_by_exploration(g, result.kept));
 
-        // Only a component without any kept pixel is without parents.
+        // Only components without any kept pixel have no parents.
         const components whole = connected_components(g);
         std::vector<bool> has_kept(whole.count(), false);
         for (const std::int32_t i : result.kept)
@@ -252,8 +265,8 @@ TEST_CASE("coarsening does not depend on the order of pixels") {
 }
 
 TEST_CASE("orphans that are reached over many paths are queued once") {
-    // Every pixel at even x and y is a surface of its own, but for one in the middle: the rest, a grid of thin strips, has its
-    // only coarse pixel there.
+    // Every pixel at even x and y is a surface of its own, except for one in the middle. The rest, a grid of thin strips, has
+    // its only coarse pixel there.
     constexpr std::int32_t size = 81;
     testing::sketched_graph g(make_grid(size, size));
     for (std::int32_t i = 0; i < g.count(); ++i)
@@ -264,6 +277,15 @@ TEST_CASE("orphans that are reached over many paths are queued once") {
     const memory_scope scope(own.source);
     const coarsened result = coarsen(g, orphan_rule::adopt_nearest);
     CHECK(std::count(result.parent.begin(), result.parent.end(), no_pixel) == 0);
+}
+
+TEST_CASE("a rule sees all channels of its pixels, so that a direction keeps its length") {
+    layered_image<direction> fine(make_grid(2, 1));
+    fine.at<direction>(0)[0] = 1, fine.at<direction>(1)[1] = 1;
+    const auto coarse = coarsen(fine).layers;
+    REQUIRE(coarse.size() == 1);
+    CHECK(coarse.at<direction>(0)[0] == Approx(std::sqrt(0.5F)));
+    CHECK(coarse.at<direction>(0)[1] == Approx(std::sqrt(0.5F)));
 }
 
 TEST_CASE("a coarse pixel's values follow each column's rule, over all pixels that collapse to it") {

@@ -39,7 +39,7 @@ TEST_CASE("a grid is an image: every pixel is linked to the one beside it") {
     }
 }
 
-// What used to compile, and broke invariants.
+// Code that used to compile and break invariants.
 template <class T>
 concept can_add_pixels = requires(T& g) {
     g.add_pixel(0, 0);
@@ -132,7 +132,7 @@ TEST_CASE("random graphs are sound, and have what makes layered images hard") {
             bool linked = false;
             for (const side s : all_sides) linked = linked || g.neighbors(s)[i] != no_pixel;
             if (!linked) ++islands;
-            // Right, down, left, up ends on another layer than it began.
+            // The path right, down, left, up ends on another layer than it started.
             std::int32_t at = static_cast<std::int32_t>(i);
             for (const side s : {side::right, side::down, side::left, side::up})
                 if (at != no_pixel) at = g.neighbor(at, s);

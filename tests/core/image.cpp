@@ -69,6 +69,16 @@ TEST_CASE("a view reads and writes somebody else's rows, with gaps between them"
             for (int c = 0; c < 2; ++c) CHECK(copy(y, x, c) == 100 * y + 10 * x + c);
 }
 
+TEST_CASE("a stride in bytes must be whole values that hold a row") {
+    std::vector<float> memory(40);
+    const image_view<float> view(memory.data(), 4, 3, 2, byte_stride{40});
+    CHECK(view.row_stride() == 10);
+    CHECK(view.row(2) == memory.data() + 20);
+    CHECK_THROWS_AS(image_view<float>(memory.data(), 4, 3, 2, byte_stride{42}), error);
+    CHECK_THROWS_AS(image_view<float>(memory.data(), 4, 3, 2, byte_stride{20}), error);
+    CHECK_THROWS_AS(image_view<float>(memory.data(), 4, 3, 2, byte_stride{0}), error);
+}
+
 TEST_CASE("sizes that no memory has are refused, whatever their product wraps around to") {
     constexpr std::size_t half = std::size_t{1} << (4 * sizeof(std::size_t)), most = static_cast<std::size_t>(-1);
     const auto is_refused = [](auto&& make) {

@@ -4,6 +4,8 @@
 
 #include <catch2/catch.hpp>
 
+#include <cstdlib>
+#include <new>
 #include <string>
 #include <type_traits>
 
@@ -18,7 +20,7 @@ struct name_column {  // a payload need not be a number
     using scalar = std::string;
     static constexpr std::size_t channels = 1;
 };
-struct other_disparity_column {  // columns of one scalar and size are told apart by their names
+struct other_disparity_column {  // columns of equal scalar and size are distinguished by their types
     using scalar = float;
     static constexpr std::size_t channels = 1;
 };
@@ -42,7 +44,7 @@ static_assert(std::is_same_v<decltype(std::declval<const photo_layers&>().column
 static_assert(std::is_same_v<decltype(std::declval<users_layers&>().at<normal_column>(0)), std::span<double, 3>>);
 static_assert(std::is_same_v<decltype(std::declval<const users_layers&>().at<normal_column>(0)), std::span<const double, 3>>);
 
-// What used to compile, and left columns of another length than the graph.
+// Code that used to compile and leave columns of another length than the graph.
 template <class L>
 concept can_change_topology = requires(L& l) {
     l.topology() = graph();
@@ -72,7 +74,123 @@ static_assert(!can_move_pixels<photo_layer>);
 static_assert(!std::is_convertible_v<photo_layer, photo_layers> && !std::is_constructible_v<photo_layers, photo_layer>,
               "only expand() turns a single layer into a layered image");
 static_assert(!std::is_base_of_v<photo_layers, photo_layer>);
+template <class G>
+concept can_receive_columns = requires(G& g, const graph_builder& b) {
+    g.index_columns::operator=(b);
+};
+static_assert(!can_receive_columns<graph>, "a finished graph receives no unchecked columns");
+static_assert(!std::is_copy_constructible_v<link_editor> && !std::is_constructible_v<link_editor, graph_builder&>);
+static_assert(std::is_constructible_v<layered_view<disparity_column>, const graph&, const buffer<float>&>);
+static_assert(!std::is_constructible_v<layered_view<disparity_column>, graph, const buffer<float>&>, "it would dangle");
+
+/// Checks that every column has one row per pixel, and that the topology is valid.
+template <class... Columns>
+bool is_sound(const layered_image<Columns...>& layers) {
+    return !validate(graph_view(layers.topology())) &&
+           ((layers.template column<Columns>().size() == layers.size() * Columns::channels) && ...);
+}
+
+/// Memory that is exhausted after `left` allocations.
+struct short_memory {
+    std::size_t left = 0;
+    memory source{this,
+                  [](void* self, std::size_t bytes, std::size_t alignment) -> void* {
+                      if (static_cast<short_memory*>(self)->left == 0) return nullptr;
+                      --static_cast<short_memory*>(self)->left;
+                      return current.allocate(current.context, bytes, alignment);
+                  },
+                  [](void*, void* block, std::size_t bytes) { current.release(current.context, block, bytes); }};
+    static inline const memory current = current_memory();
+};
 }  // namespace
+
+#if LDI_HAS_EXCEPTIONS
+TEST_CASE("wherever memory runs out, every column has one row per pixel") {
+    using small_layers = layered_image<normal_column, disparity_column>;
+    const auto make = [] {
+        small_layers layers(make_grid(4, 4));
+        for (std::int32_t i = 0; i < 16; ++i)
+            layers.at<normal_column>(i)[0] = i, layers.at<disparity_column>(i)[0] = static_cast<float>(i);
+        return layers;
+    };
+    const small_layers original = make();
+    buffer<std::int32_t> backwards;
+    for (std::int32_t i = 15; i >= 0; --i) backwards.push_back(i);
+    buffer<std::uint8_t> kept(16, 1);
+    kept[3] = 0;
+    const auto unchanged = [&](const small_layers& l) {
+        return l.topology() == original.topology() && l.column<normal_column>() == original.column<normal_column>() &&
+               l.column<disparity_column>() == original.column<disparity_column>();
+    };
+    // Runs `change` with memory for 0, 1, 2... allocations, until it succeeds. `check` inspects the image after every failure.
+    const auto fail_everywhere = [&](auto&& change, auto&& check) {
+        for (std::size_t n = 0;; ++n) {
+            short_memory source;
+            small_layers layers = make();
+            {
+                const memory_scope scope(source.source);
+                source.left = n;
+                try {
+                    change(layers);
+                    REQUIRE(is_sound(layers));
+                    REQUIRE(n > 0);
+                    return;
+                } catch (const std::bad_alloc&) {
+                }
+            }
+            REQUIRE(is_sound(layers));
+            check(layers);
+        }
+    };
+    const auto is_unchanged = [&](const small_layers& l) { REQUIRE(unchanged(l)); };
+    fail_everywhere([&](small_layers& l) { l.keep(kept); }, is_unchanged);
+    fail_everywhere([&](small_layers& l) { l.reorder(backwards); }, is_unchanged);
+    fail_everywhere([&](small_layers& l) { l = small_layers(make_grid(9, 9)); }, is_unchanged);
+    const small_layers other(make_grid(5, 7));
+    fail_everywhere([&](small_layers& l) { l = other; }, is_unchanged);
+    fail_everywhere([&](small_layers& l) { layered_image<disparity_column, known_column> more(std::move(l)); }, is_unchanged);
+    fail_everywhere(
+        [](small_layers& l) {
+            l.grow([](graph_builder b) {
+                b.add_pixel(0, 0);
+                return grown_pixels{std::move(b).build(), {{0, 16, false}, {0, 1, true}}, {5}};
+            });
+        },
+        [](const small_layers& l) { REQUIRE(l.size() == 0); });
+    short_memory source;  // must outlive g
+    graph g = make_grid(3, 3);
+    const graph before = g, larger = make_grid(30, 30);
+    for (std::size_t n = 0; g.size() == 9; ++n) {
+        const memory_scope scope(source.source);
+        source.left = n;
+        try {
+            g = larger;
+        } catch (const std::bad_alloc&) {
+            REQUIRE(g == before);
+        }
+    }
+}
+#endif
+
+TEST_CASE("a callback that changes the image itself finds it empty") {
+    layered_image<disparity_column> layers(make_grid(4, 4));
+    layers.edit_links([&](link_editor& links) {
+        CHECK(layers.size() == 0);
+        layers.keep({});
+        layers.set_column<disparity_column>({});
+        links.unlink(0, side::right);
+    });
+    CHECK(layers.size() == 16);
+    CHECK(is_sound(layers));
+    CHECK(layers.topology().neighbor(0, side::right) == no_pixel);
+    layers.grow([&](graph_builder b) {
+        CHECK(layers.size() == 0);
+        layers.set_column<disparity_column>({});
+        return grown_pixels{std::move(b).build(), {{0, 16, false}}, {}};
+    });
+    CHECK(layers.size() == 16);
+    CHECK(is_sound(layers));
+}
 
 TEST_CASE("columns are as long as the graph, and zero at first") {
     const users_layers layers(make_grid(4, 3));
@@ -107,7 +225,7 @@ TEST_CASE("grown pixels follow the rules of the columns, and the old rows stay")
             layers.at<known_column>(i)[0] = 1, layers.at<name_column>(i)[0] = std::to_string(i);
         const grown_layers before = layers;
 
-        // New pixels stand before and after the old ones.
+        // New pixels come before and after the old ones.
         const std::int32_t old_count = before.topology().count(), first = testing::below(random, 4);
         const std::int32_t last = testing::below(random, 4);
         buffer<std::int32_t> origins;
@@ -148,6 +266,23 @@ TEST_CASE("growth that fails leaves an empty image, and editing links that fails
     CHECK_THROWS(layers.grow([](graph_builder) -> grown_pixels { throw 1; }));
     CHECK(layers.size() == 0);
     CHECK(layers.column<color_column>().empty());
+}
+
+TEST_CASE("grow() refuses pixels without a source") {
+    const auto grow = [](const buffer<grown_piece>& pieces, const buffer<std::int32_t>& origins) {
+        photo_layers layers(make_grid(3, 2));
+        layers.grow([&](graph_builder b) {
+            for (std::size_t i = 0; i < origins.size(); ++i) b.add_pixel(0, 0);
+            return grown_pixels{std::move(b).build(), pieces, origins};
+        });
+    };
+    CHECK_NOTHROW(grow({{0, 6, false}, {0, 1, true}}, {5}));
+    CHECK_THROWS_AS(grow({{0, 6, false}, {0, 1, true}}, {6}), error);
+    CHECK_THROWS_AS(grow({{0, 6, false}, {0, 1, true}}, {-1}), error);
+    CHECK_THROWS_AS(grow({{0, 6, false}}, {5}), error);
+    CHECK_THROWS_AS(grow({{0, 3, false}, {0, 3, false}}, {}), error);
+    CHECK_THROWS_AS(grow({{0, 7, false}}, {}), error);
+    CHECK_THROWS_AS(grow({{0, 6, false}, {1, 1, true}}, {5}), error);
 }
 
 TEST_CASE("columns of another length are refused") {

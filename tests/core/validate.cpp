@@ -11,7 +11,7 @@
 using namespace ldi;
 
 namespace {
-/// A graph as somebody else's memory may hold it, with broken invariants.
+/// A graph in the user's memory, with broken invariants.
 struct own_columns {
     explicit own_columns(const graph& g) : width(g.width()), height(g.height()) {
         for (const auto& column : {g.x(), g.y(), g.up(), g.down(), g.left(), g.right()})
@@ -30,8 +30,8 @@ struct own_columns {
     buffer<buffer<std::int32_t>> columns;
 };
 
-/// Breaks random graphs with `damage(graph, pixel, side, random)`, which returns false where that is impossible, and checks that
-/// the invariant is found broken at that pixel.
+/// Breaks random graphs with `damage(graph, pixel, side, random)`, which returns false if that is impossible, and checks that
+/// the violation is found at that pixel.
 template <class Damage>
 void detects(invariant expected, std::uint32_t seed, Damage&& damage) {
     int broken = 0;

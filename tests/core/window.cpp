@@ -20,8 +20,8 @@ window window_of(const graph_view& g, std::int32_t pixel, std::int32_t kernel_si
     return result;
 }
 
-/// The same window by another road: round by round, each element that is still free goes to the neighboring element of the last
-/// round that was claimed first, and among its four sides to the first in order.
+/// Computes the window by another method: round by round, each free element goes to the neighboring element of the last round
+/// that was claimed first, and among its four sides to the first in order.
 window window_by_rounds(const graph_view& g, std::int32_t pixel, std::int32_t kernel_size) {
     struct claim {
         std::int32_t element, pixel, rank;
@@ -85,7 +85,7 @@ TEST_CASE("exploration goes round a silhouette, and stays away from what it cann
     for (const std::int32_t i : {3, 4}) g.unlink(i, side::down);
     CHECK(window_of(g, 12, 5) ==
           window{0, 1, 2, none, none, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21, 22, 23, 24});
-    // The way round leads through the bottom row, which a 3 x 3 kernel does not see.
+    // The way around leads through the bottom row, which is outside a 3 x 3 kernel.
     CHECK(window_of(g, 12, 3) == window{6, 7, none, 11, 12, none, 16, 17, none});
 }
 
@@ -134,7 +134,7 @@ TEST_CASE("a shorter path wins over a longer one that turns up first") {
 }
 
 TEST_CASE("round the end of a silhouette a window stays on its turn until another is nearer") {
-    // Four pixels a turn round the lattice point (1, 1); from the top left pixel of a turn right leads to the next turn.
+    // Four pixels per turn around the lattice point (1, 1); the right neighbor of a turn's top left pixel is in the next turn.
     testing::sketched_graph g(2, 2);
     buffer<std::int32_t> a, b, c, d;  // top left, top right, bottom left, bottom right
     for (std::size_t turn = 0; turn < 3; ++turn) {

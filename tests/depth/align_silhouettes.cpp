@@ -12,7 +12,7 @@ namespace {
 
 using color = std::array<std::uint8_t, 3>;
 
-// Two surfaces that meet at a curve, in color and, moved, in depth.
+// Two surfaces that meet at a curve, in color and, displaced, in depth.
 struct scene {
     ldi::image<std::uint8_t> photo;
     ldi::image<float> truth, given;
@@ -90,7 +90,7 @@ TEST_CASE("thin things stay, and third surfaces keep their depth") {
 
     s = make_scene(80, 100, 2.0F, 0.0F, red, gray, 4.0F, disc);
     for (std::size_t y = 0; y < 80; ++y)
-        for (std::size_t x = 48; x < 60; ++x) s.given(y, x) = 0.5F;  // between both, across the disc
+        for (std::size_t x = 48; x < 60; ++x) s.given(y, x) = 0.5F;  // between both values, across the disc
     const ldi::image<float> before = s.given;
     ldi::align_silhouettes(s.given, s.photo);
     for (std::size_t y = 0; y < 80; ++y)
@@ -104,7 +104,7 @@ TEST_CASE("only disparities of the map occur after aligning, on any number of th
         ldi::image<std::uint8_t> photo(map.height(), map.width(), 3);
         for (std::uint8_t& v : photo) v = static_cast<std::uint8_t>(random());
         ldi::image<float> aligned = map, by_threads = map;
-        ldi::align_silhouettes(aligned, photo, {}, {.uncertainty = static_cast<float>(random() % 9), .shortest_length = 5});
+        ldi::align_silhouettes(aligned, photo, {}, {.uncertainty = static_cast<float>(random() % 9), .min_length = 5});
         for (const float v : aligned) REQUIRE(std::find(map.begin(), map.end(), v) != map.end());
         aligned = map;
         ldi::align_silhouettes(aligned, photo);
@@ -114,7 +114,7 @@ TEST_CASE("only disparities of the map occur after aligning, on any number of th
 }
 
 TEST_CASE("single glints beside a silhouette do not draw it to them") {
-    // Surfaces that differ little, and right of their edge, in every twelfth row, a pixel far brighter than both.
+    // Surfaces of similar color; right of their edge, every twelfth row has a pixel far brighter than both.
     scene s = make_scene(72, 100, 0.0F, 0.0F, {100, 100, 100}, {70, 70, 70}, 0.0F, [](float x, float) { return x < 50.0F; });
     for (const std::size_t distance : {std::size_t{0}, std::size_t{1}, std::size_t{2}}) {
         CAPTURE(distance);
@@ -124,6 +124,25 @@ TEST_CASE("single glints beside a silhouette do not draw it to them") {
         ldi::align_silhouettes(glints.given, glints.photo);
         CHECK(share_wrong(glints.given, s.truth) == 0.0);
     }
+}
+
+TEST_CASE("surfaces that differ by as little as a camera's noise are told apart, where there is none") {
+    scene s = make_scene(80, 100, 2.0F, 0.0F, {106, 106, 106}, {100, 100, 100}, 0.0F, half);
+    const double before = share_wrong(s.given, s.truth);
+    ldi::align_silhouettes(s.given, s.photo);
+    CHECK(share_wrong(s.given, s.truth) < 0.4 * before);
+}
+
+TEST_CASE("stripes that run on across an edge, stronger than it, do not hide it") {
+    scene s = make_scene(80, 100, 2.0F, 0.0F, {130, 130, 130}, {70, 70, 70}, 0.0F, half);
+    for (std::size_t y = 0; y < 80; ++y)
+        for (std::size_t x = 0; x < 300; ++x) {
+            const int striped = s.photo.row(y)[x] + (y % 8 < 4 ? 60 : -60);
+            s.photo.row(y)[x] = static_cast<std::uint8_t>(striped);
+        }
+    const double before = share_wrong(s.given, s.truth);
+    ldi::align_silhouettes(s.given, s.photo);
+    CHECK(share_wrong(s.given, s.truth) < 0.33 * before);
 }
 
 TEST_CASE("images of different sizes and options that make no sense are refused") {

@@ -20,7 +20,7 @@ TEST_CASE("a small component at a middle value goes to the side that it touches 
     ldi::image<float> map = two_sides(20);
     const ldi::image<float> clean = map;
     for (std::size_t y = 10; y < 13; ++y)
-        for (std::size_t x = 20; x < 24; ++x) map(y, x, 0) = 0.5F;  // 3 sides towards the background, 11 towards the foreground
+        for (std::size_t x = 20; x < 24; ++x) map(y, x, 0) = 0.5F;  // 3 sides toward the background, 11 toward the foreground
     CHECK(ldi::merge_middle_components(map) == 1);
     CHECK((map == clean));
 
@@ -62,7 +62,7 @@ TEST_CASE("merging brings in no new values and leaves components of random maps 
         for (float value : map) REQUIRE(std::find(before.begin(), before.end(), value) != before.end());
         const ldi::image<float> once = map;
         ldi::middle_component_options none;
-        none.smallest_size = 1;
+        none.min_size = 1;
         REQUIRE(ldi::merge_middle_components(map, {}, none) == 0);
         REQUIRE((map == once));
     }

@@ -67,7 +67,7 @@ TEST_CASE("one step of a quantized source never exceeds the largest step, even i
         const ldi::normalized_disparity n = ldi::normalize(map, options);
         for (std::size_t i = 0; i + 1 < map.size(); ++i)
             if (static_cast<int>(i) % levels != levels - 1)
-                REQUIRE(std::abs(n.disparity.data()[i + 1] - n.disparity.data()[i]) <= options.largest_step * 1.001F);
+                REQUIRE(std::abs(n.disparity.data()[i + 1] - n.disparity.data()[i]) <= options.max_step * 1.001F);
         CHECK(n.range.z_far >= n.range.z_near);
     }
 }
@@ -75,7 +75,7 @@ TEST_CASE("one step of a quantized source never exceeds the largest step, even i
 TEST_CASE("distances beyond the largest ratio are brought nearer, and unknown distances are assumed") {
     ldi::normalize_options options;
     options.clipped_share = 0.0F;
-    CHECK(ldi::normalize(ramp(0.001F, 10.0F), options).range.z_far == Approx(options.largest_depth_ratio));
+    CHECK(ldi::normalize(ramp(0.001F, 10.0F), options).range.z_far == Approx(options.max_depth_ratio));
     options.is_inverse_depth = false;
     options.assumed_range = {2.0F, 7.0F};
     CHECK(ldi::normalize(ramp(-5.0F, 10.0F), options).range.z_far == 7.0F);
@@ -129,7 +129,7 @@ TEST_CASE("metric distances that positions cannot hold are refused") {
     CHECK_THROWS_WITH(ldi::normalize(ldi::image<float>(2, 2, 1, 2.94e-39F), options),
                       Catch::Contains("between 1e-6 and 1e9 meters away, found 3.4") && Catch::Contains("e+38 meters"));
     CHECK_THROWS_WITH(ldi::normalize(ldi::image<float>(2, 2, 1, 3.4e38F), options), Catch::Contains("e-39 meters"));
-    // A sky of largest floats behind a wall does no harm.
+    // A sky of the largest floats behind a wall is harmless.
     ldi::image<float> map = ramp(0.2F, 0.5F);
     map(0, 0, 0) = 1.0F / std::numeric_limits<float>::max();
     options.clipped_share = 0.0F;

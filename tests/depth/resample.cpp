@@ -7,7 +7,8 @@
 
 namespace {
 
-// A disc in front of a background, of another color; `blur` samples wide depth edge, displaced by `shift` pixels of the photo.
+// A disc in front of a background of another color; its depth edge is `blur` samples wide and displaced by `shift` pixels of the
+// photo.
 struct disc_scene {
     ldi::image<std::uint8_t> photo{160, 200, 3};
     ldi::image<float> truth{160, 200};

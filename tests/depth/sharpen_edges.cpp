@@ -10,7 +10,7 @@
 
 namespace {
 
-// A step at x = `edge`, in samples, as a Gaussian of standard deviation `sigma` leaves it.
+// A step at x = `edge`, in samples, blurred by a Gaussian of standard deviation `sigma`.
 ldi::image<float> washed_out_step(float low, float high, float edge, float sigma) {
     ldi::image<float> map(20, 60);
     for (std::size_t y = 0; y < map.height(); ++y)
@@ -21,7 +21,7 @@ ldi::image<float> washed_out_step(float low, float high, float edge, float sigma
     return map;
 }
 
-float largest_step(const ldi::image<float>& map, std::size_t y) {
+float max_step(const ldi::image<float>& map, std::size_t y) {
     float result = 0.0F;
     for (std::size_t x = 0; x + 1 < map.width(); ++x) result = std::max(result, map(y, x + 1) - map(y, x));
     return result;
@@ -39,7 +39,7 @@ TEST_CASE("a washed-out edge becomes one step, where it was steepest") {
                 for (std::size_t y = 0; y < sharp.height(); ++y) {
                     const std::size_t before = static_cast<std::size_t>(edge - 0.5F);
                     REQUIRE(sharp(y, before + 1) - sharp(y, before) > 0.7F * height);
-                    REQUIRE(largest_step(sharp, y) == sharp(y, before + 1) - sharp(y, before));
+                    REQUIRE(max_step(sharp, y) == sharp(y, before + 1) - sharp(y, before));
                 }
             }
 }

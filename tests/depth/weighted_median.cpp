@@ -10,8 +10,8 @@
 
 namespace {
 
-// The paper's words, one pixel at a time: sort the samples by value, take the one whose sums of preceding and following weights
-// are closest to being equal. Returns every sample that is within rounding of the best.
+// The paper's definition, one pixel at a time: sorts the samples by value and takes the one whose sums of preceding and
+// following weights are closest to equal. Returns every sample that is within rounding of the best.
 ldi::buffer<float> best_samples(const ldi::image<float>& map, int y, int x, const ldi::weighted_median_options& options) {
     const int rows = static_cast<int>(map.height()), columns = static_cast<int>(map.width());
     const auto at = [&](int v, int u) { return map(v, u, 0); };

@@ -34,7 +34,7 @@ textured_mesh make_sheet(std::uint32_t columns, std::uint32_t rows) {
     return mesh;
 }
 
-/// The same with soft edges: a strip of as many triangles as given along its left border.
+/// Adds soft edges: a strip with the given number of triangles along its left border.
 textured_mesh make_soft_sheet(std::uint32_t columns, std::uint32_t rows, std::uint32_t triangles) {
     textured_mesh mesh = make_sheet(columns, rows);
     soft_edge_strip& strip = mesh.soft_edges;
@@ -85,7 +85,7 @@ buffer<Scalar> accessor_values(const tinygltf::Model& model, int accessor) {
 }
 
 struct glb_chunks {
-    nlohmann::json json;  // numbers compare by value: two decimals of equal length can stand for one
+    nlohmann::json json;  // numbers compare by value, because different decimals can represent one number
     std::string binary;
 };
 
@@ -189,7 +189,7 @@ TEST_CASE("a mesh of several textures is a primitive per texture, each with vert
                       third = encode_jpeg(smooth_picture(24, 8, 3), 85);
     const std::vector<std::span<const std::byte>> textures{first, second, third};
     for (const bool has_first : {false, true}) {
-        // The first texture is only the strip's, or also of 3 x 2 vertices; nothing has the second; 7 x 5 have the third.
+        // The first texture has only the strip, or also 3 x 2 vertices; the second has none; the third has 7 x 5.
         textured_mesh mesh = make_soft_sheet(3, 2, 3);
         const textured_mesh strip = mesh, sheet = make_sheet(7, 5);
         if (!has_first) mesh.positions.clear(), mesh.texture_coordinates.clear(), mesh.triangles.clear();
@@ -217,7 +217,7 @@ TEST_CASE("a mesh of several textures is a primitive per texture, each with vert
         const tinygltf::Primitive& soft = primitives.back();
         CHECK(accessor_values<float>(model, soft.attributes.at("POSITION")) == mesh.soft_edges.positions);
         CHECK(model.materials.at(static_cast<std::size_t>(soft.material)).alphaMode == "BLEND");
-        CHECK(model.images.size() == 2);  // nothing has the second
+        CHECK(model.images.size() == 2);  // nothing uses the second
         CHECK(model.materials.size() == primitives.size());
     }
 }
@@ -276,7 +276,8 @@ TEST_CASE("parts that don't fit the textures, or triangles across parts, are ref
     CHECK(raised([&] { encode_glb(mesh, two); }) == error_code::mismatch);
     mesh.parts = {{}, {8, 6}};
     CHECK(raised([&] { encode_glb(mesh, texture); }) == error_code::mismatch);
-    CHECK(raised([&] { encode_glb(mesh, two); }) == error_code::invalid_data);  // the second row of squares has vertices of both
+    // the second row of squares has vertices of both parts
+    CHECK(raised([&] { encode_glb(mesh, two); }) == error_code::invalid_data);
     mesh.parts = {{}, {17, 18}};
     CHECK(raised([&] { encode_glb(mesh, two); }) == error_code::invalid_data);
     mesh.parts = {{1, 0}, {16, 18}};

@@ -16,7 +16,7 @@ namespace {
 
 constexpr int deep = 12;
 
-/// A random value in random spelling, never nested deeper than `depth`.
+/// A random value with random spelling, nested at most `depth` deep.
 std::string random_json(std::mt19937& random, int depth) {
     const auto below = [&](std::size_t limit) { return static_cast<unsigned>(random() % limit); };
     const auto space = [&] { return std::string(below(3), " \t\n\r"[below(4)]); };
@@ -64,7 +64,7 @@ std::string random_json(std::mt19937& random, int depth) {
     }
 }
 
-/// Whether both say the same of a value and of all that is in it.
+/// Whether both readers agree on a value and everything in it.
 bool same(const json_value& found, const nlohmann::json& expected) {
     switch (found.kind) {
         case json_kind::none: return false;
@@ -123,7 +123,7 @@ TEST_CASE("damaged documents are refused where nlohmann/json refuses them") {
         const nlohmann::json expected = nlohmann::json::parse(text, nullptr, false);
         const std::string said = complaint(text);
         CAPTURE(text, said);
-        // What nlohmann/json lets pass or refuses otherwise: names twice; a zero byte, its end of a text; a huge number.
+        // Differences to nlohmann/json: duplicate names; a zero byte, which ends its text; a huge number.
         if (said.find("twice") != std::string::npos || text.find('\0') != std::string::npos ||
             (expected.is_discarded() && said == "nothing raised" && text.find_first_of("eE") != std::string::npos))
             continue;

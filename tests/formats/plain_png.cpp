@@ -13,7 +13,7 @@ using namespace ldi::testing;
 
 namespace {
 
-/// What a decoder makes of the file, which checks every checksum on the way. Gray comes back as three equal channels.
+/// Decodes the file, which checks every checksum. Gray becomes three equal channels.
 void check_reads_back(const image<std::uint8_t>& picture) {
     const buffer<std::byte> file = encode_plain_png(picture);
     const image<std::uint8_t> back = decode_photo(file).color;
@@ -50,7 +50,7 @@ TEST_CASE("a view with a gap between its rows is written without it") {
 }
 
 TEST_CASE("a code is never longer than deflate can say") {
-    // Counts that grow as Fibonacci's numbers lead to the longest codes.
+    // Counts that grow like Fibonacci's numbers produce the longest codes.
     std::array<std::size_t, 257> counts{};
     std::size_t a = 1, b = 1;
     for (std::size_t s = 0; s < 40; ++s) {

@@ -19,7 +19,7 @@ named_tensors decode(std::string_view header, const std::vector<std::byte>& data
     return decode_safetensors(safetensors_file(header, data), "weights");
 }
 
-/// What is said of a file with this header and so many bytes of data.
+/// Returns the error for a file with this header and number of bytes of data.
 std::string complaint(std::string_view header, std::size_t data_bytes = 0) {
     return message_of([&] { decode(header, std::vector<std::byte>(data_bytes)); });
 }

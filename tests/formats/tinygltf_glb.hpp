@@ -1,4 +1,4 @@
-// The GLB file of a 3D photo as tinygltf writes it: what ldi's own writer is compared with.
+// Writes the GLB file of a 3D photo with tinygltf, for comparison with ldi's own writer.
 #pragma once
 
 #include <ldi/formats/glb.hpp>
@@ -24,7 +24,9 @@ public:
 
     glb_builder() { model.buffers.emplace_back(); }
 
-    /// Appends a part, little-endian as glTF demands, and returns its view. target  as glTF numbers them, 0 for none
+    /// Appends a part, little-endian as glTF requires, and returns its view.
+    ///
+    /// target  glTF's number, 0 for none
     template <class Scalar>
     int add_view(std::span<const Scalar> values, int target) {
         std::vector<unsigned char>& data = model.buffers.front().data;
@@ -39,7 +41,7 @@ public:
         return static_cast<int>(model.bufferViews.size()) - 1;
     }
 
-    /// Appends an accessor over the whole of a new view and returns it.
+    /// Appends an accessor for the whole of a new view and returns it.
     template <class Scalar>
     int add_accessor(std::span<const Scalar> values, int target, int component_type, int type, bool normalized = false) {
         tinygltf::Accessor accessor;
@@ -77,7 +79,7 @@ inline tinygltf::Primitive add_geometry(glb_builder& glb, const textured_mesh& m
         glb.add_accessor(std::span<const std::uint16_t>(texture_coordinates), TINYGLTF_TARGET_ARRAY_BUFFER,
                          TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT, TINYGLTF_TYPE_VEC2, true);
 
-    if (mesh.vertex_count() < 65536) {  // the index 65,535 itself is reserved, and not reached
+    if (mesh.vertex_count() < 65536) {  // index 65,535 is reserved; it does not occur
         const buffer<std::uint16_t> indices(mesh.triangles.begin(), mesh.triangles.end());
         primitive.indices = glb.add_accessor(std::span<const std::uint16_t>(indices), TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER,
                                              TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT, TINYGLTF_TYPE_SCALAR);
@@ -88,9 +90,9 @@ inline tinygltf::Primitive add_geometry(glb_builder& glb, const textured_mesh& m
     return primitive;
 }
 
-/// Material 0: the texture as it is, unlit; not metal where a viewer knows no unlit materials.
+/// Material 0: the texture unchanged, unlit; not metallic in viewers without unlit materials.
 inline void add_material(glb_builder& glb, std::span<const std::byte> texture, bool double_sided) {
-    tinygltf::Image image;  // with a view and no uri; without the view tinygltf would encode anew, as a data URI
+    tinygltf::Image image;  // with a view and no uri; without the view, tinygltf would encode it again, as a data URI
     image.bufferView = glb.add_view(texture, 0);
     image.mimeType = detail::is_png(texture) ? "image/png" : "image/jpeg";
     glb.model.images.push_back(image);
@@ -114,7 +116,7 @@ inline void add_material(glb_builder& glb, std::span<const std::byte> texture, b
     glb.model.extensionsUsed.push_back("KHR_materials_unlit");
 }
 
-/// A node at the origin, looking along -z as glTF's cameras do by themselves.
+/// A node at the origin that looks along -z, the default pose of glTF's cameras.
 inline void add_camera(tinygltf::Model& model, const pinhole_camera& photo, const textured_mesh& mesh) {
     LDI_ASSERT(photo.width > 0 && photo.height > 0 && photo.focal_length > 0);
     double nearest = std::numeric_limits<double>::infinity(), farthest = 0;
@@ -126,7 +128,7 @@ inline void add_camera(tinygltf::Model& model, const pinhole_camera& photo, cons
     camera.type = "perspective";
     camera.perspective.yfov = 2 * std::atan(0.5 * photo.height / static_cast<double>(photo.focal_length));
     camera.perspective.aspectRatio = static_cast<double>(photo.width) / photo.height;
-    // Room to move forward and back.
+    // Leaves room to move forward and back.
     camera.perspective.znear = nearest > 0 ? 0.1 * nearest : 0.01;
     camera.perspective.zfar = (std::max)(10 * farthest, 100 * camera.perspective.znear);
     model.cameras.push_back(camera);

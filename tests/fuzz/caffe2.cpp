@@ -1,8 +1,8 @@
-// libFuzzer driver for the reader of Caffe2 networks: the input is a list of edits to a small sound network, so that it gets past
-// the outer layers of the format without a corpus. Whatever comes out is read, built and run; ldi::error is the only way to fail.
+// libFuzzer driver for the reader of Caffe2 networks. The input is a list of edits to a small valid network, so that it passes
+// the outer layers of the format without a corpus. Any result is read, built and run; ldi::error is the only valid failure.
 //
-//   clang++ -std=c++20 -g -O1 -fsanitize=fuzzer,address,undefined -Iinclude -I. tests/fuzz/caffe2.cpp -o fuzz_caffe2
-//   ./fuzz_caffe2 -max_len=64 -max_total_time=60
+//     clang++ -std=c++20 -g -O1 -fsanitize=fuzzer,address,undefined -Iinclude -I. tests/fuzz/caffe2.cpp -o fuzz_caffe2
+//     ./fuzz_caffe2 -max_len=64 -max_total_time=60
 #include <ldi/io/caffe2.hpp>
 #include <ldi/networks/tiefenrausch.hpp>
 #include <tests/support/caffe2_files.hpp>

@@ -1,4 +1,4 @@
-// libFuzzer: any bytes are a depth map or an error. Built by clang++ -fsanitize=fuzzer,address,undefined.
+// libFuzzer: any bytes are a depth map or raise an error. Built by clang++ -fsanitize=fuzzer,address,undefined.
 #include <ldi/io/depth_map.hpp>
 #include <tests/support/files.hpp>
 
@@ -7,7 +7,8 @@
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     const std::byte* const first = reinterpret_cast<const std::byte*>(data);
     ldi::testing::byte_string bytes(first, first + size);
-    if (ldi::detail::is_png(bytes)) bytes = ldi::testing::with_right_checksums(bytes);  // or no damage would reach the decoder
+    // otherwise no damage would reach the decoder
+    if (ldi::detail::is_png(bytes)) bytes = ldi::testing::with_right_checksums(bytes);
     try {
         ldi::depth_map_options options;
         options.limits.max_pixels = std::size_t{1} << 20;

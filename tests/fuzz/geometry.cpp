@@ -1,8 +1,7 @@
-// libFuzzer: any depth map becomes a 3D photo that is sound at every stage, or an error; colors that nobody saw come from
+// libFuzzer: any depth map becomes a 3D photo that is valid at every stage, or raises an error; hidden colors come from
 // diffusion or from the network in 8-bit integers. Built by clang++ -fsanitize=fuzzer,address,undefined.
 //
-// Bytes: width, height, kind (bit 0: values are float32, not bytes; 1: inverse depth), motion; then the values,
-// repeated.
+// Bytes: width, height, kind (bit 0: values are float32, not bytes; 1: inverse depth), motion; then the values, repeated.
 #include <ldi/core/validate.hpp>
 #include <ldi/formats/glb.hpp>
 #include <ldi/inpaint/diffusion_inpainter.hpp>

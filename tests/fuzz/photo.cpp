@@ -1,4 +1,4 @@
-// libFuzzer: any bytes are a photo, with depth inside or without, or an error. Built by clang++
+// libFuzzer: any bytes are a photo, with or without depth inside, or raise an error. Built by clang++
 // -fsanitize=fuzzer,address,undefined.
 #include <ldi/io/photo_depth.hpp>
 #include <tests/support/files.hpp>
@@ -9,13 +9,14 @@
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     const std::byte* const first = reinterpret_cast<const std::byte*>(data);
     ldi::testing::byte_string bytes(first, first + size);
-    if (ldi::detail::is_png(bytes)) bytes = ldi::testing::with_right_checksums(bytes);  // or no damage would reach the decoder
+    // otherwise no damage would reach the decoder
+    if (ldi::detail::is_png(bytes)) bytes = ldi::testing::with_right_checksums(bytes);
     ldi::photo_options options;
     options.limits.max_pixels = std::size_t{1} << 20, options.limits.max_scanned_samples = 1 << 24;
     options.limits.max_memory = 200'000'000;
     try {
         const ldi::photo_with_depth found = ldi::decode_photo_with_depth(bytes, options);
-        // What can be decoded can be estimated; an error would end the fuzzer.
+        // Every file that can be decoded can be estimated; an error would end the fuzzer.
         [&]() noexcept { ldi::estimate_photo_with_depth(bytes, options); }();
         if (!found.depth) return 0;
         for (const float v : found.depth->disparity)

@@ -1,5 +1,6 @@
-// libFuzzer: any bytes are a weight file with an 8-bit network that runs, or an error. Fused layers must make what single layers
-// make. Built by clang++ -fsanitize=fuzzer,address,undefined; start from tests/fuzz/corpus/quantized_weights.
+// libFuzzer: any bytes are a weight file with an 8-bit network that runs, or raise an error. Fused layers must produce the
+// results of single layers. Built by clang++ -fsanitize=fuzzer,address,undefined; start from
+// tests/fuzz/corpus/quantized_weights.
 #include <ldi/io/tiefenrausch_file.hpp>
 
 #include <algorithm>
@@ -11,7 +12,7 @@
 
 namespace {
 
-constexpr std::size_t max_bytes = std::size_t{1} << 21;  // of a run: a small file may ask for much more, and takes long then
+constexpr std::size_t max_bytes = std::size_t{1} << 21;  // limit of a run: a small file may ask for much more, which takes long
 
 void run(const ldi::quantized_network& network, std::size_t height, std::size_t width) {
     if (network.working_bytes({height, width}, 1) > max_bytes) return;
@@ -33,7 +34,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         ldi::decode_tiefenrausch(bytes);
     } catch (const ldi::error&) {
     }
-    try {  // whatever the metadata tell, and of any number of channels
+    try {  // with any metadata and any number of channels
         const ldi::quantized_network network(ldi::read_quantized_network(ldi::decode_safetensors(bytes)));
         run(network, 32, 32);
         run(network, 5, 3);

@@ -1,6 +1,6 @@
-// libFuzzer: any bytes are a weight file or an error, and any weight file is an inpainting network or an error. Our own network,
-// in 8-bit integers, colors any picture with any holes. Built by clang++ -fsanitize=fuzzer,address,undefined; start from
-// tests/fuzz/corpus/safetensors.
+// libFuzzer: any bytes are a weight file or raise an error, and any weight file is an inpainting network or raises an error. Our
+// own network, in 8-bit integers, colors any picture with any holes. Built by clang++ -fsanitize=fuzzer,address,undefined; start
+// from tests/fuzz/corpus/safetensors.
 #include <ldi/io/farbrausch_file.hpp>
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace {
 
-/// Bytes: height and width, then colors and, from their lowest bits, what of them is known.
+/// Bytes: height and width, then colors; the lowest bits of the colors mark known pixels.
 void inpaint_in_bytes(std::span<const std::byte> bytes) {
     static const ldi::farbrausch network =
         ldi::load_farbrausch(LDI_SOURCE_DIR "/examples/models/farbrausch.safetensors", ldi::arithmetic::int8);

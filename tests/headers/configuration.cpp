@@ -1,7 +1,7 @@
-// One of the translation units that configurations.py compiles with different flags into one program.
+// One of the translation units that configurations.py compiles into one program with different flags.
 #include <ldi/fwd.hpp>
 
-struct holder {  // what a forward declaration is for
+struct holder {  // the purpose of forward declarations
     const ldi::graph* topology;
     const ldi::error_details* details;
 };
@@ -10,14 +10,14 @@ struct holder {  // what a forward declaration is for
 
 #include <vector>
 
-/// What a user adds to pixels.
+/// A user's own payload.
 struct temperature {
     using scalar = float;
     static constexpr std::size_t channels = 1;
     static constexpr scalar new_pixel(scalar origin) { return ldi::zeroed(origin); }
 };
 
-/// A number that depends on nothing but the arithmetic of what it runs through.
+/// A number that depends only on the arithmetic of the code it runs through.
 double LDI_UNIT() {
     ldi::graph_builder builder(ldi::make_grid(9, 7));
     builder.unlink(10, ldi::side::right);

@@ -1,4 +1,4 @@
-// Both translation units find the same number.
+// Both translation units compute the same number.
 #include <cstdio>
 
 double first_unit();

@@ -39,6 +39,23 @@ def shared_symbols(unit):
     return {line.split(maxsplit=2)[2] for line in lines if re.match(r"[0-9a-f]+ [WVu] ", line)}
 
 
+def configuration(*flags):
+    """The name of ldi's namespace."""
+    text = "#include <ldi/base/config.hpp>\nLDI_CONFIGURATION\n"
+    done = subprocess.run([*compiler, "-std=c++20", f"-I{ROOT / 'include'}", *flags, "-E", "-P", "-x", "c++", "-"], input=text,
+                          check=True, capture_output=True, text=True)
+    return done.stdout.split()[-1]
+
+
+# Every flag that lets the compiler use instructions which other processors lack, or round differently, names the namespace.
+if platform.machine() in ("x86_64", "AMD64"):
+    for flag in ("sse3", "ssse3", "sse4.1", "sse4.2", "popcnt", "avx", "avx2", "fma", "bmi", "bmi2", "lzcnt", "avx512f", "avx512vl",
+                 "avx512vbmi", "avx512vnni"):
+        if configuration(f"-m{flag}") == configuration():
+            sys.exit(f"-m{flag} does not change the name of the namespace")
+    if configuration("-ffast-math") == configuration():
+        sys.exit("-ffast-math does not change the name of the namespace")
+
 with ThreadPoolExecutor(2) as pool:
     units = dict(zip(SETTINGS, pool.map(compile_unit, SETTINGS)))
 symbols = {setting: shared_symbols(unit) for setting, unit in units.items()}

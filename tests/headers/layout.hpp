@@ -1,4 +1,4 @@
-// What two translation units must agree on about a type, whatever flags they were compiled with.
+// Properties of a type on which two translation units must agree, with any flags.
 #pragma once
 
 #include <cstddef>

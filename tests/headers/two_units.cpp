@@ -1,4 +1,4 @@
-// Public types have the same layout in both translation units. That this links says that no header defines a symbol twice.
+// Public types have the same layout in both translation units. Successful linking shows that no header defines a symbol twice.
 #include "layout.hpp"
 
 #include <cstdio>

@@ -17,7 +17,7 @@ ldi::photo_layers random_unknown(std::mt19937& random, bool colored) {
     if (colored)
         for (std::uint8_t& value : lifted.column<ldi::color_column>()) value = static_cast<std::uint8_t>(60 + random() % 100);
     ldi::curve_options curve_options;
-    curve_options.shortest_length = 3;
+    curve_options.min_length = 3;
     const auto curves = ldi::find_discontinuity_curves(lifted, {}, curve_options);
     return ldi::expand(std::move(lifted), {}, std::span<const ldi::discontinuity_curve>(curves), {.motion = 0.5F}).layers;
 }

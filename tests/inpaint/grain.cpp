@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::int32_t width = 120, height = 80;
 
-/// Gray with noise of this standard deviation, a band in the middle not known.
+/// Gray with noise of this standard deviation, and an unknown band in the middle.
 ldi::photo_layers noisy_around_a_band(double deviation, unsigned seed = 1) {
     std::mt19937 random(seed);
     std::normal_distribution<double> noise(0, 1);
@@ -27,7 +27,7 @@ ldi::photo_layers noisy_around_a_band(double deviation, unsigned seed = 1) {
     return layers;
 }
 
-/// Standard deviation of the band from gray.
+/// Standard deviation of the band's difference from gray.
 double deviation_inside(const ldi::photo_layers& layers) {
     double squares = 0, count = 0;
     for (std::int32_t i = 0; i < width * height; ++i) {
@@ -50,7 +50,7 @@ TEST_CASE("grain is as strong as the noise around, times its option") {
             ldi::add_grain(layers, options);
             const double found = deviation_inside(layers), expected = strength * deviation;
             INFO("noise of " << deviation << " around, grain of " << found << " at strength " << strength);
-            // rounding to whole values adds 1/12 to the variance
+            // rounding to integers adds 1/12 to the variance
             REQUIRE(std::abs(found - std::hypot(expected, std::sqrt(1.0 / 12))) < 0.12 * expected + 0.1);
         }
 }
@@ -62,7 +62,7 @@ TEST_CASE("nothing is added where the surroundings are smooth, and next to nothi
             for (std::int32_t i = 0; i < width * height; ++i) {
                 const std::int32_t x = i % width, from_hole = std::max(39 - x, x - 80);
                 layers.column<ldi::known_column>()[static_cast<std::size_t>(i)] = x < 40 || x >= 80 ? 1 : 0;
-                // as a lens smears what has been cut off there, 150 levels darker
+                // like lens blur from a removed surface, 150 levels darker
                 const int smear = edge && from_hole >= 0 && from_hole < 3 ? 75 >> (3 * from_hole) : 0;
                 for (std::uint8_t& channel : layers.at<ldi::color_column>(i))
                     channel = static_cast<std::uint8_t>(steepness * x + smear);

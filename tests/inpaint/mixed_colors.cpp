@@ -15,17 +15,17 @@ namespace {
 
 using color = std::array<float, 3>;
 
-/// A disc before a background, both textured, seen by a camera whose pixels mix both along the rim.
+/// A disc in front of a background, both textured, seen by a camera whose pixels mix both along the rim.
 struct disc_scene {
     static constexpr std::size_t size = 120;
     ldi::photo_layer photo;
-    ldi::image<float> alpha{size, size};  ///< the disc's true share
+    ldi::image<float> alpha{size, size};  ///< true share of the disc
     ldi::image<float> front{size, size, 3}, back{size, size, 3};
 
     disc_scene(std::mt19937& random, float blur) {
         std::uniform_real_distribution<float> unit(0.0F, 1.0F);
         const float x0 = 60 + 4 * unit(random), y0 = 60 + 4 * unit(random), radius = 30 + 8 * unit(random);
-        // Two colors that differ, with waves of a tenth of their distance.
+        // Two different colors, with waves of a tenth of their distance.
         const color disc{200 + 40 * unit(random), 20 + 60 * unit(random), 20 + 80 * unit(random)};
         const color wall{20 + 60 * unit(random), 120 + 60 * unit(random), 150 + 60 * unit(random)};
         ldi::image<std::uint8_t> picture(size, size, 3);
@@ -83,7 +83,7 @@ TEST_CASE("beside a silhouette the shares of the two surfaces are found to a ten
         }
         CHECK(off / mixed < 0.1);
         CHECK(after < 0.7 * before);
-        CHECK(leaked < 0.5);  // what had more of the foreground's color is refilled
+        CHECK(leaked < 0.5);  // pixels with more of the foreground's color are refilled
         CHECK(kept > 9000);
     }
 }
@@ -107,6 +107,75 @@ TEST_CASE("what is not mixed keeps its colors, but for some pixels and for the b
         }
         CHECK(changed < 5);
     }
+}
+
+TEST_CASE("a color near another sample of a surface counts as that surface's rather than as a mixture") {
+    // Half way between the first two samples. "Close" means up to a third of their contrast.
+    const ldi::detail::float_color middle{120, 100, 100}, backgrounds[] = {{20, 100, 100}, {20, 100, 100}};
+    for (const auto& [distance, is_near] : {std::pair{30.0F, true}, {60.0F, true}, {80.0F, false}, {150.0F, false}}) {
+        CAPTURE(distance);
+        const ldi::detail::float_color foregrounds[] = {{220, 100, 100}, {120, 100 + distance, 100}};
+        const ldi::detail::mixture found = ldi::detail::unmix(middle, foregrounds, backgrounds, 2);
+        CHECK((found.alpha > 0.7F) == is_near);
+        CHECK(found.foreground == foregrounds[is_near ? 1 : 0]);
+    }
+}
+
+TEST_CASE("a mixture counts fully up to an error of a tenth of the contrast, and not at all from half of it") {
+    const ldi::detail::float_color foreground{220, 100, 100}, background{20, 100, 100};
+    for (const auto& [error, confidence] : {std::pair{0.05F, 8}, {0.09F, 8}, {0.16F, 6}, {0.31F, 3}, {0.51F, 0}, {1.0F, 0}}) {
+        CAPTURE(error);
+        CHECK(ldi::detail::unmix({220, 100 + 200 * error, 100}, &foreground, &background, 1).confidence == confidence);
+    }
+}
+
+TEST_CASE(
+    "background pixels are refilled from two fifths of the foreground's color on, foreground pixels cleaned from a fifth less") {
+    const auto unmixed = [](float behind, float in_front) {
+        const color front{220, 60, 60}, back{60, 140, 200};
+        ldi::image<float> disparity(30, 40);
+        ldi::image<std::uint8_t> photo(30, 40, 3);
+        for (std::size_t y = 0; y < 30; ++y)
+            for (std::size_t x = 0; x < 40; ++x) {
+                disparity(y, x) = x < 20 ? 0.2F : 0.8F;
+                const float alpha = x < 18 ? 0.0F : x == 18 ? behind : x == 19 ? 0.7F : x == 20 ? in_front : 1.0F;
+                for (std::size_t c = 0; c < 3; ++c)
+                    photo(y, x, c) = static_cast<std::uint8_t>(alpha * front[c] + (1 - alpha) * back[c] + 0.5F);
+            }
+        ldi::photo_layer layer = ldi::lift(photo, disparity);
+        ldi::unmix_colors(layer, {.background_margin = 1});
+        return layer;
+    };
+    const auto at = [](const ldi::photo_layer& layer, std::size_t x) { return 15 * 40 + x; };
+    for (const auto& [alpha, is_refilled] : {std::pair{0.2F, false}, {0.32F, false}, {0.5F, true}, {0.6F, true}}) {
+        CAPTURE(alpha);
+        const ldi::photo_layer layer = unmixed(alpha, 1.0F);
+        CHECK(layer.column<ldi::known_column>()[at(layer, 18)] == (is_refilled ? 0 : 1));
+        CHECK(layer.column<ldi::known_column>()[at(layer, 17)] == 1);
+    }
+    for (const auto& [alpha, is_cleaned] : {std::pair{0.6F, true}, {0.72F, true}, {0.9F, false}}) {
+        CAPTURE(alpha);
+        const ldi::photo_layer layer = unmixed(0.5F, alpha);
+        const float before = alpha * 60 + (1 - alpha) * 140, green = layer.column<ldi::color_column>()[3 * at(layer, 20) + 1];
+        CHECK((green < before - 15) == is_cleaned);
+    }
+}
+
+TEST_CASE("a cleaned pixel keeps half of what its own color differs by, where it is mixed half and half") {
+    // Beside the silhouette, the foreground is brighter by 40 in blue, which no mixture explains.
+    ldi::image<float> disparity(30, 40);
+    ldi::image<std::uint8_t> photo(30, 40, 3, std::uint8_t{100});
+    for (std::size_t y = 0; y < 30; ++y)
+        for (std::size_t x = 0; x < 40; ++x) {
+            disparity(y, x) = x < 20 ? 0.2F : 0.8F;
+            photo(y, x, 0) = x < 20 ? 20 : x == 20 ? 120 : 220;
+            if (x == 20) photo(y, x, 2) = 120;
+        }
+    ldi::photo_layer layer = ldi::lift(photo, disparity);
+    ldi::unmix_colors(layer);
+    const auto cleaned = layer.at<ldi::color_column>(15 * 40 + 20);
+    CHECK(cleaned[0] == Approx(220).margin(12));
+    CHECK(cleaned[2] == Approx(120).margin(4));
 }
 
 TEST_CASE("margins grow with photos of more than 1536 pixels") {
@@ -190,7 +259,7 @@ TEST_CASE("margins as wide as silhouettes of a coarse depth map are off take mem
     ldi::unmix_colors(layer, options);
     const auto& known = layer.column<ldi::known_column>();
     CHECK(std::count(known.begin(), known.end(), 0) > 128 * 60);
-    // A margin without an end has no known pixel behind it, so that all stay.
+    // With an unlimited margin, no known pixel lies behind, so that all stay.
     layer = ldi::testing::lift_disparity(disparity);
     options.foreground_margin = options.background_margin = 1 << 30;
     ldi::unmix_colors(layer, options);

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <random>
+#include <vector>
 
 using namespace ldi;
 
@@ -26,7 +27,7 @@ void set_color(photo_layers& layers, std::int32_t pixel, const rgb& color) {
         layers.at<color_column>(pixel)[c] = static_cast<std::uint8_t>(std::clamp(color[c], 0, 255));
 }
 
-/// One surface with a band in the middle that is not known: what it shows, and what an inpainter answered there.
+/// One surface with an unknown band in the middle: its true colors, and an inpainter's result there.
 template <class Shown, class Answer>
 photo_layers around_a_band(const Shown& shown, const Answer& answer) {
     photo_layers layers(make_grid(width, height));
@@ -157,12 +158,8 @@ TEST_CASE("neighbors take their texture from neighbors, nearly everywhere") {
         });
     const graph& g = layers.topology();
     const detail::texture_cells cells = detail::find_texture_cells(g, layers.column<known_column>(), 32, 3);
-    buffer<detail::texture_color> colors(cells.pixel.size());
-    for (std::int32_t cell = 0; cell < cells.count(); ++cell)
-        std::ranges::copy(layers.at<color_column>(cells.pixel[cell]), colors[cell].begin());
-    detail::blur_cells(cells, colors, 4);
-    const buffer<detail::texture_surroundings> looks = detail::describe_cells(cells, colors);
-    const buffer<std::int32_t> source = detail::texture_search(g, cells, looks, 32).run(2);
+    const detail::texture_looks looks = detail::look_at(cells, layers.column<color_column>());
+    const buffer<std::int32_t> source = detail::texture_search(g, cells, looks.surroundings, 32).run(2);
     int pairs = 0, coherent = 0;
     for (std::int32_t cell = 0; cell < cells.count(); ++cell)
         for (const side s : {side::right, side::down}) {
@@ -173,6 +170,58 @@ TEST_CASE("neighbors take their texture from neighbors, nearly everywhere") {
             coherent += cells.neighbor(source[cell], s) == source[n] ? 1 : 0;
         }
     CHECK(coherent > 0.9 * pairs);
+}
+
+TEST_CASE("colors blurred in whole numbers are those blurred in double precision, on any surfaces") {
+    std::mt19937 random(11);
+    for (int round = 0; round < 50; ++round) {
+        const testing::random_layers made = testing::random_graph(random, 30);
+        photo_layers layers(made.topology());
+        for (std::int32_t i = 0; i < made.topology().count(); ++i) {
+            layers.at<known_column>(i)[0] = testing::chance(random, 70) ? 1 : 0;
+            set_color(layers, i, {testing::below(random, 256), testing::below(random, 256), 255});
+        }
+        const detail::texture_cells cells = detail::find_texture_cells(layers.topology(), layers.column<known_column>(), 3, 2);
+        const detail::texture_looks looks = detail::look_at(cells, layers.column<color_column>());
+        std::vector<std::array<double, 3>> colors(cells.pixel.size());
+        for (std::int32_t cell = 0; cell < cells.count(); ++cell)
+            for (std::size_t c = 0; c < 3; ++c)
+                colors[static_cast<std::size_t>(cell)][c] = layers.at<color_column>(cells.pixel[cell])[c];
+        const std::vector<std::array<double, 3>> original = colors;
+        for (int pass = 0; pass < 4; ++pass) {
+            for (const auto& [one, other] : {std::array{side::left, side::right}, std::array{side::up, side::down}}) {
+                const std::vector<std::array<double, 3>> before = colors;
+                for (std::int32_t cell = 0; cell < cells.count(); ++cell)
+                    for (std::size_t c = 0; c < 3; ++c) {
+                        const auto at = [&](side s) {
+                            const std::int32_t n = cells.neighbor(cell, s);
+                            return before[static_cast<std::size_t>(n == no_pixel ? cell : n)][c];
+                        };
+                        colors[static_cast<std::size_t>(cell)][c] =
+                            before[static_cast<std::size_t>(cell)][c] / 2 + (at(one) + at(other)) / 4;
+                    }
+            }
+            for (std::int32_t cell = 0; pass == 0 && cell < cells.count(); ++cell)
+                for (std::size_t c = 0; c < 3; ++c) {
+                    const std::size_t i = static_cast<std::size_t>(cell);
+                    REQUIRE(looks.detail[cell][c] / 16.0 == original[i][c] - colors[i][c]);
+                }
+        }
+        for (std::int32_t cell = 0; cell < cells.count(); ++cell) {
+            std::size_t at = 0;
+            const auto look = [&](std::int32_t tap) {
+                for (const double value : colors[static_cast<std::size_t>(tap)])
+                    REQUIRE(looks.surroundings[cell][at++] == static_cast<int>(value + 0.5));
+            };
+            look(cell);
+            for (const side s : all_sides) {
+                std::int32_t tap = cell;
+                for (int step = 0; step < detail::tap_distance; ++step)
+                    if (const std::int32_t n = cells.neighbor(tap, s); n != no_pixel) tap = n;
+                look(tap);
+            }
+        }
+    }
 }
 
 TEST_CASE(

@@ -19,7 +19,7 @@ layer_with_rims with_rims(ldi::photo_layer layer) {
     return std::move(layer).with<ldi::rim_column>(std::move(none));
 }
 
-/// A red thing in front of a green wall, from column 20 on, and red fuzz on the wall beside it.
+/// A red object in front of a green wall, from column 20 on, and red fuzz on the wall beside it.
 layer_with_rims fuzzy_scene(std::size_t fuzz) {
     ldi::image<float> disparity(20, 40);
     ldi::image<std::uint8_t> photo(20, 40, 3);
@@ -77,7 +77,7 @@ TEST_CASE("fuzz keeps the background's color where the foreground's differs by m
     for (const auto& [difference, is_fuzz] : {std::pair{30, false}, {36, false}, {44, true}, {60, true}, {75, true}}) {
         CAPTURE(difference);
         layer_with_rims layer = fuzzy_scene(2);
-        // Red alone tells the thing and its fuzz from the wall.
+        // Only red distinguishes the object and its fuzz from the wall.
         const auto repaint = [&](std::int32_t i) {
             const auto color = layer.at<ldi::color_column>(i);
             color[0] = static_cast<std::uint8_t>(color[0] == 200 ? 100 + difference : 100), color[1] = 50;
@@ -96,8 +96,27 @@ TEST_CASE("fuzz keeps the background's color where the foreground's differs by m
     }
 }
 
+TEST_CASE("a rim with less than an eighth of the foreground's color comes back, one with more does not") {
+    for (const auto& [percent, is_back] : {std::pair{0, true}, {5, true}, {11, true}, {14, false}, {20, false}, {60, false}}) {
+        CAPTURE(percent);
+        layer_with_rims layer = fuzzy_scene(0);
+        for (std::int32_t i = 0; i < layer.topology().count(); ++i)
+            if (const std::int32_t x = layer.topology().x()[i]; x == 18 || x == 19) {
+                layer.at<ldi::color_column>(i)[0] = static_cast<std::uint8_t>(20 + 180 * percent / 100);
+                layer.at<ldi::color_column>(i)[1] = static_cast<std::uint8_t>(200 - 180 * percent / 100);
+            }
+        const ldi::buffer<ldi::uncertain_rim> rims = ldi::mark_uncertain_rims(layer, 4);
+        paint_unknown(layer, 20, 200);
+        ldi::restore_rims(layer, rims);
+        for (std::int32_t i = 0; i < layer.topology().count(); ++i)
+            if (const std::int32_t x = layer.topology().x()[i]; x == 18 || x == 19)
+                REQUIRE(layer.column<ldi::known_column>()[i] == (is_back ? 1 : 0));
+    }
+}
+
 TEST_CASE("a surface too narrow to tell from what is in front of it comes back, whatever was painted there") {
-    // A wall, a post of four columns before it, and a thing before both: the post is the near one at its nearest silhouette.
+    // A wall, a post of four columns in front of it, and an object in front of both: the post is the nearer surface at its
+    // nearest silhouette.
     ldi::image<float> disparity(20, 40);
     ldi::image<std::uint8_t> photo(20, 40, 3);
     for (std::size_t y = 0; y < 20; ++y)

@@ -23,7 +23,7 @@ namespace {
 using ldi::testing::caffe2_files;
 using ldi::testing::octets;
 
-/// Reads, builds and runs. Returns the error's text, or nothing if all went well. Anything but ldi::error fails the test.
+/// Reads, builds and runs. Returns the error's text, or nothing on success. Any exception except ldi::error fails the test.
 std::string error_of(const caffe2_files& files) {
     try {
         const ldi::tiefenrausch network(ldi::read_caffe2(files.network, files.weights));
@@ -129,7 +129,7 @@ TEST_CASE("empty, truncated and foreign files are errors") {
     CHECK_FALSE(error_of({octets(text.begin(), text.end()), sound.weights}).empty());
     for (std::size_t size = 0; size < sound.network.size(); ++size) {
         octets cut(sound.network.begin(), sound.network.begin() + static_cast<std::ptrdiff_t>(size));
-        // The external output stands at the end; every cut loses it or an operator.
+        // The external output is at the end; every cut removes it or an operator.
         CHECK_FALSE(error_of({cut, sound.weights}).empty());
     }
     for (std::size_t size = 0; size < sound.weights.size(); ++size) {
@@ -140,7 +140,7 @@ TEST_CASE("empty, truncated and foreign files are errors") {
 
 TEST_CASE("a length that does not fit in 32 bits is an error") {
     const caffe2_files sound = ldi::testing::small_network();
-    // Field 2, length delimited, length 2^32 + 1: whoever keeps 32 bits reads one byte.
+    // Field 2, length delimited, length 2^32 + 1: a reader that keeps only 32 bits reads one byte.
     octets file{0x12, 0x81, 0x80, 0x80, 0x80, 0x10, 0x00};
     file.insert(file.end(), sound.network.begin(), sound.network.end());
     CHECK(contains(error_of({file, sound.weights}), "4294967297 bytes"));

@@ -24,7 +24,7 @@ image<float> random_map(std::size_t height, std::size_t width, std::mt19937& ran
     return map;
 }
 
-/// Equal, where NaN equals NaN.
+/// Compares maps; NaN equals NaN.
 bool same(const image<float>& a, const image<float>& b) {
     if (!same_shape(a, b)) return false;
     for (std::size_t i = 0; i < a.size(); ++i)
@@ -335,7 +335,7 @@ TEST_CASE("a map of too many pixels is averaged over blocks of what is known, an
     map(0, 1) = unknown, map(2, 4) = unknown;
     const image<float> same = shrink_depth_map(map, 15);
     CHECK((same.height() == 3 && same.width() == 5));
-    const image<float> small = shrink_depth_map(map, 14);  // blocks of 2 x 2, cut off at the right and at the bottom
+    const image<float> small = shrink_depth_map(map, 14);  // blocks of 2 x 2, truncated at the right and at the bottom
     REQUIRE((small.height() == 2 && small.width() == 3));
     CHECK(small(0, 0) == Approx((0 + 5 + 6) / 3.0));
     CHECK(small(0, 1) == Approx((2 + 3 + 7 + 8) / 4.0));

@@ -1,4 +1,4 @@
-// HEIC, AVIF, WebP and TIFF files and ICC profiles, made by the libraries that read them, where those are there.
+// Makes HEIC, AVIF, WebP and TIFF files and ICC profiles with the libraries that read them, if present.
 #pragma once
 
 #include <ldi/core/image.hpp>
@@ -33,9 +33,9 @@ struct heif_writing {
     unsigned primaries = 0;  ///< by number, with sRGB's curve
 };
 
-/// picture  H x W x 3, or x 4 with alpha, which becomes an auxiliary picture
+/// Makes a lossless file; nothing if libheif has no encoder for the format.
 ///
-/// A lossless file; nothing if libheif has no encoder of the format.
+/// picture  H x W x 3, or x 4 with alpha, which becomes an auxiliary picture
 inline std::optional<byte_string> heif_file_of(const image<std::uint8_t>& picture, const heif_writing& writing = {}) {
     heif_context* const context = heif_context_alloc();
     heif_encoder* encoder = nullptr;
@@ -56,7 +56,7 @@ inline std::optional<byte_string> heif_file_of(const image<std::uint8_t>& pictur
     const std::size_t row = picture.width() * picture.channels();
     for (std::size_t y = 0; y < picture.height(); ++y)
         std::memcpy(to + y * static_cast<std::size_t>(stride), picture.row(y), row);
-    heif_color_profile_nclx* const identity = heif_nclx_color_profile_alloc();  // RGB as it is: no rounding to YCbCr
+    heif_color_profile_nclx* const identity = heif_nclx_color_profile_alloc();  // RGB unchanged: no rounding to YCbCr
     heif_nclx_color_profile_set_matrix_coefficients(identity, 0);
     heif_nclx_color_profile_set_color_primaries(identity,
                                                 static_cast<std::uint16_t>(writing.primaries == 0 ? 1 : writing.primaries));
@@ -89,7 +89,7 @@ inline std::optional<byte_string> heif_file_of(const image<std::uint8_t>& pictur
     return file;
 }
 
-/// The auxiliary picture of alpha called one of depth: the two names have the same length.
+/// Renames the auxiliary picture of alpha to depth: the two names have the same length.
 inline byte_string alpha_called_depth(byte_string file) {
     for (const auto& [alpha, depth] : {std::pair{bytes_of("hevc:2015:auxid:1"), bytes_of("hevc:2015:auxid:2")},
                                        std::pair{bytes_of("auxiliary:alpha"), bytes_of("auxiliary:depth")}}) {
@@ -103,7 +103,7 @@ inline byte_string alpha_called_depth(byte_string file) {
 
 #if defined(LDI_WITH_LIBWEBP)
 
-/// A chunk of a RIFF file.
+/// Makes a chunk of a RIFF file.
 inline byte_string riff_chunk_of(const std::string& name, const byte_string& body) {
     const byte_string size = big_endian(static_cast<std::uint32_t>(body.size()), 4);
     byte_string chunk = bytes_of(name);
@@ -113,7 +113,7 @@ inline byte_string riff_chunk_of(const std::string& name, const byte_string& bod
     return chunk;
 }
 
-/// A lossless file of an H x W x 3 or x 4 picture, with EXIF and a profile where they are not empty.
+/// Makes a lossless file of an H x W x 3 or x 4 picture, with EXIF and a profile unless empty.
 inline byte_string webp_file(const image<std::uint8_t>& picture, const byte_string& exif = {}, const byte_string& icc = {}) {
     std::uint8_t* encoded = nullptr;
     const int width = static_cast<int>(picture.width()), height = static_cast<int>(picture.height());
@@ -149,7 +149,7 @@ struct tiff_writing {
     byte_string icc = {};
 };
 
-/// A file of an H x W x C picture; 16 bits are the 8 times 257.
+/// Makes a file of an H x W x C picture; 16-bit values are the 8-bit values times 257.
 inline byte_string tiff_file(const image<std::uint8_t>& picture, const tiff_writing& writing = {}) {
     const scratch_folder folder;
     const std::filesystem::path path = folder / "a.tif";
@@ -203,7 +203,7 @@ inline byte_string icc_profile(bool is_gray = false) {
 
 #endif
 
-/// JPEG's APP2 segments of a profile, in parts.
+/// Splits a profile into JPEG's APP2 segments.
 inline byte_string icc_segments(const byte_string& profile, std::size_t parts) {
     byte_string segments;
     const std::size_t size = (profile.size() + parts - 1) / parts;

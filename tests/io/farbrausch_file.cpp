@@ -13,7 +13,7 @@ namespace {
 const std::filesystem::path weights =
     std::filesystem::path(LDI_SOURCE_DIR) / "tests/networks/files/farbrausch_weights.safetensors";
 
-/// What is said of the file when a piece of its header reads differently, in as many bytes.
+/// Returns the error for the file after a part of its header is replaced by text of the same length.
 std::string complaint(const std::string& piece, const std::string& other, const std::filesystem::path& path = weights) {
     REQUIRE(piece.size() == other.size());
     std::vector<std::byte> file = read_file(path);

@@ -1,4 +1,4 @@
-// GIF and BMP files, of the kinds that people have.
+// Common kinds of GIF and BMP files.
 #include <ldi/io/photo.hpp>
 
 #include <catch2/catch.hpp>
@@ -85,6 +85,6 @@ TEST_CASE("a GIF or BMP file that promises more than it holds is refused") {
     for (const std::size_t at : {18U, 19U, 22U, 23U}) bmp[at] = std::byte{0x20};
     CHECK(raised([&] { decode_photo(bmp); }) == error_code::invalid_data);
     byte_string gif = gif_file(shades_of(4, 4));
-    for (const std::size_t at : {6U, 7U, 8U, 9U}) gif[at] = std::byte{0xFF};  // the screen, which no frame need fill
+    for (const std::size_t at : {6U, 7U, 8U, 9U}) gif[at] = std::byte{0xFF};  // the screen size, which no frame must fill
     CHECK(raised([&] { decode_photo(gif); }) == error_code::too_large);
 }

@@ -1,4 +1,4 @@
-// GIF and BMP files, built byte by byte for tests and fuzzers.
+// Builds GIF and BMP files byte by byte for tests and fuzzers.
 #pragma once
 
 #include <tests/support/files.hpp>
@@ -17,7 +17,7 @@ inline byte_string little_endian(std::uint32_t value, int size) {
     return byte_string(bytes.rbegin(), bytes.rend());
 }
 
-/// Colors of a picture of 256 shades: of each its own.
+/// Colors of a picture of 256 shades, all different.
 inline std::array<std::uint8_t, 3> shade(unsigned index) {
     return {static_cast<std::uint8_t>(index), static_cast<std::uint8_t>(255 - index), static_cast<std::uint8_t>(index / 2)};
 }
@@ -29,7 +29,7 @@ struct gif_writing {
     bool animated = false;
 };
 
-/// A GIF file of an H x W x 1 picture of shades. Its codes are cleared before they grow.
+/// A GIF file of an H x W x 1 picture of shades. Its codes are cleared before they become longer.
 inline byte_string gif_file(const image<std::uint8_t>& picture, const gif_writing& writing = {}) {
     const std::uint32_t width = static_cast<std::uint32_t>(picture.width()),
                         height = static_cast<std::uint32_t>(picture.height());
@@ -75,14 +75,14 @@ inline byte_string gif_file(const image<std::uint8_t>& picture, const gif_writin
     };
     add_frame();
     if (writing.animated) {
-        std::reverse(bits.begin(), bits.end());  // some other frame
+        std::reverse(bits.begin(), bits.end());  // another frame
         add_frame();
     }
     file.push_back(std::byte{';'});
     return file;
 }
 
-/// A BMP file of an H x W x 3 picture, of 24 or 32 bits, or of 8 with a palette of grays.
+/// A BMP file of an H x W x 3 picture with 24 or 32 bits, or with 8 bits and a palette of grays.
 inline byte_string bmp_file(const image<std::uint8_t>& picture, std::uint32_t bits = 24, bool from_top = false) {
     const std::uint32_t width = static_cast<std::uint32_t>(picture.width()),
                         height = static_cast<std::uint32_t>(picture.height());

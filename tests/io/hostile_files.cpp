@@ -1,5 +1,5 @@
-// Files that mean harm: small ones that ask for much memory or for work without end. SECURITY.md says what is promised;
-// tests/hostile runs the program on some hundred more of them.
+// Hostile files: small ones that request much memory or endless work. SECURITY.md states the guarantees; tests/hostile runs the
+// program on about a hundred more of them.
 #include <ldi/io/photo_depth.hpp>
 
 #include <catch2/catch.hpp>
@@ -24,7 +24,7 @@ const image<std::uint8_t> small = smooth_picture(24, 32, 3);
 const byte_string small_jpeg = encode_jpeg(small, 80);
 const std::string identifier(32, 'A');
 
-/// A JPEG file with this XMP, in as many segments as it takes.
+/// A JPEG file with this XMP, in as many segments as necessary.
 byte_string with_extended_xmp(const std::string& packet) {
     byte_string segments =
         xmp_segment(xmp_packet("xmlns:xmpNote=\"http://ns.adobe.com/xmp/note/\" xmpNote:HasExtendedXMP=\"" + identifier + "\""));
@@ -32,7 +32,7 @@ byte_string with_extended_xmp(const std::string& packet) {
     return with_segments(small_jpeg, segments);
 }
 
-/// Memory that decoding takes, in bytes per byte of the file.
+/// Memory for decoding, in bytes per byte of the file.
 double memory_per_byte(const byte_string& file) {
     const std::optional<double> bytes = peak_memory([&] { decode_photo_with_depth(file); });
     REQUIRE(bytes);
@@ -101,7 +101,7 @@ TEST_CASE("a depth map inside a photo takes few bytes per pixel, and holes are f
     CHECK(per_pixel([&] { decode_photo_with_depth(file); }) < 9);
     image<float> map(height, width, 1, std::numeric_limits<float>::quiet_NaN());
     map(5, 7) = 1;
-    CHECK(per_pixel([&] { fill_invalid(std::move(map)); }) < 4.5);  // beside the map itself
+    CHECK(per_pixel([&] { fill_invalid(std::move(map)); }) < 4.5);  // without the map itself
 }
 
 TEST_CASE("one budget covers the photo, its depth map and the confidence of that") {
@@ -140,7 +140,7 @@ TEST_CASE("HEIC items that are made of themselves, without end, or of too much a
             INFO(name);
             const auto decode = [&file = file] { decode_photo_with_depth(file); };
             const std::optional<double> bytes = peak_memory(decode);
-            REQUIRE(bytes);  // it does not end by a signal
+            REQUIRE(bytes);  // not ended by a signal
             CHECK(*bytes < 20 * megabyte);
             const std::optional<error_code> code = raised(decode);
             CHECK((code == error_code::invalid_data || code == error_code::too_large));
@@ -240,7 +240,7 @@ TEST_CASE("EXIF entries that list the same bytes take no more memory than the fi
 }
 
 TEST_CASE("the codes of a GIF file stand for as many pixels as it has") {
-    // 64 x 64 pixels, codes of 9 bits: a clear code and one pixel, then ever longer repetitions of it.
+    // 64 x 64 pixels, codes of 9 bits: a clear code and one pixel, then longer and longer repetitions of it.
     const auto gif = [](unsigned codes) {
         byte_string file = bytes_of(std::string_view("GIF89a\x40\0\x40\0\0\0\0,\0\0\0\0\x40\0\x40\0\0\x08", 24));
         byte_string bits;
@@ -316,7 +316,7 @@ TEST_CASE("an estimate is an upper bound of the memory that decoding takes, and 
         REQUIRE(measured);
         INFO(*measured / megabyte << " MB measured, " << estimate / megabyte << " estimated");
         if (!measures_resident_memory) continue;
-        CHECK(*measured < estimate + 5 * megabyte);  // libraries' tables, and what malloc() keeps
+        CHECK(*measured < estimate + 5 * megabyte);  // tables of libraries, and memory that malloc() keeps
         CHECK(estimate < 2 * *measured + 5 * megabyte);
     }
     const std::optional<double> measured = peak_memory([&] { fill_invalid(decode_depth_map(depth)); });

@@ -1,4 +1,4 @@
-// HEIC files built box by box, for tests and fuzzers: of items that libheif's encoder would never write.
+// Builds HEIC files box by box for tests and fuzzers, with items that libheif's encoder would never write.
 #pragma once
 
 #include <tests/io/encoded_files.hpp>
@@ -37,7 +37,7 @@ inline byte_string auxiliary_box(std::string_view type) {
     return full_box("auxC", 0, body);
 }
 
-/// What a derived picture says of itself: "grid" or "iovl".
+/// The description of a derived picture: "grid" or "iovl".
 inline byte_string grid_data(std::uint32_t rows, std::uint32_t columns, std::uint32_t width, std::uint32_t height) {
     byte_string data = {std::byte{0}, std::byte{1}, static_cast<std::byte>(rows - 1), static_cast<std::byte>(columns - 1)};
     append(data, big_endian(width, 4)), append(data, big_endian(height, 4));
@@ -47,7 +47,7 @@ inline byte_string overlay_data(std::uint32_t width, std::uint32_t height) {
     byte_string data(10);
     data[1] = std::byte{1};
     append(data, big_endian(width, 4)), append(data, big_endian(height, 4));
-    data.resize(data.size() + 8);  // the offset of one picture
+    data.resize(data.size() + 8);  // offset of one picture
     return data;
 }
 
@@ -64,11 +64,11 @@ struct file_items {
     };
     std::vector<item> items;
     std::vector<byte_string> properties;
-    std::vector<std::pair<std::uint32_t, std::vector<std::uint32_t>>> uses = {};  ///< of properties, counted from 1, by an item
+    std::vector<std::pair<std::uint32_t, std::vector<std::uint32_t>>> uses = {};  ///< per item its properties, counted from 1
     std::vector<reference> references = {};
 };
 
-/// The file shows item 1.
+/// The primary item of the file is 1.
 inline byte_string item_file(const file_items& of, const byte_string& data) {
     const auto number = [](std::size_t value, int size) { return big_endian(static_cast<std::uint32_t>(value), size); };
     const auto meta = [&](std::size_t base) {
@@ -117,13 +117,13 @@ inline byte_string item_file(const file_items& of, const byte_string& data) {
 
 #if defined(LDI_WITH_LIBHEIF)
 
-/// A coded picture and its decoder's configuration (hvcC, av1C), to be put into other files.
+/// A coded picture and its decoder's configuration (hvcC, av1C), for use in other files.
 struct coded_picture {
     std::string type;
     byte_string configuration, data;
 };
 
-/// The only picture of a file that libheif's encoder has written.
+/// Extracts the only picture of a file from libheif's encoder.
 inline coded_picture coded_picture_of(const byte_string& file) {
     const auto find = [&](std::string_view type) {
         const byte_string name = bytes_of(type);
@@ -141,7 +141,7 @@ inline coded_picture coded_picture_of(const byte_string& file) {
     return result;
 }
 
-/// Pictures that are made of themselves, or of so many or so large ones that nobody could decode them; each with a name.
+/// Pictures that contain themselves, or so many or such large pictures that they cannot be decoded; each with a name.
 inline std::vector<std::pair<std::string, byte_string>> hostile_item_files(const coded_picture& coded) {
     const std::size_t n = coded.data.size();
     const std::vector<byte_string> properties = {coded.configuration, size_box(64, 64)};

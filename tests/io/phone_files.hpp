@@ -1,4 +1,4 @@
-// JPEG files as phones write them, with depth inside, built byte by byte for tests and fuzzers.
+// Builds JPEG files with depth inside, as phones write them, byte by byte for tests and fuzzers.
 #pragma once
 
 #include <ldi/io/picture.hpp>
@@ -18,7 +18,7 @@ inline byte_string jpeg_segment(unsigned marker, const byte_string& body) {
     return segment;
 }
 
-/// Puts segments behind a JPEG file's first two bytes.
+/// Inserts segments after a JPEG file's first two bytes.
 inline byte_string with_segments(const byte_string& jpeg, const byte_string& segments) {
     byte_string file(jpeg.begin(), jpeg.begin() + 2);
     append(file, segments);
@@ -26,7 +26,7 @@ inline byte_string with_segments(const byte_string& jpeg, const byte_string& seg
     return file;
 }
 
-/// An XMP packet of one description.
+/// An XMP packet with one description.
 inline std::string xmp_packet(const std::string& attributes, const std::string& children = "") {
     return "<x:xmpmeta xmlns:x=\"adobe:ns:meta/\"><rdf:RDF xmlns:rdf=\"http://www.w3.org/1999/02/22-rdf-syntax-ns#\">"
            "<rdf:Description rdf:about=\"\" " +
@@ -64,18 +64,18 @@ inline std::string base64(const byte_string& bytes) {
 
 constexpr const char* gdepth_space = "xmlns:GDepth=\"http://ns.google.com/photos/1.0/depthmap/\" ";
 
-/// fields  GDepth's attributes, Format="..." and so on, each with its prefix
+/// fields  attributes of GDepth, Format="..." and so on, each with its prefix
 inline byte_string gdepth_jpeg(const byte_string& photo, const byte_string& depth, const std::string& fields) {
     return with_segments(photo, xmp_segment(xmp_packet(gdepth_space + fields + " GDepth:Data=\"" + base64(depth) + "\"")));
 }
 
-/// A file behind a photo, as a directory lists it.
+/// A file appended to a photo, as listed in a directory.
 struct appended_file {
     std::string semantic, address;
     byte_string bytes;
 };
 
-/// How one of the two containers writes its directory.
+/// Names in the directory of one of the two containers.
 struct container_words {
     const char *container, *item, *address;
 };
@@ -84,7 +84,7 @@ constexpr container_words dynamic_depth_words = {"http://ns.google.com/photos/dd
 constexpr container_words photos_words = {"http://ns.google.com/photos/1.0/container/",
                                           "http://ns.google.com/photos/1.0/container/item/", "URI"};
 
-/// fields  DepthMap's attributes
+/// fields  attributes of DepthMap
 inline byte_string dynamic_depth_jpeg(const byte_string& photo, const std::vector<appended_file>& files,
                                       const std::string& fields, const container_words& words = dynamic_depth_words) {
     std::string list = "<rdf:li><Container:Item Item:Mime=\"image/jpeg\" Item:Semantic=\"Primary\" Item:Length=\"0\"/></rdf:li>";
@@ -103,7 +103,7 @@ inline byte_string dynamic_depth_jpeg(const byte_string& photo, const std::vecto
     return file;
 }
 
-/// Apple's words on a picture of disparity or depth.
+/// Apple's metadata for a picture of disparity or depth.
 inline std::string apple_packet(const std::string& kind, const std::string& first, const std::string& last,
                                 const std::string& accuracy = "relative") {
     return xmp_packet(
@@ -117,7 +117,7 @@ inline std::string apple_packet(const std::string& kind, const std::string& firs
             last + "</apdi:FloatMaxValue><apdi:AuxiliaryImageType>" + kind + "</apdi:AuxiliaryImageType>");
 }
 
-/// A file of the Multi-Picture Format: a photo and others behind it.
+/// A file of the Multi-Picture Format: a photo and appended pictures.
 inline byte_string multi_picture_jpeg(const byte_string& photo, const std::vector<byte_string>& others) {
     const std::size_t count = others.size() + 1, segment_size = 2 + 2 + 4 + 8 + 2 + 2 * 12 + 4 + 16 * count;
     byte_string tiff = bytes_of(std::string_view("MM\0*\0\0\0\x08", 8));
@@ -131,7 +131,7 @@ inline byte_string multi_picture_jpeg(const byte_string& photo, const std::vecto
     entry(0xB002, 7, 16 * count, 8 + 2 + 2 * 12 + 4);
     append(tiff, big_endian(0, 4));
     std::size_t place = photo.size() + segment_size;
-    const std::size_t origin = 2 + 2 + 2 + 4;  // of the offsets, in the file
+    const std::size_t origin = 2 + 2 + 2 + 4;  // origin of the offsets in the file
     const auto picture = [&](std::uint32_t kind, std::size_t size, std::size_t offset) {
         append(tiff, big_endian(kind, 4)), append(tiff, big_endian(static_cast<std::uint32_t>(size), 4));
         append(tiff, big_endian(static_cast<std::uint32_t>(offset), 4)), append(tiff, big_endian(0, 4));

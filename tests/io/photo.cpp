@@ -13,8 +13,8 @@ namespace {
 
 const std::filesystem::path files = std::filesystem::path(LDI_SOURCE_DIR) / "tests/io/files";
 
-/// The picture as it must be stored so that it is upright in the given EXIF orientation: the definition in EXIF's own words, "the
-/// 0th row is the visual top (right, bottom, left) side, the 0th column the visual left (...) side".
+/// Stores a picture so that it is upright in the given EXIF orientation. The definition is EXIF's own: "the 0th row is the
+/// visual top (right, bottom, left) side, the 0th column the visual left (...) side".
 image<std::uint8_t> stored_in(unsigned orientation, const image<std::uint8_t>& upright) {
     const std::size_t h = upright.height(), w = upright.width();
     const bool lying = orientation >= 5;
@@ -109,7 +109,7 @@ TEST_CASE("gray, progressive, CMYK and YCCK JPEG files have the right colors") {
     for (std::size_t i = 0; i < expected.size(); ++i) expected.data()[i] = gray.data()[i / 3];
     CHECK(largest_difference(decoded, expected) <= 4);
 
-    // The three files were written by Pillow and ImageMagick, from these formulas.
+    // Pillow and ImageMagick wrote the three files from these formulas.
     for (std::size_t y = 0; y < 16; ++y)
         for (std::size_t x = 0; x < 24; ++x) {
             expected(y, x, 0) = static_cast<std::uint8_t>(40 + 8 * x);
@@ -120,7 +120,7 @@ TEST_CASE("gray, progressive, CMYK and YCCK JPEG files have the right colors") {
     CHECK(largest_difference(load_photo(files / "ycck.jpg").color, expected) <= 16);
     for (std::size_t y = 0; y < 16; ++y)
         for (std::size_t x = 0; x < 24; ++x) {
-            const std::size_t paper = 255 - 5 * x;  // what black ink leaves
+            const std::size_t paper = 255 - 5 * x;  // amount left by black ink
             expected(y, x, 0) = static_cast<std::uint8_t>((255 - 4 * x) * paper / 255);
             expected(y, x, 1) = static_cast<std::uint8_t>((255 - 10 * y) * paper / 255);
             expected(y, x, 2) = static_cast<std::uint8_t>((255 - 3 * (x + y)) * paper / 255);
@@ -217,10 +217,10 @@ TEST_CASE("a photo of more pixels than allowed is refused, and so is one that pr
 TEST_CASE("a PNG file that inflates to more than its picture is refused") {
     const auto inflating = [](std::size_t bytes) { return png_file(1, 1, 8, 0, byte_string(bytes, std::byte{7})); };
     CHECK(decode_photo(inflating(1)).color(0, 0, 0) == 7);
-    CHECK(decode_photo(inflating(50'000)).color(0, 0, 0) == 7);  // other readers take these, too
+    CHECK(decode_photo(inflating(50'000)).color(0, 0, 0) == 7);  // other readers accept these, too
     CHECK(raised([&] { decode_photo(inflating(50'000'000)); }) == error_code::invalid_data);
     CHECK_THAT(message_of([&] { decode_photo(inflating(50'000'000)); }), Catch::Contains("more data than its picture has"));
-    CHECK(decode_photo(encode_png(smooth_picture(300, 200, 3))).color.height() == 300);  // the limit went with its file
+    CHECK(decode_photo(encode_png(smooth_picture(300, 200, 3))).color.height() == 300);  // the limit applied only to its own file
 }
 
 TEST_CASE("a progressive JPEG file that repeats its scans without end is refused") {

@@ -15,7 +15,7 @@ namespace {
 const image<std::uint8_t> picture = smooth_picture(24, 40, 3);
 const byte_string photo_file = encode_jpeg(picture, 90);
 
-/// Half the photo's size; values from 10 on.
+/// Half the photo's size; values start at 10.
 image<std::uint8_t> depth_picture() {
     image<std::uint8_t> depth(12, 20, 1);
     for (std::size_t i = 0; i < depth.size(); ++i) depth.data()[i] = static_cast<std::uint8_t>(10 + i);
@@ -26,7 +26,7 @@ const image<std::uint8_t> stored = depth_picture();
 const byte_string depth_file = encode_png(stored);
 const byte_string decoy_file = encode_jpeg(image<std::uint8_t>(12, 20, 1, 200), 90);  // a gain map has the same shape
 
-/// The one fact about each pixel: 1 / distance of stored value v.
+/// The true value of each pixel: 1 / distance of stored value v.
 template <class Disparity>
 void check_depth(const byte_string& file, const std::string& source, bool is_metric, Disparity&& disparity,
                  double tolerance = 1e-5) {
@@ -80,7 +80,8 @@ TEST_CASE("GDepth is found as elements, under another prefix, and in Extended XM
     const std::string second = xmp_packet(std::string(gdepth_space) + "GDepth:Data=\"" + base64(depth_file) + "\"");
     for (std::size_t part : {std::size_t{37}, std::size_t{200}, std::size_t{60'000}}) {
         byte_string segments = xmp_segment(xmp_packet(first));
-        append(segments, extended_xmp_segments(std::string(second.size(), 'x'), std::string(32, 'F'), part));  // somebody else's
+        // of another packet
+        append(segments, extended_xmp_segments(std::string(second.size(), 'x'), std::string(32, 'F'), part));
         append(segments, extended_xmp_segments(second, identifier, part));
         check_depth(with_segments(photo_file, segments), "GDepth, RangeLinear", false, linear);
     }
@@ -108,7 +109,7 @@ TEST_CASE("Dynamic Depth is found by what it is called, in both containers, amon
         for (const std::vector<appended_file>& files :
              {std::vector{depth}, {by_address}, {gain_map, depth}, {depth, gain_map}, {gain_map, by_address, movie}})
             check_depth(dynamic_depth_jpeg(photo_file, files, fields, words), "Dynamic Depth, RangeInverse", true, inverse);
-    // Something that no directory lists lies between: the place is counted from the end.
+    // Data that no directory lists lies between: the position is counted from the end.
     byte_string file = dynamic_depth_jpeg(photo_file, {}, fields),
                 listed = dynamic_depth_jpeg(photo_file, {gain_map, depth}, fields);
     const std::size_t photo_end = listed.size() - decoy_file.size() - depth_file.size();
@@ -142,15 +143,16 @@ TEST_CASE("depth is turned with its photo") {
     REQUIRE(found.depth);
     CHECK(found.photo.color.height() == 40);
     REQUIRE(found.depth->disparity.height() == 20);
-    CHECK(found.depth->disparity(0, 11, 0) == Approx(1 / (1 + stored(0, 0, 0) / 255.0)));  // what was top left is top right
+    CHECK(found.depth->disparity(0, 11, 0) == Approx(1 / (1 + stored(0, 0, 0) / 255.0)));  // the top left pixel is now top right
 }
 
 TEST_CASE("depth that can't be used leaves the photo, and says why") {
     const auto with = [](const std::string& fields) { return gdepth_jpeg(photo_file, depth_file, fields); };
     check_refused(with("GDepth:Near=\"1\""), "a nearest and a farthest distance");
     check_refused(with("GDepth:Near=\"1\" GDepth:Far=\"x\""), "a nearest and a farthest distance");
-    check_refused(with("GDepth:Near=\"2\" GDepth:Far=\"2\""), "a range of depth");
-    check_refused(with("GDepth:Near=\"-1\" GDepth:Far=\"2\""), "a range of depth");
+    check_refused(with("GDepth:Near=\"2\" GDepth:Far=\"2\""), "a range of depth, found 2 to 2");
+    check_refused(with("GDepth:Near=\"-1\" GDepth:Far=\"2\""), "a range of depth, found -1 to 2");
+    check_refused(with("GDepth:Near=\"1e-30\" GDepth:Far=\"-1e300\""), "a range of depth, found 1e-30 to -1e+300");
     check_refused(with("GDepth:Near=\"1\" GDepth:Far=\"2\" GDepth:Format=\"Magic\""), "Magic");
     const std::string range = "GDepth:Near=\"1\" GDepth:Far=\"2\"";
     check_refused(gdepth_jpeg(photo_file, bytes_of("hello"), range), "unknown format");

@@ -1,4 +1,4 @@
-// HEIC, AVIF, WebP, TIFF, and colors as profiles mean them. What a library is not there for is not tested.
+// HEIC, AVIF, WebP, TIFF, and color profiles. Formats without their library are not tested.
 #include <ldi/io/photo_depth.hpp>
 
 #include <catch2/catch.hpp>
@@ -25,7 +25,7 @@ image<std::uint8_t> with_alpha(const image<std::uint8_t>& color) {
     return all;
 }
 
-/// The picture on white, by the definition.
+/// Composites a picture on white, by definition.
 image<std::uint8_t> on_white(const image<std::uint8_t>& all) {
     image<std::uint8_t> color(all.height(), all.width(), 3);
     for (std::size_t i = 0; i < color.size(); ++i) {
@@ -35,7 +35,7 @@ image<std::uint8_t> on_white(const image<std::uint8_t>& all) {
     return color;
 }
 
-/// The colors of Display P3 in sRGB, through linear light by the standards' matrix.
+/// Converts Display P3 to sRGB, through linear light with the standards' matrix.
 [[maybe_unused]] image<std::uint8_t> p3_to_srgb(const image<std::uint8_t>& p3) {
     const double matrix[3][3] = {{1.22494, -0.22494, 0}, {-0.04206, 1.04206, 0}, {-0.01964, -0.07864, 1.09828}};
     image<std::uint8_t> srgb(p3.height(), p3.width(), 3);
@@ -60,7 +60,7 @@ image<std::uint8_t> on_white(const image<std::uint8_t>& all) {
     REQUIRE(decoded.color.empty() == is_refused);
 }
 
-/// Every shortened file raises an error that is not file_access; damaged ones give a picture or an error.
+/// Every truncated file raises an error other than file_access; damaged ones become a picture or raise an error.
 [[maybe_unused]] void check_damage(const byte_string& file, int copies) {
     std::mt19937 random(10);
     for (std::size_t size = 12; size < file.size(); size += 1 + file.size() / 100)
@@ -80,7 +80,7 @@ TEST_CASE("HEIC and AVIF give back every pixel, with their lens, and damage is n
             continue;
         }
         const photo decoded = decode_photo(*file);
-        CHECK(largest_difference(decoded.color, picture) == 0);  // and not turned: EXIF's orientation does not count here
+        CHECK(largest_difference(decoded.color, picture) == 0);  // and not rotated: the EXIF orientation does not apply here
         CHECK(decoded.focal_length_35mm == 26.0F);
         CHECK(raised([&] { decode_photo(*file, {.limits = {.max_pixels = 34 * 50 - 1}}); }) == error_code::too_large);
         check_damage(*file, 60);

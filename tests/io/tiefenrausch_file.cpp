@@ -30,7 +30,7 @@ ldi::buffer<Scalar>& values(named_tensors& file, const std::string& name) {
     return std::get<ldi::buffer<Scalar>>(file.tensors.at(name).values);
 }
 
-/// What is said of the weights after `change`.
+/// Returns the error for the weights after `change`.
 template <class Change>
 std::string complaint(Change&& change) {
     named_tensors file = weights();
@@ -95,7 +95,7 @@ TEST_CASE("sizes that a file names are numbers, and such as the network takes") 
         const std::string output = "\"output\":\"disparity\"", added = ",\"details_long_side\":\"" + size + "\"";
         std::string changed = text;
         changed.insert(text.find(output) + output.size(), added);
-        changed[0] = static_cast<char>(changed[0] + static_cast<char>(added.size()));  // the header's length, below 256 more
+        changed[0] = static_cast<char>(changed[0] + static_cast<char>(added.size()));  // length of the header, below 256 more
         return changed;
     };
     const auto read = [](const std::string& file) { return decode_tiefenrausch(std::as_bytes(std::span(file))).sizes(); };
@@ -119,7 +119,7 @@ TEST_CASE("the weights that ship fit their networks, and take at most 4 MB") {
     const tiefenrausch network = load_depth_network(models / "tiefenrausch_small.safetensors");
     serial_executor serial;
     const image<float> disparity = network.disparity(image<std::uint8_t>(30, 40, 3, std::uint8_t{128}), {}, serial);
-    CHECK((network.sizes().details == 448 && network.sizes().layout == 320));  // as its file says
+    CHECK((network.sizes().details == 448 && network.sizes().layout == 320));  // as in its file
     CHECK(disparity.height() == 320);
     CHECK(disparity.width() == 448);
     CHECK(load_farbrausch(models / "farbrausch.safetensors").architecture().channels.size() == 5);

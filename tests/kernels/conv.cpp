@@ -42,7 +42,7 @@ struct convolution {
         ldi::conv_f32(with, starts().data(), stride, pixels, ratios.empty() ? nullptr : ratios.data(), result.data());
         return result;
     }
-    /// The same, in calls for any numbers of pixels.
+    /// Computes the same in calls with arbitrary numbers of pixels.
     results compute_in_pieces(const ldi::conv_f32_weights& with, ldi::testing::random_bytes& random) const {
         results result(pixels * outputs + 1, untouched);
         for (std::size_t p = 0; p < pixels;) {
@@ -68,7 +68,7 @@ struct convolution {
                 const double difference = std::abs(expected - double{result[p * outputs + o]});
                 if (difference > 1e-5 * (scale * ratio + std::abs(double{bias[o]}))) return false;
             }
-        return result.back() == untouched;  // nothing is written behind the result
+        return result.back() == untouched;  // nothing may be written after the result
     }
 
     static convolution any(ldi::testing::random_bytes& random, std::size_t rows, std::size_t inputs, std::size_t outputs,
@@ -138,7 +138,7 @@ struct byte_convolution {
     ldi::conv_u8_weights packed(ldi::isa set) const {
         return ldi::pack_conv_u8(set, weights, zero_points, scales, bias, rows, {slope}, result_zero_point);
     }
-    /// In calls for up to so many pixels.
+    /// In calls with at most this many pixels.
     template <class Result>
     std::vector<Result> compute(ldi::isa set, int max_pixels, ldi::testing::random_bytes& random) const {
         const ldi::conv_u8_weights with = packed(set);

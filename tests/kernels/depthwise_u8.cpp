@@ -43,7 +43,7 @@ struct convolution {
                 }
                 result.push_back(ldi::requantize(sum, output));
             }
-        result.push_back(untouched);  // nothing is written behind the result
+        result.push_back(untouched);  // nothing may be written after the result
         return result;
     }
 };

@@ -14,7 +14,7 @@ constexpr std::uint8_t untouched = 77;
 struct product {
     std::size_t segments, inputs, outputs, pixels, stride;
     int weight_zero, input_zero;
-    ldi::buffer<std::uint8_t> weights, input;  // each segment: pixels x stride bytes and what may be read behind them
+    ldi::buffer<std::uint8_t> weights, input;  // each segment: pixels x stride bytes, and the readable bytes after them
     ldi::buffer<std::int32_t> bias;
     ldi::requantization output;
 
@@ -44,7 +44,7 @@ struct product {
                             (starts()[s][p * stride + i] - input_zero) * (weights[(o * segments + s) * inputs + i] - weight_zero);
                 result.push_back(ldi::requantize(sum, output));
             }
-        result.push_back(untouched);  // nothing is written behind the result
+        result.push_back(untouched);  // nothing may be written after the result
         return result;
     }
 };
@@ -59,7 +59,7 @@ product any_product(ldi::testing::random_bytes& random, std::size_t segments, st
     return made;
 }
 
-/// Where nothing stands in the way of the set that is asked for.
+/// Weights for which the requested set is exact.
 ldi::isa expected_target(const product& p, ldi::isa set) {
     const bool fills_lanes = p.outputs >= ldi::find_kernel(ldi::gemm_u8_kernels, set).min_outputs;
     return fills_lanes ? set : ldi::find_instruction_set(set).otherwise;
@@ -149,7 +149,7 @@ TEST_CASE("gemm_u8 rounds to the right side of every threshold of the requantiza
         sums.erase(sums.begin(), sums.begin() + 2);
         ldi::buffer<std::uint8_t> expected;
         for (std::int32_t sum : sums) expected.push_back(ldi::requantize(sum, r));
-        const ldi::buffer<std::uint8_t> weights(sums.size(), 128), input(4);  // the bias is all there is
+        const ldi::buffer<std::uint8_t> weights(sums.size(), 128), input(4);  // only the bias remains
         const std::uint8_t* const start = input.data();
         for (ldi::isa set : ldi::testing::available_isas()) {
             ldi::buffer<std::uint8_t> found(sums.size());

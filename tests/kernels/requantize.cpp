@@ -11,8 +11,8 @@
 
 namespace {
 
-// The definition in two roundings, in exact arithmetic: to the multiplier's 31 fraction bits upwards at halves, then by the shift
-// away from zero at halves.
+// The definition in two roundings with exact arithmetic: to the multiplier's 31 fraction bits, halves up, then by the shift,
+// halves away from zero.
 int reference(std::int32_t accumulator, const ldi::requantization& r) {
     const std::int64_t product = std::int64_t{accumulator} * r.multiplier + (std::int64_t{1} << 30);
     std::int64_t high = product / (std::int64_t{1} << 31);

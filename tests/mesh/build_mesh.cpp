@@ -12,7 +12,7 @@
 namespace {
 
 using ldi::testing::charted_graph;
-using point = std::array<std::uint32_t, 3>;  // the bits of three floats
+using point = std::array<std::uint32_t, 3>;  // bits of three floats
 
 constexpr ldi::depth_range range{2.0F, 20.0F};
 constexpr std::int32_t atlas_width = 256, atlas_height = 512;
@@ -111,7 +111,7 @@ TEST_CASE("Triangles face the camera, and none has its vertices on a line") {
             std::array<double, 3> a, b;
             for (std::size_t i = 0; i < 3; ++i) a[i] = p[1][i] - p[0][i], b[i] = p[2][i] - p[0][i];
             const std::array<double, 3> normal{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-            REQUIRE(normal[0] * p[0][0] + normal[1] * p[0][1] + normal[2] * p[0][2] < 0);  // away from where we look
+            REQUIRE(normal[0] * p[0][0] + normal[1] * p[0][1] + normal[2] * p[0][2] < 0);  // away from the viewing direction
         }
     }
 }
@@ -119,7 +119,7 @@ TEST_CASE("Triangles face the camera, and none has its vertices on a line") {
 TEST_CASE("Where two charts meet, both have the same edges between the same points, bit for bit") {
     std::size_t shared = 0;
     for (std::uint32_t seed = 0; seed < 500; ++seed) {
-        // A photo that is linked all over: each rim edge is on its border, or the rim edge of one other chart.
+        // A fully linked photo: each rim edge is on its border, or is the rim edge of one other chart.
         std::mt19937 random(seed);
         charted_graph c;
         c.topology = ldi::make_grid(2 + static_cast<std::int32_t>(random() % 30), 2 + static_cast<std::int32_t>(random() % 30));

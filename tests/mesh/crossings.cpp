@@ -39,7 +39,7 @@ ldi::polygon random_chain(std::mt19937& random) {
     return p;
 }
 
-// Whether two edges have a point in common that is not an end of both.
+// Whether two edges share a point that is not an end of both.
 bool collide(const ldi::polygon& p, std::int32_t v, std::int32_t w) {
     const auto point = [&](std::int32_t i) { return p.points[static_cast<std::size_t>(i)]; };
     const auto next = [&](std::int32_t i) { return p.next[static_cast<std::size_t>(i)]; };
@@ -111,7 +111,7 @@ TEST_CASE("Nothing is found in the detailed outlines of charts, except where a s
 }
 
 TEST_CASE("Two passages through one point overlap only if one reaches into the other") {
-    // Two squares that touch in a corner, walked as two loops: fine. The same with the second one turned over the first: not.
+    // Two squares that touch in a corner, as two loops: valid. With the second one turned over the first: invalid.
     ldi::polygon apart;
     apart.points = {{0, 0}, {4, 0}, {4, 4}, {0, 4}, {4, 4}, {8, 4}, {8, 8}, {4, 8}};
     apart.next = {1, 2, 3, 0, 5, 6, 7, 4};

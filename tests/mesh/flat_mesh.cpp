@@ -56,7 +56,7 @@ std::int64_t twice_area(const std::array<std::int64_t, 2>& a, const std::array<s
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
 }
 
-// How many triangles hold the center of a pixel. Centers are moved a little, by an amount that puts none on an edge between
+// Counts the triangles that contain the center of a pixel. Centers are moved by a small amount that puts none on an edge between
 // lattice points less than 40 apart.
 constexpr std::int64_t fine = 1 << 20;
 std::size_t cover_of_center(const std::vector<triangle>& triangles, std::int32_t x, std::int32_t y) {
@@ -187,7 +187,7 @@ TEST_CASE("Neighboring charts have the same edges along their common boundary: n
             const ldi::buffer<std::int32_t> ids = used_by(right);
             REQUIRE(ids == used_by(left));
             for (std::size_t i = 0; i + 1 < ids.size(); ++i) {
-                // Triangles run counter-clockwise, outlines clockwise.
+                // Triangles are counter-clockwise, outlines clockwise.
                 REQUIRE(edges[right].count({ids[i + 1], ids[i]}) == 1);
                 REQUIRE(edges[left].count({ids[i], ids[i + 1]}) == 1);
                 ++shared;

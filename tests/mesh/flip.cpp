@@ -5,7 +5,7 @@
 
 namespace {
 
-// Positive if d lies inside the circle round a, b, c, which run counter-clockwise on screen (y downwards).
+// Positive if d lies inside the circle around a, b, c, which are counter-clockwise on screen (y downward).
 std::int64_t in_circle(ldi::lattice_point a, ldi::lattice_point b, ldi::lattice_point c, ldi::lattice_point d) {
     const std::int64_t ax = a.x - d.x, ay = a.y - d.y, bx = b.x - d.x, by = b.y - d.y, cx = c.x - d.x, cy = c.y - d.y;
     const std::int64_t aa = ax * ax + ay * ay, bb = bx * bx + by * by, cc = cx * cx + cy * cy;

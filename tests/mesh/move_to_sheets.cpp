@@ -20,7 +20,7 @@ namespace {
 
 using namespace ldi;
 
-/// A scene's photo at a whole multiple of the size that it is worked on.
+/// A scene's photo at an integer multiple of the layered image's size.
 struct full_size_scene {
     image<std::uint8_t> photo;
     photo3d made;
@@ -42,7 +42,8 @@ full_size_scene make_scene(const std::string& name, std::int32_t width, std::int
     options.normalize.clipped_share = 0.0F;
     options = for_sheets(options, s.photo.height(), s.photo.width(), sheets);
     s.made = make_photo3d(s.photo, given_disparity{picture.disparity}, diffusion_inpainter{}, options);
-    s.layout = lay_out_sheets(s.made.layers, s.made.charts, s.made.atlas, s.photo.height(), s.photo.width(), sheets);
+    s.layout = lay_out_sheets(s.made.layers, s.made.charts, s.made.atlas, s.photo.height(), s.photo.width(),
+                              {.max_side = sheet_side, .margin = s.made.facts.margin});
     s.mesh = move_to_sheets(s.made.mesh, s.made.charts, s.made.atlas, s.layout);
     s.textures.push_back(s.made.atlas.color);
     for (std::size_t i = 1; i < s.layout.sizes.size(); ++i)
@@ -83,9 +84,9 @@ TEST_CASE("on sheets a mesh has the same vertices and triangles, bit for bit, in
     for (const char* name : names) {
         const full_size_scene s = make_scene(name, 120, 160, 256);
         INFO(name);
-        CHECK(s.layout.sizes.size() > 4);  // charts are cut to fit
+        CHECK(s.layout.sizes.size() > 4);  // charts are divided to fit
         CHECK(s.mesh.part_count() == s.layout.sizes.size());
-        CHECK_NOTHROW(detail::check_parts(s.mesh, s.textures.size()));
+        CHECK_NOTHROW(detail::check_mesh(s.mesh, s.textures.size()));
         CHECK(s.mesh.vertex_count() == s.made.mesh.vertex_count());
         CHECK(sorted_triangles(s.mesh) == sorted_triangles(s.made.mesh));
         CHECK(s.mesh.soft_edges.positions == s.made.mesh.soft_edges.positions);
@@ -145,5 +146,5 @@ TEST_CASE("a mesh and a layout of other charts are refused") {
     other.placements.pop_back();
     CHECK_THROWS_AS(move_to_sheets(made.mesh, made.charts, made.atlas, other), error);
     CHECK_THROWS_AS(move_to_sheets(made.mesh, made.charts, made.atlas, {}), error);
-    CHECK_THROWS_AS(move_to_sheets(s.mesh, made.charts, made.atlas, s.layout), error);  // which is on sheets already
+    CHECK_THROWS_AS(move_to_sheets(s.mesh, made.charts, made.atlas, s.layout), error);  // already on sheets
 }

@@ -24,7 +24,7 @@ struct charted_graph {
     ldi::chart_set charts;
 };
 
-/// Layers of random pixels over one another, linked within a layer and, here and there, from one layer to another.
+/// Layers of random pixels over each other, linked within a layer and, in some places, between layers.
 inline ldi::graph random_linked_layers(std::mt19937& random, std::int32_t max_side) {
     const auto below = [&](std::int32_t n) { return static_cast<std::int32_t>(random() % static_cast<std::uint32_t>(n)); };
     const std::int32_t width = 1 + below(max_side), height = 1 + below(max_side);
@@ -56,7 +56,7 @@ inline ldi::graph random_linked_layers(std::mt19937& random, std::int32_t max_si
     return ldi::reordered(made, ldi::canonical_order(made));
 }
 
-/// Connected charts of random size with at most one pixel at a position.
+/// Connected charts of random size with at most one pixel per position.
 inline ldi::chart_set random_partition(const ldi::graph_view& g, std::mt19937& random) {
     const auto below = [&](std::size_t n) { return static_cast<std::size_t>(random()) % n; };
     ldi::chart_set result;

@@ -1,4 +1,4 @@
-// Polygons with holes, pinches and inner points made from random charts, and what a triangulation of them must satisfy.
+// Polygons with holes, pinches and inner points made from random charts, and the requirements on their triangulations.
 #pragma once
 
 #include <ldi/mesh/outlines.hpp>
@@ -28,8 +28,8 @@ inline std::int64_t twice_outline_area(const ldi::polygon& p) {
     return area;
 }
 
-/// The detailed outline of a chart, its lattice stretched by `scale` and its corners moved by up to `jitter`, less than a quarter
-/// of that, each the same wherever it is met, so that nothing crosses that did not.
+/// The detailed outline of a chart, its lattice scaled by `scale` and its corners moved by up to `jitter`, less than a quarter
+/// of that. Each corner moves equally wherever it occurs, so that no new crossing appears.
 inline ldi::polygon chart_polygon(const ldi::chart_outlines& outlines, std::size_t chart, std::int32_t scale, std::int32_t jitter,
                                   std::mt19937& random) {
     ldi::polygon result;
@@ -63,7 +63,7 @@ inline ldi::polygon chart_polygon(const ldi::chart_outlines& outlines, std::size
     return result;
 }
 
-/// Adds single points and vertical polylines near the middle of pixels, where jittered outlines don't reach.
+/// Adds single points and vertical polylines near the middle of pixels, out of reach of jittered outlines.
 inline void add_inner_chains(ldi::polygon& p, const charted_graph& c, std::size_t chart, std::int32_t scale,
                              std::mt19937& random) {
     for (std::int32_t pixel : c.charts.charts[chart].pixels) {
@@ -78,7 +78,7 @@ inline void add_inner_chains(ldi::polygon& p, const charted_graph& c, std::size_
     }
 }
 
-/// Checks everything that triangulate.hpp promises.
+/// Checks all guarantees of triangulate.hpp.
 inline void require_triangulation(const ldi::polygon& p, const ldi::triangulation& t) {
     const auto at = [&](std::uint32_t v) { return p.points[v]; };
     REQUIRE(t.triangles.size() % 3 == 0);
@@ -93,8 +93,8 @@ inline void require_triangulation(const ldi::polygon& p, const ldi::triangulatio
         for (std::size_t k = 0; k < 3; ++k) {
             const std::size_t h = f + k, next = f + (k + 1) % 3;
             used.insert(t.triangles[h]);
-            // An edge may be there twice in the same direction only where two parts of the outline lie on each other, with
-            // vertices of their own; so never by index.
+            // An edge may occur twice in the same direction only if two parts of the outline coincide, with their own vertices;
+            // never by index.
             REQUIRE(edges.emplace(t.triangles[h], t.triangles[next]).second);
             const std::int32_t mate = t.mates[h];
             if (mate < 0) continue;
@@ -110,7 +110,7 @@ inline void require_triangulation(const ldi::polygon& p, const ldi::triangulatio
     for (std::size_t v = 0; v < p.points.size(); ++v) {
         if (p.next[v] < 0) continue;
         const std::uint32_t a = static_cast<std::uint32_t>(v), b = static_cast<std::uint32_t>(p.next[v]);
-        // The chart lies to the right of its outline, that is, to the left of the reversed edge, as triangles are.
+        // The chart lies to the right of its outline, which is to the left of the reversed edge, as for triangles.
         REQUIRE(edges.count({b, a}) == 1);
         if (a >= static_cast<std::uint32_t>(p.outline_count)) REQUIRE(edges.count({a, b}) == 1);
     }

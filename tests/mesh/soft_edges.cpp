@@ -24,7 +24,7 @@
 
 namespace {
 
-/// Random surfaces in front of each other, up to their mesh.
+/// Random surfaces in front of each other, converted to a mesh.
 struct scene {
     ldi::image<float> disparity;
     ldi::photo_layers layers;
@@ -55,7 +55,7 @@ struct scene {
 
 ldi::mesh_options everywhere() {
     ldi::mesh_options options;
-    options.soft_edges.largest_share = 10;
+    options.soft_edges.max_share = 10;
     return options;
 }
 
@@ -80,10 +80,13 @@ TEST_CASE("a strip hangs on the mesh's vertices, bit for bit, and fades out over
             const std::array<float, 3> p = position(strip.positions, v);
             if (strip.opacity[v] > 0) {
                 REQUIRE(of_mesh.count(p) == 1);
+                REQUIRE(strip.opacity[v] == 128);
                 continue;
             }
             ++outer;
             const auto [x, y] = s.facts.camera.project(p);
+            const auto [inner_x, inner_y] = s.facts.camera.project(position(strip.positions, v - 1));
+            REQUIRE(std::hypot(x - inner_x, y - inner_y) < 1.5F * ldi::soft_edge_options().max_width + 0.01F);
             const auto at = [](float c, std::size_t length) {
                 return std::clamp<std::size_t>(static_cast<std::size_t>(std::max(c, 0.0F)), 0, length - 1);
             };
@@ -91,9 +94,46 @@ TEST_CASE("a strip hangs on the mesh's vertices, bit for bit, and fades out over
             behind += seen > -p[2] ? 1U : 0U;
         }
         rims += outer;
-        CHECK(10 * behind >= 7 * outer);  // but in notches narrower than the strip, and where the outline was simplified
+        CHECK(10 * behind >= 7 * outer);  // except in notches narrower than the strip, and where the outline was simplified
     }
     CHECK(rims > 500);
+}
+
+TEST_CASE("a strip is as wide as the foreground's colors reach over what is behind it, and never much wider") {
+    // A red disc in front of a gray wall; its colors fade out over `fade` pixels beyond its edge in depth.
+    const auto widths = [](float fade) {
+        ldi::image<float> disparity(90, 90);
+        ldi::image<std::uint8_t> photo(90, 90, 3, std::uint8_t{60});
+        for (std::size_t y = 0; y < 90; ++y)
+            for (std::size_t x = 0; x < 90; ++x) {
+                const float beyond = std::hypot(static_cast<float>(x) - 44.5F, static_cast<float>(y) - 44.5F) - 25.0F;
+                disparity(y, x) = beyond < 0 ? 0.8F : 0.2F;
+                photo(y, x, 0) = static_cast<std::uint8_t>(60 + 180 * std::clamp(1 - beyond / fade, 0.0F, 1.0F));
+            }
+        ldi::photo_layer layer = ldi::lift(photo, disparity);
+        const auto curves = ldi::find_discontinuity_curves(layer, {});
+        ldi::unmix_colors(layer, {.reach = 6.0F / 90.0F});
+        const ldi::photo_facts facts = ldi::testing::facts_of(layer.topology());
+        const ldi::photo_layers layers = ldi::expand(std::move(layer), {}, curves).layers;
+        const ldi::chart_set charts = ldi::make_charts(layers, {});
+        const ldi::textured_mesh mesh = ldi::build_mesh(layers, facts, charts, ldi::make_atlas(layers, charts), everywhere());
+        double sum = 0, count = 0, widest = 0;
+        for (std::uint32_t v = 0; v < mesh.soft_edges.vertex_count(); ++v) {
+            if (mesh.soft_edges.opacity[v] > 0) continue;
+            const auto [x, y] = facts.camera.project(position(mesh.soft_edges.positions, v));
+            const double width = std::hypot(static_cast<double>(x) - 45, static_cast<double>(y) - 45) - 25;
+            sum += width, count += 1, widest = std::max(widest, width);
+        }
+        return std::array<double, 3>{sum / count, widest, count};
+    };
+    // The outline is half a pixel away from the disc. Widths are 1 to 3 pixels.
+    for (const auto& [fade, width] : {std::pair{0.01F, 1.5}, {3.0F, 2.5}, {4.0F, 3.4}, {8.0F, 3.6}}) {
+        CAPTURE(fade);
+        const auto [mean, widest, count] = widths(fade);
+        CHECK(count > 10);
+        CHECK(mean == Approx(width).margin(0.25));
+        CHECK(widest < width + 0.4);
+    }
 }
 
 TEST_CASE("a strip is seen from its front, and comes from far to near") {
@@ -132,7 +172,7 @@ TEST_CASE("a strip takes no more than its share of a file, and none where edges 
         CHECK(soft.positions == plain.positions);
         CHECK(soft.triangles == plain.triangles);
         CHECK(soft.soft_edges.triangles.size() <= s.mesh(everywhere()).soft_edges.triangles.size());
-        // Beside the strip itself, a file with one has 1000 bytes more of description.
+        // In addition to the strip itself, a file with a strip has 1000 bytes more of description.
         CHECK(static_cast<double>(bytes(soft)) < 1.08 * static_cast<double>(bytes(plain)) + 1000);
     }
 }

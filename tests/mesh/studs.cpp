@@ -22,7 +22,7 @@ ldi::chart_set whole(const ldi::graph_view& g) {
     return charts;
 }
 
-// Studs as if drawing shifted no texture, so that only disparity decides.
+// Studs with unlimited texture tolerance, so that only disparity decides.
 ldi::stud_set studs_of(const ldi::graph_view& g, ldi::array_view<const float> disparity, const ldi::chart_set& charts,
                        ldi::stud_options options) {
     options.texture_tolerance = 1000.0F;

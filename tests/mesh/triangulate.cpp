@@ -30,7 +30,7 @@ bool meet(ldi::lattice_point a, ldi::lattice_point b, ldi::lattice_point c, ldi:
     return sign(twice_area(a, b, c)) * sign(twice_area(a, b, d)) < 0 && sign(twice_area(c, d, a)) * sign(twice_area(c, d, b)) < 0;
 }
 
-// Whether a closed chain touches itself nowhere but where an edge follows another.
+// Whether a closed chain touches itself only where an edge follows another.
 bool is_simple(const ldi::buffer<ldi::lattice_point>& points) {
     const std::size_t n = points.size();
     for (std::size_t i = 0; i < n; ++i) {
@@ -81,7 +81,7 @@ TEST_CASE("A closed chain of random points is triangulated if and only if it is 
             if (clockwise) require_triangulation(p, t);
         } else {
             ++other;
-            // It may still be a polygon that touches itself from outside; if it is taken for one, all promises hold.
+            // The polygon may still touch itself from outside; if it is accepted, all guarantees hold.
             if (const auto conflict = triangulate(p, t)) {
                 REQUIRE_FALSE(conflict->edges.empty());
             } else {

@@ -27,7 +27,7 @@ serial_executor one_thread;
 
 const std::filesystem::path folder = std::filesystem::path(LDI_SOURCE_DIR) / "tests/networks/files";
 
-/// Weights that tests/networks/files/farbrausch.py computes too: a hash of their index.
+/// Weights that tests/networks/files/farbrausch.py also computes: a hash of their index.
 buffer<float> hashed(std::uint64_t tensor_index, std::size_t count, double spread) {
     buffer<float> values(count);
     for (std::uint64_t n = 0; n < count; ++n) {
@@ -78,14 +78,14 @@ named_tensors ranged(named_tensors weights, const inpainting_architecture& a) {
 
 const inpainting_architecture small{{4, 5, 6}, {7, 5, 3}, 2, 0.2F};
 
-/// Of all levels that the full-size PartialConv has, and more than a small layered image has pixels for.
+/// Has as many levels as the full-size PartialConv. A small layered image has no pixels on the coarsest levels.
 const inpainting_architecture small_masked{{3, 4, 5, 4, 3, 4, 5, 4}, {7, 5, 5, 3, 3, 3, 3, 3}, 0, 0.2F, missing_colors::masked};
 
-/// An image with holes, as PyTorch got it, and what came out.
+/// An image with holes, PyTorch's input, and its output.
 struct golden_case {
     photo_layers layers;
-    buffer<float> output;      ///< of the pixels that are not known
-    buffer<float> fill, tone;  ///< of all pixels; may be empty
+    buffer<float> output;      ///< at unknown pixels
+    buffer<float> fill, tone;  ///< at all pixels; may be empty
 };
 
 golden_case read_case(const std::string& name, const std::string& network = "farbrausch") {
@@ -116,7 +116,7 @@ golden_case read_case(const std::string& name, const std::string& network = "far
     return result;
 }
 
-/// Waves of color and an edge, and two places where nothing is known.
+/// Waves of color and an edge, and two unknown regions.
 photo_layers smooth_picture() {
     photo_layers layers(make_grid(128, 96));
     for (std::size_t y = 0; y < 96; ++y)
@@ -151,7 +151,7 @@ double largest_difference(const A& a, const B& b) {
     return largest;
 }
 
-/// Relative to the largest of `expected`, or to 1.
+/// Maximum error relative to the largest of `expected`, or to 1.
 template <class A, class B>
 double largest_relative_difference(const A& a, const B& expected) {
     double largest = 1.0;
@@ -159,7 +159,7 @@ double largest_relative_difference(const A& a, const B& expected) {
     return largest_difference(a, expected) / largest;
 }
 
-/// Of colors that are clamped to [0, 1], in dB.
+/// PSNR of colors clamped to [0, 1], in dB.
 double peak_signal_to_noise(const buffer<float>& a, const buffer<float>& b) {
     REQUIRE(a.size() == b.size());
     double sum = 0.0;
@@ -174,7 +174,7 @@ testing::reference_result reference(const named_tensors& weights, const inpainti
     return testing::reference_farbrausch(weights, a).run(layers.topology(), color, layers.column<known_column>());
 }
 
-/// A random layered image, some of it unknown.
+/// A random layered image with some unknown pixels.
 photo_layers random_layers(std::mt19937& random, std::int32_t side) {
     photo_layers layers(testing::random_graph(random, side).topology());
     for (std::uint8_t& c : layers.column<color_column>()) c = static_cast<std::uint8_t>(testing::below(random, 256));
@@ -183,7 +183,7 @@ photo_layers random_layers(std::mt19937& random, std::int32_t side) {
     return layers;
 }
 
-/// The rows of `all` (three values a pixel) whose pixels are marked.
+/// Selects the rows of `all` (three values per pixel) of marked pixels.
 template <class Value>
 buffer<Value> rows_of(const buffer<Value>& all, const buffer<std::uint8_t>& marks) {
     buffer<Value> result;
@@ -438,6 +438,7 @@ TEST_CASE("with bytes, the shipped network's colors are within 45 dB of those wi
     const photo_layers layers = smooth_picture();
     const buffer<float> exact = run(load_farbrausch(weights), layers);
     const buffer<float> of_bytes = run(load_farbrausch(weights, arithmetic::int8), layers);
+    CHECK((run(load_farbrausch(weights, std::nullopt), layers) == of_bytes));
     CHECK(peak_signal_to_noise(of_bytes, exact) > 45.0);
     for (const instruction_set& set : instruction_sets) {
         INFO(set.name);
@@ -539,4 +540,5 @@ TEST_CASE("weights that do not fit are named") {
     CHECK_THAT(complaint(good, {{4, 5, 6}, {7, 4, 3}, 4, 0.2F}), Catch::Contains("kernels") && Catch::Contains("found 4"));
     CHECK_THAT(complaint(good, {{4, 0, 6}, {7, 5, 3}, 4, 0.2F}), Catch::Contains("channels"));
     CHECK_THAT(complaint(good, {{4, 5, 6}, {7, 5, 3}, -1, 0.2F}), Catch::Contains("growth"));
+    CHECK_THAT(complaint(good, {{4, 5, 6}, {7, 5, 3}, 4, -1e-30F}), Catch::Contains("leak") && Catch::Contains("found -1e-30"));
 }

@@ -1,5 +1,5 @@
-// The inpainting network as examples/training/farbrausch/README.md words it, step by step, one window at a time, every pixel
-// computed, in double precision. Slow, and the reference for what is fast.
+// The inpainting network as described in examples/training/farbrausch/README.md, step by step, one window at a time, for every
+// pixel, in double precision. Slow: the reference for the fast implementation.
 #pragma once
 
 #include <ldi/core/coarsening.hpp>
@@ -18,7 +18,7 @@
 
 namespace ldi::testing {
 
-/// What the network makes of colors: K x 3 each, 0 to 1.
+/// The network's result: K x 3 each, 0 to 1.
 struct reference_result {
     buffer<double> fill, tone, output;
 };
@@ -102,14 +102,14 @@ public:
     }
 
 private:
-    using pixel = std::array<double, 4>;  // red, green, blue, and 1 where there is a color
+    using pixel = std::array<double, 4>;  // red, green, blue, and 1 for a known color
     struct features {
         buffer<double> values;
         std::size_t channels = 0;
         buffer<std::uint8_t> mask;
     };
 
-    /// For each pixel the coarse pixel at the even/even corner of its own 2 x 2 group, where links inside the group lead there.
+    /// For each pixel, the coarse pixel at the even/even corner of its 2 x 2 group, if links inside the group lead there.
     static buffer<std::int32_t> corners(const graph_view& g, const buffer<std::int32_t>& kept) {
         buffer<std::int32_t> coarse(g.size(), no_pixel), result(g.size(), no_pixel);
         for (std::size_t i = 0; i < kept.size(); ++i) coarse[static_cast<std::size_t>(kept[i])] = static_cast<std::int32_t>(i);
@@ -141,7 +141,7 @@ private:
         return {sum[0] / sum[3], sum[1] / sum[3], sum[2] / sum[3], 1.0};
     }
 
-    /// Pixels without a color take the average of those linked to them that have one, until none can.
+    /// Pixels without a color get the average of linked pixels that have one, until none can.
     static void color_along_links(const graph_view& g, std::vector<pixel>& values) {
         for (bool changes = true; changes;) {
             changes = false;
@@ -168,7 +168,7 @@ private:
         }
     }
 
-    /// up: of the pixels of the next level; skip: of this level. Adds a row to `result`.
+    /// up: from the pixels of the next level; skip: from this level. Adds a row to `result`.
     void convolve(const std::string& name, std::size_t level, std::int32_t at, std::int32_t kernel, const features& up,
                   const features& skip, double leak, features& result) const {
         const std::size_t elements = static_cast<std::size_t>(kernel * kernel), c_in = up.channels + skip.channels,

@@ -33,7 +33,7 @@ std::optional<ldi::tiefenrausch> load(ldi::isa set) {
                              : std::optional<ldi::tiefenrausch>(std::in_place, ldi::read_caffe2(operators, weights), set);
 }
 
-/// The published network; says so and returns nothing where it is absent.
+/// The published network; prints a message and returns nothing if it is missing.
 const ldi::tiefenrausch* published() {
     static const std::optional<ldi::tiefenrausch> network = load(ldi::best_isa());
     if (!network.has_value()) WARN("skipped: there is no " << folder);
@@ -103,7 +103,7 @@ TEST_CASE("the published output is the same on every instruction set and with an
         INFO(to_string(set));
         const std::optional<ldi::tiefenrausch> network = load(set);
         for (std::size_t count : {1U, 2U, 5U}) {
-            if (set == ldi::isa::scalar && count != 2) continue;  // it takes seconds
+            if (set == ldi::isa::scalar && count != 2) continue;  // this needs seconds
             ldi::thread_pool threads(count);
             CHECK(differences(network->levels(rgb, threads), expected) == 0);
         }
@@ -320,7 +320,7 @@ TEST_CASE("layout: steps between neighboring samples stay as the larger picture 
         for (std::size_t y = 0; y < map.height(); ++y)
             for (std::size_t x = 1; x < map.width(); ++x)
                 most = std::max(most, std::abs((both(y, x, 0) - both(y, x - 1, 0)) - (map(y, x, 0) - map(y, x - 1, 0))));
-        CHECK(most < 1.0F / 16);  // values differ by at most 1, so what is added changes by at most that from square to square
+        CHECK(most < 1.0F / 16);  // values differ by at most 1, so the added amount changes by at most this from square to square
     }
 }
 

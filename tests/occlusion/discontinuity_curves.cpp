@@ -10,13 +10,13 @@
 
 namespace {
 
-ldi::buffer<ldi::discontinuity_curve> curves_of(const ldi::photo_layer& layers, std::size_t shortest_length = 1) {
+ldi::buffer<ldi::discontinuity_curve> curves_of(const ldi::photo_layer& layers, std::size_t min_length = 1) {
     ldi::curve_options options;
-    options.shortest_length = shortest_length;
+    options.min_length = min_length;
     return ldi::find_discontinuity_curves(layers, {}, options);
 }
 
-// The ends of the lattice edge between two pixels, as (x, y) of corners.
+// Ends of the lattice edge between two pixels, as (x, y) of corners.
 std::pair<std::pair<int, int>, std::pair<int, int>> corners_of(const ldi::graph_view& g, const ldi::discontinuity& d) {
     const int x = g.x()[static_cast<std::size_t>(d.back)], y = g.y()[static_cast<std::size_t>(d.back)];
     switch (d.towards_front) {
@@ -77,7 +77,7 @@ TEST_CASE("curves are chains that do not run through junctions") {
                 const auto [e, f] = corners_of(layers.topology(), c.sides[i + 1]);
                 const auto shared = a == e || a == f ? a : b;
                 REQUIRE((shared == e || shared == f));
-                const bool pass_each_other = degree[shared] == 4;  // and then the curve keeps a pixel beside itself
+                const bool pass_each_other = degree[shared] == 4;  // the curve then keeps a pixel beside itself
                 const ldi::discontinuity &d = c.sides[i], &next = c.sides[i + 1];
                 REQUIRE((degree[shared] == 2 || (pass_each_other && d.back == next.back)));
             }
@@ -108,7 +108,7 @@ TEST_CASE("a discontinuity that fades out is not constrained at its end, nor is 
     ldi::image<float> map(60, 80);
     for (std::size_t y = 0; y < 60; ++y)
         for (std::size_t x = 0; x < 80; ++x) {
-            const float step = 0.4F - 0.01F * static_cast<float>(y);  // between left and right, gone at the bottom
+            const float step = 0.4F - 0.01F * static_cast<float>(y);  // between left and right, vanishing at the bottom
             map(y, x, 0) = x < 40 ? 0.5F : 0.5F + std::max(step, 0.0F);
         }
     const ldi::buffer<ldi::discontinuity_curve> curves = curves_of(ldi::testing::lift_disparity(map), 20);
@@ -121,7 +121,7 @@ TEST_CASE("short curves are dropped, closed ones are marked") {
     for (std::size_t y = 10; y < 20; ++y)
         for (std::size_t x = 10; x < 20; ++x) map(y, x, 0) = 0.7F;  // a closed curve of 40 sides
     for (std::size_t y = 30; y < 34; ++y)
-        for (std::size_t x = 40; x < 44; ++x) map(y, x, 0) = 0.7F;  // one of 16
+        for (std::size_t x = 40; x < 44; ++x) map(y, x, 0) = 0.7F;  // a closed curve of 16 sides
     const ldi::buffer<ldi::discontinuity_curve> curves = curves_of(ldi::testing::lift_disparity(map), 20);
     REQUIRE(curves.size() == 1);
     CHECK(curves[0].sides.size() == 40);
@@ -134,7 +134,7 @@ TEST_CASE("a branch that ends is pruned, and the curve that it left runs on") {
     for (std::size_t y = 0; y < 40; ++y)
         for (std::size_t x = 0; x < 60; ++x)
             if (x >= 30) map(y, x, 0) = y < 20 ? 0.5F + 0.006F * static_cast<float>(std::max(40 - static_cast<int>(x), 0)) : 0.5F;
-    const ldi::photo_layer layers = ldi::testing::lift_disparity(map);  // along y = 20 a step of 0.06, gone after two pixels
+    const ldi::photo_layer layers = ldi::testing::lift_disparity(map);  // along y = 20 a step of 0.06 that ends after two pixels
     REQUIRE(curves_of(layers, 1).size() == 3);
     const ldi::buffer<ldi::discontinuity_curve> curves = curves_of(layers, 20);
     REQUIRE(curves.size() == 1);
@@ -153,7 +153,7 @@ TEST_CASE("where pixels of two depths meet at a corner, curves pass each other a
             CHECK(c.constraints.empty());
             std::set<bool> halves;
             for (const ldi::discontinuity& d : c.sides) halves.insert(d.back / 40 < 20);
-            CHECK(halves.size() == 1);  // each keeps to its quarter of the background
+            CHECK(halves.size() == 1);  // each stays in its quarter of the background
         }
     }
 }

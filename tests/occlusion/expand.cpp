@@ -29,9 +29,9 @@ struct mark {
 };
 
 ldi::expanded_layers<ldi::color_column, ldi::disparity_column, ldi::known_column, ldi::matte_column> expanded(
-    const ldi::photo_layer& lifted, int iterations, std::size_t shortest_length = 20) {
+    const ldi::photo_layer& lifted, int iterations, std::size_t min_length = 20) {
     ldi::curve_options curve_options;
-    curve_options.shortest_length = shortest_length;
+    curve_options.min_length = min_length;
     const auto curves = ldi::find_discontinuity_curves(lifted, {}, curve_options);
     ldi::expand_options options;
     options.motion = 1.0F;  // so that iterations decide
@@ -39,11 +39,11 @@ ldi::expanded_layers<ldi::color_column, ldi::disparity_column, ldi::known_column
     return ldi::expand(lifted, {}, std::span<const ldi::discontinuity_curve>(curves), options);
 }
 
-ldi::photo_layers grown(const ldi::photo_layer& lifted, int iterations, std::size_t shortest_length = 20) {
-    return expanded(lifted, iterations, shortest_length).layers;
+ldi::photo_layers grown(const ldi::photo_layer& lifted, int iterations, std::size_t min_length = 20) {
+    return expanded(lifted, iterations, min_length).layers;
 }
 
-// What must hold of the graph at any time. `first_new` splits the photo's own pixels from those added.
+// Invariants of the graph at any time. `first_new` separates the photo's own pixels from added ones.
 void require_sound(const ldi::graph_view& g, std::span<const float> disparity, std::size_t first_new) {
     const auto broken = ldi::validate(g);
     REQUIRE_FALSE(broken);
@@ -76,7 +76,7 @@ TEST_CASE("after every iteration the graph is sound, and every new pixel is hidd
         const ldi::photo_layer lifted =
             ldi::testing::lift_disparity(ldi::testing::random_disparity(random, 8 + random() % 50, 8 + random() % 50));
         ldi::curve_options curve_options;
-        curve_options.shortest_length = 1 + random() % 20;
+        curve_options.min_length = 1 + random() % 20;
         const auto curves = ldi::find_discontinuity_curves(lifted, {}, curve_options);
         ldi::expand_options options;
         options.motion = 0.01F * static_cast<float>(random() % 100);
@@ -136,7 +136,7 @@ TEST_CASE(
         const float angle = std::uniform_real_distribution<float>(0.0F, 6.2831853F)(random);
         const float step = std::uniform_real_distribution<float>(0.1F, 0.7F)(random), motion = 0.15F;
         const float across = std::cos(angle), down = std::sin(angle);
-        // Pixels between their middle and a straight edge through the photo's middle, in front of it where positive.
+        // Distance of a pixel's center from a straight edge through the photo's middle, positive in front of it.
         const auto in_front = [&](std::int32_t x, std::int32_t y) {
             return (static_cast<float>(x) - 59.5F) * across + (static_cast<float>(y) - 59.5F) * down;
         };
@@ -161,6 +161,35 @@ TEST_CASE(
                 if (distance > uncovered + 4.5F + 0.02F * motion * 120) REQUIRE(has_hidden(y, x, 0) == 0);
             }
     }
+}
+
+TEST_CASE(
+    "behind a straight edge the background grows by what is uncovered, 3.5 pixels, and the parallax of a disparity of 0.02") {
+    for (const auto& [step, expected] : {std::pair{0.1F, 15}, {0.2F, 25}, {0.4F, 45}}) {
+        ldi::image<float> map(30, 100);
+        for (std::size_t y = 0; y < 30; ++y)
+            for (std::size_t x = 0; x < 100; ++x) map(y, x) = x < 40 ? 0.2F : 0.2F + step;
+        const auto layers = expanded(ldi::testing::lift_disparity(map), 4096).layers;
+        CAPTURE(step);
+        CHECK(layers.size() == 30U * (100U + static_cast<std::size_t>(expected)));
+    }
+}
+
+TEST_CASE("a side is seen with the disparities of sides up to eight pixels along the curve") {
+    // The front comes nearer by 0.3 pixels of parallax per row.
+    ldi::image<float> map(41, 100);
+    for (std::size_t y = 0; y < 41; ++y)
+        for (std::size_t x = 0; x < 100; ++x) map(y, x) = x < 40 ? 0.1F : 0.2F + 0.015F * static_cast<float>(y);
+    const ldi::photo_layer lifted = ldi::testing::lift_disparity(map);
+    const auto curves = ldi::find_discontinuity_curves(lifted, {});
+    ldi::expand_options options;
+    options.motion = 0.2F;
+    const ldi::photo_layers layers = ldi::expand(lifted, {}, std::span<const ldi::discontinuity_curve>(curves), options).layers;
+    int hidden = 0;
+    for (std::int32_t i = 0; i < layers.topology().count(); ++i)
+        hidden += layers.topology().y()[i] == 20 && layers.column<ldi::known_column>()[i] == 0 ? 1 : 0;
+    CHECK(hidden >= 14);  // 12 if each row went by its own step
+    CHECK(hidden <= 16);
 }
 
 TEST_CASE("layers say how far the camera may go: less where growth was ended early") {
@@ -191,12 +220,33 @@ TEST_CASE("fronts that meet behind a bar link up into one surface") {
     const ldi::photo_layers expanded = grown(ldi::testing::lift_disparity(map), 50);
     REQUIRE(expanded.size() == 30U * 80U + 30U * 21U);
     const ldi::graph& g = expanded.topology();
-    for (std::size_t i = 0; i < g.size(); ++i)  // from the left border one can walk to the right border behind the bar
+    for (std::size_t i = 0; i < g.size(); ++i)  // from the left border, a path leads behind the bar to the right border
         if (g.x()[i] == 0) {
             std::int32_t pixel = static_cast<std::int32_t>(i), steps = 0;
             while (g.neighbor(pixel, ldi::side::right) != ldi::no_pixel) pixel = g.neighbor(pixel, ldi::side::right), ++steps;
             REQUIRE(steps == 79);
         }
+}
+
+TEST_CASE("fronts that meet at similar depth become one surface, others pass each other") {
+    std::mt19937 random(26);
+    std::uniform_real_distribution<float> unit(0.0F, 1.0F);
+    for (int round = 0; round < 60; ++round) {
+        const float left = 0.1F + 0.2F * unit(random), step = 0.25F * (unit(random) - 0.5F), slope = 0.0004F * unit(random);
+        const std::size_t first = 25 + random() % 10, last = first + 5 + random() % 30;  // of a bar
+        if (std::abs(std::abs(step) - 2 * threshold) < 0.02F) continue;
+        ldi::image<float> map(40, 100);
+        for (std::size_t y = 0; y < 40; ++y)
+            for (std::size_t x = 0; x < 100; ++x)
+                map(y, x, 0) = x >= first && x < last ? 0.9F : left + (x < first ? 0.0F : step) + slope * static_cast<float>(y);
+        const ldi::photo_layers expanded = grown(ldi::testing::lift_disparity(map), 80);
+        ldi::buffer<std::size_t> behind(map.size(), 0);
+        for (std::size_t i = 0; i < expanded.size(); ++i)
+            behind[expanded.topology().position_of(static_cast<std::int32_t>(i))] += 1;
+        CAPTURE(left, step, slope, first, last);
+        for (std::size_t y = 0; y < 40; ++y)
+            for (std::size_t x = first; x < last; ++x) REQUIRE(behind[100 * y + x] == (std::abs(step) < 2 * threshold ? 2U : 3U));
+    }
 }
 
 TEST_CASE("the midground does not grow past the perpendicular at its end, the background passes under both") {

@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <random>
@@ -41,4 +42,26 @@ TEST_CASE("a photo and a disparity map of different sizes are a mismatch") {
     CHECK_THROWS_AS(ldi::lift(photo, ldi::image<float>(5, 4, 1, 0.0F)), ldi::error);
     CHECK_THROWS_AS(ldi::lift(photo, ldi::image<float>(4, 5, 2, 0.0F)), ldi::error);
     CHECK_THROWS_AS(ldi::lift(ldi::image<std::uint8_t>(4, 0, 3), ldi::image<float>(4, 0)), ldi::error);
+}
+
+TEST_CASE("disparities outside [0, 1] are refused, up to rounding") {
+    const auto photo = ldi::image<std::uint8_t>(4, 5, 3, std::uint8_t{0});
+    for (const float bad : {7.0F, 1.001F, -0.001F, std::nanf(""), INFINITY}) {
+        ldi::image<float> disparity(4, 5, 1, 0.5F);
+        disparity(3, 4) = bad;
+        CHECK_THROWS_AS(ldi::lift(photo, disparity), ldi::error);
+    }
+    CHECK_NOTHROW(ldi::lift(photo, ldi::image<float>(4, 5, 1, std::nextafter(1.0F, 2.0F))));
+}
+
+TEST_CASE("a photo of 16 bits is lifted as one of 8 bits is, and keeps its colors behind silhouettes") {
+    ldi::image<float> disparity(8, 9, 1, 0.2F);
+    ldi::image<std::uint8_t> color(8, 9, 3);
+    ldi::image<std::uint16_t> deep(8, 9, 3);
+    for (std::size_t i = 0; i < color.size(); ++i)
+        color.data()[i] = static_cast<std::uint8_t>(7 * i), deep.data()[i] = static_cast<std::uint16_t>(257 * (7 * i % 256) + 3);
+    for (std::size_t y = 2; y < 6; ++y) disparity(y, 4) = 0.8F;
+    const auto from_16 = ldi::lift(deep, disparity);
+    CHECK(from_16.topology() == ldi::lift(color, disparity).topology());
+    CHECK(std::equal(deep.begin(), deep.end(), from_16.column<ldi::color16_column>().begin()));
 }

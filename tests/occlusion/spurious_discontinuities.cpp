@@ -16,7 +16,7 @@ TEST_CASE("exactly the discontinuities that are on no curve are closed") {
             ldi::testing::lift_disparity(ldi::testing::random_disparity(random, 1 + random() % 30, 1 + random() % 30));
         const ldi::graph& g = layers.topology();
         ldi::curve_options options;
-        options.shortest_length = 1 + random() % 30;
+        options.min_length = 1 + random() % 30;
         const auto curves = ldi::find_discontinuity_curves(layers, {}, options);
         std::set<std::pair<std::int32_t, std::int32_t>> on_curve;
         for (const ldi::discontinuity_curve& c : curves)

@@ -1,4 +1,4 @@
-// The smallest program that somebody else could write with ldi.
+// The smallest program of a user of the installed package.
 #include <ldi/core/layered_image.hpp>
 #include <ldi/core/validate.hpp>
 

@@ -32,7 +32,7 @@ PACKAGES = {
     "protozero": ("libprotozero-dev", "ldi::io"),
     "Python3": ("python3", "tests"),
 }
-READERS = {"LIBHEIF": "libheif-dev", "LIBWEBP": "libwebp-dev", "LIBTIFF": "libtiff-dev", "LCMS2": "liblcms2-dev", "PUGIXML": "libpugixml-dev"}
+READERS = {"LIBHEIF": "libheif-dev", "LIBWEBP": "libwebp-dev", "LIBTIFF": "libtiff-dev", "LCMS2": "liblcms2-dev", "PUGIXML": "libpugixml-dev", "LIBJPEG": "libjpeg-dev"}
 
 
 def configure(*options):

@@ -1,6 +1,6 @@
-// Memory of the whole way on depth maps that are hard on it, from 16 x 12 samples up to the photo's size. Two counts are
-// bounded: bytes in use at any time during each stage, and bytes ever allocated. Queues live in that memory, so that a pixel that
-// is visited again and again shows in the second count.
+// Memory of the whole conversion on difficult depth maps, from 16 x 12 samples up to the photo's size. Two counts are bounded:
+// bytes in use at any time during each stage, and bytes ever allocated. Queues are in this memory, so that a pixel that is
+// visited many times shows in the second count.
 #include "tests/support/counted_memory.hpp"
 #include "tests/support/hard_maps.hpp"
 #include "tests/support/stage_peaks.hpp"
@@ -18,18 +18,18 @@
 
 namespace {
 
-/// Bytes that a stage holds at most, with all that earlier stages made: per pixel of the photo and per hidden pixel behind it.
+/// Maximum bytes in a stage, including the results of earlier stages: per pixel of the photo and per hidden pixel behind it.
 struct bound {
     const char* stage;
     double per_pixel, per_hidden_pixel;
 };
 constexpr bound bounds[] = {
     {"depth estimation", 20, 0},     {"depth filter", 120, 0},       {"connected components", 90, 0},
-    {"occluded geometry", 200, 160}, {"color inpainting", 180, 230}, {"chart generation", 70, 100},
-    {"chart padding", 180, 190},     {"meshing", 140, 250},
+    {"occluded geometry", 200, 160}, {"color inpainting", 180, 230}, {"chart generation", 70, 110},
+    {"chart padding", 180, 210},     {"meshing", 140, 280},
 };
 
-/// Widths of maps for a photo 128 pixels wide, and of what they show, in samples.
+/// Widths of maps for a photo 128 pixels wide, and of their features, in samples.
 constexpr std::pair<std::size_t, std::size_t> map_sizes[] = {{16, 1}, {32, 1}, {64, 4}, {128, 1}, {128, 6}};
 
 struct cost {

@@ -1,5 +1,4 @@
-// Photos and depth maps at the ends of what numbers can be: each is refused before any work, or becomes a GLB file of finite
-// numbers.
+// Photos and depth maps at numerical limits: each is rejected before any work, or becomes a GLB file of finite numbers.
 #include <ldi/formats/glb.hpp>
 #include <ldi/inpaint/diffusion_inpainter.hpp>
 #include <ldi/photo3d.hpp>
@@ -25,7 +24,7 @@ namespace {
 constexpr float largest = std::numeric_limits<float>::max(), tiniest = std::numeric_limits<float>::denorm_min();
 constexpr float infinity = std::numeric_limits<float>::infinity(), not_a_number = std::numeric_limits<float>::quiet_NaN();
 
-/// Counts how often it is asked.
+/// Counts its calls.
 struct counted_estimator {
     ldi::image<float> map;
     int* calls;
@@ -38,7 +37,7 @@ struct counted_estimator {
     float quantization_step() const { return 1.0F; }
 };
 
-/// A wall of one value and a thing before it of another.
+/// A wall of one value and an object in front of it with another.
 ldi::image<float> two_values(float wall, float thing) {
     ldi::image<float> map(24, 32, 1, wall);
     for (std::size_t y = 6; y < 18; ++y)
@@ -46,7 +45,7 @@ ldi::image<float> two_values(float wall, float thing) {
     return map;
 }
 
-/// Nothing if the map becomes a GLB file of finite numbers, else what was found wrong with it.
+/// Returns nothing if the map becomes a GLB file of finite numbers, else the fault.
 std::optional<std::string> complaint_about(const ldi::image<float>& map, bool is_inverse_depth, bool is_metric) {
     ldi::photo3d_options options;
     options.normalize.is_inverse_depth = is_inverse_depth, options.normalize.is_metric = is_metric;
@@ -59,7 +58,7 @@ std::optional<std::string> complaint_about(const ldi::image<float>& map, bool is
         REQUIRE(std::isfinite(made.facts.range.z_far));
         ldi::glb_options glb;
         glb.camera = made.facts.camera;
-        REQUIRE(ldi::encode_glb(made.mesh, made.atlas.color, glb).size() > 1000);  // refuses what is not finite
+        REQUIRE(ldi::encode_glb(made.mesh, made.atlas.color, glb).size() > 1000);  // rejects values that are not finite
         return std::nullopt;
     } catch (const ldi::error& failure) {
         REQUIRE(failure.code() == ldi::error_code::invalid_data);
@@ -111,7 +110,7 @@ TEST_CASE(LDI_TEST_CONFIGURATION "a disparity of 0 is far, as a sky is") {
     CHECK(made.disparity(2, 2) == 0.0F);
     CHECK(made.disparity(24, 32) == 1.0F);
     CHECK(made.facts.range.z_far == Approx(50.0F * made.facts.range.z_near));
-    CHECK(made.layers.size() > photo.height() * photo.width());  // the sky goes on behind the thing
+    CHECK(made.layers.size() > photo.height() * photo.width());  // the sky continues behind the object
 }
 
 TEST_CASE(LDI_TEST_CONFIGURATION "options from which numbers would overflow are refused") {
@@ -129,8 +128,8 @@ TEST_CASE(LDI_TEST_CONFIGURATION "options from which numbers would overflow are 
     };
     for (const float bad : {0.0F, tiniest, infinity, not_a_number, -1.0F}) {
         CHECK(found([&](ldi::photo3d_options& o) { o.focal_length_35mm = bad; }) != "nothing");
-        CHECK(found([&](ldi::photo3d_options& o) { o.surface.largest_step = bad; }) != "nothing");
-        CHECK(found([&](ldi::photo3d_options& o) { o.normalize.largest_depth_ratio = bad; }) != "nothing");
+        CHECK(found([&](ldi::photo3d_options& o) { o.surface.max_step = bad; }) != "nothing");
+        CHECK(found([&](ldi::photo3d_options& o) { o.normalize.max_depth_ratio = bad; }) != "nothing");
         CHECK(found([&](ldi::photo3d_options& o) { o.normalize.assumed_range.z_near = bad; }) != "nothing");
     }
     CHECK(found([&](ldi::photo3d_options& o) { o.focal_length_35mm = infinity; }) == "1536 and inf");

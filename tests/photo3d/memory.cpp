@@ -1,4 +1,4 @@
-// Whose memory the whole way works in, and what happens when there is no more. This program's operator new counts.
+// The memory that the whole conversion uses, and the behavior when it is exhausted. This program's operator new counts.
 #include "tests/support/counted_memory.hpp"
 #include "tests/support/lifted_scene.hpp"
 
@@ -17,7 +17,7 @@
 
 namespace {
 
-/// Calls of operator new anywhere in this program while it is not negative.
+/// Calls of operator new anywhere in this program; not counted while negative.
 std::atomic<long> calls_of_new{-1};
 
 struct counting {
@@ -33,7 +33,7 @@ ldi::image<std::uint8_t> noisy_photo(std::size_t rows, std::size_t columns) {
     return photo;
 }
 
-/// Says that a given map is what a network finds, after it has run one.
+/// Presents a given map as the result of a network, after running one.
 struct network_and_map {
     const ldi::tiefenrausch& network;
     const ldi::image<float>& map;
@@ -51,8 +51,8 @@ const std::filesystem::path tests = std::filesystem::path(LDI_SOURCE_DIR) / "tes
 
 }  // namespace
 
-// The address sanitizer has an operator new of its own, which some libraries call: there nothing is counted, and memory that is
-// lost is found all the same.
+// The address sanitizer has its own operator new, which some libraries call: nothing is counted there, and lost memory is found
+// anyway.
 #if defined(__SANITIZE_ADDRESS__)
 #define LDI_TEST_COUNTS_NEW 0
 #elif defined(__has_feature)
@@ -65,7 +65,7 @@ const std::filesystem::path tests = std::filesystem::path(LDI_SOURCE_DIR) / "tes
 #endif
 
 #if LDI_TEST_COUNTS_NEW
-// Not inlined: g++ would take free() in one for a mismatch with the other.
+// Not inlined: g++ would report a mismatch between free() in one and the other.
 [[gnu::noinline]] void* operator new(std::size_t bytes) {
     if (calls_of_new >= 0) ++calls_of_new;
     if (void* block = std::malloc(bytes > 0 ? bytes : 1)) return block;
@@ -118,6 +118,7 @@ TEST_CASE("sheets of a photo four times as large take no more memory, but for th
         const ldi::memory_scope scope(own.source);
         const ldi::photo3d made =
             ldi::make_photo3d(photo, depth, ldi::diffusion_inpainter{}, ldi::for_sheets(options, rows, columns, sheets));
+        sheets.margin = made.facts.margin;
         const ldi::sheet_layout layout = ldi::lay_out_sheets(made.layers, made.charts, made.atlas, rows, columns, sheets);
         const ldi::textured_mesh mesh = ldi::move_to_sheets(made.mesh, made.charts, made.atlas, layout);
         for (std::size_t i = 1; i < layout.sizes.size(); ++i)

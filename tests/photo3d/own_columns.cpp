@@ -1,4 +1,4 @@
-// What a user adds to the pixels goes through every stage, and what a user has in memory goes in as it lies there.
+// The user's own columns pass through every stage, and the user's memory is used without conversion.
 #include "tests/support/lifted_scene.hpp"
 
 #include <ldi/ldi.hpp>
@@ -24,7 +24,7 @@ struct material_column {
     static constexpr std::size_t channels = 1;
 };
 
-/// Any function of the photo's position, so that it can be checked wherever the value turns up.
+/// A function of the photo's position, so that it can be checked wherever the value occurs.
 std::uint16_t material_at(std::int32_t x, std::int32_t y) { return static_cast<std::uint16_t>(7 * x + 1000 * y); }
 
 }  // namespace
@@ -48,7 +48,7 @@ TEST_CASE(
             }
 
         auto layer = lift(photo, disparity).with<normal_column>(normals).with<material_column>(materials);
-        const buffer<discontinuity_curve> curves = find_discontinuity_curves(layer, {}, {.shortest_length = 4});
+        const buffer<discontinuity_curve> curves = find_discontinuity_curves(layer, {}, {.min_length = 4});
         close_spurious_discontinuities(layer, curves);
         unmix_colors(layer);
         auto layers =
@@ -62,7 +62,7 @@ TEST_CASE(
         const textured_mesh mesh = build_mesh(layers, facts, charts, atlas);
 
         REQUIRE_FALSE(validate(layers));
-        // A hidden pixel goes on with what the photo's pixel has from which it grew, so normal and material still agree.
+        // A hidden pixel has the payload of the photo pixel from which it grew, so normal and material still match.
         for (std::int32_t i = 0; i < static_cast<std::int32_t>(layers.size()); ++i) {
             const auto n = layers.at<normal_column>(i);
             REQUIRE(layers.at<material_column>(i)[0] ==

@@ -1,4 +1,4 @@
-// Each default by what it does to pixels: no test here reads an options object, so that a default cannot change unfelt.
+// Tests each default by its effect on pixels: no test here reads an options object, so that no default can change unnoticed.
 #include <ldi/ldi.hpp>
 
 #include <catch2/catch.hpp>
@@ -30,8 +30,8 @@ ldi::image<float> two_sides(std::size_t height, std::size_t width, int edge) {
     return filled(height, width, [edge](int x, int) { return x < edge ? 0.2F : 0.8F; });
 }
 
-/// The weighted median by its definition, with tau = 0.05; infinity where the decision is too close for a
-/// Gaussian that is off by 0.0003.
+/// The weighted median by its definition, with tau = 0.05; infinity if the decision is too close for a Gaussian with an error of
+/// 0.0003.
 float median_by_definition(const ldi::image<float>& map, int x, int y, double sigma) {
     const int width = static_cast<int>(map.width()), height = static_cast<int>(map.height());
     const auto at = [&](int u, int v) {
@@ -42,11 +42,11 @@ float median_by_definition(const ldi::image<float>& map, int x, int y, double si
     for (int v = y - 2; v <= y + 2; ++v)
         for (int u = x - 2; u <= x + 2; ++u) {
             if (u < 0 || v < 0 || u >= width || v >= height) continue;
-            double largest_step = 0.0;
+            double max_step = 0.0;
             for (const double other : {at(u - 1, v), at(u + 1, v), at(u, v - 1), at(u, v + 1)})
-                largest_step = std::max(largest_step, std::abs(other - at(u, v)));
+                max_step = std::max(max_step, std::abs(other - at(u, v)));
             const double difference = at(u, v) - at(x, y);
-            if (largest_step < 0.05) samples.emplace_back(at(u, v), std::exp(-difference * difference / (2.0 * sigma * sigma)));
+            if (max_step < 0.05) samples.emplace_back(at(u, v), std::exp(-difference * difference / (2.0 * sigma * sigma)));
         }
     std::sort(samples.begin(), samples.end());
     double all = 0.0, preceding = 0.0, best = 1e9, second = 1e9;
@@ -63,7 +63,7 @@ float median_by_definition(const ldi::image<float>& map, int x, int y, double si
     return second - best < 0.05 ? std::numeric_limits<float>::infinity() : result;
 }
 
-/// A depth network's answer: a washed-out edge, four samples wide.
+/// A depth network's result: a blurred edge, four samples wide.
 struct washed_out {
     ldi::image<float> disparity(ldi::image_view<const std::uint8_t>, const ldi::progress_listener&,
                                 const ldi::serial_executor&) const {
@@ -88,7 +88,7 @@ TEST_CASE("the weighted median's Gaussian has a sigma of 0.2") {
     std::uniform_real_distribution<float> step(-0.049F, 0.049F);
     std::size_t compared = 0, different = 0, told_apart = 0;
     for (int round = 0; round < 40; ++round) {
-        // Steps below tau between neighbors, so that every sample counts, over a range as wide as they allow.
+        // Steps below tau between neighbors, so that every sample counts, over the widest possible range.
         std::vector<float> columns(20, 0.5F), rows(20, 0.0F);
         for (std::size_t i = 1; i < 20; ++i) columns[i] = columns[i - 1] + step(random), rows[i] = rows[i - 1] + step(random);
         const ldi::image<float> map = filled(
@@ -121,7 +121,7 @@ TEST_CASE("what is smaller than 20 pixels, at a value between foreground and bac
 
 TEST_CASE("the median is applied twice before the depth map is brought to the photo's size, and once after") {
     const ldi::image<std::uint8_t> photo(96, 128, 3);
-    ldi::photo3d_options options;  // without what the paper does not have
+    ldi::photo3d_options options;  // without stages beyond the paper
     options.sharpen.radius = 0, options.alignment.uncertainty = 0;
     const ldi::photo3d made = ldi::make_photo3d(photo, washed_out{}, ldi::diffusion_inpainter{}, options);
     const auto resampled_after = [&](int passes) {
@@ -133,7 +133,7 @@ TEST_CASE("the median is applied twice before the depth map is brought to the ph
     CHECK((made.resampled != resampled_after(0)));
     CHECK((made.resampled != resampled_after(1)));
     ldi::image<float> cleaned = ldi::weighted_median(resampled_after(2));
-    ldi::merge_middle_components(cleaned, {}, {.smallest_size = 80});  // 20 samples of the estimate
+    ldi::merge_middle_components(cleaned, {}, {.min_size = 80});  // 20 samples of the estimate
     CHECK((made.disparity == cleaned));
 }
 
@@ -151,7 +151,7 @@ TEST_CASE("curves of fewer than 20 pixel sides are no curves") {
 }
 
 TEST_CASE("a curve's direction at its end is that of its last 20 sides, also where it bends and runs obliquely") {
-    // The foreground begins right of an oblique line that is vertical in the end; at y = 32 the midground on its left ends.
+    // The foreground starts right of an oblique line that becomes vertical at its end; at y = 32 the midground on its left ends.
     const auto line = [](int y) { return 30 + std::min(y, 28) / 3; };
     const ldi::photo_layer layer = lifted(filled(60, 160, [&](int x, int y) {
         return x >= line(y) ? 0.9F : y < 32 ? 0.5F : 0.2F;

@@ -36,8 +36,7 @@ converted convert(const std::string& name, std::int32_t width, std::int32_t heig
     return c;
 }
 
-// The share of pixels that show nothing, at least `margin` pixels inside the frame, when the nearest surface moves by `shift`
-// pixels.
+// Share of uncovered pixels, at least `margin` pixels inside the frame, when the nearest surface moves by `shift` pixels.
 double uncovered_share(const ldi::photo3d& photo, float shift_right, float shift_down, std::size_t margin) {
     const ldi::view from = ldi::moved_view(photo.facts.camera, photo.facts.range, 1.0F, shift_right, shift_down);
     const ldi::rendering seen = ldi::rasterize(photo.mesh, photo.atlas.color, from);
@@ -83,7 +82,7 @@ TEST_CASE("seen from the photo's place the 3D photo is the photo") {
                                                    ldi::moved_view(c.result.facts.camera, c.result.facts.range, 1.0F, 0.0F));
         INFO(name);
         CHECK(psnr(seen.color, c.result.photo, 2) > 28.0);
-        // Simplified silhouettes cut corners; behind curves too short to grow from, nothing fills them.
+        // Simplified silhouettes cut corners; nothing fills them behind curves too short to grow from.
         CHECK(uncovered_share(c.result, 0.0F, 0.0F, 2) < 0.0002);
     }
 }
@@ -106,7 +105,7 @@ TEST_CASE("every stage leaves a sound layered image, and no pixel without color"
         CHECK_FALSE(ldi::validate_canonical(g, c.result.layers.column<ldi::disparity_column>()));
         CHECK(c.result.charts.chart_of.size() == g.size());
         CHECK(c.result.mesh.triangle_count() > 0);
-        // What is unknown was filled from its surroundings: nothing is as black as an unset pixel.
+        // Unknown pixels are filled from their surroundings: none is as black as an unset pixel.
         for (std::size_t i = 0; i < g.size(); ++i) {
             const auto color = c.result.layers.at<ldi::color_column>(static_cast<std::int32_t>(i));
             REQUIRE(color[0] + color[1] + color[2] > 0);
@@ -176,7 +175,7 @@ TEST_CASE("options that make no sense are refused") {
     CHECK_FALSE(is_refused([](ldi::photo3d_options&) {}));
     CHECK(is_refused([](ldi::photo3d_options& o) { o.long_side = 0; }));
     CHECK(is_refused([](ldi::photo3d_options& o) { o.focal_length_35mm = 0.0F; }));
-    CHECK(is_refused([](ldi::photo3d_options& o) { o.normalize.largest_step = 0.0F; }));
+    CHECK(is_refused([](ldi::photo3d_options& o) { o.normalize.max_step = 0.0F; }));
     CHECK(is_refused([](ldi::photo3d_options& o) { o.resample.color_sigma = 0.0F; }));
     CHECK(is_refused([](ldi::photo3d_options& o) { o.median.sigma = -1.0F; }));
     CHECK(is_refused([](ldi::photo3d_options& o) { o.expand.motion = -1.0F; }));
@@ -194,6 +193,12 @@ TEST_CASE("the smallest photos become 3D photos") {
         const ldi::photo3d result = ldi::make_photo3d(photo, estimator, ldi::diffusion_inpainter{});
         INFO(rows << " x " << columns);
         CHECK(result.mesh.triangle_count() >= 2);
-        CHECK(result.layers.size() == rows * columns);
+        CHECK(result.layers.size() > rows * columns);
+        CHECK(result.facts.margin > 0);
+        ldi::photo3d_options cropped;
+        cropped.frame = ldi::photo_frame::crop;
+        const ldi::photo3d small = ldi::make_photo3d(photo, estimator, ldi::diffusion_inpainter{}, cropped);
+        CHECK(small.layers.size() == rows * columns);
+        CHECK(small.facts.margin == 0);
     }
 }

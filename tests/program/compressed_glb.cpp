@@ -22,7 +22,7 @@ namespace {
 
 constexpr std::size_t atlas_width = 96, atlas_height = 80;
 
-/// A bumpy sheet whose depth runs from z_near at the right to z_far at the left, a vertex at every eighth texel.
+/// A bumpy sheet whose depth runs from z_near at the right to z_far at the left, one vertex per eighth texel.
 textured_mesh make_slope(float z_near, float z_far) {
     textured_mesh mesh;
     std::mt19937 random(5);
@@ -62,7 +62,7 @@ byte_string plain_glb(const textured_mesh& mesh) {
     return {file.begin(), file.end()};
 }
 
-/// The file with a second primitive: translucent triangles that use the first one's vertices, in a random order.
+/// Adds a second primitive: translucent triangles that use the first one's vertices, in a random order.
 byte_string with_strip(const byte_string& file, std::vector<std::uint16_t>& triangles) {
     examples::glb_reader parts(file);
     nlohmann::json& json = parts.content;
@@ -95,7 +95,7 @@ byte_string with_strip(const byte_string& file, std::vector<std::uint16_t>& tria
 
 using point = std::array<float, 5>;
 
-/// Place and texture coordinates of every corner of every triangle, from the corner that comes first in the texture on.
+/// Positions and texture coordinates of all corners of all triangles, starting at each triangle's first corner in the texture.
 std::vector<std::array<point, 3>> corners(const textured_mesh& mesh) {
     std::vector<std::array<point, 3>> result;
     for (std::size_t i = 0; i < mesh.triangles.size(); i += 3) {
@@ -111,7 +111,7 @@ std::vector<std::array<point, 3>> corners(const textured_mesh& mesh) {
     return result;
 }
 
-/// Checks that the triangles are the same but for their order, and no corner moved by more than precision.
+/// Checks that the triangles are the same except for their order, and that no corner moved by more than precision.
 void check_same(textured_mesh found, const textured_mesh& expected, float precision) {
     std::vector<std::array<point, 3>> a = corners(found), b = corners(expected);
     std::sort(a.begin(), a.end()), std::sort(b.begin(), b.end());
@@ -189,7 +189,7 @@ TEST_CASE("a compressed GLB file looks the same from the side") {
     serial_executor here;
     const image<std::uint8_t> picture = rasterize(mesh, atlas, from, raster_options(), here).color;
     CHECK(psnr(rasterize(viewed_glb(file).mesh(), atlas, from, raster_options(), here).color, picture) > 45);
-    from.position[0] += 0.01F;  // and not the same from elsewhere
+    from.position[0] += 0.01F;  // the views from elsewhere differ
     CHECK(psnr(rasterize(mesh, atlas, from, raster_options(), here).color, picture) < 40);
 }
 
@@ -252,7 +252,7 @@ TEST_CASE("of several textures each stays that of its part, on a grid of its own
     mesh.positions.append(slope.positions.begin(), slope.positions.end());
     mesh.texture_coordinates.append(slope.texture_coordinates.begin(), slope.texture_coordinates.end());
     for (const std::uint32_t i : slope.triangles) mesh.triangles.push_back(i + static_cast<std::uint32_t>(slope.vertex_count()));
-    const image<std::uint8_t> small = smooth_picture(40, 48, 3);  // a vertex at every fourth texel
+    const image<std::uint8_t> small = smooth_picture(40, 48, 3);  // one vertex per fourth texel
     const std::vector<byte_string> jpegs{encode_jpeg(make_atlas(), 90), encode_jpeg(small, 90)},
         webps{examples::encode_webp(make_atlas(), 90), examples::encode_webp(small, 90)};
     const buffer<std::byte> encoded = encode_glb(mesh, std::vector<std::span<const std::byte>>(jpegs.begin(), jpegs.end()));

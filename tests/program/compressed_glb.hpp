@@ -1,4 +1,4 @@
-// Reads a compressed GLB file the way a viewer does: streams decoded, positions moved by their node, texture coordinates scaled.
+// Reads a compressed GLB file as a viewer does: decodes streams, moves positions by their node, scales texture coordinates.
 #pragma once
 
 #include <ldi/mesh/textured_mesh.hpp>
@@ -27,7 +27,7 @@ public:
         binary = file.subspan(28 + json_bytes);
     }
 
-    /// A view's bytes, decoded where they are compressed.
+    /// Returns a view's bytes, decoded if they are compressed.
     std::vector<std::byte> view(std::size_t index) const {
         const nlohmann::json& v = json.at("bufferViews").at(index);
         if (!v.contains("extensions")) {
@@ -47,7 +47,7 @@ public:
         return decoded;
     }
 
-    /// The numbers of an accessor, as many as `components` of each item.
+    /// Returns the numbers of an accessor, `components` per item.
     std::vector<double> values(std::size_t index, std::size_t components) const {
         const nlohmann::json& accessor = json.at("accessors").at(index);
         const std::size_t in_view = accessor.at("bufferView");

@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// What a folder and all below it hold: names, types, contents.
+/// The content of a folder and all folders in it: names, types, contents.
 std::string state_of(const fs::path& folder) {
     std::vector<std::string> lines;
     for (const fs::directory_entry& item : fs::recursive_directory_iterator(folder)) {
@@ -135,7 +135,7 @@ TEST_CASE("an input, another output, and nothing are no outputs, under whatever 
 TEST_CASE("what killed processes left is removed by the next set, unless that is told to leave it") {
     const scratch_folder folder;
     fs::create_directory(folder / ".ldi-0123.tmp");
-    put(folder / ".ldi-0123.tmp/0", bytes_of("half"));  // whose folder is another
+    put(folder / ".ldi-0123.tmp/0", bytes_of("half"));  // its folder belongs to another process
     {
         file_set files;
         files.leave_abandoned();

@@ -220,8 +220,9 @@ def key_frames():
             ("no target", '[%s, {"time": 1, "position": [0, 0, 0]}]' % good, ["key frame 2", "target", "none"]),
             ("two numbers", '[{"time": 0, "position": [0, 0], "target": [0, 0, -2]}]', ["position", "three numbers"]),
             ("text for a number", '[{"time": "0", "position": [0, 0, 0], "target": [0, 0, -2]}]', ["time", "a text"]),
-            ("times that fall", "[%s, %s]" % (good, good), ["key frame 2", "times that rise"]),
-            ("no zoom", '[{"time": 0, "position": [0, 0, 0], "target": [0, 0, -2], "zoom": 0}]', ["zoom"]),
+            ("times that fall", "[%s, %s]" % (good, good), ["key frame 2", "increasing times"]),
+            ("no zoom", '[{"time": 0, "position": [0, 0, 0], "target": [0, 0, -2], "zoom": 0}]', ["zoom", "found 0 ("]),
+            ("times that fall by little", '[{"time": 1e-9, "position": [0, 0, 0], "target": [0, 0, -2]}, %s]' % good, ["found 1e-09, then 0 ("]),
             ("endless numbers", '[{"time": 0, "position": [0, 0, 1e300], "target": [0, 0, -2]}]', ["position"]),
         ):
             f.write("keys.json", text.encode())

@@ -21,7 +21,7 @@ from files import is_whole_glb, pixels, png
 PROGRAM, SOURCE = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
 SAMPLE, SAMPLE_DEPTH = (os.path.join(SOURCE, "examples/photo3d", name) for name in ("sample.jpg", "sample_depth.png"))
 SHARED = os.path.join(SOURCE, "..", "shared")
-MODELS = {"depth": "tiefenrausch_small.safetensors", "inpainting": "farbrausch.safetensors"}
+MODELS = {"depth": "tiefenrausch_small.safetensors", "silhouettes": "silhouettes.safetensors", "inpainting": "farbrausch.safetensors"}
 WITHOUT_MODELS = {name: value for name, value in os.environ.items() if name != "LDI_MODELS"}
 passed = failed = 0
 
@@ -44,6 +44,10 @@ def check_written_files(folder):
     plain = write("plain.glb")
     extras = content(plain)["scenes"][0]["extras"]
     check(f"a GLB file says what it was made of: {extras}", extras.get("source") == "li\"nes.png" and extras.keys() >= {"motion", "nearest", "farthest", "focal_length_35mm"})
+    cropped = content(write("cropped.glb", "--frame", "crop"))
+    check("a GLB file says whether surfaces go on past the frame", extras.get("past_frame") is True and "past_frame" not in cropped["scenes"][0]["extras"])
+    check("its camera is the photo's, with each frame", cropped["cameras"] == content(plain)["cameras"])
+    run("a frame that is not known", [photo, *depth, "--frame", "round"], ["--frame", "round"])
     compressed = write("compressed.glb", "--compress")
     if b"built without" in compressed:
         print("skipped compressed files: the program was built without meshoptimizer or libwebp")
@@ -66,6 +70,10 @@ def check_written_files(folder):
     check("two pictures side by side", len(rows) == 200 and len(rows[0]) == 3 * 600)
     far, near = (middle(color, 300, 600) - middle(color, 0, 300) for color in (0, 1))
     check(f"what is near stands in the window, what is far behind it: {near}, {far}", abs(near) < 1 and 3 < far < 12)
+    place = middle(1, 0, 300)
+    check(f"the window is as large as the photo: {place}", abs(place - 221.5) < 1)
+    rows = pixels(write("cropped_pair.png", "--frame", "crop"))
+    check(f"a cropped one is smaller: {middle(1, 0, 300)}", middle(1, 0, 300) > place + 1)
     jps = write("pair.JPS")
     check("a JPS file", jps[:4] == b"\xff\xd8\xff\xe0" and b"\xff\xe3\0\x12_JPSJPS_\0\4\0\0\2\1\0\0" in jps)
     mpo = write("pair.mpo")
@@ -260,6 +268,12 @@ def main():
         run("an inpainting network cut off", [small, *depth, "--inpainting-model", file(folder, "cut.safetensors", open(weights, "rb").read()[:9000])], ["cut.safetensors", "tensor", "expected"])
         run("a photo for an inpainting network", [small, *depth, "--inpainting-model", SAMPLE], ["sample.jpg", "expected"])
 
+        decider = os.path.join(SOURCE, "examples/models", MODELS["silhouettes"])
+        check_report("silhouettes by a network", [small, *depth, "--silhouette-model", decider], {"silhouettes": decider})
+        check_report("silhouettes without a network", [small, *depth, "--silhouette-model", "none"], {"silhouettes": "alignment"})
+        run("an inpainting network for silhouettes", [small, *depth, "--silhouette-model", weights], ["farbrausch_weights.safetensors", "a silhouette network", "found farbrausch"])
+        run("a silhouette network cut off", [small, *depth, "--silhouette-model", file(folder, "cut.safetensors", open(decider, "rb").read()[:9000])], ["cut.safetensors", "tensor", "expected"])
+
         student = os.path.join(SOURCE, "tests/io/files/tiefenrausch_weights.safetensors")
         run("a depth network in a file", [small, "--depth-model", student])
         run("an inpainting network for depth", [small, "--depth-model", weights], ["farbrausch_weights.safetensors", "a depth network", "found farbrausch"])
@@ -272,7 +286,7 @@ def main():
         moved, both = shutil.copy(PROGRAM, alone), {"LDI_MODELS": models}
         shutil.copy(weights, os.path.join(other, "farbrausch.safetensors"))
         run("a program without its data", [small], ["--depth-model", "tiefenrausch_small.safetensors", "share/ldi/models"], program=moved)
-        check_report("a program without its data: depth given", [small, *depth], {"depth": small_depth, "inpainting": "diffusion"}, program=moved)
+        check_report("a program without its data: depth given", [small, *depth], {"depth": small_depth, "silhouettes": "alignment", "inpainting": "diffusion"}, program=moved)
         run("a network that is not found", [small, *depth, "--inpaint", "network"], ["--inpainting-model", "farbrausch.safetensors", "share/ldi/models"], program=moved)
         check_report("weights found by the environment", [small], {name: os.path.join(models, file) for name, file in MODELS.items()}, both, moved)
         run("weights in no folder", [small], ["LDI_MODELS", "no/such"], {"LDI_MODELS": "no/such"})
@@ -289,7 +303,7 @@ def main():
         page, odd_name = os.path.join(folder, "page.html"), file(folder, "a<b&c.png", png(60, 80))
         run("a page", [odd_name, *depth, "--html", page, "--viewer", viewer])
         text = open(page, encoding="utf-8").read() if os.path.exists(page) else ""
-        parts = re.fullmatch(r'1<title>(.*)</title>2<style>.*width: 60; .*height: 80 .*</style>\s*<img .*base64,([^"]*)">\s*<script .*>([^<]*)</script>3', text)
+        parts = re.fullmatch(r'1<title>(.*)</title>2<style>.*width: 60; .*height: 80; --hidden-border: 0 }</style>\s*<img .*base64,([^"]*)">\s*<script .*>([^<]*)</script>3', text)
         check("the parts of a page", parts and parts[1] == "a&lt;b&amp;c" and base64.b64decode(parts[2])[:2] == b"\xff\xd8" and is_whole_glb(base64.b64decode(parts[3])))
         run("no viewer", [small, *depth, "--html", page, "--viewer", os.path.join(folder, "none.html")], ["none.html", "examples/viewer/build.sh"])
         run("a viewer that is none", [small, *depth, "--html", page, "--viewer", SAMPLE], ["sample.jpg", "examples/viewer/build.sh"])
@@ -314,7 +328,7 @@ def main():
         run("a path that shows the photo from afar", [*video[:-1], "--video", far_frames, "--path", file(folder, "wide.json", wide.encode())])
         darkest = min(min(row) for name in os.listdir(far_frames) for row in pixels(open(os.path.join(far_frames, name), "rb").read()))
         check(f"past its border the photo goes on: {darkest}", darkest > 40)  # the checks are 60 and 180
-        run("key frames in disorder", [*video, frames, "--path", file(folder, "late.json", (keys % 2).encode())], ["times that rise"])
+        run("key frames in disorder", [*video, frames, "--path", file(folder, "late.json", (keys % 2).encode())], ["increasing times"])
         run("key frames of text", [*video, frames, "--path", file(folder, "text.json", b"hello")], ["text.json", "key frames"])
         if shutil.which("ffmpeg"):
             for name in ("a.mp4", "a.webp", "a.gif", "$(touch x) '.mp4"):

@@ -327,6 +327,7 @@ STAGES = {
     "lift": (lambda v: ldi.lift(v), "depth: expected ldi.Depth"),
     "expand": (lambda v: ldi.expand(v), "layer: expected ldi.Layer,"),
     "inpaint": (lambda v: ldi.inpaint(v), "layers: expected ldi.Layers"),
+    "grow_past_frame": (lambda v: ldi.grow_past_frame(v), "layers: expected ldi.Layers"),
     "make_charts": (lambda v: ldi.make_charts(v), "layers: expected ldi.Layers"),
     "make_atlas, layers": (lambda v: ldi.make_atlas(v, MADE.charts), "layers: expected ldi.Layers"),
     "make_atlas, charts": (lambda v: ldi.make_atlas(MADE.layers, v), "charts: expected ldi.Charts"),

@@ -25,7 +25,7 @@ def made():
 def stages(photo, depth=None, inpaint="network", **options):
     cleaned = ldi.clean_depth(photo, depth, **options)
     layer = ldi.lift(cleaned)
-    layers = ldi.inpaint(ldi.expand(layer), inpaint)
+    layers = ldi.grow_past_frame(ldi.inpaint(ldi.expand(layer), inpaint))
     charts = ldi.make_charts(layers)
     atlas = ldi.make_atlas(layers, charts)
     return ldi.Photo3D(layers, charts, atlas, ldi.make_mesh(layers, charts, atlas))
@@ -48,11 +48,22 @@ def test_stages_make_what_photo3d_makes(depth, inpaint):
 
 def test_options_of_stages_are_those_of_photo3d():
     depth = ldi.clean_depth(PHOTO, 1 / DEPTH, depth_kind="meters", long_side=100)
-    layers = ldi.inpaint(ldi.expand(ldi.lift(depth, 40), 0.2), "diffusion", texture=0.5, grain=2)
+    layers = ldi.grow_past_frame(ldi.inpaint(ldi.expand(ldi.lift(depth, 40), 0.2), "diffusion", texture=0.5, grain=2))
     whole = ldi.photo3d(PHOTO, 1 / DEPTH, depth_kind="meters", long_side=100, focal_length=40, motion=0.2, inpaint="diffusion", texture=0.5, grain=2).layers
-    for name in ARRAYS[ldi.Layers] + ("focal_length", "z_near", "z_far", "width", "height"):
+    for name in ARRAYS[ldi.Layers] + ("focal_length", "z_near", "z_far", "width", "height", "margin"):
         assert np.array_equal(getattr(layers, name), getattr(whole, name)), name
     assert whole.width == 100 and len(layers) > len(ldi.expand(ldi.lift(depth), 0.05))
+
+
+def test_layers_go_on_past_the_frame_once_or_not_at_all(made):
+    cropped = ldi.photo3d(PHOTO, DEPTH, frame="crop").layers
+    assert cropped.margin == 0 and cropped.width == made.layers.width == PHOTO.shape[1]
+    margin = made.layers.margin
+    assert margin > 4 and made.layers.x.max() < PHOTO.shape[1] + 2 * margin
+    inside = (made.layers.x >= margin) & (made.layers.x < margin + PHOTO.shape[1]) & (made.layers.y >= margin) & (made.layers.y < margin + PHOTO.shape[0])
+    assert inside.sum() == len(cropped) and np.array_equal(np.sort(made.layers.disparity[inside]), np.sort(cropped.disparity))
+    with pytest.raises(ldi.InputError, match="border"):
+        ldi.grow_past_frame(made.layers)
 
 
 def test_stages_leave_what_they_take(made):

@@ -1,5 +1,5 @@
-// No hole: what expand() and the mesh promise of all places that the camera may reach, with scenes whose curves end and meet,
-// with random maps, and with photographs.
+// No holes: the guarantee of expand() and the mesh for all positions that the camera may reach, tested with scenes whose curves
+// end and meet, with random maps, and with photographs.
 #include <bench/quality/holes.hpp>
 
 #include "tests/support/lifted_scene.hpp"
@@ -25,7 +25,7 @@ struct scene {
     ldi::textured_mesh mesh;
 };
 
-/// The geometry of a 3D photo, without colors.
+/// Geometry of a 3D photo, without colors.
 scene make_scene(const ldi::image<float>& disparity, const ldi::expand_options& options = {}) {
     ldi::photo_layer lifted = ldi::testing::lift_disparity(disparity);
     const ldi::buffer<ldi::discontinuity_curve> curves = ldi::find_discontinuity_curves(lifted, {});
@@ -56,7 +56,7 @@ ldi::image<float> draw(Disparity&& disparity) {
     return map;
 }
 
-/// Scenes in which curves end and meet, in all the ways that photographs were seen to have.
+/// Scenes in which curves end and meet in all ways that occurred in photographs.
 std::vector<std::pair<std::string, ldi::image<float>>> scenes() {
     std::vector<std::pair<std::string, ldi::image<float>>> result;
     const auto add = [&](const char* name, auto&& disparity) { result.emplace_back(name, draw(disparity)); };

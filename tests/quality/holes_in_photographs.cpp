@@ -1,4 +1,4 @@
-// No hole in 3D photos of ordinary photographs, with depth by the network that ships: slow.
+// No holes in 3D photos of ordinary photographs, with depth from the shipped network: slow.
 #include <bench/quality/holes.hpp>
 
 #include <ldi/inpaint/diffusion_inpainter.hpp>

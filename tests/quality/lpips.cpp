@@ -1,4 +1,4 @@
-// LPIPS in bench/quality: with the real weights the figures of ../shared/lpips/lpips.py, and what holds for any weights.
+// LPIPS in bench/quality: the results of ../shared/lpips/lpips.py with the real weights, and properties for any weights.
 #include <bench/quality/lpips.hpp>
 
 #include <catch2/catch.hpp>
@@ -18,7 +18,7 @@ namespace {
 
 using namespace ldi_quality;
 
-/// Made of whole numbers, so that lpips.py gets the same picture from the same formula.
+/// Made of integers, so that lpips.py gets the same picture from the same formula.
 picture pattern(std::size_t height, std::size_t width, std::size_t seed) {
     picture result(height, width, 3);
     for (std::size_t y = 0; y < height; ++y)
@@ -28,7 +28,7 @@ picture pattern(std::size_t height, std::size_t width, std::size_t seed) {
     return result;
 }
 
-/// The network with random weights of about the right size.
+/// The network with random weights of approximately the right size.
 lpips_network random_network() {
     std::mt19937 random(9);
     ldi::named_tensors tensors;

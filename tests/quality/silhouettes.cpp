@@ -42,7 +42,7 @@ picture photo_of(std::size_t height, std::size_t width, const rectangle& near) {
 
 mask all_of(std::size_t height, std::size_t width) { return {height, width, 1, std::uint8_t{1}}; }
 
-/// A near rectangle before a background, which the other view sees `movement` pixels farther to the left.
+/// A near rectangle in front of a background; the other view sees it `movement` pixels farther to the left.
 subject subject_of(std::size_t height, std::size_t width, const rectangle& near, float movement) {
     subject s;
     s.photo = photo_of(height, width, near);
@@ -66,7 +66,7 @@ TEST_CASE("degraded depth has a long side of 384, and what it shows has moved by
     const ldi::image<float> result = degraded(disparity_of(400, 768, {200, 120, 600, 300}));
     REQUIRE(result.height() == 200);
     REQUIRE(result.width() == 384);
-    // The rectangle begins at sample 100 and row 60: half of the step is reached at the moved border.
+    // The rectangle starts at sample 100 and row 60: half of the step is reached at the moved border.
     const float half = 0.55F;
     CHECK(result(100, 101) < half);
     CHECK(result(100, 102) > half);
@@ -178,12 +178,12 @@ TEST_CASE("the halo's band is six pixels wide, and where the other view has the 
 
 TEST_CASE("a silhouette that something else hides in the other view has no band there") {
     subject s = subject_of(60, 80, {40, 0, 48, 60}, 8);
-    for (std::size_t y = 0; y < 60; ++y)  // a background step, hidden from the other view by the rectangle
+    for (std::size_t y = 0; y < 60; ++y)  // a step in the background that the rectangle hides from the other view
         for (std::size_t x = 0; x < 36; ++x) s.inverse_depth(y, x) = 0.2F;
     const mask band = silhouette_band(s, true_silhouettes(s.photo, s.inverse_depth, s.known));
-    CHECK(band(30, 32) != 0);  // the rectangle's left side
+    CHECK(band(30, 32) != 0);  // left side of the rectangle
     CHECK(band(30, 40) != 0);
-    CHECK(band(30, 36) == 0);  // where the step would be, at about 35.1
+    CHECK(band(30, 36) == 0);  // the step's position, at about 35.1
 }
 
 TEST_CASE("a color error counts the band alone, and the channels alike") {
@@ -210,16 +210,16 @@ TEST_CASE("of a mesh, those triangles span a silhouette that lead from one surfa
         }
         for (const std::uint32_t k : {0U, 1U, 2U, 0U, 2U, 3U}) mesh.triangles.push_back(first + k);
     };
-    add(0, 28, 0.1F, 0.3F);   // a background that slopes a little
+    add(0, 28, 0.1F, 0.3F);   // a slightly sloping background
     add(28, 30, 0.3F, 1.0F);  // texture stretched between both
     add(30, 80, 1.0F, 1.0F);
-    add(60, 62, 0.1F, 1.0F);  // as steep, but where there is no silhouette
+    add(60, 62, 0.1F, 1.0F);  // as steep, but without a silhouette
     const ldi::buffer<std::uint8_t> marked = spanning_triangles(mesh, s, truth);
     const std::vector<int> expected{0, 0, 1, 1, 0, 0, 0, 0};
     REQUIRE(marked.size() == expected.size());
     for (std::size_t i = 0; i < expected.size(); ++i) CHECK(marked[i] == expected[i]);
 
-    // Seen from the other side the stretched part is as wide as what moved apart.
+    // Seen from the other side, the stretched part is as wide as the relative motion.
     ldi::serial_executor threads;
     const ldi::view from = ldi::moved_view(s.camera, s.range(), 1, 20);
     const mask shown = shown_triangles(mesh, marked, from, threads);

@@ -66,7 +66,7 @@ for name in set(re.findall(r"\bldi::(\w+)(?!\w|::)", readme)) - {"ldi", "io"}:
 
 # The libraries that ldi::io needs.
 cmake = read("cmake/library.cmake") + read("cmake/FindLdiReaders.cmake")
-for sentence in found(r"`ldi::io`, for files, needs ([^;]*); all formats ([^(]*) \(", readme, "what ldi::io needs") or ():
+for sentence in found(r"`ldi::io`, for files, needs ([^;]*); all formats and fast JPEG encoding ([^(]*) \(", readme, "what ldi::io needs") or ():
     for library in sentence.split(", "):
         check(re.search(rf"\b{library}\b", cmake), f"README.md: ldi::io does not use {library}")
 for target in re.findall(r"(\w+)::\w+=lib", cmake):

@@ -26,7 +26,10 @@ view photo_view() {
     return v;
 }
 
-std::array<float, 2> seen(const view& v, const std::array<float, 3>& point) { return v.camera.project(v.to_camera(point)); }
+std::array<float, 2> seen(const view& v, const std::array<float, 3>& point) {
+    const std::array<float, 2> at = v.camera.project(v.to_camera(point));
+    return {at[0] + v.lens_shift[0], at[1] + v.lens_shift[1]};
+}
 
 }  // namespace
 
@@ -88,7 +91,7 @@ TEST_CASE("a path of one's own passes through its key frames, smoothly, and rest
     }
     check_same(view_between(keys, camera, -1), view_between(keys, camera, 0));
     check_same(view_between(keys, camera, 2), view_between(keys, camera, 1));
-    for (float time = 0.01F; time < 0.98F; time += 0.01F) {  // no jump, and no jump in speed
+    for (float time = 0.01F; time < 0.98F; time += 0.01F) {  // no jump in position or speed
         const auto x = [&](float t) { return view_between(keys, camera, t).position[0]; };
         CHECK(std::abs(x(time + 0.002F) - 2 * x(time + 0.001F) + x(time)) < 1e-4F);
     }
@@ -121,7 +124,8 @@ TEST_CASE("inside its frame no view sees past the photo's border") {
     for (int trial = 0; trial < 2000; ++trial) {
         const view v = framed(views[engine() % views.size()], size);
         const float depth = range.depth(share());
-        const std::array<float, 3> ray = v.direction_to_photo(v.camera.unproject(300 * share(), 400 * share(), 1));
+        const std::array<float, 3> ray =
+            v.direction_to_photo(v.camera.unproject(300 * share() - v.lens_shift[0], 400 * share() - v.lens_shift[1], 1));
         const float scale = (-depth - v.position[2]) / ray[2];
         const std::array<float, 2> photo =
             camera.project({v.position[0] + scale * ray[0], v.position[1] + scale * ray[1], -depth});
@@ -129,6 +133,30 @@ TEST_CASE("inside its frame no view sees past the photo's border") {
     }
     CHECK(frame_within(std::vector<view>{photo_view()}, camera, range) == 1);
     CHECK(frame_within({}, camera, range) == 1);
+}
+
+TEST_CASE("through a window the picture's sides stay on the photo's at the window's disparity, from wherever it is seen") {
+    std::mt19937 engine(12);
+    const auto any = [&] { return static_cast<float>(engine()) * 0x1.0p-31F - 1; };
+    for (int trial = 0; trial < 200; ++trial) {
+        const float window = 0.5F + 0.5F * any();
+        const view v = view_through_window(camera, range, {0.4F * any(), 0.4F * any(), 0.9F * any()}, window);
+        for (const float x : {0.0F, 150.0F, 300.0F})
+            for (const float y : {0.0F, 200.0F, 400.0F}) {
+                const std::array<float, 2> at = seen(v, camera.unproject(x, y, range.depth(window)));
+                CHECK(at[0] == Approx(x).margin(0.01));
+                CHECK(at[1] == Approx(y).margin(0.01));
+            }
+    }
+}
+
+TEST_CASE("where surfaces go on past the border, a frame as large as the photo is enough for every named path") {
+    for (const camera_path path : {camera_path::circle, camera_path::swing, camera_path::zoom_in, camera_path::dolly_zoom}) {
+        std::vector<view> views;
+        for (float time = 0; time <= 1; time += 0.05F) views.push_back(view_on_path(path, camera, range, time));
+        CHECK(frame_within(views, camera, range, 0.08F) == 1);
+        CHECK(frame_within(views, camera, range, 0.04F) <= frame_within(views, camera, range, 0.08F));
+    }
 }
 
 TEST_CASE("options out of bounds are told") {

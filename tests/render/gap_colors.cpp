@@ -25,7 +25,7 @@ image<std::uint8_t> two_colors(std::uint8_t dark, std::uint8_t light) {
     return texture;
 }
 
-/// Appends the rectangle [x0, x1] x [y0, y1] of the screen at one depth, of one color of two_colors().
+/// Appends the rectangle [x0, x1] x [y0, y1] of the screen at one depth, with one color of two_colors().
 template <class Mesh>
 void add_rectangle(Mesh& mesh, float x0, float x1, float y0, float y1, float depth, bool is_light) {
     const pinhole_camera camera = straight_view().camera;

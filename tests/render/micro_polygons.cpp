@@ -19,12 +19,14 @@ void color_at_random(photo_layers& layers, std::mt19937& random) {
     for (std::uint8_t& value : layers.column<color_column>()) value = static_cast<std::uint8_t>(random());
 }
 
-/// A plane at disparity 1 left of column `edge`, one at 0 right of it.
+/// A plane at disparity 1 left of column `edge`, and one at 0 right of it.
 photo_layers step(std::size_t rows, std::size_t columns, std::size_t edge, float threshold) {
     image<float> disparity(rows, columns);
     for (std::size_t y = 0; y < rows; ++y)
         for (std::size_t x = 0; x < columns; ++x) disparity(y, x, 0) = x < edge ? 1.0F : 0.0F;
-    return expand(lift(image<std::uint8_t>(rows, columns, 3, std::uint8_t{90}), disparity, {threshold}), {threshold}, {}).layers;
+    return expand(lift(image<std::uint8_t>(rows, columns, 3, std::uint8_t{90}), disparity, {.surface = {threshold}}), {threshold},
+                  {})
+        .layers;
 }
 
 std::size_t uncovered(const rendering& picture) {
@@ -52,7 +54,8 @@ TEST_CASE("drawn from where it was taken, a layered image shows its first layer 
 TEST_CASE("what is linked leaves no hole, what is not tears open by the difference in parallax") {
     const photo_layers torn = step(20, 60, 30, 0.05F), linked = step(20, 60, 30, 1.0F);
     const view v = own_view(torn.topology());
-    // The near plane moves 10 pixels left, the far one 2: 8 columns open between them, 2 at the far plane's border.
+    // The near plane moves 10 pixels left, the far one 2: a gap of 8 columns opens between them, and one of 2 at the far plane's
+    // border.
     const view moved = moved_view(v.camera, scene_range, 1, -10);
     CHECK(uncovered(render_layers(torn, scene_range, v, moved)) == 20 * (8 + 2));
     CHECK(uncovered(render_layers(linked, scene_range, v, moved)) == 20 * 2);

@@ -14,8 +14,8 @@ namespace {
 const pinhole_camera camera{300, 400, 350};
 const depth_range range{1.5F, 12};
 
-/// How far past the edge of a thing at `depth_in_front`, seen at (x, y) in the photo, a camera at `position` sees on what lies at
-/// `depth_behind`: in pixels of the photo.
+/// Pixels of the photo by which a camera at `position` sees past the edge of a surface at `depth_in_front`, visible at (x, y) in
+/// the photo, on a surface at `depth_behind`.
 float uncovered(const std::array<float, 3>& position, float x, float y, float depth_in_front, float depth_behind) {
     const std::array<float, 3> edge = camera.unproject(x, y, depth_in_front);
     const float t = (-depth_behind - position[2]) / (edge[2] - position[2]);  // on the ray from the camera through the edge

@@ -19,7 +19,7 @@ using testing::own_view, testing::scene_range;
 
 namespace {
 
-/// A view turned and moved a little, the photo still before it.
+/// A slightly rotated and moved view, with the photo still in front of it.
 view random_view(const view& from, std::mt19937& random) {
     const auto any = [&] { return static_cast<float>(random()) * 0x1.0p-31F - 1; };
     view v = from;
@@ -90,7 +90,7 @@ TEST_CASE("from any view a peeled layered image is sound, and its first layer is
             const auto color = peeled.at<color_column>(front[p]);
             for (std::size_t c = 0; c < 3; ++c) differing += color[c] != seen.color.data()[3 * p + c] ? 1U : 0U;
         }
-        // Only where two surfaces are equally near, to rounding, may another one be in front.
+        // Another surface may be in front only if two are equally near, up to rounding.
         REQUIRE(differing <= front.size() / 100);
     }
 }
@@ -104,7 +104,7 @@ TEST_CASE("a plane seen from aside stays one sheet, linked everywhere") {
         CHECK(peeled.size() == 24 * columns);
         CHECK(link_count(peeled.topology()) == 23 * columns + 24 * (columns - 1));
     }
-    // Nearer, each pixel becomes several; farther, several become one.
+    // Closer, each pixel becomes several; farther, several become one.
     view other = v;
     other.position = {0.01F, 0.02F, -0.7F};
     const auto [larger, larger_range] = peel(layers, scene_range, v, other);
@@ -124,7 +124,8 @@ TEST_CASE("a near strip lies before the plane behind it, and neither is linked t
         for (const std::int32_t x : {15, 20})
             layers.edit_links([&](link_editor& links) { links.unlink(y * 40 + x, side::left); });
     const view v = own_view(layers.topology());
-    // Near moves 10 to the right, far 2: the strip leaves [15, 20) for [25, 30), and [17, 22) of the plane behind is open.
+    // The near strip moves 10 to the right, the far plane 2: the strip leaves [15, 20) for [25, 30), and uncovers [17, 22) of
+    // the plane.
     const photo_layers peeled = peel(layers, scene_range, v, moved_view(v.camera, scene_range, 1, 10)).layers;
     const graph& g = peeled.topology();
     std::size_t near_pixels = 0;
@@ -147,7 +148,7 @@ TEST_CASE("a slope that folds back is linked on either side of the fold only, an
     for (std::size_t i = 0; i < layers.size(); ++i)
         layers.column<disparity_column>()[i] = std::clamp(static_cast<float>(layers.topology().x()[i] - 10) * 0.1F, 0.0F, 1.0F);
     const view v = own_view(layers.topology());
-    const view from = moved_view(v.camera, scene_range, 1, -25);  // 2 pixels a tenth of disparity: -1 pixel a pixel
+    const view from = moved_view(v.camera, scene_range, 1, -25);  // 2 pixels per tenth of disparity: -1 pixel per pixel
     const photo_layers both = peel(layers, scene_range, v, from).layers;
     CHECK(!validate_canonical(both.topology(), both.column<disparity_column>()));
     CHECK(connected_components(both.topology()).count() == 3);

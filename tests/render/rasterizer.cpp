@@ -44,8 +44,7 @@ void add_rectangle(textured_mesh& mesh, const pinhole_camera& camera, float x0, 
     mesh.triangles.insert(mesh.triangles.end(), {a, b, c, a, c, d});
 }
 
-/// One vertex a pixel, at the disparity that the ray caster gives: the surface that the photo shows, with rubber sheets at
-/// silhouettes.
+/// One vertex per pixel, at the ray caster's disparity: the surface visible in the photo, with rubber sheets at silhouettes.
 textured_mesh height_field(const image<float>& depth, const pinhole_camera& camera) {
     textured_mesh mesh;
     const std::uint32_t w = static_cast<std::uint32_t>(depth.width()), h = static_cast<std::uint32_t>(depth.height());
@@ -68,7 +67,8 @@ TEST_CASE("every sample of a triangulated square belongs to exactly one triangle
     const std::int64_t side = 40, one = detail::subsample_steps;
     for (std::uint32_t seed = 0; seed < 300; ++seed) {
         generator random(seed);
-        // A fan around an inner point, over a ring of random points on the border; coordinates on sample positions are frequent.
+        // A fan around an inner point, over a ring of random points on the border; many coordinates coincide with sample
+        // positions.
         const auto snap = [&](std::int64_t v) { return seed % 3 == 0 ? v / (one / 2) * (one / 2) : v; };
         std::vector<detail::screen_vertex> ring;
         const auto add_side = [&](std::int64_t x0, std::int64_t y0, std::int64_t x1, std::int64_t y1) {
@@ -130,7 +130,7 @@ TEST_CASE("a mesh of random triangles that covers the frame leaves no hole, what
     for (std::uint32_t seed = 0; seed < 40; ++seed) {
         generator random(seed);
         view v = view_of(64, 48);
-        // A warped net that reaches far beyond the frame and, in places, behind the camera.
+        // A warped net that extends far beyond the frame and, in places, behind the camera.
         textured_mesh mesh;
         const std::uint32_t n = 12;
         for (std::uint32_t j = 0; j <= n; ++j)
@@ -181,7 +181,7 @@ TEST_CASE("a net over a plane that passes the camera is cut at the near plane, a
         view v = view_of(64, 48);
         raster_options options;
         options.z_near = 0.5F;
-        // A third of the nets reach far beyond the frame; these are level, so that rounding keeps their vertices in the plane.
+        // A third of the nets extends far beyond the frame; these are level, so that rounding keeps their vertices in the plane.
         const bool wide = seed % 3 == 0;
         const double reach = wide ? 1e9 : 40;
         const double height = random.between(-0.2, -0.05), turn = random.between(-1, 1), tip = random.between(-0.2, 0.2);
@@ -190,7 +190,7 @@ TEST_CASE("a net over a plane that passes the camera is cut at the near plane, a
         textured_mesh mesh;
         for (std::uint32_t j = 0; j <= n; ++j)
             for (std::uint32_t i = 0; i <= n; ++i) {
-                // Cells shrink towards the middle.
+                // Cells shrink toward the middle.
                 const auto at = [&](std::uint32_t k) {
                     const double t = 2.0 * k / n - 1;
                     return reach * t * t * t;
@@ -243,7 +243,7 @@ TEST_CASE("texture and depth of a slanted rectangle are those of the plane that 
             add_vertex(mesh, {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)}, corner[0], corner[1]);
         }
         mesh.triangles = {0, 1, 2, 0, 2, 3};
-        // Red is 255 u, green 255 v, between the middles of the outermost texels.
+        // Red is 255 u, green 255 v, between the centers of the outermost texels.
         image<std::uint8_t> texture(256, 256, 3, std::uint8_t{0});
         for (std::size_t y = 0; y < 256; ++y)
             for (std::size_t x = 0; x < 256; ++x)
@@ -410,7 +410,7 @@ TEST_CASE("parts of a mesh have their own textures, also where the near plane cu
     constexpr std::size_t parts = 5;
     const view v = view_of(40, 30);
     for (int repeat = 0; repeat < 50; ++repeat) {
-        // One texture per part, of one color, and all of them side by side.
+        // One texture per part, each of one color, and all of them side by side.
         std::vector<image<std::uint8_t>> textures;
         image<std::uint8_t> all(1, parts, 3);
         textured_mesh mesh, whole;

@@ -57,7 +57,7 @@ TEST_CASE("two eyes see the ends of the range apart by the share that is asked f
         return camera.project(left.to_camera(point))[0] - camera.project(right.to_camera(point))[0];
     };
     CHECK(shift(1) - shift(8) == Approx(0.05F * 600));
-    CHECK(shift(1) > 0);  // the left eye sees near things farther right
+    CHECK(shift(1) > 0);  // the left eye sees near objects farther right
     view turned = middle;
     turned.rotation = {0, 0, 1, 0, 1, 0, -1, 0, 0};
     CHECK(beside(turned, 2).position[2] == Approx(-2));

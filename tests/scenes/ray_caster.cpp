@@ -145,7 +145,7 @@ TEST_CASE("a view from elsewhere sees each surface where its own camera says") {
                 double nearest = 1;
                 for (int i = 0; i < at.count; ++i)
                     nearest = std::min(nearest, std::abs(at.distance[static_cast<std::size_t>(i)] - 1));
-                // At a grazing angle float rounding moves the crossing, or loses it.
+                // At a grazing angle, float rounding moves or loses the crossing.
                 const surface_description surface = describe(s.objects[static_cast<std::size_t>(seen.object(y, x, 0))].form, p);
                 if (std::abs(dot(surface.normal, normalized(p))) > 0.1) CHECK(nearest < 1e-4);
             }

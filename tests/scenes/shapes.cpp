@@ -31,7 +31,7 @@ struct generator {
     }
 };
 
-/// How far outside of a solid a point lies; 0 on the surface, negative inside. Written from the definition of each solid.
+/// Distance of a point outside a solid; 0 on the surface, negative inside. From the definition of each solid.
 double outside(const shape& s, const vector3& point) {
     const vector3 p = s.place.to_local(point);
     switch (s.what) {

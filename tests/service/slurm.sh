@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# examples/service/photos.sbatch on a cluster of one node, which this starts in a temporary folder: munge, slurmctld and slurmd as this
-# user, on ports of their own. Ends with "N passed, N failed".
+# Tests examples/service/photos.sbatch on a cluster of one node, which it starts in a temporary folder: munge, slurmctld and slurmd as the
+# current user, on unused ports. Ends with "N passed, N failed".
 #
-# What it has to do without, to run in a container: cgroups (proctrack/linuxproc, task/none), and with them Slurm's hold on cores and
-# memory; accounting. Cores are counted (select/cons_tres), so that tasks wait for each other as they do on a cluster.
+# To run in a container, the cluster has no accounting and no cgroups (proctrack/linuxproc, task/none), so Slurm does not limit cores and
+# memory. It counts cores (select/cons_tres), so that tasks wait for each other as on a real cluster.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 # shellcheck source=scripts/tally.sh

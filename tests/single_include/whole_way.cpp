@@ -1,7 +1,7 @@
-// A program of somebody who copied the one header: pixels and weights in, the bytes of a GLB file out, with the standard library
-// alone. whole_way.py compiles it.
+// A user's program with the single header: from pixels and weights to the bytes of a GLB file, with the standard library alone.
+// whole_way.py compiles it.
 //
-//   whole_way DEPTH_WEIGHTS INPAINTING_WEIGHTS RESULT
+//     whole_way DEPTH_WEIGHTS INPAINTING_WEIGHTS RESULT
 
 #include <ldi/ldi.hpp>
 
@@ -18,7 +18,7 @@ std::vector<char> read(const char* path) {
 
 std::span<const std::byte> bytes_of(const std::vector<char>& text) { return std::as_bytes(std::span(text)); }
 
-/// A bright disk before a dark slope.
+/// A bright disk in front of a dark slope.
 ldi::image<std::uint8_t> draw_photo() {
     ldi::image<std::uint8_t> photo(192, 256, 3);
     for (int y = 0; y < 192; ++y)

@@ -1,4 +1,4 @@
-// A small sound network as the two Caffe2 files, written by hand, and edits that damage it: for tests and for the fuzzer.
+// A small valid network as two Caffe2 files, written by hand, and edits that damage it: for tests and for the fuzzer.
 #pragma once
 
 #include <protozero/pbf_writer.hpp>
@@ -73,7 +73,8 @@ private:
     std::string data_;
 };
 
-/// 3 channels in, 1 out, same size; inside, a dense 3x3, a depthwise 3x3 of stride 2, a 1x1, an enlargement by 2 and an addition.
+/// 3 channels in, 1 out, same size; layers: a dense 3x3, a depthwise 3x3 of stride 2, a 1x1, an enlargement by 2 and an
+/// addition.
 inline caffe2_files small_network() {
     using op = net_writer::operator_writer;
     net_writer network, weights;

@@ -1,4 +1,4 @@
-// Memory that a test hands to ldi, and that it can take away.
+// Memory that a test lends to ldi and can withhold.
 #pragma once
 
 #include <ldi/base/memory.hpp>
@@ -8,8 +8,8 @@
 
 namespace ldi::testing {
 
-/// Counts what is out, the most of it at any time, all that was ever asked for, and how often. Says no from the `most`-th call
-/// on, and to what would take more than `limit` bytes at a time. May be asked by any thread.
+/// Counts bytes in use, their peak, all bytes ever requested, and requests. Refuses the `most`-th and later requests, and
+/// requests that would exceed `limit` bytes in use. Thread-safe.
 struct counted_memory {
     std::mutex mutex;
     std::size_t blocks = 0, bytes = 0, peak = 0, allocated = 0, calls = 0;

@@ -1,4 +1,4 @@
-// What the tests of io/ share: a folder of their own, files built byte by byte, and ways to damage them.
+// Shared by the tests of io/: a temporary folder, files built byte by byte, and ways to damage them.
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -26,7 +26,7 @@ namespace ldi::testing {
 
 using byte_string = std::vector<std::byte>;
 
-/// An empty folder that is gone with all it holds at the end of the scope.
+/// An empty folder that is removed with all its contents at the end of the scope.
 class scratch_folder {
 public:
     scratch_folder() {
@@ -66,7 +66,7 @@ inline byte_string big_endian(std::uint32_t value, int size) {
     return bytes;
 }
 
-/// What a call raises; nothing if it returns.
+/// Returns the error that a call raises; nothing if it returns.
 template <class Call>
 std::optional<error_code> raised(Call&& call) {
     try {
@@ -77,7 +77,7 @@ std::optional<error_code> raised(Call&& call) {
     return std::nullopt;
 }
 
-/// The message of what a call raises.
+/// Returns the message of the error that a call raises.
 template <class Call>
 std::string message_of(Call&& call) {
     try {
@@ -88,7 +88,7 @@ std::string message_of(Call&& call) {
     return "nothing raised";
 }
 
-/// A smooth picture: values change by a few steps a pixel, so that JPEG keeps them.
+/// A smooth picture: values change by a few steps per pixel, so that JPEG preserves them.
 inline image<std::uint8_t> smooth_picture(std::size_t height, std::size_t width, std::size_t channels) {
     image<std::uint8_t> picture(height, width, channels);
     for (std::size_t y = 0; y < height; ++y)
@@ -119,10 +119,10 @@ inline byte_string png_chunk(std::string_view type, const byte_string& body) {
     return chunk;
 }
 
-/// A PNG file of rows as PNG stores them, filter bytes left out.
+/// A PNG file of rows as PNG stores them, without filter bytes.
 ///
 /// color  PNG's color type: 0 gray, 2 RGB, 3 palette, 4 gray and alpha, 6 RGB and alpha
-/// extra   whole chunks that stand before the picture's data
+/// extra  whole chunks before the picture's data
 inline byte_string png_file(std::uint32_t width, std::uint32_t height, int depth, int color, const byte_string& rows,
                             const byte_string& extra = {}) {
     byte_string file = bytes_of("\x89PNG\r\n\x1A\n");
@@ -148,7 +148,7 @@ inline byte_string png_file(std::uint32_t width, std::uint32_t height, int depth
     return file;
 }
 
-/// A damaged PNG file whose checksums are right again, so that the damage reaches the decoder.
+/// Corrects the checksums of a damaged PNG file, so that the damage reaches the decoder.
 inline byte_string with_right_checksums(byte_string file) {
     const auto number = [&](std::size_t at) {
         std::size_t value = 0;
@@ -170,7 +170,7 @@ inline byte_string with_right_checksums(byte_string file) {
 // ---------------------------------------------------------------------------------------------------------------------------
 // EXIF
 
-/// EXIF as a TIFF structure with an orientation and a focal length, in either byte order.
+/// EXIF data as a TIFF structure with an orientation and a focal length, in either byte order.
 inline byte_string exif_bytes(unsigned orientation, unsigned focal_length_35mm, bool little_endian = false) {
     const auto number = [&](std::uint32_t value, int size) {
         byte_string bytes = big_endian(value, size);
@@ -189,7 +189,7 @@ inline byte_string exif_bytes(unsigned orientation, unsigned focal_length_35mm, 
     append(tiff, number(8, 4));
     append(tiff, number(2, 2));                      // the main directory: 2 entries, at byte 8
     append(tiff, entry(0x0112, 3, orientation));     // Orientation
-    append(tiff, entry(0x8769, 4, 8 + 2 + 24 + 4));  // where the EXIF directory is
+    append(tiff, entry(0x8769, 4, 8 + 2 + 24 + 4));  // offset of the EXIF directory
     append(tiff, number(0, 4));
     append(tiff, number(1, 2));
     append(tiff, entry(0xA405, 3, focal_length_35mm));  // FocalLengthIn35mmFilm
@@ -197,7 +197,7 @@ inline byte_string exif_bytes(unsigned orientation, unsigned focal_length_35mm, 
     return tiff;
 }
 
-/// A JPEG file with EXIF put behind its first two bytes.
+/// Inserts EXIF data after a JPEG file's first two bytes.
 inline byte_string jpeg_with_exif(const byte_string& jpeg, const byte_string& tiff) {
     byte_string file(jpeg.begin(), jpeg.begin() + 2);
     append(file, bytes_of("\xFF\xE1"));
@@ -211,7 +211,7 @@ inline byte_string jpeg_with_exif(const byte_string& jpeg, const byte_string& ti
 // -------------------------------------------------------------------------------------------------------------------------
 // damage
 
-/// A copy with one to eight random faults: changed bytes, a piece lost or repeated, the end cut off.
+/// Returns a copy with one to eight random faults: changed bytes, a piece lost or repeated, the end truncated.
 inline byte_string damaged_copy(byte_string file, std::mt19937& random) {
     const auto below = [&](std::size_t limit) { return std::uniform_int_distribution<std::size_t>(0, limit - 1)(random); };
     for (std::size_t faults = 1 + below(8); faults > 0 && !file.empty(); --faults) {

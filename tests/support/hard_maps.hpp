@@ -1,4 +1,4 @@
-// Disparity maps that are hard on time and memory: as many silhouettes, ends, layers and thin things as there is room for.
+// Disparity maps that cost much time and memory: as many silhouettes, ends, layers and thin objects as fit.
 #pragma once
 
 #include <ldi/core/image.hpp>
@@ -12,13 +12,13 @@
 
 namespace ldi::testing {
 
-/// The names that hard_map() knows.
+/// Names that hard_map() accepts.
 inline constexpr std::string_view hard_maps[] = {"flat",   "ramp", "stripes", "comb",   "checkerboard",
                                                  "spiral", "dots", "rings",   "stairs", "noise"};
 
-/// rows x columns x 1, above 0 and at most 1.
+/// Makes a map of rows x columns x 1, above 0 and at most 1.
 ///
-/// unit  the width of what the map shows, in samples
+/// unit  width of the map's features in samples
 inline image<float> hard_map(std::string_view name, std::size_t rows, std::size_t columns, std::size_t unit) {
     constexpr float front = 0.9F, back = 0.1F;
     std::mt19937 random(11);
@@ -53,7 +53,7 @@ inline image<float> hard_map(std::string_view name, std::size_t rows, std::size_
     return map;
 }
 
-/// rows x columns x 3: colors without any order.
+/// rows x columns x 3: colors in random order.
 inline image<std::uint8_t> noisy_photo(std::size_t rows, std::size_t columns) {
     std::mt19937 random(12);
     image<std::uint8_t> photo(rows, columns, 3, unset);

@@ -1,4 +1,4 @@
-// Disparity maps to grow hidden surfaces behind: random ones, and lifting without colors.
+// Disparity maps for tests of hidden surfaces: random maps, and lifting without colors.
 #pragma once
 
 #include <ldi/core/photo_facts.hpp>
@@ -16,7 +16,7 @@ inline photo_layer lift_disparity(const image<float>& disparity) {
     return lift(image<std::uint8_t>(disparity.height(), disparity.width(), 3, std::uint8_t{100}), disparity);
 }
 
-/// The same as a layered image without hidden surfaces.
+/// Returns the layer as a layered image without hidden surfaces.
 inline photo_layers lifted_layers(const image<float>& disparity) { return expand(lift_disparity(disparity), {}, {}).layers; }
 
 /// A phone's main camera.
@@ -26,7 +26,7 @@ inline photo_facts facts_of(const graph_view& g) {
     return facts;
 }
 
-/// A slanted background with discs, bars and half planes before it, each flat or slanted.
+/// A slanted background with discs, bars and half planes in front of it, each flat or slanted.
 inline image<float> random_disparity(std::mt19937& random, std::size_t rows, std::size_t columns) {
     std::uniform_real_distribution<float> unit(0.0F, 1.0F);
     image<float> map(rows, columns);

@@ -13,7 +13,7 @@
 
 namespace ldi::testing {
 
-/// All bytes of a file; empty if there is none.
+/// Reads all bytes of a file; empty if there is none.
 inline std::vector<std::uint8_t> read_bytes(const std::string& path) {
     std::ifstream file(path, std::ios::binary);
     return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
@@ -22,7 +22,7 @@ inline std::vector<std::uint8_t> read_bytes(const std::string& path) {
 template <class Scalar>
 struct npy_array {
     std::vector<std::size_t> shape;
-    std::vector<Scalar> values;  ///< empty if the file is absent or holds another type
+    std::vector<Scalar> values;  ///< empty if the file is missing or has another type
 };
 
 template <class Scalar>

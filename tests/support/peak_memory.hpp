@@ -1,4 +1,4 @@
-// The memory that a call takes at its peak, whoever allocates it: libraries, too.
+// Peak memory of a call, including allocations of libraries.
 #pragma once
 
 #if defined(__linux__)
@@ -20,7 +20,7 @@
 #include <optional>
 
 #if defined(LDI_TEST_COUNTS_BLOCKS)
-// Of sanitizer/allocator_interface.h, which clang brings along and g++ does not.
+// From sanitizer/allocator_interface.h, which clang has and g++ does not.
 extern "C" int __sanitizer_install_malloc_and_free_hooks(void (*)(const volatile void*, std::size_t),
                                                          void (*)(const volatile void*));
 extern "C" std::size_t __sanitizer_get_allocated_size(const volatile void*);
@@ -34,7 +34,7 @@ inline constexpr bool measures_memory = true;
 inline constexpr bool measures_memory = false;
 #endif
 
-/// Whether that is what lies in memory; else it is what was allocated, of which libraries leave much untouched.
+/// Whether the measure is resident memory; otherwise it is allocated memory, much of which libraries do not touch.
 #if defined(LDI_TEST_COUNTS_BLOCKS)
 inline constexpr bool measures_resident_memory = false;
 #else
@@ -44,7 +44,7 @@ inline constexpr bool measures_resident_memory = measures_memory;
 #if defined(LDI_TEST_COUNTS_BLOCKS)
 inline std::atomic<long long> bytes_out{0}, max_bytes_out{0};
 
-/// The address sanitizer keeps what has been freed, but counts.
+/// The address sanitizer keeps freed memory, but counts.
 inline void count_blocks() {
     __sanitizer_install_malloc_and_free_hooks(
         [](const volatile void*, std::size_t bytes) {
@@ -58,7 +58,7 @@ inline void count_blocks() {
 #endif
 
 #if defined(__linux__)
-/// Bytes that a child process takes which calls; nothing where it ends by a signal.
+/// Bytes that a child process needs for a call; nothing if it ends by a signal.
 template <class Call>
 std::optional<double> peak_of_child(Call&& call) {
     int channel[2];
@@ -66,7 +66,7 @@ std::optional<double> peak_of_child(Call&& call) {
     const pid_t child = fork();
     if (child == 0) {
 #if defined(__GLIBC__)
-        mallopt(M_MMAP_THRESHOLD, 1 << 16);  // what is freed goes back at once
+        mallopt(M_MMAP_THRESHOLD, 1 << 16);  // returns freed memory at once
         mallopt(M_TRIM_THRESHOLD, 1 << 16);
 #endif
 #if defined(LDI_TEST_COUNTS_BLOCKS)
@@ -98,13 +98,13 @@ std::optional<double> peak_of_child(Call&& call) {
 }
 #endif
 
-/// Bytes of memory that a call takes, beyond those of one that does nothing. It is made in a child process, and may throw;
-/// nothing where it ends by a signal. 0 where memory is not measured.
+/// Bytes of memory that a call needs, beyond those of an empty call. It runs in a child process, and may throw; nothing if the
+/// process ends by a signal. 0 if memory is not measured.
 template <class Call>
 std::optional<double> peak_memory(Call&& call) {
 #if defined(__linux__)
 #if defined(__GLIBC__)
-    malloc_trim(0);  // or the child would find what it takes among what was freed before
+    malloc_trim(0);  // otherwise the child would reuse memory that was freed before
 #endif
     const std::optional<double> before = peak_of_child([] {}), after = peak_of_child(call);
     if (!before || !after) return std::nullopt;

@@ -28,7 +28,7 @@ struct random_bytes {
     }
 };
 
-/// Every instruction set that this machine has, scalar first.
+/// Every instruction set of this machine, scalar first.
 inline std::vector<ldi::isa> available_isas() {
     std::vector<ldi::isa> sets;
     for (const ldi::instruction_set& set : ldi::instruction_sets)

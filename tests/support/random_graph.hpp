@@ -1,5 +1,5 @@
 // Random layered graphs for property tests: sheets with silhouettes, surfaces that pass over themselves, several layers at a
-// position, ribbons one pixel wide, bridges of a single pixel, helices around the end of a silhouette, and plain disorder.
+// position, ribbons one pixel wide, bridges of a single pixel, helices around the end of a silhouette, and random links.
 #pragma once
 
 #include <ldi/core/canonical_order.hpp>
@@ -17,7 +17,7 @@
 
 namespace ldi::testing {
 
-/// A graph and one disparity a pixel, no two the same, so that its canonical order does not depend on the order it had.
+/// A graph and one disparity per pixel, all different, so that its canonical order does not depend on its previous order.
 struct random_layers {
     graph made;
     buffer<float> disparity;
@@ -54,14 +54,14 @@ inline random_layers in_canonical_order(const random_layers& layers) {
     return reordered(layers, canonical_order(layers.topology(), layers.disparity));
 }
 
-/// The pieces that random graphs are made of. Pieces are laid over what is there: they share positions with it, not pixels.
+/// Pieces of random graphs. A new piece shares positions with existing pieces, not pixels.
 class random_pieces {
 public:
     random_pieces(std::mt19937& random, std::int32_t width, std::int32_t height) : random_(random), g_(width, height) {}
 
     graph result() const { return graph_builder(g_).build(); }
 
-    /// A fully linked rectangle, cut off at the lattice's border. Returns its pixels, row-major.
+    /// A fully linked rectangle, clipped at the lattice's border. Returns its pixels, row-major.
     buffer<std::int32_t> add_sheet(std::int32_t x, std::int32_t y, std::int32_t width, std::int32_t height) {
         const std::int32_t right = std::min<std::int32_t>(x + width, g_.width()),
                            bottom = std::min<std::int32_t>(y + height, g_.height());
@@ -82,8 +82,8 @@ public:
         add_sheet(x, y, 1 + below(random_, g_.width()), 1 + below(random_, g_.height()));
     }
 
-    /// A sheet that continues the surface of some pixel beyond one of its free sides: where it turns back over what is there, the
-    /// surface passes over itself.
+    /// A sheet that continues the surface of a pixel beyond one of its free sides. Where it turns back, the surface passes over
+    /// itself.
     void add_fold() {
         if (g_.size() == 0) return;
         const std::int32_t from = random_pixel();
@@ -91,11 +91,11 @@ public:
         const std::int32_t x = x_of(from) + step_x(s), y = y_of(from) + step_y(s);
         if (g_.neighbor(from, s) != no_pixel || !inside(x, y)) return;
         const std::int32_t width = 1 + below(random_, 6), height = 1 + below(random_, 6);
-        // The sheet touches the seam with the edge that faces `from`, anywhere along it.
+        // The sheet touches the seam with the edge that faces `from`, at any position.
         const std::int32_t left = s == side::right ? x : s == side::left ? x - width + 1 : x - below(random_, width);
         const std::int32_t top = s == side::down ? y : s == side::up ? y - height + 1 : y - below(random_, height);
         const buffer<std::int32_t> sheet = add_sheet(left, top, width, height);
-        // The seam: from the first pair along both edges, for as long as both surfaces go on side by side.
+        // The seam: from the first pair along both edges, as far as both surfaces are adjacent.
         const auto there = std::find_if(sheet.begin(), sheet.end(), [&](std::int32_t p) { return x_of(p) == x && y_of(p) == y; });
         g_.link(from, s, *there);
         for (const side along : {step_x(s) != 0 ? side::up : side::left, step_x(s) != 0 ? side::down : side::right}) {
@@ -107,7 +107,7 @@ public:
         }
     }
 
-    /// A walk one pixel wide that may cross itself, from a free side of some pixel or out of nowhere.
+    /// A path one pixel wide that may cross itself, from a free side of a pixel or from a new pixel.
     void add_ribbon() {
         std::int32_t at = g_.size() > 0 && chance(random_, 50)
                               ? random_pixel()
@@ -124,12 +124,11 @@ public:
     }
 
     /// Square turns around the lattice point (x, y), of `radius` pixels to each side; above the point each turn is linked to the
-    /// next, so that walking round it leads to another layer.
+    /// next, so that a path around it leads to another layer.
     void add_helix(std::int32_t x, std::int32_t y, std::int32_t radius, std::int32_t turns) {
         buffer<buffer<std::int32_t>> turn;
         for (std::int32_t t = 0; t < turns; ++t) turn.push_back(add_sheet(x - radius, y - radius, 2 * radius, 2 * radius));
-        std::vector<std::pair<std::int32_t, std::int32_t>>
-            seams;  // of each turn in turn: the pixel left of the seam, and right of it
+        std::vector<std::pair<std::int32_t, std::int32_t>> seams;  // per turn: the pixels left and right of the seam
         for (const buffer<std::int32_t>& pixels : turn)
             for (const std::int32_t p : pixels)
                 if (x_of(p) == x - 1 && y_of(p) < y && g_.neighbor(p, side::right) != no_pixel)
@@ -150,7 +149,7 @@ public:
         add_bridges(100);
     }
 
-    /// Links, of so many tries, between pixels that happen to lie side by side.
+    /// Tries to link adjacent pixels this many times.
     void add_bridges(std::int32_t tries) {
         for (; g_.size() > 0 && tries > 0; --tries) {
             const std::int32_t a = random_pixel(), b = random_pixel();
@@ -160,7 +159,7 @@ public:
         }
     }
 
-    /// A straight silhouette, through all layers or through some pixels only.
+    /// A straight silhouette, through all layers or only through some pixels.
     void cut() {
         const bool vertical = chance(random_, 50);
         const std::int32_t line = below(random_, vertical ? g_.width() : g_.height());
@@ -223,7 +222,7 @@ inline random_layers random_graph(std::mt19937& random, std::int32_t largest_sid
     return in_canonical_order(layers);
 }
 
-/// Calls `check(layers, random)` for `count` random graphs, every other one of them shuffled.
+/// Calls `check(layers, random)` for `count` random graphs, half of them shuffled.
 template <class Check>
 void for_random_graphs(std::uint32_t seed, std::int32_t count, Check&& check) {
     std::mt19937 random(seed);

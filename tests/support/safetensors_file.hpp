@@ -18,7 +18,7 @@ inline std::vector<std::byte> safetensors_file(std::string_view header, const st
     return file;
 }
 
-/// The bytes of values as a little-endian machine has them.
+/// Bytes of values in the memory of a little-endian machine.
 template <class Scalar>
 std::vector<std::byte> bytes_of_values(const std::vector<Scalar>& values) {
     std::vector<std::byte> bytes(values.size() * sizeof(Scalar));

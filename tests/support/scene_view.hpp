@@ -1,4 +1,4 @@
-// Where the pictures that tests make up were taken from.
+// Camera of the pictures that tests make.
 #pragma once
 
 #include <ldi/core/graph.hpp>

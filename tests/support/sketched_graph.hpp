@@ -1,4 +1,4 @@
-// A graph that a test changes between looks at it.
+// A graph that a test modifies between uses.
 #pragma once
 
 #include <ldi/core/graph_builder.hpp>

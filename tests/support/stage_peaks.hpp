@@ -17,7 +17,7 @@ class stage_peaks {
 public:
     struct stage {
         std::string name;
-        std::size_t peak, allocated;  ///< bytes: the most at any time, and the sum of all blocks that were asked for
+        std::size_t peak, allocated;  ///< bytes: the peak, and the sum of all requested blocks
     };
     std::vector<stage> stages;
 

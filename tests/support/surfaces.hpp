@@ -1,4 +1,4 @@
-// Layered images of disparity alone.
+// Layered images with disparity only.
 #pragma once
 
 #include <ldi/core/layered_image.hpp>
@@ -10,7 +10,7 @@ namespace ldi::testing {
 using surfaces = layered_image<disparity_column>;
 
 /// topology   any graph
-/// disparity  one a pixel
+/// disparity  one per pixel
 inline surfaces surfaces_of(const graph_view& topology, std::span<const float> disparity) {
     return surfaces(graph_builder(topology).build(), buffer<float>(disparity.begin(), disparity.end()));
 }

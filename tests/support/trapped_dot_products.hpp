@@ -1,4 +1,4 @@
-// AVX-VNNI for processors without it: its instruction, vpdpbusd, is decoded and done one lane after the other.
+// AVX-VNNI for processors without it: decodes its instruction, vpdpbusd, and executes it lane by lane.
 #pragma once
 
 #include <tests/support/trapped_instructions.hpp>
@@ -21,7 +21,7 @@ public:
 private:
     using vector = std::array<std::uint8_t, 32>;
 
-    /// The 256-bit registers as the system saves them for a signal: lower halves with SSE's, upper halves in a part of their own.
+    /// The 256-bit registers as saved for a signal: lower halves with those of SSE, upper halves in a separate part.
     struct saved_vectors {
         static constexpr std::size_t lower = 160, present = 512, upper = 576;
         static constexpr std::uint64_t upper_is_present = 4;
@@ -51,7 +51,7 @@ private:
         }
     };
 
-    /// sums + four products each of an unsigned and a signed byte, wrapping around
+    /// Returns sums + four products each of an unsigned and a signed byte, wrapping around.
     static vector dot_products(const vector& sums, const vector& unsigned_bytes, const vector& signed_bytes) {
         vector result{};
         for (std::size_t lane = 0; lane < 32; lane += 4) {

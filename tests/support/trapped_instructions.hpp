@@ -1,5 +1,5 @@
-// Lets code run that uses instructions which the processor lacks: each of them raises SIGILL, and a test's handler does its work.
-// So what compilers make of a kernel is tested to the last instruction wherever the tests run.
+// Runs code with instructions that the processor lacks: each of them raises SIGILL, and a test's handler emulates it. So
+// compiled kernels are tested to the last instruction on any machine.
 #pragma once
 
 #include <ldi/kernels/detail/target.hpp>
@@ -16,8 +16,8 @@
 
 namespace ldi::testing {
 
-/// While it lives, illegal instructions of this thread go to `emulate`, which moves on the instruction pointer, or returns false
-/// for one that it does not know. One at a time.
+/// During its lifetime, illegal instructions of this thread go to `emulate`, which advances the instruction pointer, or returns
+/// false for an unknown instruction. One object at a time.
 class trapped_instructions {
 public:
     explicit trapped_instructions(std::function<bool(ucontext_t&)> emulate) : emulate_(std::move(emulate)) {
@@ -41,14 +41,14 @@ private:
     }
     static void handle(int, siginfo_t*, void* context) {
         if (!current()->emulate_(*static_cast<ucontext_t*>(context)))
-            std::signal(SIGILL, SIG_DFL);  // none of ours: it is raised again, and ends the program
+            std::signal(SIGILL, SIG_DFL);  // an unknown instruction: it is raised again, and ends the program
     }
 
     std::function<bool(ucontext_t&)> emulate_;
     struct sigaction before_ {};
 };
 
-/// The general register that instructions know by this number.
+/// The general register with this number in instructions.
 inline std::uint64_t read_register(const greg_t* registers, unsigned number) {
     constexpr int places[] = {REG_RAX, REG_RCX, REG_RDX, REG_RBX, REG_RSP, REG_RBP, REG_RSI, REG_RDI,
                               REG_R8,  REG_R9,  REG_R10, REG_R11, REG_R12, REG_R13, REG_R14, REG_R15};

@@ -26,7 +26,7 @@ void check_atlas(const photo_layers& layers, const chart_set& charts, const text
     CHECK(rows <= static_cast<std::size_t>(options.max_side));
     CHECK(columns <= static_cast<std::size_t>(options.max_side));
 
-    // Blocks belong to one chart each, with room for the padding.
+    // Each block belongs to one chart, with room for the padding.
     const std::int32_t padding = options.padding.filter_padding;
     buffer<std::int32_t> owner(rows / 16 * (columns / 16), -1);
     bool disjoint = true;
@@ -46,7 +46,7 @@ void check_atlas(const photo_layers& layers, const chart_set& charts, const text
     }
     CHECK(disjoint);
 
-    // Every pixel stands at its texel, and no other texel claims to be one.
+    // Every pixel is at its texel, and no other texel is marked as a pixel.
     buffer<float> front(static_cast<std::size_t>(g.width()) * static_cast<std::size_t>(g.height()), -1.0F);
     const auto lattice = [&](std::size_t i) {
         return static_cast<std::size_t>(g.y()[i]) * static_cast<std::size_t>(g.width()) + static_cast<std::size_t>(g.x()[i]);
@@ -122,7 +122,7 @@ TEST_CASE("atlases of real photos do too") {
         const texture_atlas atlas = make_atlas(*layers, charts);
         check_atlas(*layers, charts, atlas, {});
         check_threads(*layers, charts, atlas);
-        CHECK(atlas.fill > 0.25F);  // noisy depth leaves many small hidden surfaces
+        CHECK(atlas.fill > 0.25F);  // noisy depth produces many small hidden surfaces
     }
 }
 

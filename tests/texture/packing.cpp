@@ -15,14 +15,14 @@ using ldi::testing::below;
 std::vector<rectangle_size> random_rectangles(std::mt19937& random, std::int32_t count, std::int32_t longest) {
     std::vector<rectangle_size> sizes;
     for (std::int32_t i = 0; i < count; ++i) {
-        // Mostly small ones and a few large, as charts are.
+        // Mostly small rectangles and a few large ones, like charts.
         const std::int32_t bound = below(random, 4) == 0 ? longest : 1 + longest / 8;
         sizes.push_back({1 + below(random, bound), 1 + below(random, bound)});
     }
     return sizes;
 }
 
-/// Every unit square of the sheet is covered at most once, and all that should be covered is.
+/// Checks that every unit square of the sheet is covered at most once, and that everything required is covered.
 void check_packing(const std::vector<rectangle_size>& sizes, const packing& packed) {
     REQUIRE(packed.corners.size() == sizes.size());
     buffer<int> covered(static_cast<std::size_t>(packed.sheet.width) * static_cast<std::size_t>(packed.sheet.height), 0);

@@ -19,7 +19,7 @@ using namespace ldi::testing;
 
 using rgb = std::array<std::uint8_t, 3>;
 
-/// One chart, drawn alone in an atlas of its own.
+/// One chart, drawn alone in its own atlas.
 struct drawing {
     image<std::uint8_t> color;
     image<texel_kind> kind;
@@ -53,7 +53,7 @@ drawing draw(const photo_layers& layers, const chart& c, const padding_options& 
     return d;
 }
 
-/// Two sheets side by side, 20 x 20 each, linked or not, the left one dark and the right one light, a chart each.
+/// Two adjacent sheets, 20 x 20 each, linked or not, the left one dark and the right one light, one chart each.
 std::pair<photo_layers, chart_set> two_sheets(bool linked) {
     testing::sketched_graph g(make_grid(40, 20));
     if (!linked)
@@ -151,7 +151,7 @@ TEST_CASE("padding of random charts shows pixels that links lead to, or stays wi
         const chart_set set = make_charts(layers, {});
         for (const chart& c : set.charts) {
             const drawing d = draw(layers, c, options);
-            // All colors that links of the chart lead to, by texel.
+            // All colors that links of the chart reach, by texel.
             std::map<std::pair<std::int32_t, std::int32_t>, std::set<rgb>> reached;
             std::set<std::int32_t> seen(c.pixels.begin(), c.pixels.end());
             buffer<std::int32_t> wave = c.pixels;

@@ -1,4 +1,4 @@
-// Layered images to texture: random ones, and real photos taken through the stages before.
+// Layered images for tests of textures: random ones, and real photos after the previous stages.
 #pragma once
 
 #include "tests/support/lifted_scene.hpp"
@@ -26,7 +26,7 @@
 
 namespace ldi::testing {
 
-/// A graph as random_graph.hpp makes them, with random colors, some of them unknown.
+/// A graph from random_graph.hpp, with random colors, some of them unknown.
 inline photo_layers random_photo_layers(std::mt19937& random, std::int32_t largest_side) {
     random_layers made = random_graph(random, largest_side);
     photo_layers layers(graph(made.topology()));
@@ -41,21 +41,21 @@ inline photo_layers with_hidden_surfaces(photo_layer lifted) {
     unmix_colors(lifted);
     const auto curves = find_discontinuity_curves(lifted, {});
     photo_layers layers =
-        expand(std::move(lifted), {}, curves, {.motion = 1.0F, .iterations = 50}).layers;  // far behind what hides them
+        expand(std::move(lifted), {}, curves, {.motion = 1.0F, .iterations = 50}).layers;  // far behind the surface in front
     const serial_executor threads;
     diffusion_inpainter().inpaint(layers, {}, threads);
     return layers;
 }
 
-/// Slanted shapes before a slanted background, in noisy colors.
+/// Slanted shapes in front of a slanted background, in noisy colors.
 inline photo_layers random_scene(std::mt19937& random, std::size_t rows, std::size_t columns) {
     image<std::uint8_t> color(rows, columns, 3);
     for (std::size_t i = 0; i < color.size(); ++i) color.data()[i] = static_cast<std::uint8_t>(below(random, 256));
     return with_hidden_surfaces(lift(color, ldi::testing::random_disparity(random, rows, columns)));
 }
 
-/// A pair of ../shared/rgbd by its name, at the photo's size or stretched to another; nothing where it is absent. Its disparity
-/// is scaled to [0, 1] and not cleaned: noisy edges are what charts must cope with.
+/// A pair of ../shared/rgbd by name, at the photo's size or stretched to another; nothing if it is missing. Its disparity is
+/// scaled to [0, 1] and not cleaned, because charts must cope with noisy edges.
 inline std::optional<photo_layers> shared_photo(const std::string& name, std::size_t rows = 0, std::size_t columns = 0) {
     const std::filesystem::path folder = std::filesystem::path(LDI_SHARED_DIR) / "rgbd";
     std::filesystem::path photo_file = folder / (name + ".png");

@@ -14,7 +14,7 @@ namespace {
 using namespace ldi;
 using namespace ldi::testing;
 
-/// A photo that was worked on smaller than it is, and its sheets.
+/// A photo larger than its layered image, and its sheets.
 struct sheet_scene {
     image<std::uint8_t> photo, worked_on;
     photo_layers layers;
@@ -25,7 +25,7 @@ struct sheet_scene {
     std::vector<image<std::uint8_t>> sheets;  // sheet s at s - 1
 };
 
-/// disparity  of the size to work on
+/// disparity  at the size of the layered image
 template <class Executor>
 sheet_scene make_scene(image<std::uint8_t> photo, const image<float>& disparity, std::int32_t sheet_side, Executor&& threads) {
     sheet_scene s;
@@ -36,7 +36,7 @@ sheet_scene make_scene(image<std::uint8_t> photo, const image<float>& disparity,
     const double scale = std::max(static_cast<double>(s.photo.width()) / static_cast<double>(disparity.width()),
                                   static_cast<double>(s.photo.height()) / static_cast<double>(disparity.height()));
     chart_options cut;
-    cut.max_side = std::min(cut.max_side, largest_chart_side(scale, s.options));
+    cut.max_side = std::min(cut.max_side, max_chart_side(scale, s.options));
     s.charts = make_charts(s.layers, {}, cut);
     s.atlas = make_atlas(s.layers, s.charts);
     s.layout = lay_out_sheets(s.layers, s.charts, s.atlas, s.photo.height(), s.photo.width(), s.options);
@@ -51,7 +51,7 @@ image<std::uint8_t> noise(std::mt19937& random, std::size_t rows, std::size_t co
     return photo;
 }
 
-/// Worked on at some ten thousand pixels; the photo is 1.01 to 6 times as high, and about as wide.
+/// The layered image has some ten thousand pixels; the photo is 1.01 to 6 times as high, and about as wide.
 sheet_scene random_sheet_scene(std::mt19937& random, const serial_executor& threads = {}) {
     const std::size_t rows = 60 + random() % 60, columns = 60 + random() % 60;
     const double scale = 1.01 + static_cast<double>(random() % 500) / 100;
@@ -69,8 +69,7 @@ const std::uint8_t* texel_of(const sheet_scene& s, std::int32_t c, std::int32_t 
     return s.sheets[static_cast<std::size_t>(place.sheet - 1)].row(place.room.y + y) + 3 * (place.room.x + x);
 }
 
-/// Calls visit(pixel, x, y) for all pixels of the photo whose middle lies in a pixel of the layered image with a place on a
-/// sheet.
+/// Calls visit(pixel, x, y) for all pixels of the photo whose center lies in a pixel of the layered image on a sheet.
 template <class Visit>
 void for_each_texel(const sheet_scene& s, Visit&& visit) {
     const graph& g = s.layers.topology();
@@ -128,7 +127,7 @@ TEST_CASE("where the photo is in sight, the sheets are the photo, byte for byte"
     std::size_t compared = 0, all = 0;
     for (int repeat = 0; repeat < 12; ++repeat) {
         const sheet_scene s = random_sheet_scene(random);
-        // A pixel that has the photo's color, and two more on every side do.
+        // A pixel with the photo's color, surrounded by two more such pixels on every side.
         const auto is_the_photos = [&](std::int32_t pixel) {
             const graph& g = s.layers.topology();
             const atlas_place at = in_atlas(s, pixel);
@@ -155,7 +154,7 @@ TEST_CASE("where the photo is in sight, the sheets are the photo, byte for byte"
             REQUIRE(std::equal(texel, texel + 3, s.photo.row(y) + 3 * x));
         });
     }
-    CHECK(compared > all / 5);  // little of so small a photo is far from silhouettes
+    CHECK(compared > all / 5);  // a small part of so small a photo is far from silhouettes
 }
 
 TEST_CASE("what is hidden has colors between those of the atlas around it") {
@@ -181,7 +180,7 @@ TEST_CASE("what is hidden has colors between those of the atlas around it") {
 }
 
 TEST_CASE("of what the photo mixes at silhouettes next to nothing is left on the sheets") {
-    // A bright disc before a dark wall, both with texture, its rim smeared over six pixels of the photo.
+    // A bright disc in front of a dark wall, both textured, its rim blurred over six pixels of the photo.
     constexpr std::size_t scale = 4, side = 120;
     std::mt19937 random(14);
     image<std::uint8_t> photo(scale * side, scale * side, 3);
@@ -241,8 +240,8 @@ TEST_CASE("what does not fit together, or on a sheet, is refused") {
     CHECK(code_of([&] { lay_out(1024, 0, 1); }) == error_code::invalid_option);
     CHECK(code_of([&] { lay_out(1024, 9, 1); }) == error_code::mismatch);  // the atlas has less
     CHECK(code_of([&] { lay_out(1024, 4, 30); }) == error_code::too_large);
-    CHECK(code_of([&] { largest_chart_side(200); }) == error_code::too_large);
-    CHECK(largest_chart_side(1.0) > 4000);
+    CHECK(code_of([&] { max_chart_side(200); }) == error_code::too_large);
+    CHECK(max_chart_side(1.0) > 4000);
     const auto draw = [&](std::size_t sheet, image_view<const std::uint8_t> worked_on, image_view<const std::uint8_t> photo) {
         draw_sheet(s.layout, sheet, s.charts, s.atlas, worked_on, photo);
     };

@@ -84,7 +84,7 @@ export class PictureDesk {
                 const size = 24;
                 const reach = 14;
 
-                // Of the nearest and of the farthest blocks, those with most detail.
+                // Selects the blocks with most detail, both among the nearest and among the farthest.
                 const blocks = [];
                 for (let y = reach; y + size + reach < height; y += size / 2)
                     for (let x = reach; x + size + reach < width; x += size / 2) {

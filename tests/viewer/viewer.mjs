@@ -16,6 +16,8 @@ const top = join(here, "../..");
 const samplePage = join(top, "out/sample.html");
 const emptyPage = join(top, "build/viewer/viewer.html");
 const glb = await readFile(join(top, "out/sample.glb"));
+const croppedPage = join(top, "out/sample_cropped.html");
+const croppedGlb = await readFile(join(top, "out/sample_cropped.glb"));
 const photo = await readFile(join(top, "examples/photo3d/sample.jpg"), "base64");
 const depth = await readFile(join(top, "examples/photo3d/sample_depth.png"), "base64");
 
@@ -92,7 +94,7 @@ async function assertParallax(page, before, { right, up }) {
     if (up !== 0) assert.ok((near.down - far.down) * Math.sign(up) > 2, `near goes against the viewer, up and down: ${motion}`);
 }
 
-/** The frame hides the border of the mesh, which has next to no gaps; the backdrop closes those. */
+/** The mesh fills the frame but for next to no gaps; the backdrop closes those. */
 async function assertNextToNoGaps(page) {
     const { width, height } = await frameOf(page);
     const share = (await countGaps(page, false)) / (width * height);
@@ -189,7 +191,7 @@ await test("the mouse looks around: near things go against it", opened(), async 
     assert.ok((await desk.psnr(await picture(page), before)) > 50, "back in the middle, the picture is the same");
 });
 
-await test("at the limits the frame hides the photo's border, and next to nothing is uncovered", opened(countable), async (page) => {
+await test("at the limits the frame shows surfaces alone: next to nothing is uncovered", opened(countable), async (page) => {
     for (const [right, up] of [[1, 1], [-1, 0], [0, -1], [-1, 1]]) {
         const { reach, angles, visibility } = await hover(page, 1.04 * right, 1.04 * up);
         assertNear(Math.hypot(reach.right, reach.up), 1, 0.001, "the way from the middle");
@@ -199,16 +201,43 @@ await test("at the limits the frame hides the photo's border, and next to nothin
     }
 });
 
-await test("sideways a page goes as far as its frame hides, into the scene as far as --motion says", empty(still), async (page) => {
-    const { json, binary } = takeApart(glb);
-    const { aspectRatio } = json.cameras[0].perspective;
-    const hidden = 1.5 * (await hiddenBorder(page)) * Math.min(aspectRatio, 1 / aspectRatio);
-    assertNear(1.5 * (await hiddenBorder(page)), 0.051, 1e-6, "as README.md and --help say");
-    const { extras } = json.scenes[0];
-    for (const motion of [extras.motion, 0.02]) {
-        const name = `motion of ${motion}`;
-        await drop(page, `${name}.glb`, putTogether({ json: { ...json, scenes: [{ ...json.scenes[0], extras: { ...extras, motion } }] }, binary }));
-        await page.waitForFunction((title) => document.title === title, name);
+/** Drops a file with another motion. */
+async function dropWith(page, file, motion) {
+    const { json, binary } = takeApart(file);
+    const name = `motion of ${motion}`;
+    const scene = { ...json.scenes[0], extras: { ...json.scenes[0].extras, motion } };
+    await drop(page, `${name}.glb`, putTogether({ json: { ...json, scenes: [scene] }, binary }));
+    await page.waitForFunction((title) => document.title === title, name);
+    await waitUntilDrawn(page);
+    return json;
+}
+
+await test("a page shows the whole photo, and goes as far as --motion says, sideways and into the scene", empty({ ...still, ...countable }), async (page) => {
+    await dropWith(page, glb, 0.08);
+    assert.equal(await hiddenBorder(page), 0);
+    const psnr = await desk.psnr(await picture(page, "#view"), photo);
+    assert.ok(psnr > 28, `the whole photo is in sight: ${psnr} dB`);
+    for (const motion of [0.08, 0.02]) {
+        await dropWith(page, glb, motion);
+        for (const place of [{ right: 1, up: 0 }, { right: -1, up: 0 }, { right: 0, up: 1 }, { right: 0, up: -1 }, { right: 0.7072, up: 0.7072 }]) {
+            assertNear((await goTo(page, place)).motion, motion, 1e-3, JSON.stringify(place));
+            await assertNextToNoGaps(page);
+        }
+        for (const wheel of [1600, -1600]) {
+            assertNear((await goTo(page, { right: 1, up: 0, wheel })).motion, motion, 1e-3, `wheel ${wheel}`);
+            await assertNextToNoGaps(page);
+        }
+    }
+});
+
+await test("of a photo whose surfaces end at its border, a page hides the border, and goes sideways as far as that allows", empty(still), async (page) => {
+    await dropWith(page, glb, 0.05);
+    assert.equal(await hiddenBorder(page), 0);
+    for (const motion of [0.08, 0.02]) {
+        const json = await dropWith(page, croppedGlb, motion);
+        const { aspectRatio } = json.cameras[0].perspective;
+        const hidden = 1.5 * (await hiddenBorder(page)) * Math.min(aspectRatio, 1 / aspectRatio);
+        assertNear(1.5 * (await hiddenBorder(page)), 0.051, 1e-6, "as README.md and --help say");
         assertNear((await goTo(page, { right: 1, up: 0 })).motion, Math.min(hidden, motion), 1e-3, "sideways");
         assertNear((await goTo(page, { right: 0, up: 1 })).motion, Math.min(hidden, motion), 1e-3, "up");
         assertNear((await goTo(page, { right: 1, up: 0, wheel: 1600 })).motion, motion, 1e-3, "forward");
@@ -338,13 +367,19 @@ const seenStill = { ...still, ...countable };
 for (const name of ["sample", "sample_compressed", "sample_full"])
     await test(`no gap in ${name}.html shows what is behind the scene`, () => openPhoto(context, join(top, `out/${name}.html`), seenStill), (page) => assertNoGaps(page));
 
+await test("a page in the paper's frame has no gap, and shows the photo but for its border", () => openPhoto(context, croppedPage, seenStill), async (page) => {
+    assertNear(await hiddenBorder(page), 0.034, 1e-6, "the hidden border");
+    assert.ok((await desk.psnr(await picture(page, "#view"), photo, await hiddenBorder(page))) > 28);
+    await assertNoGaps(page);
+});
+
 for (const name of ["kodim01", "kodim03", "kodim05"]) {
     const file = join(top, `out/gaps/${name}.html`);
     if (!existsSync(file)) console.log(`skipped: the photograph ${name}: ../shared/photos/eval is absent`);
     else await test(`nor in the photograph ${name}`, () => openPhoto(context, file, seenStill), (page) => assertNoGaps(page));
 }
 
-await test("past the border the backdrop goes on, also after the graphics card has forgotten all", opened(seenStill), async (page) => {
+await test("past the border the backdrop goes on, also after the graphics card has forgotten all", () => openPhoto(context, croppedPage, seenStill), async (page) => {
     const { x, y, width } = await frameOf(page);
     await page.mouse.move(x - 0.45 * width, y);
     await page.mouse.down();
@@ -363,7 +398,7 @@ await test("past the border the backdrop goes on, also after the graphics card h
         setTimeout(() => extension.restoreContext());
         await restored;
     });
-    assert.ok((await countGaps(page, false)) > 100, "the border is seen");
+    assert.ok((await countGaps(page, false)) > 100, "past the border is nothing else");
     assert.equal(await countGaps(page, true), 0);
     assert.ok((await desk.psnr(await picture(page, "#view"), before)) > 50);
 });
@@ -486,7 +521,7 @@ for (const name of ["sample", "sample_full"])
     });
 
 await test("a file can be chosen, and needs no camera of its own", empty(still), async (page) => {
-    await page.setInputFiles("#file", { name: "bare.glb", mimeType: "model/gltf-binary", buffer: withoutCamera(glb) });
+    await page.setInputFiles("#file", { name: "bare.glb", mimeType: "model/gltf-binary", buffer: withoutCamera(croppedGlb) });
     await waitUntilDrawn(page);
     const psnr = await desk.psnr(await picture(page, "#view"), photo, await hiddenBorder(page));
     assert.ok(psnr > 20, `${psnr} dB`); // the mesh ends where the photo does, to a pixel or so

@@ -1,8 +1,8 @@
 // Makes a GLB file from a crop of the sample photograph in examples/learn, with its depth map or with the depth network's, and
-// with nothing but the standard library. Whatever compiled this, and whatever LDI_ISA says, the bytes are the same.
+// with only the standard library. For any compiler and any LDI_ISA, the bytes are the same.
 //
-//   convert NAME DEPTH RESULT      DEPTH: "map" or "network"; runs in the root of the repository
-//   convert sets - -               prints the values of LDI_ISA that this machine has
+//     convert NAME DEPTH RESULT   DEPTH: "map" or "network"; runs in the root of the repository
+//     convert sets - -            prints the values of LDI_ISA that this machine has
 #include <ldi/ldi.hpp>
 
 #include <examples/learn/sample.hpp>

@@ -30,7 +30,7 @@ if [ "${#tests[@]}" = 0 ]; then
         tests/{base,core,kernels,nn/dense,nn/ldi,depth,occlusion,inpaint,charts,texture,mesh,render,formats}/*.cpp | sed -E 's|^tests/(.*)\.cpp$|\1|')
 fi
 
-# What Wine sets up in its first seconds goes with the build.
+# Wine's own files are part of the build folder.
 export WINEPREFIX="$PWD/$build/wine" WINEDEBUG=-all WINEDLLOVERRIDES="mscoree,mshtml="
 wine64=$(command -v wine64 || echo /usr/lib/wine/wine64)
 launcher=$(command -v ccache || true)

@@ -1,5 +1,5 @@
-// Convolutions on the layered depth image of a real photo, 1152 x 1536 and expanded, beside the same on an image of as many
-// pixels; and the plans that they share. One thread. Without ../shared it is the shipped sample.
+// Convolutions on the layered depth image of a real photo, 1152 x 1536 and expanded, beside the same on an image with the same
+// number of pixels; and the plans that they share. One thread. Without ../shared, the photo is the sample.
 #include <ldi/nn/ldi/convolution.hpp>
 
 #include "bench/support/converted_photo.hpp"
@@ -25,7 +25,7 @@ const ldi::coarsened& coarse_photo() {
     return coarse;
 }
 
-/// An image of as many pixels, to less than a row.
+/// Makes an image with the same number of pixels, rounded down to whole rows.
 const ldi::graph& image() {
     static const ldi::graph g = ldi::make_grid(1152, static_cast<std::int32_t>(photo().size() / 1152));
     return g;
@@ -105,7 +105,7 @@ void masked(benchmark::State& state, const layer& l) {
     measure(state, l, g, std::span(&source, 1));
 }
 
-/// A third of the inputs beside what lies above, upsampled.
+/// A decoder stage: a third of the inputs is from this level, the others are upsampled from the coarser level.
 void decoder(benchmark::State& state, const layer& l) {
     const ldi::graph& g = photo();
     const std::size_t beside = l.inputs / 3, above = l.inputs - beside;

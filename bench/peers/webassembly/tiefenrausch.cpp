@@ -1,5 +1,5 @@
-// The depth network as published, on a real photo at 384 x 288, for node: tiefenrausch.js RUNS. Prints the median in
-// milliseconds, the fewest, and how many pixels differ from the published result.
+// The published depth network on a real photo at 384 x 288, for node: tiefenrausch.js RUNS. Prints the median and the minimum in
+// milliseconds, and the number of pixels that differ from the published result.
 #include <ldi/io/caffe2.hpp>
 #include <ldi/networks/tiefenrausch.hpp>
 #include <tests/support/npy.hpp>

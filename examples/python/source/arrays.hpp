@@ -1,4 +1,4 @@
-// NumPy arrays over ldi's memory, and ldi's views of NumPy arrays, without copies. Arguments that do not fit raise short errors.
+// Converts between NumPy arrays and ldi's images and buffers without copies. Arguments that do not fit raise short errors.
 #pragma once
 
 #include <ldi/base/array_view.hpp>
@@ -22,7 +22,9 @@ namespace py = pybind11;
 
 // From ldi to NumPy ----------------------------------------------------------------------------------------------------------
 
-/// A read-only array over values that `owner` keeps alive. strides in bytes; empty: values without gaps
+/// Returns a read-only array of values that `owner` keeps alive.
+///
+/// strides  in bytes; empty for values without gaps
 template <class T>
 py::array_t<T> array_over(const py::object& owner, const T* values, std::vector<py::ssize_t> shape,
                           std::vector<py::ssize_t> strides = {}) {
@@ -31,7 +33,7 @@ py::array_t<T> array_over(const py::object& owner, const T* values, std::vector<
     return array;
 }
 
-/// K values, or K / columns x columns.
+/// Returns an array of K values, or of K / columns x columns.
 template <class T>
 py::array_t<std::remove_const_t<T>> array_over(const py::object& owner, array_view<T> values, std::size_t columns = 1) {
     const auto rows = static_cast<py::ssize_t>(values.size() / columns);
@@ -51,13 +53,13 @@ std::vector<py::ssize_t> shape_of(const image<T>& picture) {
     return shape;
 }
 
-/// H x W, or H x W x C.
+/// Returns an array of H x W, or of H x W x C.
 template <class T>
 py::array_t<T> array_over(const py::object& owner, const image<T>& picture) {
     return array_over(owner, picture.data(), shape_of(picture));
 }
 
-/// A writable array that owns the image.
+/// Returns a writable array that owns the image.
 template <class T>
 py::array_t<T> array_of(image<T> picture) {
     auto* const kept = new image<T>(std::move(picture));
@@ -67,7 +69,7 @@ py::array_t<T> array_of(image<T> picture) {
 
 // From NumPy to ldi ----------------------------------------------------------------------------------------------------------
 
-/// "96 x 128 x 3 values of uint8"
+/// Returns shape and type as text, for example "96 x 128 x 3 values of uint8".
 inline std::string description(const py::array& array) {
     std::string text;
     for (py::ssize_t axis = 0; axis < array.ndim(); ++axis) text += (axis == 0 ? "" : " x ") + std::to_string(array.shape(axis));
@@ -76,7 +78,7 @@ inline std::string description(const py::array& array) {
 
 inline std::string type_name(const py::handle& object) { return py::str(py::type::of(object).attr("__name__")); }
 
-/// What numpy.asarray() makes of an object, which must hold numbers of these kinds (numpy.dtype.kind). Raises TypeError.
+/// Calls numpy.asarray() for an object. Raises TypeError unless the array has numbers of these kinds (numpy.dtype.kind).
 inline py::array numbers_of(const py::handle& object, std::string_view kinds, const std::string& name,
                             const std::string& expected) {
     const py::array array = py::module_::import("numpy").attr("asarray")(object);
@@ -85,7 +87,7 @@ inline py::array numbers_of(const py::handle& object, std::string_view kinds, co
     throw py::type_error(name + ": expected " + expected + ", found " + found);
 }
 
-/// The same for numbers that must be bytes.
+/// Same as numbers_of(), but the numbers must be bytes.
 inline py::array_t<std::uint8_t> bytes_of(const py::handle& object, const std::string& name, const std::string& expected) {
     const py::array array = numbers_of(object, "u", name, expected);
     if (!py::isinstance<py::array_t<std::uint8_t>>(array))
@@ -93,8 +95,8 @@ inline py::array_t<std::uint8_t> bytes_of(const py::handle& object, const std::s
     return array;
 }
 
-/// The pixels of an array of `channels` values each; the array must outlive the view. Rows may have gaps; an array that has no
-/// rows in memory is replaced by a copy. Raises mismatch.
+/// Views an array as pixels of `channels` values each. The array must outlive the view. Rows may have gaps. If the values of a
+/// row are not contiguous, replaces the array by a copy. Raises mismatch.
 template <class T>
 image_view<const T> view_of(py::array_t<T>& array, std::size_t channels, const std::string& name, const std::string& expected) {
     const bool is_flat = channels == 1 && array.ndim() == 2;
@@ -111,7 +113,7 @@ image_view<const T> view_of(py::array_t<T>& array, std::size_t channels, const s
     return {array.data(), static_cast<std::size_t>(array.shape(0)), static_cast<std::size_t>(array.shape(1)), channels, stride};
 }
 
-/// An H x W x 3 photo where it lies. Raises TypeError, mismatch.
+/// Views an H x W x 3 photo without a copy. Raises TypeError, mismatch.
 class photo_argument {
 public:
     photo_argument(const py::handle& object, const std::string& name)
@@ -129,14 +131,14 @@ private:
     image_view<const std::uint8_t> view_;
 };
 
-/// A copy of an h x w map of any real numbers. Raises TypeError, mismatch.
+/// Copies an h x w map of real numbers of any type. Raises TypeError, mismatch.
 inline image<float> map_of(const py::handle& object, const std::string& name) {
     static constexpr const char* expected = "h x w real numbers";
     py::array_t<float> array = numbers_of(object, "fiu", name, expected);
     return image<float>(view_of(array, 1, name, expected));
 }
 
-/// A copy of a column of exactly that type and shape, for what a pickle restores. Raises invalid_data.
+/// Copies a column of a pickle, which must have exactly this type and shape. Raises invalid_data.
 template <class T>
 buffer<T> column_of(const py::handle& object, std::size_t columns, const char* name) {
     const py::array array = py::array::ensure(object);
@@ -150,7 +152,7 @@ buffer<T> column_of(const py::handle& object, std::size_t columns, const char* n
     return buffer<T>(packed.data(), packed.data() + packed.size());
 }
 
-/// A copy of an image, for what a pickle restores. Raises invalid_data.
+/// Copies an image of a pickle. Raises invalid_data.
 template <class T>
 image<T> image_of(const py::handle& object, std::size_t channels, const char* name) {
     py::array any = py::array::ensure(object);

@@ -1,5 +1,5 @@
-// Python functions where the library expects a progress listener, a depth estimator or an inpainter. The library calls them on
-// the thread that called it; each call takes the interpreter's lock, and an exception passes through the library unchanged.
+// Python functions as progress listener, depth estimator and inpainter. The library calls them on the thread that called it.
+// Each call acquires the interpreter's lock, and an exception passes through the library unchanged.
 #pragma once
 
 #include "arrays.hpp"
@@ -28,10 +28,10 @@
 
 namespace ldi::python {
 
-/// Reports progress to a Python function, and ends the work if that or a signal raises.
+/// Reports progress to a Python function. Stops the work if the function or a signal handler raises an exception.
 class python_progress {
 public:
-    /// function  None: nothing is reported
+    /// function  None: no reports
     explicit python_progress(py::object function) : function_(std::move(function)) {}
 
     progress_listener listener() {
@@ -44,7 +44,7 @@ public:
         return result;
     }
 
-    /// Raises the exception that ended the work, if one did.
+    /// Raises the exception that stopped the work, if any.
     void rethrow() {
         if (raised_) throw py::error_already_set(std::move(*raised_));
     }
@@ -72,7 +72,7 @@ private:
 
 /// Runs work(progress, threads) while other Python threads run.
 ///
-/// function  reports progress; None: nothing is reported, but Ctrl-C ends the work
+/// function  receives the progress; None: no reports, but Ctrl-C stops the work
 template <class Work>
 auto run_unlocked(py::object function, std::size_t thread_count, const Work& work) {
     python_progress progress(std::move(function));
@@ -94,7 +94,7 @@ struct depth_meaning {
 /// A depth_estimator: a DepthNetwork, a map, or a Python function from a photo to a map.
 class depth_source {
 public:
-    /// photo  what a function is called with; must outlive this
+    /// photo  argument for a Python function; must outlive this object
     depth_source(const py::object& depth, const photo_argument& photo, depth_meaning meaning)
         : source_(depth), photo_(photo), meaning_(meaning) {
         if (py::isinstance<tiefenrausch>(depth)) {
@@ -163,7 +163,7 @@ private:
         const auto shown = std::make_shared<layers_value>();
         shown->layers = std::move(layers);
         set_colors(shown->layers, source_(shown));
-        // Arrays of the function that are still alive keep these layers.
+        // If the function has kept arrays of these layers, the arrays own them, and the library continues with a copy.
         layers = shown.use_count() == 1 ? std::move(shown->layers) : shown->layers;
     }
 

@@ -1,4 +1,4 @@
-// The Python module ldi._ldi: classes over ldi's memory, and functions whose arguments ldi/_api.py has checked.
+// The Python module ldi._ldi: classes for ldi's results, and functions whose arguments ldi/_api.py has checked.
 #include "arrays.hpp"
 #include "outputs.hpp"
 #include "pickles.hpp"
@@ -27,7 +27,7 @@
 
 namespace ldi::python {
 
-/// Adds a property that shows memory of an object: show(object, its value).
+/// Adds a property that returns a view of an object's memory: the result of show(object, its value).
 template <class Class, class Show>
 void add_view(Class& to, const char* name, const char* meaning, Show show) {
     using type = typename Class::type;
@@ -35,7 +35,7 @@ void add_view(Class& to, const char* name, const char* meaning, Show show) {
         name, [show](const py::object& self) { return show(self, self.cast<const type&>()); }, meaning);
 }
 
-/// A list of references that keep `owner` alive.
+/// Returns a list of references that keep `owner` alive.
 template <class Items>
 py::list references(const py::object& owner, const Items& items) {
     py::list list;
@@ -49,7 +49,7 @@ void add_pickle(Class& to, std::shared_ptr<typename Class::type> (*from)(const p
     to.def(py::pickle([](const type& value) { return state_of(value); }, [from](const py::tuple& state) { return from(state); }));
 }
 
-/// What Layer and Layers show of their pixels.
+/// Adds the properties that Layer and Layers have in common: the columns of their pixels.
 template <class Class>
 void add_columns(Class& to) {
     using type = typename Class::type;
@@ -57,8 +57,8 @@ void add_columns(Class& to) {
         add_view(to, name, meaning,
                  [column](const py::object& self, const type& v) { return array_over(self, (v.layers.topology().*column)()); });
     };
-    add("x", "K int32: column of each pixel's position in the photo", &graph::x);
-    add("y", "K int32: row of each pixel's position in the photo", &graph::y);
+    add("x", "K int32: column of each pixel's position in the photo, or in the photo and its margin", &graph::x);
+    add("y", "K int32: row of each pixel's position in the photo, or in the photo and its margin", &graph::y);
     add("left", "K int32: index of the left neighbor, -1 for none", &graph::left);
     add("right", "K int32: index of the right neighbor, -1 for none", &graph::right);
     add("up", "K int32: index of the neighbor above, -1 for none", &graph::up);
@@ -73,8 +73,10 @@ void add_columns(Class& to) {
     const auto add_fact = [&](const char* name, const char* meaning, auto read) {
         to.def_property_readonly(name, read, meaning);
     };
-    add_fact("width", "width of the photo in pixels", [](const type& v) { return v.layers.topology().width(); });
-    add_fact("height", "height of the photo in pixels", [](const type& v) { return v.layers.topology().height(); });
+    add_fact("width", "width of the photo in pixels",
+             [](const type& v) { return v.layers.topology().width() - 2 * margin_of(v); });
+    add_fact("height", "height of the photo in pixels",
+             [](const type& v) { return v.layers.topology().height() - 2 * margin_of(v); });
     add_fact("focal_length", "focal length of the photo's camera in pixels",
              [](const type& v) { return facts_of(v).camera.focal_length; });
     add_fact("z_near", "distance of disparity 1", [](const type& v) { return facts_of(v).range.z_near; });
@@ -126,6 +128,9 @@ void add_layers(py::module_& module) {
     py::class_<layers_value, std::shared_ptr<layers_value>> layers(
         module, "Layers", "A layered depth image: the photo and the hidden surfaces behind it; expand() and inpaint() make it.");
     add_columns(layers);
+    layers.def_property_readonly(
+        "margin", [](const layers_value& v) { return v.margin; },
+        "pixels on each side beyond the photo: (margin, margin) is its top left pixel; 0 unless surfaces go on past its border");
     add_pickle(layers, &layers_from);
 }
 
@@ -182,7 +187,7 @@ void add_atlas_and_mesh(py::module_& module) {
     add_pickle(mesh, &mesh_from);
 }
 
-/// Raises TypeError.
+/// Returns a part of a 3D photo. Raises TypeError for an object of another type.
 template <class T>
 std::shared_ptr<T> part(const py::object& object, const char* name, const char* type) {
     if (py::isinstance<T>(object)) return object.cast<std::shared_ptr<T>>();
@@ -245,10 +250,11 @@ void add_networks(py::module_& module) {
 void add_functions(py::module_& module) {
     module.attr("version") = version_text();
     module.def("photo3d", [](const py::object& photo, const py::object& depth, bool is_metric, bool is_inverse,
-                             const py::object& inpainter, std::size_t long_side, float focal_length, float motion, float texture,
-                             float grain, std::size_t threads, const py::object& progress) {
+                             const py::object& inpainter, std::size_t long_side, float focal_length, float motion, bool grows,
+                             float texture, float grain, std::size_t threads, const py::object& progress) {
         photo3d_options options;
         options.long_side = long_side, options.focal_length_35mm = focal_length, options.expand.motion = motion;
+        options.frame = grows ? photo_frame::grow : photo_frame::crop;
         options.texture.strength = texture, options.grain.strength = grain;
         return convert(photo, depth, {is_metric, is_inverse}, inpainter, options, threads, progress);
     });
@@ -261,6 +267,7 @@ void add_functions(py::module_& module) {
     module.def("lift", &make_layer);
     module.def("expand", &make_layers);
     module.def("inpaint", &make_inpainted);
+    module.def("grow_past_frame", &make_past_frame);
     module.def("make_charts", &make_chart_set);
     module.def("make_atlas", &make_texture_atlas);
     module.def("make_mesh", &make_textured_mesh);
@@ -286,13 +293,13 @@ void add_functions(py::module_& module) {
     });
 }
 
-/// Text of a message; it may name a path that is not UTF-8.
+/// Decodes the text of a message, which may contain a path that is not UTF-8.
 py::str text(const std::string& bytes) {
     return py::reinterpret_steal<py::str>(
         PyUnicode_DecodeUTF8(bytes.data(), static_cast<py::ssize_t>(bytes.size()), "backslashreplace"));
 }
 
-/// Raises ldi::error as ldi.InputError or ldi.FileError, which ldi/_errors.py defines.
+/// Translates ldi::error to ldi.InputError or ldi.FileError, which ldi/_errors.py defines.
 void add_errors() {
     py::register_exception_translator([](std::exception_ptr raised) {
         try {

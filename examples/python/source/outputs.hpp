@@ -37,7 +37,8 @@ inline std::vector<std::byte> encode(const photo3d_value& made, int quality, boo
     examples::add_webp(files, texture, quality, choice);
     const photo_facts& facts = facts_of(*made.layers);
     glb_options options;
-    options.camera = facts.camera, options.motion = made.layers->motion, options.range = facts.range;
+    options.camera = facts.camera, options.motion = facts.motion, options.range = facts.range;
+    options.is_past_frame = facts.margin > 0;
     return examples::compressed(encode_glb(*made.mesh, files.jpeg.front(), options), files, facts.camera.focal_length, choice)
         .file;
 }
@@ -51,14 +52,17 @@ inline py::bytes glb_of(const photo3d_value& made, int quality, bool compress) {
     return {reinterpret_cast<const char*>(file.data()), file.size()};
 }
 
-/// viewer  the page without a photo, as examples/viewer/build.sh builds it
+/// Returns the page that displays a 3D photo.
+///
+/// viewer  file of the page without a photo, as examples/viewer/build.sh builds it
 inline py::str page_of(const photo3d_value& made, const std::filesystem::path& viewer, const std::string& title, int quality,
                        bool compress) {
     std::string page;
     {
         const py::gil_scoped_release unlocked;
         const examples::viewer_page empty(viewer);
-        page = empty.with_photo(title, made.layers->silhouettes->depth->photo, encode(made, quality, compress));
+        page = empty.with_photo(title, made.layers->silhouettes->depth->photo, encode(made, quality, compress),
+                                made.layers->margin > 0);
     }
     return py::str(page);
 }

@@ -1,5 +1,5 @@
-// Pickles of results. A layered image is pickled as the photo, its depth and the colors of its pixels: its geometry follows from
-// these, and is computed again when it is loaded. So only the version of ldi that wrote a pickle reads it.
+// Pickles of results. The pickle of a layered image contains the photo, its depth and the colors of its pixels; loading it
+// computes the geometry again. Therefore only the version of ldi that wrote a pickle can read it.
 #pragma once
 
 #include "arrays.hpp"
@@ -22,7 +22,7 @@ inline std::string version_text() {
     return std::to_string(LDI_VERSION_MAJOR) + "." + std::to_string(LDI_VERSION_MINOR) + "." + std::to_string(LDI_VERSION_PATCH);
 }
 
-/// The items of a pickle after the version. Raises invalid_data for the pickle of another version.
+/// Returns the items of a pickle after the version. Raises invalid_data for a pickle of another version.
 inline py::tuple checked(const py::tuple& state, std::size_t count) {
     if (state.size() != count + 1 || std::string(py::str(state[0])) != version_text())
         raise(error_code::invalid_data, "pickle", "one that ldi " + version_text() + " wrote",
@@ -68,12 +68,14 @@ inline std::shared_ptr<layer_value> layer_from(const py::tuple& state) {
 inline py::tuple state_of(const layers_value& layers) {
     const silhouettes_value& silhouettes = silhouettes_of(layers);
     return py::make_tuple(version_text(), silhouettes.depth, silhouettes.focal_length_35mm, layers.motion, layers.geometry,
-                          copy_of(layers.layers.column<color_column>(), 3), copy_of(layers.layers.column<known_column>()));
+                          copy_of(layers.layers.column<color_column>(), 3), copy_of(layers.layers.column<known_column>()),
+                          layers.margin > 0);
 }
 inline std::shared_ptr<layers_value> layers_from(const py::tuple& state) {
-    const py::tuple items = checked(state, 6);
+    const py::tuple items = checked(state, 7);
     const auto layer = make_layer(items[0].cast<std::shared_ptr<depth_value>>(), items[1].cast<float>(), 0);
     auto layers = make_layers(*layer, items[2].cast<float>());
+    if (items[6].cast<bool>()) layers = make_past_frame(*layers);
     layers->geometry = items[3].cast<geometry_id>();
     buffer<std::uint8_t> color = column_of<std::uint8_t>(items[4], 3, "color"),
                          known = column_of<std::uint8_t>(items[5], 1, "known");

@@ -1,4 +1,4 @@
-// The functions of the Python package: the whole way, and each stage from value to value.
+// Functions of the Python package: the whole pipeline, and each of its stages.
 #pragma once
 
 #include "arrays.hpp"
@@ -62,7 +62,7 @@ inline std::shared_ptr<layers_value> make_layers(const layer_value& layer, float
         const silhouettes_value& silhouettes = *layer.silhouettes;
         auto grown = expand(layer.layers, silhouettes.facts.surface, silhouettes.curves, options, listener);
         return std::make_shared<layers_value>(
-            layers_value{std::move(grown.layers), layer.silhouettes, motion, new_geometry_id()});
+            layers_value{std::move(grown.layers), layer.silhouettes, motion, 0, new_geometry_id()});
     });
 }
 
@@ -76,6 +76,18 @@ inline std::shared_ptr<layers_value> make_inpainted(const layers_value& layers, 
         options.progress = listener;
         auto made = std::make_shared<layers_value>(layers);
         inpaint_hidden(made->layers, silhouettes.rims, colors, options, pool);
+        return made;
+    });
+}
+
+inline std::shared_ptr<layers_value> make_past_frame(const layers_value& layers) {
+    const photo_facts facts = facts_of(layers);
+    if (facts.margin > 0)
+        raise(error_code::mismatch, "layers", "layers that end at the photo's border", "those that go on past it");
+    return run_unlocked(py::none(), 1, [&](const progress_listener&, thread_pool&) {
+        auto made = std::make_shared<layers_value>(layers);
+        made->margin = grow_past_frame(made->layers, facts);
+        made->geometry = new_geometry_id();
         return made;
     });
 }
@@ -98,10 +110,10 @@ inline std::shared_ptr<atlas_value> make_texture_atlas(const layers_value& layer
 inline std::shared_ptr<mesh_value> make_textured_mesh(const layers_value& layers, const charts_value& charts,
                                                       const atlas_value& atlas, std::size_t threads) {
     check_same_geometry(layers, charts, atlas);
-    const silhouettes_value& silhouettes = silhouettes_of(layers);
+    const photo_facts facts = facts_of(layers);
     return run_unlocked(py::none(), threads, [&](const progress_listener&, thread_pool& pool) {
         return std::make_shared<mesh_value>(
-            mesh_value{build_mesh(layers.layers, silhouettes.facts, charts, atlas, {}, pool), layers.geometry});
+            mesh_value{build_mesh(layers.layers, facts, charts, atlas, {}, pool), layers.geometry});
     });
 }
 
@@ -113,7 +125,7 @@ inline std::shared_ptr<photo3d_value> join_parts(std::shared_ptr<layers_value> l
         photo3d_value{std::move(layers), std::move(charts), std::move(atlas), std::move(mesh)});
 }
 
-/// What a depth network returns for a photo.
+/// Returns the disparity that a depth network estimates for a photo.
 inline py::array_t<float> estimate(const tiefenrausch& network, const py::object& photo, std::size_t threads) {
     const photo_argument seen(photo, "photo");
     return array_of(run_unlocked(py::none(), threads, [&](const progress_listener& listener, thread_pool& pool) {
@@ -121,7 +133,7 @@ inline py::array_t<float> estimate(const tiefenrausch& network, const py::object
     }));
 }
 
-/// The colors of layers as a network returns them.
+/// Returns the colors of layers, inpainted by a network.
 inline py::array_t<std::uint8_t> inpaint_colors(const farbrausch& network, const layers_value& layers, std::size_t threads) {
     working_layers<> filled = run_unlocked(py::none(), threads, [&](const progress_listener& listener, thread_pool& pool) {
         working_layers<> copy = layers.layers;

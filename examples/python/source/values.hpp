@@ -1,4 +1,4 @@
-// What the objects of the Python package hold. Each result is immutable and shares what it was made from.
+// Contents of the Python package's objects. Each result is immutable and shares the values that it was made from.
 #pragma once
 
 #include <ldi/charts/charts.hpp>
@@ -14,7 +14,7 @@
 
 namespace ldi::python {
 
-/// Layers, charts, atlases and meshes fit together if they share the number that expand() draws.
+/// Layers, charts, atlases and meshes fit together if they have the same identifier, a random number that expand() generates.
 using geometry_id = std::uint64_t;
 
 inline geometry_id new_geometry_id() {
@@ -45,6 +45,7 @@ struct layers_value {
     working_layers<> layers;
     std::shared_ptr<silhouettes_value> silhouettes;  ///< null for layers that a Python inpainter is called with
     float motion = 0;
+    std::int32_t margin = 0;  ///< photo_facts::margin
     geometry_id geometry = 0;
 };
 
@@ -67,7 +68,7 @@ struct photo3d_value {
     std::shared_ptr<mesh_value> mesh;
 };
 
-/// Raises mismatch where parts belong to different geometries.
+/// Raises mismatch if parts belong to different geometries.
 template <class... Parts>
 void check_same_geometry(const layers_value& layers, const Parts&... parts) {
     if (((parts.geometry != layers.geometry) || ...))
@@ -83,11 +84,18 @@ inline const silhouettes_value& silhouettes_of(const layers_value& layers) {
     return *layers.silhouettes;
 }
 
-/// Camera and range of layers. Raises mismatch for layers that an inpainter was called with.
-inline const photo_facts& facts_of(const layers_value& layers) { return silhouettes_of(layers).facts; }
+/// Raises mismatch for layers that an inpainter was called with.
+inline photo_facts facts_of(const layers_value& layers) {
+    photo_facts facts = silhouettes_of(layers).facts;
+    facts.motion = layers.motion, facts.margin = layers.margin;
+    return facts;
+}
 inline const photo_facts& facts_of(const layer_value& layer) { return layer.silhouettes->facts; }
 
-/// Splits a finished 3D photo into the parts that Python sees.
+inline std::int32_t margin_of(const layers_value& layers) { return layers.margin; }
+inline std::int32_t margin_of(const layer_value&) { return 0; }
+
+/// Splits a finished 3D photo into the parts that Python accesses.
 inline photo3d_value parts_of(photo3d&& made, const photo3d_options& options) {
     depth_value depth;
     depth.photo = std::move(made.photo), depth.estimated = std::move(made.estimated);
@@ -97,7 +105,7 @@ inline photo3d_value parts_of(photo3d&& made, const photo3d_options& options) {
     const geometry_id id = new_geometry_id();
     return {std::make_shared<layers_value>(layers_value{working_layers<>(std::move(made.layers)),
                                                         std::make_shared<silhouettes_value>(std::move(silhouettes)),
-                                                        options.expand.motion, id}),
+                                                        options.expand.motion, made.facts.margin, id}),
             std::make_shared<charts_value>(charts_value{std::move(made.charts), id}),
             std::make_shared<atlas_value>(atlas_value{std::move(made.atlas), id}),
             std::make_shared<mesh_value>(mesh_value{std::move(made.mesh), id})};

@@ -47,7 +47,7 @@ def value_ranges(net, folder, count=48, size=256, seed=3):
     """{"encoder.0.range": [least, greatest], ...}, float32."""
     image, known, exists = crops(folder, count, size, seed)
     needed = decoded((1 - known) * exists, exists)
-    ranges = {"input.range": np.array([-1, 1], np.float32)}  # differences of colours in [0, 1], and 0 or 1 for known
+    ranges = {"input.range": np.array([-1, 1], np.float32)}  # differences of colors in [0, 1], and 0 or 1 for known
 
     def keep(part, i, mask):
         def hook(_, inputs, output):

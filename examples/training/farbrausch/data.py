@@ -8,9 +8,9 @@ import torch
 
 import masks
 
-# How often a photograph of a source is drawn, relative to 1: portraits and birds are over-represented, streets and rooms rare.
+# Relative frequency of each source's photographs, default 1. Portraits and birds are over-represented in the data, streets and rooms rare.
 SOURCE_WEIGHT = {"codrops": 0.4, "fakeprof": 0.4, "fauna": 0.6, "cid22": 1.3, "mdx": 1.3, "clic25": 1.5, "gb82": 1.5, "h5up": 1.5}
-SHRUNK_MASKS = 0.25  # share of the masks of which more is shown than the crop is wide
+SHRUNK_MASKS = 0.25  # share of the masks that are shrunk, so that the crop shows a larger part of them
 OWN_HOLES = 0.5  # share of the crops whose holes lie behind what they show themselves, where disparity is known
 OWN_MOTION = 20, 90  # pixels by which disparity 1 moves against disparity 0 there
 VALIDATION_EVERY = 32  # every so many-th photograph of the training folder is held out to watch the training with
@@ -51,7 +51,7 @@ def crop_of(rng, image, size):
     return cut(image, window_of(rng, *image.shape[:2], size), size)
 
 
-def vary_colour(rng, crop):
+def vary_color(rng, crop):
     """Gamma, gain and balance by a table a channel; saturation up or down; now and then the channels change places, so that no hue
     is at home anywhere."""
     if rng.random() < 0.25:
@@ -62,8 +62,8 @@ def vary_colour(rng, crop):
         crop = cv2.LUT(np.ascontiguousarray(crop), table[None])
     if rng.random() < 0.3:
         s = rng.uniform(0.5, 1.6)
-        grey = np.array([[0.299, 0.587, 0.114]])
-        crop = cv2.transform(np.ascontiguousarray(crop), (s * np.eye(3) + (1 - s) * np.repeat(grey, 3, 0)).astype(np.float32))
+        gray = np.array([[0.299, 0.587, 0.114]])
+        crop = cv2.transform(np.ascontiguousarray(crop), (s * np.eye(3) + (1 - s) * np.repeat(gray, 3, 0)).astype(np.float32))
     return crop
 
 
@@ -130,7 +130,7 @@ class Photographs:
             pick = min(int(np.searchsorted(self.cumulative, rng.random())), len(self.train) - 1)
             window = window_of(rng, *self.train[pick].shape[:2], size)
             own = self.own_labels(rng, pick, window, size) if rng.random() < OWN_HOLES else None
-            photos[i], labels[i] = vary_colour(rng, cut(self.train[pick], window, size)), labels_of(rng, bank, size) if own is None else own
+            photos[i], labels[i] = vary_color(rng, cut(self.train[pick], window, size)), labels_of(rng, bank, size) if own is None else own
             if rng.random() < 0.5:
                 photos[i], labels[i] = photos[i, :, ::-1].copy(), labels[i, :, ::-1].copy()
         return to_tensors(photos, labels)

@@ -6,8 +6,8 @@
 With --inpaint (inpaint.cpp, compiled) the row "Farbrausch" is what the library makes of the weights, texture and all, and a further row
 is the network alone in PyTorch; without it there is only that.
 
-Columns, inside the holes: PSNR and SSIM (averages over the pictures), mean absolute colour error (0 to 255), error of a hole's mean
-colour (one hole: one connected piece), mean gradient magnitude relative to the truth's, and the distance between the histograms of
+Columns, inside the holes: PSNR and SSIM (averages over the pictures), mean absolute color error (0 to 255), error of a hole's mean
+color (one hole: one connected piece), mean gradient magnitude relative to the truth's, and the distance between the histograms of
 gradient magnitude (earth mover's, 0 to 255). What does not exist is hidden from every method. The last line is Farbrausch's lead in
 PSNR over the best of the others.
 """
@@ -46,19 +46,19 @@ def median_fill(image, labels):
 
 
 def diffusion(image, labels):
-    """Isotropic: every unknown pixel becomes the average of its existing neighbours. Solved coarse to fine, by relaxation."""
+    """Isotropic: every unknown pixel becomes the average of its existing neighbors. Solved coarse to fine, by relaxation."""
     known, exists = labels == masks.KNOWN, labels != masks.ABSENT
     start = np.repeat(np.repeat(diffusion(image[::2, ::2], labels[::2, ::2]), 2, 0), 2, 1)[:image.shape[0], :image.shape[1]] if (
         min(image.shape[:2]) > 8 and known[::2, ::2].any()) else np.full(image.shape, image[known].mean(0) if known.any() else 128.0)
     x = np.where(known[..., None], image, start).astype(np.float32) * exists[..., None]
-    count = sum(neighbours(exists.astype(np.float32)[..., None]))
+    count = sum(neighbors(exists.astype(np.float32)[..., None]))
     for _ in range(200):
-        average = sum(neighbours(x)) / np.maximum(count, 1)
+        average = sum(neighbors(x)) / np.maximum(count, 1)
         x = np.where(known[..., None] | (count == 0), x, average) * exists[..., None]
     return x
 
 
-def neighbours(x):
+def neighbors(x):
     padded = np.pad(x, ((1, 1), (1, 1), (0, 0)))
     return padded[:-2, 1:-1], padded[2:, 1:-1], padded[1:-1, :-2], padded[1:-1, 2:]
 
@@ -112,10 +112,10 @@ def structural_similarity(a, b):
 
 
 def gradient_magnitudes(picture, hole):
-    """Of the pixels whose right and lower neighbour lie in the hole too."""
-    grey = picture.astype(np.float32) @ np.array([0.299, 0.587, 0.114], np.float32)
+    """Of the pixels whose right and lower neighbor lie in the hole too."""
+    gray = picture.astype(np.float32) @ np.array([0.299, 0.587, 0.114], np.float32)
     inside = hole[:-1, :-1] & hole[1:, :-1] & hole[:-1, 1:]
-    return np.hypot(grey[1:, :-1] - grey[:-1, :-1], grey[:-1, 1:] - grey[:-1, :-1])[inside]
+    return np.hypot(gray[1:, :-1] - gray[:-1, :-1], gray[:-1, 1:] - gray[:-1, :-1])[inside]
 
 
 def measure(image, labels, filled):
@@ -128,7 +128,7 @@ def measure(image, labels, filled):
     bins = np.linspace(0, 362, 182)
     return {"psnr": 10 * np.log10(255 ** 2 / max((difference ** 2).mean(), 1e-2)),
             "ssim": structural_similarity(composite, image)[hole].mean(),
-            "colour": np.abs(difference).mean(), "average": np.average(shifts, weights=areas),
+            "color": np.abs(difference).mean(), "average": np.average(shifts, weights=areas),
             "ours": np.histogram(gradient_magnitudes(composite, hole), bins)[0], "true": np.histogram(gradient_magnitudes(image, hole), bins)[0],
             "composite": composite.astype(np.uint8)}
 
@@ -166,7 +166,7 @@ def main():
         p.error("--inpaint needs exported --weights")
     torch.set_num_threads(1)
     cv2.setNumThreads(1)
-    methods = {"median colour": median_fill, "diffusion": diffusion, "Telea": opencv(cv2.INPAINT_TELEA),
+    methods = {"median color": median_fill, "diffusion": diffusion, "Telea": opencv(cv2.INPAINT_TELEA),
                "Navier-Stokes": opencv(cv2.INPAINT_NS)}
     if a.weights:
         methods["Farbrausch without texture" if a.inpaint else "Farbrausch"] = network(a.weights)
@@ -174,11 +174,11 @@ def main():
         methods["Farbrausch"] = library(a.inpaint, a.weights)
     inputs = cases(a.photos, a.count)
     results = {name: [measure(image, labels, fill(image, labels)) for image, labels in inputs] for name, fill in methods.items()}
-    print(f"| {len(inputs)} holes | PSNR | SSIM | colour error | error of mean colour | gradients | gradient histogram |\n|---|---|---|---|---|---|---|")
+    print(f"| {len(inputs)} holes | PSNR | SSIM | color error | error of mean color | gradients | gradient histogram |\n|---|---|---|---|---|---|---|")
     for name, rows in results.items():
         ratio, distance = texture(rows)
-        mean = {key: np.mean([r[key] for r in rows]) for key in ("psnr", "ssim", "colour", "average")}
-        print(f"| {name} | {mean['psnr']:.2f} | {mean['ssim']:.3f} | {mean['colour']:.2f} | {mean['average']:.2f} | {ratio:.2f} | {distance:.2f} |")
+        mean = {key: np.mean([r[key] for r in rows]) for key in ("psnr", "ssim", "color", "average")}
+        print(f"| {name} | {mean['psnr']:.2f} | {mean['ssim']:.3f} | {mean['color']:.2f} | {mean['average']:.2f} | {ratio:.2f} | {distance:.2f} |")
     if a.weights:
         decibels = {name: np.mean([r["psnr"] for r in rows]) for name, rows in results.items() if name != "Farbrausch without texture"}
         print(f"\nfarbrausch {decibels.pop('Farbrausch') - max(decibels.values()):+.2f} dB")

@@ -2,7 +2,7 @@
 
     python3 export.py --checkpoint FOLDER/checkpoint.pt --photos PHOTOS --out farbrausch.safetensors [--type float16|float32]
 
-The normalisation is folded in, so the file holds ten convolutions: encoder.0 .. encoder.4, decoder.0 .. decoder.4, each with `weight`
+The normalization is folded in, so the file holds ten convolutions: encoder.0 .. encoder.4, decoder.0 .. decoder.4, each with `weight`
 (out x in x height x width) and `bias`, and for 8-bit arithmetic `input.range`, `encoder.I.range` and, but for the last, `decoder.I.range`,
 found on 48 of the photographs (calibrate.py). The running average of the weights is what is exported.
 """
@@ -70,7 +70,7 @@ def main():
     p.add_argument("--photos", required=True, help="the folder that the weights were trained on, for the provenance")
     p.add_argument("--out", required=True)
     p.add_argument("--type", choices=("float16", "float32"), default="float16")
-    p.add_argument("--note", default="", help="goes into the provenance: licences, say")
+    p.add_argument("--note", default="", help="goes into the provenance: licenses, say")
     p.add_argument("--example", help="also write a small input and the output that belongs to it, as safetensors, to test readers with")
     a = p.parse_args()
     state = torch.load(a.checkpoint)

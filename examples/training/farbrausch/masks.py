@@ -37,9 +37,9 @@ def polygons(rng, size):
 def ellipses(rng, size):
     shape = np.zeros((size, size), np.uint8)
     for _ in range(rng.integers(1, 4)):
-        centre = tuple(int(v) for v in rng.integers(0, size, 2))
+        center = tuple(int(v) for v in rng.integers(0, size, 2))
         axes = tuple(int(v) for v in rng.uniform(0.04, 0.3, 2) * size)
-        cv2.ellipse(shape, centre, axes, float(rng.uniform(0, 360)), 0, 360, 1, -1)
+        cv2.ellipse(shape, center, axes, float(rng.uniform(0, 360)), 0, 360, 1, -1)
     return shape
 
 

@@ -9,7 +9,7 @@ windows around a pixel, stride-2 coarsening that keeps the even pixels, and near
 
     exists  1 where there is a pixel at all. What hides a hole's far side is a separate sheet of a layered depth image: not
             connected to the hole, so it must not be seen. Where this mask is 0 nothing is read at any scale.
-    known   1 where the photograph gives the colour; 0 in the hole. At most `exists`.
+    known   1 where the photograph gives the color; 0 in the hole. At most `exists`.
 
 README.md states every step as arithmetic on a layered depth image.
 """
@@ -22,7 +22,7 @@ KERNELS = (7, 5, 5, 3, 3)
 INPUTS = 4  # red, green, blue, known
 LEAK = 0.2
 LEVELS = len(CHANNELS)
-GROWTH = 4  # how many coarse pixels the colours of the coarsest level are carried into what is unknown there
+GROWTH = 4  # how many coarse pixels the colors of the coarsest level are carried into what is unknown there
 
 
 def upsample(x, like):
@@ -51,12 +51,12 @@ def average(values, mask, exists, stride=1):
     return window_sum(values, stride) * (valid / count.clamp(min=1)), valid
 
 
-def spread(colour, mask, exists, keep_colour, keep, passes):
-    """Takes the 3x3 average `passes` times wherever `keep` is 0; there `keep_colour` stays."""
+def spread(color, mask, exists, keep_color, keep, passes):
+    """Takes the 3x3 average `passes` times wherever `keep` is 0; there `keep_color` stays."""
     for _ in range(passes):
-        averaged, mask = average(colour, mask, exists)
-        colour = torch.where(keep > 0, keep_colour, averaged)
-    return colour, mask
+        averaged, mask = average(color, mask, exists)
+        color = torch.where(keep > 0, keep_color, averaged)
+    return color, mask
 
 
 @torch.no_grad()
@@ -65,43 +65,43 @@ def smooth_fills(image, known, exists):
 
     fill  the image where known, and a close likeness of isotropic diffusion in the holes: 0.2 dB behind it, in a fixed
           number of passes. The network's answer is added to it.
-    tone  the colour of the wide neighbourhood, known or not. It is taken off what the network sees, so that a red door and a
-          grey one look the same to it and it never has to guess an absolute colour.
+    tone  the color of the wide neighborhood, known or not. It is taken off what the network sees, so that a red door and a
+          gray one look the same to it and it never has to guess an absolute color.
     """
-    colours, masks, existing = [image * known], [known], [exists]
+    colors, masks, existing = [image * known], [known], [exists]
     for _ in range(LEVELS):
         existing.append(coarsen_mask(existing[-1]))
-        colour, mask = average(colours[-1], masks[-1], existing[-1], stride=2)
-        colours.append(colour)
+        color, mask = average(colors[-1], masks[-1], existing[-1], stride=2)
+        colors.append(color)
         masks.append(mask)
-    colour, mask = spread(colours[-1], masks[-1], existing[-1], colours[-1], masks[-1], GROWTH)
-    tone, tone_mask = colour, mask
+    color, mask = spread(colors[-1], masks[-1], existing[-1], colors[-1], masks[-1], GROWTH)
+    tone, tone_mask = color, mask
     for i in reversed(range(LEVELS)):
         above = upsample(mask, existing[i]) * existing[i]
-        colour = torch.where(masks[i] > 0, colours[i], upsample(colour, existing[i]) * above)
-        colour, mask = spread(colour, torch.maximum(above, masks[i]), existing[i], colours[i], masks[i], 2 << i)
+        color = torch.where(masks[i] > 0, colors[i], upsample(color, existing[i]) * above)
+        color, mask = spread(color, torch.maximum(above, masks[i]), existing[i], colors[i], masks[i], 2 << i)
 
         above = upsample(tone_mask, existing[i]) * existing[i]
-        tone = torch.where(above > 0, upsample(tone, existing[i]), colours[i])
+        tone = torch.where(above > 0, upsample(tone, existing[i]), colors[i])
         tone, tone_mask = average(tone, torch.maximum(above, masks[i]), existing[i])
-    mean = colours[0].sum((2, 3), keepdim=True) / masks[0].sum((2, 3), keepdim=True).clamp(min=1)
-    return torch.where(mask > 0, colour, mean) * exists, torch.where(tone_mask > 0, tone, mean) * exists
+    mean = colors[0].sum((2, 3), keepdim=True) / masks[0].sum((2, 3), keepdim=True).clamp(min=1)
+    return torch.where(mask > 0, color, mean) * exists, torch.where(tone_mask > 0, tone, mean) * exists
 
 
 class PartialConvolution(nn.Module):
-    """out = W (x . m) * (C k^2 / sum m) + b, then normalisation and activation; zero where no pixel exists.
+    """out = W (x . m) * (C k^2 / sum m) + b, then normalization and activation; zero where no pixel exists.
 
     The mask m is existence; a hole has values from the start. So sum m > 0 wherever a pixel exists (the window holds the pixel
     itself), the mask does not change from layer to layer, and the ratio depends on the graph alone.
     """
 
-    def __init__(self, c_in, c_out, kernel, stride=1, normalise=True, leak=None):
+    def __init__(self, c_in, c_out, kernel, stride=1, normalize=True, leak=None):
         super().__init__()
         self.kernel, self.stride, self.leak = kernel, stride, leak
         self.weight = nn.Parameter(torch.empty(c_out, c_in, kernel, kernel))
         nn.init.kaiming_normal_(self.weight, a=LEAK)
-        self.bias = None if normalise else nn.Parameter(torch.zeros(c_out))
-        self.norm = nn.BatchNorm2d(c_out) if normalise else None
+        self.bias = None if normalize else nn.Parameter(torch.zeros(c_out))
+        self.norm = nn.BatchNorm2d(c_out) if normalize else None
 
     def forward(self, parts, exists):
         """parts: [(values B x C x H x W, mask B x 1 x H x W)], concatenated along the channels, values zero where their mask is;
@@ -118,7 +118,7 @@ class PartialConvolution(nn.Module):
         return y * exists
 
     def folded(self):
-        """(weight, bias) of the same layer with the normalisation of evaluation mode folded in."""
+        """(weight, bias) of the same layer with the normalization of evaluation mode folded in."""
         if self.norm is None:
             return self.weight.detach(), self.bias.detach()
         scale = self.norm.weight / torch.sqrt(self.norm.running_var + self.norm.eps)
@@ -130,13 +130,13 @@ class Farbrausch(nn.Module):
         super().__init__()
         c_in = [INPUTS, *CHANNELS[:-1]]
         self.encoder = nn.ModuleList(
-            PartialConvolution(a, b, k, 2, normalise=i > 0, leak=0.0) for i, (a, b, k) in enumerate(zip(c_in, CHANNELS, KERNELS)))
+            PartialConvolution(a, b, k, 2, normalize=i > 0, leak=0.0) for i, (a, b, k) in enumerate(zip(c_in, CHANNELS, KERNELS)))
         # decoder[j] undoes encoder[LEVELS - 1 - j]
         self.decoder = nn.ModuleList()
         previous = CHANNELS[-1]
         for i in reversed(range(LEVELS)):
             c_out = c_in[i] if i > 0 else 3
-            self.decoder.append(PartialConvolution(previous + c_in[i], c_out, 3, normalise=i > 0, leak=LEAK if i > 0 else None))
+            self.decoder.append(PartialConvolution(previous + c_in[i], c_out, 3, normalize=i > 0, leak=LEAK if i > 0 else None))
             previous = c_out
         with torch.no_grad():
             self.decoder[-1].weight.mul_(0.1)  # an untrained network hardly changes the fill
@@ -158,7 +158,7 @@ class Farbrausch(nn.Module):
         return y
 
     def forward(self, image, known, exists):
-        """image: B x 3 x H x W in [0, 1]. Returns a colour for every existing pixel, of use in the holes only; not clamped."""
+        """image: B x 3 x H x W in [0, 1]. Returns a color for every existing pixel, of use in the holes only; not clamped."""
         known = known * exists
         fill, tone = smooth_fills(image, known, exists)
         x = torch.cat([fill - tone, known], 1).contiguous(memory_format=torch.channels_last)

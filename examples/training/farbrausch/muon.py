@@ -6,12 +6,12 @@ import math
 
 import torch
 
-COEFFICIENTS = (3.4445, -4.7750, 2.0315)  # of the fifth-degree polynomial that drives singular values towards 1
+COEFFICIENTS = (3.4445, -4.7750, 2.0315)  # of the fifth-degree polynomial that drives singular values toward 1
 ITERATIONS = 5
 STEP_LENGTH = 0.2  # root mean square of a step's elements at a learning rate of 1, as Adam's are
 
 
-def orthogonalised(matrix, dtype):
+def orthogonalized(matrix, dtype):
     """U V^T, roughly, for the matrix U S V^T."""
     a, b, c = COEFFICIENTS
     x = (matrix / (matrix.norm() + 1e-7)).to(dtype)
@@ -25,7 +25,7 @@ def orthogonalised(matrix, dtype):
 class Muon(torch.optim.Optimizer):
     def __init__(self, parameters, lr, momentum=0.95, decay=0.2, betas=(0.9, 0.99), eps=1e-8, dtype=torch.bfloat16):
         """
-        decay  of the matrices. Steps of a fixed length make weights grow, and those before a normalisation may: their size changes
+        decay  of the matrices. Steps of a fixed length make weights grow, and those before a normalization may: their size changes
                nothing, but the larger they are, the less a step turns them. Decay keeps the size at which both are in balance.
         dtype  that the products of matrices are taken in
         """
@@ -47,7 +47,7 @@ class Muon(torch.optim.Optimizer):
         direction = p.grad.add(state["momentum"], alpha=group["momentum"]).flatten(1)
         length = group["lr"] * STEP_LENGTH * math.sqrt(max(direction.shape))
         p.mul_(1 - group["lr"] * group["decay"])
-        p.add_(orthogonalised(direction, self.dtype).view_as(p), alpha=-length)
+        p.add_(orthogonalized(direction, self.dtype).view_as(p), alpha=-length)
 
     def adam_step(self, p, group):
         state, (first, second) = self.state[p], group["betas"]

@@ -10,7 +10,7 @@ import matplotlib.pyplot as plt
 with open(sys.argv[1]) as file:
     rows = list(csv.DictReader(file, delimiter="\t"))[1:]  # the first is the untrained network
 figure, axes = plt.subplots(1, 3, figsize=(12, 3.4))
-for axis, (name, label) in zip(axes, (("psnr", "PSNR in held-out holes (dB)"), ("colour_error", "mean colour error (of 255)"),
+for axis, (name, label) in zip(axes, (("psnr", "PSNR in held-out holes (dB)"), ("color_error", "mean color error (of 255)"),
                                       ("texture", "gradient magnitude, relative to the truth's"))):
     axis.plot([float(r["processor_hours"]) for r in rows], [float(r[name]) for r in rows])
     axis.set_xlabel("processor hours")

@@ -68,7 +68,7 @@ def perceived_difference(lpips, y, image, known, exists):
 
 @torch.no_grad()
 def validate(net, batches):
-    """(PSNR in dB, mean absolute colour error 0 to 255, gradient magnitude of the fill relative to the truth's), inside holes."""
+    """(PSNR in dB, mean absolute color error 0 to 255, gradient magnitude of the fill relative to the truth's), inside holes."""
     decibels, errors, ours, true = [], [], 0.0, 0.0
     for image, known, exists in batches:
         hole = exists * (1 - known)
@@ -84,7 +84,7 @@ def validate(net, batches):
 
 @torch.no_grad()
 def continue_from(net, path, batches):
-    """Makes `net` the network of an exported file, whose normalisation is folded into its weights. The layers get one again that
+    """Makes `net` the network of an exported file, whose normalization is folded into its weights. The layers get one again that
     changes nothing: its scale and shift are the spread and the mean of what the layer makes of the batches."""
     for (_, layer), (_, folded) in zip(export.layers(net), export.layers(export.network_of(path))):
         layer.weight.copy_(folded.weight)
@@ -111,7 +111,7 @@ def continue_from(net, path, batches):
 
 
 class Run:
-    """The state that a checkpoint holds: the network, its running average (which is what ships), the optimiser and the counts.
+    """The state that a checkpoint holds: the network, its running average (which is what ships), the optimizer and the counts.
 
     lpips: a differentiable LPIPS to teach with, too, or nothing"""
 
@@ -119,12 +119,12 @@ class Run:
         self.lpips = lpips
         self.net = Farbrausch().to(memory_format=torch.channels_last)
         self.average = copy.deepcopy(self.net).eval()
-        self.optimiser = Muon(self.net.parameters(), rate, dtype=torch.bfloat16 if mixed else torch.float32)
+        self.optimizer = Muon(self.net.parameters(), rate, dtype=torch.bfloat16 if mixed else torch.float32)
         self.mixed = mixed
         self.step, self.seconds = 0, 0.0  # seconds of processor time
 
     def state(self):
-        return {"net": self.net.state_dict(), "average": self.average.state_dict(), "optimiser": self.optimiser.state_dict(),
+        return {"net": self.net.state_dict(), "average": self.average.state_dict(), "optimiser": self.optimizer.state_dict(),
                 "step": self.step, "seconds": self.seconds}
 
     def save(self, path):
@@ -135,20 +135,20 @@ class Run:
         state = torch.load(path)
         self.net.load_state_dict(state["net"])
         self.average.load_state_dict(state["average"])
-        self.optimiser.load_state_dict(state["optimiser"])
-        for group in self.optimiser.param_groups:  # a checkpoint has the options of its time
-            group.update(self.optimiser.defaults)
+        self.optimizer.load_state_dict(state["optimiser"])
+        for group in self.optimizer.param_groups:  # a checkpoint has the options of its time
+            group.update(self.optimizer.defaults)
         self.step, self.seconds = state["step"], state["seconds"]
 
     @torch.no_grad()
     def follow(self):
-        """Moves the average towards the network."""
+        """Moves the average toward the network."""
         decay = min(0.9995, (self.step + 1) / (self.step + 10))
         for mean, value in zip(self.average.state_dict().values(), self.net.state_dict().values()):
             mean.lerp_(value, 1 - decay) if mean.dtype.is_floating_point else mean.copy_(value)
 
     def learn(self, batch, rate):
-        for group in self.optimiser.param_groups:
+        for group in self.optimizer.param_groups:
             group["lr"] = rate
         image, known, exists = batch
         with torch.cpu.amp.autocast(enabled=self.mixed, dtype=torch.bfloat16):
@@ -157,13 +157,13 @@ class Run:
         if self.lpips:
             with torch.cpu.amp.autocast(enabled=self.mixed, dtype=torch.bfloat16):
                 terms["lpips"] = PERCEIVED_WEIGHT * perceived_difference(self.lpips, y.float(), image, known, exists)
-        self.optimiser.zero_grad(set_to_none=True)
+        self.optimizer.zero_grad(set_to_none=True)
         sum(terms.values()).backward()
         norm = torch.nn.utils.clip_grad_norm_(self.net.parameters(), 5.0)
         if not torch.isfinite(norm):
-            self.optimiser.zero_grad(set_to_none=True)
+            self.optimizer.zero_grad(set_to_none=True)
             return None
-        self.optimiser.step()
+        self.optimizer.step()
         self.step += 1
         self.follow()
         return {**{name: term.item() for name, term in terms.items()}, "norm": norm.item()}
@@ -230,10 +230,10 @@ def main():
             with open(path("log.tsv"), "a") as log:
                 names = ("hole", "decibel", "gradient", "lpips", "norm")
                 if new:
-                    log.write("\t".join(("step", "processor_hours", *names, "psnr", "colour_error", "texture")) + "\n")
+                    log.write("\t".join(("step", "processor_hours", *names, "psnr", "color_error", "texture")) + "\n")
                 log.write("\t".join(str(v) for v in (run.step, f"{run.seconds / 3600:.4f}", *(f"{means.get(n, float('nan')):.4f}" for n in names),
                                                      f"{decibels:.3f}", f"{error:.3f}", f"{texture:.3f}")) + "\n")
-            print(f"{time.strftime('%H:%M:%S')} step {run.step} {run.seconds / 3600:.2f} h  PSNR {decibels:.2f} dB  colour error {error:.2f}  "
+            print(f"{time.strftime('%H:%M:%S')} step {run.step} {run.seconds / 3600:.2f} h  PSNR {decibels:.2f} dB  color error {error:.2f}  "
                   f"texture {texture:.2f}", flush=True)
         if done or time.time() - saved > 300:
             saved = time.time()

@@ -1,6 +1,6 @@
-"""The features that training starts from: MobileNet V2 trained on ImageNet, from a quantised TFLite file.
+"""The features that training starts from: MobileNet V2 trained on ImageNet, from a quantized TFLite file.
 
-    tf2_mobilenet_v2_1.0_224_ptq.tflite of github.com/google-coral/test_data (Apache-2.0): 8 bits, normalisation folded in
+    tf2_mobilenet_v2_1.0_224_ptq.tflite of github.com/google-coral/test_data (Apache-2.0): 8 bits, normalization folded in
 
 In that file every output channel has a scale of its own; the library's 8-bit networks have one for all weights of a layer. Channels whose
 weights are small would lose theirs, so weights are moved between the layers of a block first, which changes nothing as long as the
@@ -75,7 +75,7 @@ def largest(weight, dim):
     return weight.abs().transpose(0, dim).flatten(1).amax(1)
 
 
-def equalise(layers):
+def equalize(layers):
     """Brings the channels between successive layers [(weight, bias)], each but the last followed by a ReLU, to one magnitude on both sides."""
     for (weight, bias), (reader, reader_bias) in zip(layers, layers[1:]):  # what never changes is a bias
         dead = largest(weight, 0) <= 1e-6
@@ -97,14 +97,14 @@ def start_from(student, path):
     """Puts the features of a TFLite file into the way down of a model.Student."""
     names = [name for name in student.layers if name == "stem" or name.startswith("down")]
     layers = dict(zip(names, read_convolutions(path)))
-    weight, bias = layers["stem"]  # it saw colours as (255 x - 127) / 127.5
+    weight, bias = layers["stem"]  # it saw colors as (255 x - 127) / 127.5
     bias -= weight.sum((1, 2, 3)) * (127 / 127.5)
     weight *= 2
     chain = []
     for name in names:
         chain.append(layers[name])
         if name.endswith("project"):
-            equalise(chain)
+            equalize(chain)
             chain = []
     for name, (weight, bias) in layers.items():
         assert student.layers[name].weight.shape == weight.shape, name

@@ -10,13 +10,13 @@ import torch
 
 import shapes
 
-# How often a photograph of a source is drawn, relative to 1: portraits and birds are over-represented, streets and rooms rare.
+# Relative frequency of each source's photographs, default 1. Portraits and birds are over-represented in the data, streets and rooms rare.
 SOURCE_WEIGHT = {"codrops": 0.5, "fakeprof": 0.5, "fauna": 0.5, "cid22": 1.3, "mdx": 1.3, "clic25": 1.5, "gb82": 1.5, "h5up": 1.5,
                  "depth": 2.0, "scene": 0.5}  # photographs with measured depth; ray-cast scenes
 VALIDATION_EVERY = 32  # every so many-th photograph is held out to watch the training with
 PASTED = 0.45  # the share of crops with something pasted in front
 WHOLE = ((288, 384), (384, 288), (256, 384), (384, 256), (224, 384), (384, 224), (320, 384), (384, 192))  # shapes that the library sees
-GREY = np.array([0.299, 0.587, 0.114], np.float32)
+GRAY = np.array([0.299, 0.587, 0.114], np.float32)
 
 
 class Library:
@@ -26,13 +26,13 @@ class Library:
     def __init__(self, folder):
         with open(os.path.join(folder, "index.json")) as file:
             self.entries = json.load(file)["entries"]
-        self.colours = np.memmap(os.path.join(folder, "colours.u8"), np.uint8, "r")
+        self.colors = np.memmap(os.path.join(folder, "colours.u8"), np.uint8, "r")
         self.labels = np.memmap(os.path.join(folder, "labels.f16"), np.float16, "r")
         self.fronts = np.memmap(os.path.join(folder, "fronts.u8"), np.uint8, "r")
 
     def photograph(self, entry):
         height, width, at = entry["height"], entry["width"], entry["colour_at"]
-        return self.colours[at:at + height * width * 3].reshape(height, width, 3)
+        return self.colors[at:at + height * width * 3].reshape(height, width, 3)
 
     def of_label(self, values, entry):
         height, width, at = entry["label_height"], entry["label_width"], entry["label_at"]
@@ -65,7 +65,7 @@ def cut(image, view, size, interpolation):
     return cv2.resize(image[top:bottom, left:right], size[::-1], interpolation=interpolation)
 
 
-def vary_colour(rng, image):
+def vary_color(rng, image):
     """The paper's variations (gamma, contrast, saturation, hue), then what poor cameras add: wrong exposure, a cast, noise, blur, JPEG."""
     ramp = np.linspace(0, 1, 256, dtype=np.float32)[:, None] ** rng.uniform(0.6, 1.4)
     if rng.random() < 0.4:
@@ -76,10 +76,10 @@ def vary_colour(rng, image):
     contrast, saturation, hue = rng.uniform(0.6, 1), rng.uniform(0.6, 1), np.deg2rad(rng.uniform(-25, 25))
     if rng.random() < 0.04:
         saturation = 0.0
-    # hue turns about the grey axis, saturation shrinks towards the luma, contrast towards middle grey: one matrix for all three
+    # hue turns about the gray axis, saturation shrinks toward the luma, contrast toward middle gray: one matrix for all three
     c, s = np.cos(hue), np.sin(hue) / np.sqrt(3)
     turn = c * np.eye(3) + (1 - c) / 3 + s * np.array([[0, -1, 1], [1, 0, -1], [-1, 1, 0]])
-    matrix = contrast * (saturation * np.eye(3) + (1 - saturation) * np.repeat(GREY[None], 3, 0)) @ turn
+    matrix = contrast * (saturation * np.eye(3) + (1 - saturation) * np.repeat(GRAY[None], 3, 0)) @ turn
     matrix = np.concatenate([matrix, np.full((3, 1), 127.5 * (1 - contrast))], 1).astype(np.float32)
     image = cv2.transform(image, matrix)
     if rng.random() < 0.15:
@@ -94,11 +94,11 @@ def vary_colour(rng, image):
 
 
 def to_tensors(photos, labels):
-    """(colour B x 3 x H x W in [0, 1], disparity B x 1 x H x W with 0 where unknown, weight 1 where known), from numpy arrays."""
-    colour = torch.from_numpy(photos).permute(0, 3, 1, 2).float().div_(255).contiguous(memory_format=torch.channels_last)
+    """(color B x 3 x H x W in [0, 1], disparity B x 1 x H x W with 0 where unknown, weight 1 where known), from numpy arrays."""
+    color = torch.from_numpy(photos).permute(0, 3, 1, 2).float().div_(255).contiguous(memory_format=torch.channels_last)
     label = torch.from_numpy(labels)[:, None]
     known = (~torch.isnan(label)).float()
-    return colour, torch.nan_to_num(label), known
+    return color, torch.nan_to_num(label), known
 
 
 class Photographs:
@@ -117,7 +117,7 @@ class Photographs:
         return self.train[min(int(np.searchsorted(self.cumulative, rng.random())), len(self.train) - 1)]
 
     def cutting(self, rng):
-        """Something to paste: (colour, disparity, opacity 0 to 1) of one size."""
+        """Something to paste: (color, disparity, opacity 0 to 1) of one size."""
         if self.with_front and rng.random() < 0.6:
             entry = self.with_front[rng.integers(len(self.with_front))]
             front = self.library.front(entry)
@@ -137,25 +137,25 @@ class Photographs:
         photo, label = self.library.photograph(entry), self.library.label(entry)
         # small crops: half of the photograph's sides to all of it
         view = view_of(rng, *photo.shape[:2], *size, 0.5)
-        colour = cut(photo, view, size, (cv2.INTER_AREA, cv2.INTER_LINEAR, cv2.INTER_NEAREST)[rng.choice(3, p=(0.6, 0.2, 0.2))])
+        color = cut(photo, view, size, (cv2.INTER_AREA, cv2.INTER_LINEAR, cv2.INTER_NEAREST)[rng.choice(3, p=(0.6, 0.2, 0.2))])
         truth = cut(label.astype(np.float32), view, size, cv2.INTER_NEAREST)
         if rng.random() < 0.5:
-            colour, truth = colour[:, ::-1], truth[:, ::-1]
-        colour, truth = np.ascontiguousarray(colour), np.ascontiguousarray(truth)
+            color, truth = color[:, ::-1], truth[:, ::-1]
+        color, truth = np.ascontiguousarray(color), np.ascontiguousarray(truth)
         if rng.random() < PASTED:
             for _ in range(int(rng.integers(1, 4))):
-                shapes.paste(rng, colour, truth, *self.cutting(rng))
-        return vary_colour(rng, colour), truth
+                shapes.paste(rng, color, truth, *self.cutting(rng))
+        return vary_color(rng, color), truth
 
     def batch(self, rng, count, size):
         """size  (height, width) of the crops"""
-        colours, truths = np.empty((count, *size, 3), np.uint8), np.empty((count, *size), np.float32)
+        colors, truths = np.empty((count, *size, 3), np.uint8), np.empty((count, *size), np.float32)
         for i in range(count):
-            colours[i], truths[i] = self.sample(rng, size)
-        return to_tensors(colours, truths)
+            colors[i], truths[i] = self.sample(rng, size)
+        return to_tensors(colors, truths)
 
     def calibration(self, rng):
-        """Batches of whole photographs' colours: what the ranges of 8-bit tensors are found from."""
+        """Batches of whole photographs' colors: what the ranges of 8-bit tensors are found from."""
         return [self.batch(rng, 4, shape)[0] for shape in WHOLE for _ in range(2)]
 
     def validation_batches(self, size):
@@ -163,9 +163,9 @@ class Photographs:
         batches = []
         for start in range(0, len(self.held_out), 8):
             entries = self.held_out[start:start + 8]
-            colours = np.stack([cut(self.library.photograph(e), (0, 0, 1, 1), size, cv2.INTER_AREA) for e in entries])
+            colors = np.stack([cut(self.library.photograph(e), (0, 0, 1, 1), size, cv2.INTER_AREA) for e in entries])
             truths = np.stack([cut(self.library.label(e).astype(np.float32), (0, 0, 1, 1), size, cv2.INTER_NEAREST) for e in entries])
-            batches.append(to_tensors(colours, truths))
+            batches.append(to_tensors(colors, truths))
         return batches
 
 

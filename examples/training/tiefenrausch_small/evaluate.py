@@ -78,7 +78,7 @@ def float_checkpoint(path):
     net = Student().eval()
     state = torch.load(path)
     if state["ranges"]:
-        raise SystemExit(f"{path} is quantised")
+        raise SystemExit(f"{path} is quantized")
     net.load_state_dict(state["average"])
 
     @torch.no_grad()

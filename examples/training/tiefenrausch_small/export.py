@@ -8,7 +8,7 @@ What is in the file (n operators; tensor 0 is the photograph, tensor i + 1 what 
 
     operators           I32  n x 5   kind (0 convolution, 1 depthwise convolution, 2 addition, 3 enlargement), first input, second input
                                      (additions; else 0), kernel (convolutions; else 0), stride or factor of enlargement (additions: 1)
-    scales, zero_points F32, U8  n + 1   quantisation of the tensors: value = (byte - zero point) * scale
+    scales, zero_points F32, U8  n + 1   quantization of the tensors: value = (byte - zero point) * scale
     weight_scales, weight_zero_points    the same of the weights, n (1 and 0 where there are none)
     I.weight            U8   outputs x kernel x kernel x inputs (1 if depthwise), I the number of the operator
     I.bias              I32  outputs, in units of input scale * weight scale
@@ -28,7 +28,7 @@ import torch.nn.functional as F
 import data
 import model
 from model import Addition, Convolution
-from quantise import Quantised, find_ranges
+from quantize import Quantized, find_ranges
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
 from weight_files import read_safetensors, write_safetensors  # noqa: E402
@@ -36,7 +36,7 @@ from weight_files import read_safetensors, write_safetensors  # noqa: E402
 
 @torch.no_grad()
 def tensors_of(net):
-    """What the file holds, from a Quantised network."""
+    """What the file holds, from a Quantized network."""
     number = {"photo": 0, **{op.name: i + 1 for i, op in enumerate(net.operators)}}
     rows, weight_scales, weight_zero_points, parts = [], [], [], {}
     for i, op in enumerate(net.operators):
@@ -115,8 +115,8 @@ class Integers:
 
 @torch.no_grad()
 def start_from(student, path, photographs):
-    """Makes a model.Student compute what an exported file's network computes, give or take rounding. `photographs`, batches of colours,
-    tell its normalisation what it has to undo."""
+    """Makes a model.Student compute what an exported file's network computes, give or take rounding. `photographs`, batches of colors,
+    tell its normalization what it has to undo."""
     tensors, _ = read_safetensors(path)
     number = {"photo": 0, **{op.name: i + 1 for i, op in enumerate(student.operators)}}
     statistics = {}
@@ -136,8 +136,8 @@ def start_from(student, path, photographs):
                 layer.norm.register_forward_pre_hook(lambda norm, inputs: statistics.setdefault(norm, []).append(
                     torch.var_mean(inputs[0], (0, 2, 3), unbiased=False)))
     student.eval()
-    for colours in photographs:
-        student(colours)
+    for colors in photographs:
+        student(colors)
     for norm, found in statistics.items():
         norm._forward_pre_hooks.clear()
         variance, mean = (torch.stack(values).mean(0) for values in zip(*found))
@@ -148,17 +148,17 @@ def start_from(student, path, photographs):
     student.train()
 
 
-def load_quantised(path, folder, weight_bits):
-    """(the quantised network of a checkpoint in evaluation mode, the checkpoint). One that is not in 8 bits yet is rounded to them, with
+def load_quantized(path, folder, weight_bits):
+    """(the quantized network of a checkpoint in evaluation mode, the checkpoint). One that is not in 8 bits yet is rounded to them, with
     ranges from photographs of `folder` (of prepare.py)."""
     state = torch.load(path)
     if state["ranges"]:
-        net = Quantised(state["ranges"], weight_bits)
+        net = Quantized(state["ranges"], weight_bits)
         net.load_state_dict(state["average"])
     else:
         student = model.Student().eval()
         student.load_state_dict(state["average"])
-        net = Quantised(find_ranges(student, data.Photographs(folder).calibration(np.random.default_rng(3))), weight_bits).take(student)
+        net = Quantized(find_ranges(student, data.Photographs(folder).calibration(np.random.default_rng(3))), weight_bits).take(student)
     return net.eval(), state
 
 
@@ -168,18 +168,18 @@ def main():
     p.add_argument("--data", required=True, help="what the weights were trained on (of prepare.py), for the provenance")
     p.add_argument("--out", required=True)
     p.add_argument("--weight-bits", type=int, default=8, help="7: weights that every instruction set multiplies at once, at some loss")
-    p.add_argument("--note", default="", help="goes into the provenance: licences, say")
+    p.add_argument("--note", default="", help="goes into the provenance: licenses, say")
     p.add_argument("--example", help="also write a small photograph and what the network must make of it, as safetensors, to test readers with")
     a = p.parse_args()
     torch.manual_seed(0)
-    net, state = load_quantised(a.checkpoint, a.data, a.weight_bits)
+    net, state = load_quantized(a.checkpoint, a.data, a.weight_bits)
     with open(os.path.join(a.data, "index.json")) as file:
         names = [entry["name"] for entry in json.load(file)["entries"]]
     parameters, products = model.costs()
     tensors = tensors_of(net)
     write_safetensors(a.out, tensors, {
         "format": "ldi", "name": "tiefenrausch_small", "version": "1", "operator_names": " ".join(op.name for op in net.operators),
-        # What the library sees a photograph at: better than once at 384 in layout and edges (README.md).
+        # The library runs the network at both sizes: layout and edges are better than with one run at 384 (README.md).
         "output": "disparity", "details_long_side": "448", "layout_long_side": "320", "provenance": json.dumps({
             "recipe": "examples/training/tiefenrausch_small", "teachers": "TCMonoDepth, small (MIT); Tiefenrausch as published (MIT)",
             "start": "MobileNet V2 trained on ImageNet (Apache-2.0, google-coral/test_data)", "photographs": len(names),

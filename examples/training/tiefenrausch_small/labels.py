@@ -6,28 +6,28 @@ LAYOUT, DETAIL = ("192", "256"), "384"  # short sides at which the teacher sees 
 COARSE_SIGMA = 6.0  # pixels of the label: what is smoother comes from the layout
 AGREEMENT = 0.8  # correlation of what the teacher says at its smallest and its largest size, below which it is not believed
 FAR, OPEN = -1.2, 0.1  # log disparity that the published network has for the sky and the like; the share of it that makes a landscape
-SNAP_RADIUS, SNAP_ROUNDS = 9, 2  # of the weighted median that moves steps to colour edges
+SNAP_RADIUS, SNAP_ROUNDS = 9, 2  # of the weighted median that moves steps to color edges
 LOW, HIGH = 0.5, 99.5  # percentiles of a label that become NEAR_FAR
 NEAR_FAR = 0.05, 1.0
 
 
-def standardised(disparity):
+def standardized(disparity):
     """Median 0, mean deviation 1."""
-    centred = disparity - np.median(disparity)
-    return centred / (np.abs(centred).mean() + 1e-6)
+    centered = disparity - np.median(disparity)
+    return centered / (np.abs(centered).mean() + 1e-6)
 
 
 def fitted(disparity, to):
     """a * disparity + b, nearest to another map."""
-    centred = disparity - disparity.mean()
-    return centred * (centred * (to - to.mean())).mean() / ((centred ** 2).mean() + 1e-9) + to.mean()
+    centered = disparity - disparity.mean()
+    return centered * (centered * (to - to.mean())).mean() / ((centered ** 2).mean() + 1e-9) + to.mean()
 
 
 def merged(sizes):
     """What the teacher says of one photograph: layout from where it sees the whole, detail from where it sees edges.
 
-    sizes  {short side: disparity H x W}; returns H x W, standardised"""
-    layout = np.mean([standardised(sizes[side]) for side in LAYOUT], 0)
+    sizes  {short side: disparity H x W}; returns H x W, standardized"""
+    layout = np.mean([standardized(sizes[side]) for side in LAYOUT], 0)
     detail = fitted(sizes[DETAIL], layout)
     return detail + cv2.GaussianBlur(layout - detail, (0, 0), COARSE_SIGMA)
 
@@ -37,9 +37,9 @@ def chosen(teacher, published):
     of both in open landscapes, where the published one parts trees, roofs and mountains from the sky.
 
     teacher    {short side: disparity}
-    published  {long side: log disparity}; returns H x W, standardised"""
+    published  {long side: log disparity}; returns H x W, standardized"""
     layout = (published["224"] + published["288"]) / 2
-    other = standardised(np.exp(published["384"] + cv2.GaussianBlur(layout - published["384"], (0, 0), COARSE_SIGMA)))
+    other = standardized(np.exp(published["384"] + cv2.GaussianBlur(layout - published["384"], (0, 0), COARSE_SIGMA)))
     if np.corrcoef(teacher[LAYOUT[0]].ravel(), teacher[DETAIL].ravel())[0, 1] < AGREEMENT:
         return other
     if (published["384"] < FAR).mean() > OPEN:
@@ -48,7 +48,7 @@ def chosen(teacher, published):
 
 
 def snapped(disparity, photo):
-    """Moves steps of disparity to colour edges: a median, each neighbour weighted by how much its colour is the pixel's.
+    """Moves steps of disparity to color edges: a median, each neighbor weighted by how much its color is the pixel's.
 
     photo H x W x 3 uint8. Values that change by no more than rounding to 8 bits stay as they were."""
     for _ in range(SNAP_ROUNDS):

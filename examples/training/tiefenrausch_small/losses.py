@@ -19,7 +19,7 @@ def aligned_error(y, truth, known):
 
 
 def difference_loss(error, known):
-    """Differences of neighbouring errors, at full size and at every second, fourth and eighth pixel."""
+    """Differences of neighboring errors, at full size and at every second, fourth and eighth pixel."""
     total = 0.0
     for scale in range(SCALES):
         e, k = error[:, :, ::2 ** scale, ::2 ** scale], known[:, :, ::2 ** scale, ::2 ** scale]

@@ -69,7 +69,7 @@ def edge_agreement(ours, true, known):
 
 
 def boundary_agreement(ours, true, known):
-    """F1 of the places where a pixel is nearer than its neighbour, on that side, by more than a ratio: the mean over ratios from 1.05 to 1.25,
+    """F1 of the places where a pixel is nearer than its neighbor, on that side, by more than a ratio: the mean over ratios from 1.05 to 1.25,
     each weighted by itself (Bochkovskii et al., "Depth Pro", 2024, scale-invariant boundary F1)."""
     ratios, found = np.linspace(1.05, 1.25, 10), []
     for ratio in ratios:

@@ -1,6 +1,6 @@
 """The network as a list of operators: convolutions, additions and enlargements, the three that the library's 8-bit networks have.
 
-The same list serves the float network below, the quantised one (quantise.py) and the export. The way down is MobileNet V2 (Sandler et al.,
+The same list serves the float network below, the quantized one (quantize.py) and the export. The way down is MobileNet V2 (Sandler et al.,
 CVPR 2018) as far as 1/32 of the resolution, so that training can start from its features (backbone.py); the way up is dense 3 x 3
 convolutions.
 """
@@ -11,7 +11,7 @@ import torch.nn as nn
 import torch.nn.functional as F
 
 # Tensors are named after the operator that makes them; the network's input is called "photo".
-Convolution = namedtuple("Convolution", "name input inputs outputs kernel stride depthwise relu normalised")
+Convolution = namedtuple("Convolution", "name input inputs outputs kernel stride depthwise relu normalized")
 Addition = namedtuple("Addition", "name a b")
 Enlargement = namedtuple("Enlargement", "name input")  # every pixel twice in both directions
 
@@ -22,9 +22,9 @@ class Builder:
     def __init__(self):
         self.operators, self.channels = [], {"photo": 3}
 
-    def convolution(self, name, x, outputs, kernel=1, stride=1, depthwise=False, relu=False, normalised=True):
+    def convolution(self, name, x, outputs, kernel=1, stride=1, depthwise=False, relu=False, normalized=True):
         inputs = self.channels[x]
-        self.operators.append(Convolution(name, x, inputs, outputs or inputs, kernel, stride, depthwise, relu, normalised))
+        self.operators.append(Convolution(name, x, inputs, outputs or inputs, kernel, stride, depthwise, relu, normalized))
         self.channels[name] = outputs or inputs
         return name
 
@@ -35,12 +35,12 @@ class Builder:
         return name
 
     def inverted_residual(self, name, x, outputs, expansion, stride):
-        """MobileNet V2's block. Not normalised: its normalisation is folded into the weights that it starts from."""
+        """MobileNet V2's block. Not normalized: its normalization is folded into the weights that it starts from."""
         y = x
         if expansion > 1:
-            y = self.convolution(name + ".expand", y, self.channels[x] * expansion, relu=True, normalised=False)
-        y = self.convolution(name + ".depthwise", y, None, 3, stride, depthwise=True, relu=True, normalised=False)
-        y = self.convolution(name + ".project", y, outputs, normalised=False)
+            y = self.convolution(name + ".expand", y, self.channels[x] * expansion, relu=True, normalized=False)
+        y = self.convolution(name + ".depthwise", y, None, 3, stride, depthwise=True, relu=True, normalized=False)
+        y = self.convolution(name + ".project", y, outputs, normalized=False)
         return self.addition(name + ".sum", x, y) if stride == 1 and outputs == self.channels[x] else y
 
     def residual(self, name, x):
@@ -65,7 +65,7 @@ RESIDUALS_UP = (0, 1, 1, 1, 1, 2)
 def operators():
     b = Builder()
     full = b.convolution("full", "photo", CHANNELS_UP[0], 3, relu=True)
-    x, levels, block = b.convolution("stem", "photo", STEM, 3, 2, relu=True, normalised=False), [full], 0
+    x, levels, block = b.convolution("stem", "photo", STEM, 3, 2, relu=True, normalized=False), [full], 0
     for outputs, expansion, strides in STAGES_DOWN:
         for stride in strides:
             if stride == 2:
@@ -82,21 +82,21 @@ def operators():
         for i in range(RESIDUALS_UP[level]):
             y = b.residual(f"refine{level}.{i}", y)
     # Beside the ReLU leads a way without one: with that alone, disparity ended at a constant where all of its channels were 0.
-    detail = b.convolution("detail", b.convolution("last", y, CHANNELS_UP[0], 3, relu=True), 1, 3, normalised=False)
-    b.addition("disparity", b.convolution("direct", y, 1, 3, normalised=False), detail)
+    detail = b.convolution("detail", b.convolution("last", y, CHANNELS_UP[0], 3, relu=True), 1, 3, normalized=False)
+    b.addition("disparity", b.convolution("direct", y, 1, 3, normalized=False), detail)
     return b.operators
 
 
 class Layer(nn.Module):
-    """A convolution and its normalisation."""
+    """A convolution and its normalization."""
 
     def __init__(self, op):
         super().__init__()
         inputs = 1 if op.depthwise else op.inputs
         self.weight = nn.Parameter(torch.empty(op.outputs, inputs, op.kernel, op.kernel))
         nn.init.normal_(self.weight, 0, ((2.0 if op.relu else 1.0) / (inputs * op.kernel ** 2)) ** 0.5)
-        self.norm = nn.BatchNorm2d(op.outputs, momentum=0.02) if op.normalised else None
-        self.bias = None if op.normalised else nn.Parameter(torch.zeros(op.outputs))
+        self.norm = nn.BatchNorm2d(op.outputs, momentum=0.02) if op.normalized else None
+        self.bias = None if op.normalized else nn.Parameter(torch.zeros(op.outputs))
         self.stride, self.padding, self.groups, self.relu = op.stride, op.kernel // 2, op.inputs if op.depthwise else 1, op.relu
 
     def forward(self, x):
@@ -115,13 +115,13 @@ class Layer(nn.Module):
 
 
 class Student(nn.Module):
-    """colour B x 3 x H x W in [0, 1], sides multiples of 32 -> disparity B x 1 x H x W, about 0 to 1"""
+    """color B x 3 x H x W in [0, 1], sides multiples of 32 -> disparity B x 1 x H x W, about 0 to 1"""
 
     def __init__(self):
         super().__init__()
         self.operators = operators()
         self.layers = nn.ModuleDict({key(op.name): Layer(op) for op in self.operators if isinstance(op, Convolution)})
-        for op in self.operators:  # every normalised shortcut block starts as the identity
+        for op in self.operators:  # every normalized shortcut block starts as the identity
             if isinstance(op, Addition) and op.name.endswith(".sum") and self.layers[key(op.b)].norm is not None:
                 nn.init.constant_(self.layers[key(op.b)].norm.weight, 0.1)
         nn.init.constant_(self.layers["direct"].bias, 0.4)
@@ -154,7 +154,7 @@ def key(name):
 
 
 def costs(height=288, width=384):
-    """(parameters with folded normalisation, multiplications), for a photograph of that size"""
+    """(parameters with folded normalization, multiplications), for a photograph of that size"""
     sizes, parameters, products = {"photo": height * width}, 0, 0
     for op in operators():
         if isinstance(op, Convolution):

@@ -22,7 +22,7 @@ LABEL_SIDE = 384
 LEAST_FRONT, MOST_FRONT = 0.02, 0.6  # of a photograph: what may be cut out of it
 
 
-def read_colour(path):
+def read_color(path):
     return cv2.cvtColor(cv2.imread(path, cv2.IMREAD_COLOR), cv2.COLOR_BGR2RGB)
 
 
@@ -53,9 +53,9 @@ def front_of(classes, label):
     return front
 
 
-def labelled(path, raw):
+def labeled(path, raw):
     """(name, source, photograph, disparity, what may be cut out)"""
-    name, photo = os.path.splitext(os.path.basename(path))[0], read_colour(path)
+    name, photo = os.path.splitext(os.path.basename(path))[0], read_color(path)
     layout = labels.chosen(stored(raw, "teacher", name), stored(raw, "published", name))
     small = cv2.resize(photo, layout.shape[::-1], interpolation=cv2.INTER_AREA)
     label = labels.in_range(labels.snapped(layout, small))
@@ -65,9 +65,9 @@ def labelled(path, raw):
 
 
 def photographs(folder, raw):
-    """What `labelled` says of each, in order."""
+    """What `labeled` says of each, in order."""
     with multiprocessing.Pool() as pool:
-        yield from pool.imap(functools.partial(labelled, raw=raw), [os.path.join(folder, file) for file in sorted(os.listdir(folder))])
+        yield from pool.imap(functools.partial(labeled, raw=raw), [os.path.join(folder, file) for file in sorted(os.listdir(folder))])
 
 
 def measured(folder):
@@ -88,17 +88,17 @@ def main():
     p.add_argument("--depth", action="append", default=[])
     a = p.parse_args()
     os.makedirs(a.out, exist_ok=True)
-    entries, colour_at, label_at, start = [], 0, 0, time.time()
-    with open(os.path.join(a.out, "colours.u8"), "wb") as colours, open(os.path.join(a.out, "labels.f16"), "wb") as values, \
+    entries, color_at, label_at, start = [], 0, 0, time.time()
+    with open(os.path.join(a.out, "colours.u8"), "wb") as colors, open(os.path.join(a.out, "labels.f16"), "wb") as values, \
             open(os.path.join(a.out, "fronts.u8"), "wb") as fronts:
         sources = [photographs(a.photos, a.raw)] + [measured(folder) for folder in a.depth]
         for name, source, photo, label, front in (item for s in sources for item in s):
-            entries.append({"name": name, "source": source, "height": photo.shape[0], "width": photo.shape[1], "colour_at": colour_at,
+            entries.append({"name": name, "source": source, "height": photo.shape[0], "width": photo.shape[1], "colour_at": color_at,
                             "label_height": label.shape[0], "label_width": label.shape[1], "label_at": label_at, "front": bool(front.any())})
-            colours.write(np.ascontiguousarray(photo).tobytes())
+            colors.write(np.ascontiguousarray(photo).tobytes())
             values.write(label.astype(np.float16).tobytes())
             fronts.write(front.tobytes())
-            colour_at, label_at = colour_at + photo.size, label_at + label.size
+            color_at, label_at = color_at + photo.size, label_at + label.size
     with open(os.path.join(a.out, "index.json"), "w") as file:
         json.dump({"entries": entries}, file)
     print(f"{len(entries)} photographs, {sum(e['front'] for e in entries)} with something to cut out, in {time.time() - start:.0f} s")

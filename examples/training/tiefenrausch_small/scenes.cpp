@@ -43,7 +43,7 @@ public:
         s_.camera = {width, height, ldi::focal_length_from_field_of_view(static_cast<float>(between(45, 75)), width, height)};
         const double far = between(4, 14);
         floor_ = -between(0.5, 1.6);
-        // Floor and end, and at times walls and a ceiling: x to the right, y up, z towards the camera.
+        // Floor and end, and at times walls and a ceiling: x to the right, y up, z toward the camera.
         s_.add(make_rectangle({{0, floor_, -far / 2}, {1, 0, 0}, {0, 0, -1}, {0, 1, 0}}, 40, far + 4),
                photograph(between(0.7, 3)));
         s_.add(make_rectangle(turned({0, 0, -far}, between(-0.4, 0.4)), 60, 40), photograph(far * between(0.5, 1.5)));

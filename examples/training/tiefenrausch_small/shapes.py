@@ -35,8 +35,8 @@ def outline(rng, size):
     return mask.astype(np.float32)
 
 
-def paste(rng, colour, truth, cutting, disparity, opacity):
-    """Pastes a cutting (of data.Photographs.cutting) somewhere over a crop, nearer than what it covers. Changes colour (H x W x 3 uint8) and
+def paste(rng, color, truth, cutting, disparity, opacity):
+    """Pastes a cutting (of data.Photographs.cutting) somewhere over a crop, nearer than what it covers. Changes color (H x W x 3 uint8) and
     truth (H x W, NaN where unknown) in place."""
     height, width = truth.shape
     scale = rng.uniform(0.25, 0.95) * max(height, width) / max(opacity.shape)
@@ -64,8 +64,8 @@ def paste(rng, colour, truth, cutting, disparity, opacity):
     most = np.nanmax(truth)
     if most > 1:
         truth /= most
-    # harmonised: light and contrast of a cutting lean towards those of where it lands
-    place, piece = colour[inside].astype(np.float32), cutting[of_cutting].astype(np.float32)
+    # harmonized: light and contrast of a cutting lean toward those of where it lands
+    place, piece = color[inside].astype(np.float32), cutting[of_cutting].astype(np.float32)
     lean = rng.uniform(0, 0.7)
     piece = piece + lean * (place.mean((0, 1)) - piece[solid].mean(0))
-    colour[inside] = np.clip(place + alpha[..., None] * (np.clip(piece, 0, 255) - place) + 0.5, 0, 255).astype(np.uint8)
+    color[inside] = np.clip(place + alpha[..., None] * (np.clip(piece, 0, 255) - place) + 0.5, 0, 255).astype(np.uint8)

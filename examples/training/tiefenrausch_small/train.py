@@ -26,7 +26,7 @@ import export
 import metrics
 from losses import aligned_error, losses
 from model import Student
-from quantise import Quantised, find_ranges
+from quantize import Quantized, find_ranges
 
 WARM_UP = 300  # steps
 # The schedule: (share of the processor time until then, pixels of a step, shapes of crops). Small crops first, all of a photograph last.
@@ -35,7 +35,7 @@ STAGES = (
     (0.60, 6 * 256 * 256, ((256, 256), (224, 288), (288, 224), (192, 320), (320, 192))),
     (1.00, 4 * 288 * 384, data.WHOLE),
 )
-QUANTISED_FROM = 0.80  # share of the schedule that is trained in floating point; the rest has 8 bits
+QUANTIZED_FROM = 0.80  # share of the schedule that is trained in floating point; the rest has 8 bits
 LAST = 0.70  # share of the schedule that `finish` goes on from
 
 
@@ -43,17 +43,17 @@ def rate_at(progress):
     return 0.5 * (1 + math.cos(math.pi * progress))
 
 
-BACKBONE_RATE = 0.2  # of the learning rate, for the features that training starts from: they have no normalisation, and know something
+BACKBONE_RATE = 0.2  # of the learning rate, for the features that training starts from: they have no normalization, and know something
 
 
 @torch.no_grad()
 def validate(net, batches):
     """(mean error, loss of differences) against the labels of held-out photographs, each aligned by scale and shift."""
     errors, differences = [], []
-    for colour, truth, known in batches:
-        y = net(colour)
+    for color, truth, known in batches:
+        y = net(color)
         errors.append(aligned_error(y, truth, known).abs().flatten(1).mean(1))
-        differences.append(losses(y, truth, known)["gradient"][None].expand(len(colour)))
+        differences.append(losses(y, truth, known)["gradient"][None].expand(len(color)))
     return tuple(torch.cat(v).mean().item() for v in (errors, differences))
 
 
@@ -69,17 +69,17 @@ class Watched:
         """{measure: mean}, of metrics.compare"""
         found = []
         for photo, truth in self.pairs:
-            colour = torch.from_numpy(photo).permute(2, 0, 1)[None].float().div(255).contiguous(memory_format=torch.channels_last)
-            found.append(metrics.compare(net(colour)[0, 0].numpy(), truth))
+            color = torch.from_numpy(photo).permute(2, 0, 1)[None].float().div(255).contiguous(memory_format=torch.channels_last)
+            found.append(metrics.compare(net(color)[0, 0].numpy(), truth))
         return {m: float(np.nanmean([f[m] for f in found])) for m in ("delta", "abs_rel", "edges")} if found else {}
 
 
 class Run:
-    """The state that a checkpoint holds: the network, its running average (which is what ships), the optimiser and the counts."""
+    """The state that a checkpoint holds: the network, its running average (which is what ships), the optimizer and the counts."""
 
     def __init__(self):
         self.step, self.samples, self.seconds, self.progress = 0, 0, 0.0, 0.0  # seconds of processor time
-        self.ranges = None  # quantisation of the tensors, once there is one
+        self.ranges = None  # quantization of the tensors, once there is one
         self.use(Student())
 
     def use(self, net):
@@ -90,17 +90,17 @@ class Run:
         for name, p in self.net.named_parameters():
             old = name.split(".")[1].startswith(("stem", "down"))
             groups.setdefault((BACKBONE_RATE if old else 1.0, decay if p.dim() > 1 and not old else 0.0), []).append(p)
-        self.optimiser = torch.optim.AdamW([{"params": p, "share": share, "weight_decay": d} for (share, d), p in groups.items()],
+        self.optimizer = torch.optim.AdamW([{"params": p, "share": share, "weight_decay": d} for (share, d), p in groups.items()],
                                            betas=(0.9, 0.99))
         self.since = self.step
 
-    def quantise(self, batches):
+    def quantize(self, batches):
         """Goes on in 8 bits, from the average of the float network."""
         self.ranges = find_ranges(self.average, batches)
-        self.use(Quantised(self.ranges).take(self.average))
+        self.use(Quantized(self.ranges).take(self.average))
 
     def state(self):
-        return {"net": self.net.state_dict(), "average": self.average.state_dict(), "optimiser": self.optimiser.state_dict(),
+        return {"net": self.net.state_dict(), "average": self.average.state_dict(), "optimiser": self.optimizer.state_dict(),
                 "ranges": self.ranges, "step": self.step, "since": self.since, "samples": self.samples, "seconds": self.seconds,
                 "progress": self.progress}
 
@@ -112,34 +112,34 @@ class Run:
         state = torch.load(path)
         if state["ranges"]:
             self.ranges = state["ranges"]
-            self.use(Quantised(self.ranges))
+            self.use(Quantized(self.ranges))
         self.net.load_state_dict(state["net"])
         self.average.load_state_dict(state["average"])
-        self.optimiser.load_state_dict(state["optimiser"])
+        self.optimizer.load_state_dict(state["optimiser"])
         self.step, self.since, self.samples, self.seconds = (state[n] for n in ("step", "since", "samples", "seconds"))
         self.progress = state.get("progress", 0.0)
 
     @torch.no_grad()
     def follow(self):
-        """Moves the average towards the network."""
+        """Moves the average toward the network."""
         steps = self.step - self.since
         decay = min(0.999, (steps + 1) / (steps + 10))
         for mean, value in zip(self.average.state_dict().values(), self.net.state_dict().values()):
             mean.lerp_(value, 1 - decay) if mean.dtype.is_floating_point else mean.copy_(value)
 
     def learn(self, batch, rate):
-        for group in self.optimiser.param_groups:
+        for group in self.optimizer.param_groups:
             group["lr"] = rate * group["share"]
-        colour, truth, known = batch
-        terms = losses(self.net(colour), truth, known)
-        self.optimiser.zero_grad(set_to_none=True)
+        color, truth, known = batch
+        terms = losses(self.net(color), truth, known)
+        self.optimizer.zero_grad(set_to_none=True)
         sum(terms.values()).backward()
         norm = torch.nn.utils.clip_grad_norm_(self.net.parameters(), 1.0)
         if not torch.isfinite(norm):
             return {}
-        self.optimiser.step()
+        self.optimizer.step()
         self.step += 1
-        self.samples += len(colour)
+        self.samples += len(color)
         self.follow()
         return {**{name: term.item() for name, term in terms.items()}, "norm": norm.item()}
 
@@ -229,7 +229,7 @@ def main():
         run.seconds = before + time.process_time() - processor
         progress = schedule.progress(run.seconds, run.progress)
         if run.ranges is not None:
-            progress = max(progress, QUANTISED_FROM)  # there is no way back
+            progress = max(progress, QUANTIZED_FROM)  # there is no way back
         run.progress = progress
         done = asked or progress >= 1 or os.path.exists(path("stop"))
         if run.seconds - looked > 900 or done:
@@ -258,9 +258,9 @@ def main():
             run.save(path(f"step_{run.step:07d}.pt"))
         if done:
             break
-        if progress >= QUANTISED_FROM and run.ranges is None:
+        if progress >= QUANTIZED_FROM and run.ranges is None:
             run.save(path("float.pt"))
-            run.quantise(photographs.calibration(rng))
+            run.quantize(photographs.calibration(rng))
             print(f"step {run.step}: on in 8 bits", flush=True)
         want(progress)
         rate = a.rate * min(1.0, (run.step - run.since + 1) / WARM_UP) * rate_at(progress)

@@ -1,5 +1,5 @@
-// How far the viewer may go: what a 3D photo has hidden surfaces for, and no farther. include/ldi/render/motion.hpp has the formula, and
-// where it comes from.
+// Limits the viewer's motion to positions for which the 3D photo has hidden surfaces. include/ldi/render/motion.hpp has the formula and its
+// derivation.
 
 /**
  * What the file says.
@@ -43,6 +43,11 @@ function across({ x, y, z }, { halfWidth, halfHeight, nearest, farthest }) {
 export function motionOf(position, budget) {
     const forward = Math.max(-position.z, 0);
     return forward < budget.nearest ? (across(position, budget) * budget.nearest) / (budget.nearest - forward) : Infinity;
+}
+
+/** How far a viewer may go sideways. @param {Budget} budget */
+export function asideWithin({ motion, nearest, farthest, halfWidth, halfHeight }) {
+    return (2 * motion * Math.max(halfWidth, halfHeight)) / (1 / nearest - 1 / farthest);
 }
 
 /**

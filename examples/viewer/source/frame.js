@@ -1,12 +1,13 @@
 // The frame that hides the outer boundary of the photo, and what follows from it: how far the viewer may go, and the fading of the
-// model beyond ("Viewing 3D Photos" in the paper: "a 3D model viewed through a 2D frame").
+// model beyond ("Viewing 3D Photos" in the paper: "a 3D model viewed through a 2D frame"). Where surfaces go on past the photo's
+// border (include/ldi/occlusion/past_frame.hpp) it shows the whole photo, and the viewer may use the whole budget.
 //
 // On a flat screen the edge of the canvas is the frame. It is fixed to the photo at the distance of the *pivot*: what is as far as
 // the pivot stays where it is on the screen when the viewer moves sideways, nearer things move one way, farther things the other.
 
 import { Color, DoubleSide, Group, Mesh, MeshBasicMaterial, Path, PlaneGeometry, ShaderMaterial, Shape, ShapeGeometry } from "three";
 
-import { motionOf, withinMotion } from "./budget.js";
+import { asideWithin, motionOf, withinMotion } from "./budget.js";
 
 /** @typedef {import("./photo.js").Photo} Photo */
 
@@ -44,24 +45,29 @@ export const headVisibility = (reach) => faded(fading.head, reach);
 export class FlatFrame {
     /**
      * @param {Photo} photo
-     * @param {number} hiddenBorder  how much of the photo is hidden along every side, as a share of its shorter side
+     * @param {number} hiddenBorder  how much of the photo is hidden along every side, as a share of its shorter side, unless its
+     *   surfaces go on past its border
      */
     constructor(photo, hiddenBorder) {
         this.budget = photo.budget;
         const halfWidth = photo.halfHeight * photo.aspect;
-        const border = 2 * hiddenBorder * Math.min(halfWidth, photo.halfHeight);
+        const border = photo.isPastFrame ? 0 : 2 * hiddenBorder * Math.min(halfWidth, photo.halfHeight);
         /** Half the size of what is seen, at distance 1. */
         this.halfWidth = halfWidth - border;
         this.halfHeight = photo.halfHeight - border;
         /** In the middle of the disparities, so that the nearest and the farthest move equally far. */
-        this.pivot = 2 / (1 / photo.nearest + 1 / photo.farthest);
+        const { nearest, farthest } = photo.isPastFrame ? photo.budget : photo;
+        this.pivot = 2 / (1 / nearest + 1 / farthest);
         /** A step aside by `farthestAside` moves the nearest and the farthest surface by what the border has to spare. */
-        this.farthestAside = (sideways * border) / (1 / photo.nearest - 1 / this.pivot);
-        // Of a photo without depth one still sees the side.
+        this.farthestAside = photo.isPastFrame ? asideWithin(photo.budget) : (sideways * border) / (1 / nearest - 1 / this.pivot);
+        // A photo without depth would otherwise let the viewer see its side.
         this.farthestAside = Math.min(this.farthestAside, 0.35 * this.pivot);
         this.farthestIn = wayIn * photo.nearest;
         /** A step back by `farthestBack` shrinks the nearest surface by what the border has left. */
         this.farthestBack = (photo.nearest * (1 - sideways) * border) / Math.max(halfWidth, photo.halfHeight);
+        if (photo.isPastFrame) this.farthestBack = this.farthestIn;
+        /** Whether going back, too, leaves the frame on the photo's border at the pivot. */
+        this.keepsPhotoInFrame = photo.isPastFrame;
         this.near = 0.05 * photo.nearest;
         this.far = 10 * photo.farthest;
     }
@@ -94,15 +100,16 @@ export class FlatFrame {
         const { x, y, z } = this.position(reach);
         const toPivot = this.pivot + z;
         const scale = this.near;
+        const shown = this.keepsPhotoInFrame ? Math.min(this.pivot / toPivot, 1) : 1;
         camera.position.set(x, y, z);
         camera.quaternion.identity();
         camera.near = this.near;
         camera.far = this.far;
         camera.projectionMatrix.makePerspective(
-            scale * (-this.halfWidth - x / toPivot),
-            scale * (this.halfWidth - x / toPivot),
-            scale * (this.halfHeight - y / toPivot),
-            scale * (-this.halfHeight - y / toPivot),
+            scale * (-shown * this.halfWidth - x / toPivot),
+            scale * (shown * this.halfWidth - x / toPivot),
+            scale * (shown * this.halfHeight - y / toPivot),
+            scale * (-shown * this.halfHeight - y / toPivot),
             this.near,
             this.far,
         );

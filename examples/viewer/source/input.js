@@ -58,7 +58,7 @@ export function listenToInput(frame, motion) {
     frame.addEventListener("pointerup", release);
     frame.addEventListener("pointercancel", release);
 
-    // As if the photo stood in a feed: scrolling on takes the viewer up and into the scene.
+    // Scrolling down moves the viewer up and into the scene, as for a photo in a feed.
     addEventListener(
         "wheel",
         (event) => {

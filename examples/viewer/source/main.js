@@ -32,6 +32,7 @@ async function open(stage, bytes) {
     const photo = await readPhoto(bytes);
     root.style.setProperty("--photo-width", String(photo.aspect));
     root.style.setProperty("--photo-height", "1");
+    root.style.setProperty("--hidden-border", photo.isPastFrame ? "0" : "var(--cropped-border)");
     root.classList.remove("is-empty");
     element("choose").hidden = true;
     canvas.hidden = false;

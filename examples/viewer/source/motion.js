@@ -1,5 +1,5 @@
-// Where the viewer is: the sum of what the mouse, the device, scrolling, dragging and keys ask for, kept within limits and eased.
-// Knows nothing of the page, of three.js or of the photo: all is in the units of Reach (frame.js), 1 is as far as one should go.
+// Position of the viewer: the sum of the motions from mouse, device, scrolling, dragging and keys, limited and eased. Independent of the
+// page, three.js and the photo: all values are in the units of Reach (frame.js), where 1 is the limit of the motion.
 
 /** @typedef {import("./frame.js").Reach} Reach */
 

@@ -15,6 +15,7 @@ import { readBudget } from "./budget.js";
  * @property {number} nearest  distance of the nearest surface along the optical axis
  * @property {number} farthest  of the farthest
  * @property {boolean} fillsView  as photos do; another model stands alone
+ * @property {boolean} isPastFrame  its surfaces go on past its border, as far as the budget lets one see behind a frame of its size
  * @property {import("./budget.js").Budget | null} budget  how far the viewer may go; null where the file does not say
  */
 
@@ -31,7 +32,8 @@ export async function readPhoto(bytes) {
     model.add(file.scene);
     file.scene.updateWorldMatrix(true, true);
 
-    const camera = file.cameras.find((candidate) => candidate.isPerspectiveCamera) ?? cameraThatSeesAll(file.scene);
+    const photoCamera = file.cameras.find((candidate) => candidate.isPerspectiveCamera);
+    const camera = photoCamera ?? cameraThatSeesAll(file.scene);
     const toCamera = new Matrix4().copy(camera.matrixWorld).invert();
     file.scene.applyMatrix4(toCamera);
     model.updateMatrixWorld(true);
@@ -40,7 +42,8 @@ export async function readPhoto(bytes) {
     const halfHeight = Math.tan((camera.fov * Math.PI) / 360);
     const halfWidth = halfHeight * camera.aspect;
     const budget = readBudget(file.scene.userData, halfWidth, halfHeight);
-    return { model, aspect: camera.aspect, halfHeight, nearest, farthest, fillsView: camera.fillsView ?? true, budget };
+    const isPastFrame = photoCamera !== undefined && budget !== null && file.scene.userData.past_frame === true;
+    return { model, aspect: camera.aspect, halfHeight, nearest, farthest, fillsView: camera.fillsView ?? true, isPastFrame, budget };
 }
 
 /** Frees what a photo holds on the graphics card. @param {Photo} photo */

@@ -1,6 +1,6 @@
-// Meshes and poses as Eigen sees them, without a copy: V, F and UV are matrices with a row a vertex or triangle, which is
-// libigl's convention, and a view's pose is an isometry. Needs Eigen 3.4; no other header of ldi does. Include the single header,
-// if you use it, before this one.
+// Meshes and poses as Eigen types, without a copy: V, F and UV are matrices with one row per vertex or triangle, as in libigl,
+// and the pose of a view is an isometry. Requires Eigen 3.4; no other header of ldi does. Include the single header, if you use
+// it, before this one.
 #pragma once
 
 #ifndef LDI_SINGLE_HEADER
@@ -23,7 +23,7 @@ using triangle_map = Eigen::Map<const Eigen::Matrix<std::uint32_t, Eigen::Dynami
 /// V x 2 texture coordinates; (0, 0) is the top left corner of the atlas.
 using texture_coordinate_map = Eigen::Map<const Eigen::Matrix<float, Eigen::Dynamic, 2, Eigen::RowMajor>>;
 
-/// Shows the mesh's own memory: the mesh must live, and not grow, as long as the map. So with the two below.
+/// Maps the mesh's own memory: the mesh must outlive the map and must not grow. This also holds for the next two functions.
 inline position_map positions(const textured_mesh& mesh) {
     return {mesh.positions.data(), static_cast<Eigen::Index>(mesh.vertex_count()), 3};
 }
@@ -34,7 +34,7 @@ inline texture_coordinate_map texture_coordinates(const textured_mesh& mesh) {
     return {mesh.texture_coordinates.data(), static_cast<Eigen::Index>(mesh.vertex_count()), 2};
 }
 
-/// From the camera's axes to the photo's space: `pose(v) * Eigen::Vector3f::Zero()` is where the camera is.
+/// Transform from the camera's axes to the photo's space: `pose(v) * Eigen::Vector3f::Zero()` is the camera's position.
 inline Eigen::Isometry3f pose(const view& v) {
     Eigen::Isometry3f result = Eigen::Isometry3f::Identity();
     result.linear() = Eigen::Map<const Eigen::Matrix<float, 3, 3, Eigen::RowMajor>>(v.rotation.data());
@@ -42,7 +42,7 @@ inline Eigen::Isometry3f pose(const view& v) {
     return result;
 }
 
-/// The view of a camera with this pose.
+/// Makes the view of a camera with this pose.
 inline view view_from(const pinhole_camera& camera, const Eigen::Isometry3f& camera_to_photo) {
     view result;
     result.camera = camera;

@@ -1,6 +1,6 @@
-// Images as xtensor sees them: any expression or NumPy array goes in, images come out without a copy. Needs xtensor 0.24; no
-// other header of ldi does. xtensor's lazy views cost ten times what loops over rows do, so they are for what is done once an
-// image. Include the single header, if you use it, before this one.
+// Images as xtensor types: images are made from any expression or NumPy array, and become tensors without a copy. Requires
+// xtensor 0.24; no other header of ldi does. xtensor's lazy views cost ten times as much as loops over rows, so use them for
+// work done once per image. Include the single header, if you use it, before this one.
 #pragma once
 
 #ifndef LDI_SINGLE_HEADER
@@ -19,7 +19,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The image's own memory as an H x W x C tensor: the image must live, and not be assigned to, as long as this is used.
+/// Maps the image's own memory as an H x W x C tensor. The image must outlive the tensor and must not be assigned to.
 template <class Scalar>
 auto as_tensor(image<Scalar>& picture) {
     return xt::adapt(picture.data(), picture.size(), xt::no_ownership(),
@@ -41,12 +41,12 @@ std::array<std::size_t, 3> image_shape(const Expression& values) {
 }
 }  // namespace detail
 
-/// A tensor's own memory as a view, without a copy: rows may have gaps, the values of a row may not.
+/// Views a tensor's own memory without a copy. Gaps between rows are allowed, gaps within a row are not.
 ///
 /// values  H x W or H x W x C, a container or a strided view of one (xt::view(photo, xt::range(8, 72)), a NumPy array), which
-/// must live
-///         as long as the view
-/// Raises mismatch for other dimensions, and where the values of a row are not side by side: make an image of those.
+///         must outlive the view
+///
+/// Raises mismatch for other dimensions and for gaps within a row; make_image() copies such tensors.
 template <class Tensor>
 auto view_of(Tensor& values) {
     using scalar = std::remove_pointer_t<decltype(values.data())>;
@@ -54,12 +54,11 @@ auto view_of(Tensor& values) {
     const auto stride = [&](std::size_t dimension) { return static_cast<std::size_t>(values.strides()[dimension]); };
     const bool has_channels = values.dimension() == 3 && channels > 1;
     if ((width > 1 && stride(1) != channels) || (has_channels && stride(2) != 1) || (height > 1 && stride(0) < width * channels))
-        raise(error_code::mismatch, "tensor", "rows whose values lie side by side",
-              "gaps, another order, or rows that go backwards");
+        raise(error_code::mismatch, "tensor", "contiguous rows", "gaps, another order, or reversed rows");
     return image_view<scalar>(values.data() + values.data_offset(), height, width, channels, height > 1 ? stride(0) : 0);
 }
 
-/// The values of any expression, computed into an image. Raises mismatch unless it has two or three dimensions.
+/// Evaluates an expression into an image. Raises mismatch unless it has two or three dimensions.
 ///
 ///     ldi::image<float> distance = ldi::make_image<float>(1.0F / (ldi::as_tensor(disparity) + 0.1F));
 template <class Scalar, class Expression>

@@ -1,4 +1,4 @@
-// `array_view<T>`: a non-owning view of an array. Like std::span, but any integer type indexes it without a cast.
+// `array_view<T>`: a non-owning view of an array. Like std::span, but indexed by any integer type without a cast.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -13,7 +13,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// `array_view<const T>` reads, `array_view<T>` also writes. Converts from buffers and spans, and to spans.
+/// `array_view<const T>` is read-only, `array_view<T>` also writes. Converts from buffers and spans, and to spans.
 template <class T>
 class array_view {
 public:
@@ -32,7 +32,7 @@ public:
 
     constexpr T* data() const { return data_; }
     constexpr std::size_t size() const { return size_; }
-    /// size() as an index.
+    /// Returns size() as an index.
     std::int32_t count() const {
         LDI_ASSERT(size_ <= 0x7FFFFFFF);
         return static_cast<std::int32_t>(size_);
@@ -47,7 +47,7 @@ public:
     T& back() const { return data_[size_ - 1]; }
     buffer<value_type> copy() const { return buffer<value_type>(begin(), end()); }
 
-    /// Compares the values.
+    /// Compares all values.
     friend bool operator==(array_view a, array_view b) {
         if (a.size_ != b.size_) return false;
         for (std::size_t i = 0; i < a.size_; ++i)

@@ -1,4 +1,4 @@
-// `buffer<T>` is the one owner of values in ldi: images, graphs, columns, plans and feature maps stand on it.
+// `buffer<T>` owns all values in ldi: images, graphs, columns, plans and feature maps consist of buffers.
 #pragma once
 
 #include <ldi/base/config.hpp>
@@ -15,16 +15,16 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The start of a cache line, so that no vector load of packed values straddles two.
+/// Size of a cache line: aligned vector loads of packed values never straddle two lines.
 inline constexpr std::size_t buffer_alignment = 64;
 
-/// Asks for values that are left as they are. Without it a buffer sets them to zero.
+/// Tag for uninitialized values. Without it, a buffer initializes values to zero.
 struct unset_t {};
 inline constexpr unset_t unset{};
 
 namespace detail {
 
-/// An iterator with a difference: std::random_access_iterator without the header that defines it.
+/// An iterator that supports differences. Equivalent to std::random_access_iterator, without the header that defines it.
 template <class T>
 concept element_iterator = requires(T i) {
     *i;
@@ -32,17 +32,19 @@ concept element_iterator = requires(T i) {
     i - i;
 };
 
-/// Apart from `buffer`, so that it is compiled once for all element types.
+/// Outside `buffer`, so that it is compiled once for all element types.
 [[noreturn]] inline void out_of_memory() {
 #if LDI_HAS_EXCEPTIONS
     throw std::bad_alloc();
 #else
-    raise(error_code::out_of_memory, "memory", "enough of it", "too little");  // texts so short that they need none
+    raise(error_code::out_of_memory, "memory", "enough memory", "too little");  // texts so short that they need no allocation
 #endif
 }
 
-/// Raises too_large: the size of the values in bytes overflows.
-[[noreturn]] inline void refuse_count() { raise(error_code::too_large, "buffer", "a size that memory can have", "a larger one"); }
+/// Raises too_large, because the size of the values in bytes overflows.
+[[noreturn]] inline void refuse_count() {
+    raise(error_code::too_large, "buffer", "a size within the address space", "a larger size");
+}
 
 /// Type-independent part of a buffer, compiled once for all types.
 struct memory_block {
@@ -50,7 +52,7 @@ struct memory_block {
     std::size_t size = 0, capacity = 0;  ///< in values
     const memory* from = nullptr;
 
-    /// A larger place, in which nothing is yet.
+    /// Allocates a larger, empty block.
     void* allocate(std::size_t new_capacity, std::size_t value_size, std::size_t alignment) {
         if (from == nullptr) from = &current_memory();
         if (new_capacity > static_cast<std::size_t>(PTRDIFF_MAX) / value_size) refuse_count();
@@ -58,12 +60,12 @@ struct memory_block {
         if (place == nullptr) out_of_memory();
         return place;
     }
-    /// Goes on with `place`, where the values are now.
+    /// Switches to `place`, where the values are now.
     void replace(void* place, std::size_t new_capacity, std::size_t value_size) {
         release(value_size);
         values = place, capacity = new_capacity;
     }
-    /// For values that move as bytes.
+    /// Moves values that can be copied as bytes.
     [[gnu::noinline]] void reallocate(std::size_t new_capacity, std::size_t value_size, std::size_t alignment) {
         void* place = allocate(new_capacity, value_size, alignment);
         if (size > 0) std::memcpy(place, values, size * value_size);
@@ -80,10 +82,10 @@ struct memory_block {
 
 }  // namespace detail
 
-/// A growing array, aligned to 64 bytes, on the memory that was current when it first allocated. It knows where that was, and
-/// gives it back there. It is like std::vector, but any integer subscripts it without a cast, `unset` leaves values of trivial
-/// types as they are, and a moved-from buffer is empty. If memory runs out it throws std::bad_alloc and keeps its values; without
-/// exceptions it raises error_code::out_of_memory. It raises too_large for a size that no memory has.
+/// A growing array, aligned to 64 bytes, in the memory that was current at its first allocation. A buffer returns memory to the
+/// allocator it came from. Differences to std::vector: any integer type is an index without a cast, `unset` leaves values of
+/// trivial types uninitialized, and a moved-from buffer is empty. If memory runs out, it throws std::bad_alloc and keeps its
+/// values; without exceptions it raises error_code::out_of_memory. It raises too_large for impossible sizes.
 template <class T>
 class buffer {
 public:
@@ -92,7 +94,7 @@ public:
     using const_iterator = const T*;
 
     buffer() = default;
-    // Through the default constructor: where memory runs out half way, the destructor gives back what there is.
+    // Delegates to the default constructor, so that the destructor releases the values if memory runs out during construction.
     explicit buffer(std::size_t count) : buffer() { resize(count); }
     buffer(std::size_t count, unset_t) : buffer() { resize(count, unset); }
     buffer(std::size_t count, const T& value) : buffer() { resize(count, value); }
@@ -104,7 +106,9 @@ public:
     buffer(const buffer& other) : buffer(other.begin(), other.end()) {}
     buffer(buffer&& other) noexcept : block_(other.block_) { other.block_ = {}; }
     buffer& operator=(const buffer& other) {
-        if (this != &other) assign(other.begin(), other.end());
+        if (this == &other) return *this;
+        reserve(other.size());  // first, so that the values remain if memory runs out
+        assign(other.begin(), other.end());
         return *this;
     }
     buffer& operator=(buffer&& other) noexcept {
@@ -117,7 +121,7 @@ public:
     }
 
     std::size_t size() const { return block_.size; }
-    /// size() in the type that ldi's indices have; also the index of the value that is appended next.
+    /// Returns size() in the type of ldi's indices; also the index of the next appended value.
     std::int32_t count() const {
         LDI_ASSERT(size() <= 0x7FFFFFFF);
         return static_cast<std::int32_t>(size());
@@ -144,12 +148,12 @@ public:
     T& back() { return end()[-1]; }
     const T& back() const { return end()[-1]; }
 
-    /// New values are zero.
+    /// Initializes new values to zero.
     void resize(std::size_t count) {
         make_size(count);
         for (; size() < count; ++block_.size) ::new (place_at_end()) T();
     }
-    /// New values of trivial types are not set.
+    /// Leaves new values of trivial types uninitialized.
     void resize(std::size_t count, unset_t) {
         if constexpr (__is_trivially_constructible(T)) {
             make_size(count);
@@ -159,7 +163,7 @@ public:
         }
     }
     void resize(std::size_t count, const T& value) {
-        const T copy = value;  // it may lie in what moves
+        const T copy = value;  // `value` may be an element that moves
         make_size(count);
         for (; size() < count; ++block_.size) ::new (place_at_end()) T(copy);
     }
@@ -182,13 +186,13 @@ public:
     template <class... Arguments>
     T& emplace_back(Arguments&&... arguments) {
         if (size() == capacity()) {
-            T made(std::forward<Arguments>(arguments)...);  // the arguments may lie in what moves
+            T made(std::forward<Arguments>(arguments)...);  // the arguments may refer to elements that move
             reallocate(block_.grown(size() + 1));
             ::new (place_at_end()) T(std::move(made));
         } else {
             ::new (place_at_end()) T(std::forward<Arguments>(arguments)...);
         }
-        return data()[block_.size++];  // only now: what could not be made is not destroyed
+        return data()[block_.size++];  // only now, so that a value whose constructor throws is not destroyed
     }
     void pop_back() { destroy_from(size() - 1); }
     /// The range must not lie in this buffer.
@@ -196,14 +200,14 @@ public:
     void append(Iterator first, Iterator last) {
         make_room(size() + static_cast<std::size_t>(last - first));
         if constexpr (moves_as_bytes && (std::same_as<Iterator, T*> || std::same_as<Iterator, const T*>)) {
-            // In one call: bytes may alias the size, which a loop would count one by one.
+            // One call, because bytes may alias the size, which a loop would then update for each value.
             if (first != last) std::memcpy(place_at_end(), first, static_cast<std::size_t>(last - first) * sizeof(T));
             block_.size += static_cast<std::size_t>(last - first);
             return;
         }
         for (; first != last; ++first, ++block_.size) ::new (place_at_end()) T(static_cast<T>(*first));
     }
-    /// Trivial types only, as erase. `value` must not lie in this buffer.
+    /// Inserts values of trivial types. `value` must not lie in this buffer.
     T* insert(T* place, const T& value) { return insert(place, &value, &value + 1); }
     template <detail::element_iterator Iterator>
     T* insert(T* place, Iterator first, Iterator last) {
@@ -240,7 +244,7 @@ public:
     }
 
 private:
-    // Built into compilers: the standard library's traits instantiate several templates more for every type of value.
+    // Compiler built-in: the standard library's traits instantiate several more templates for every type of value.
     static constexpr bool moves_as_bytes = __is_trivially_copyable(T);
     static constexpr std::size_t alignment = alignof(T) > buffer_alignment ? alignof(T) : buffer_alignment;
 
@@ -249,7 +253,7 @@ private:
     void make_room(std::size_t count) {
         if (count > capacity()) reallocate(empty() ? count : block_.grown(count));
     }
-    // Has room for `count` values, and no more values than that.
+    // Destroys values beyond `count`, or makes room for `count` values.
     void make_size(std::size_t count) {
         if (count < size()) destroy_from(count);
         make_room(count);
@@ -261,7 +265,7 @@ private:
         block_.size = count;
     }
 
-    void reallocate(std::size_t new_capacity) {  // seldom called, from very many places
+    void reallocate(std::size_t new_capacity) {  // called rarely, from many places
         if constexpr (moves_as_bytes)
             block_.reallocate(new_capacity, sizeof(T), alignment);
         else

@@ -1,16 +1,16 @@
-// Settings that a user can make before including any header of ldi, and facts that ldi finds out about the compiler.
+// Settings that a user can define before including any header of ldi, and properties of the compiler that ldi detects.
 //
-//   LDI_ASSERT(condition)   checks that the API is used as documented. Defaults to assert(); define it to your engine's own.
-//   LDI_HAS_EXCEPTIONS      0 or 1; found out from the compiler unless set. With 0, errors go to the handler of base/error.hpp.
-//   LDI_STANDARD_ONLY       leaves out what GCC and clang have beyond the C++ standard: vector types and the kernels of
-//   instruction
-//                           sets, so that scalar code computes everything. Set by itself for other compilers.
-//   LDI_CONFIGURATION       names the inline namespace that all of ldi lies in, such as v0_1_0 or v0_1_0_ndebug_avx2_fma. Do not
-//   set it.
+// LDI_ASSERT(condition)   checks that the API is used as documented. Defaults to assert(); define it as your engine's own.
+// LDI_HAS_EXCEPTIONS      0 or 1; detected unless defined. With 0, errors go to the handler of base/error.hpp.
+// LDI_STANDARD_ONLY       disables the extensions of GCC and clang: vector types and the kernels of instruction sets, so that
+//                         scalar code computes everything. Other compilers define it automatically.
+// LDI_CONFIGURATION       name of the inline namespace that contains all of ldi, such as v0_1_0 or v0_1_0_ndebug_avx2_fma. Do
+//                         not define it.
 //
-// Translation units of one program may be compiled differently: the namespace keeps apart what the linker would take for the
-// same. So an object of one configuration is no object of another, and an ldi::error that crosses over is caught as
-// std::runtime_error. Each configuration has an error handler and a memory of each thread of its own.
+// Translation units of one program may be compiled with different settings: the namespace separates their code, which the linker
+// would otherwise merge. Types of one configuration therefore differ from those of another, and an ldi::error that crosses
+// the boundary is caught as std::runtime_error. Each configuration has its own error handler and its own current memory per
+// thread.
 #pragma once
 
 #include <ldi/version.hpp>
@@ -25,7 +25,7 @@
 #define LDI_STANDARD_PART _standard
 #endif
 
-// ---- the parts of the namespace's name
+// ---- parts of the namespace's name
 
 #if defined(LDI_ASSERT)
 #define LDI_ASSERTION_PART _own_assert

@@ -29,7 +29,7 @@ public:
         return member;
     }
 
-    /// The smallest member of the set that holds `member`.
+    /// Returns the smallest member of the set that contains `member`.
     std::int32_t find(std::int32_t member) {
         LDI_ASSERT(member >= 0 && member < parent_.count());
         while (parent(member) != member) {
@@ -39,7 +39,7 @@ public:
         return member;
     }
 
-    /// Merges the sets that hold a and b, and returns the smallest member of the result.
+    /// Merges the sets that contain a and b, and returns the smallest member of the result.
     std::int32_t merge(std::int32_t a, std::int32_t b) {
         a = find(a), b = find(b);
         if (b < a) {
@@ -50,13 +50,13 @@ public:
         return a;
     }
 
-    /// Numbers the sets from 0 in the order of their smallest members and returns their number. labels[member] is the number of
-    /// the set that holds it.
+    /// Numbers the sets from 0 in the order of their smallest members, and returns the number of sets. labels[member] becomes
+    /// the number of its set.
     std::int32_t number(buffer<std::int32_t>& labels) const {
         labels.resize(size());
         std::int32_t count = 0;
         for (std::int32_t i = 0; i < parent_.count(); ++i) {
-            const std::int32_t up = parent_[i];  // never above i, so it has its number already
+            const std::int32_t up = parent_[i];  // never above i, so it already has its number
             labels[i] = up == i ? count++ : labels[up];
         }
         return count;

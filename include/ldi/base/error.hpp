@@ -1,5 +1,6 @@
-// Errors. Bad input (files, weights, options) raises ldi::error with a code, where it happened, what was expected and what was
-// found. Without exceptions the same four go to a handler that the user installs. Misuse of the API is LDI_ASSERT, not an error.
+// Errors. Bad input (files, weights, options) raises ldi::error with a code, the place, what was expected and what was found.
+// Without exceptions, the same four values go to a handler that the user installs. Misuse of the API is LDI_ASSERT, not an
+// error.
 #pragma once
 
 #include <ldi/base/config.hpp>
@@ -13,17 +14,18 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The kinds of errors.
+/// Kinds of errors.
 enum class error_code {
     invalid_option,  ///< an option is outside its documented range
     invalid_data,    ///< a file or buffer breaks its format
     unsupported,     ///< well formed, but of a kind that ldi does not read
-    mismatch,        ///< two inputs do not fit together (sizes, shapes, names)
+    mismatch,        ///< inputs do not fit together (sizes, shapes, names)
     too_large,       ///< beyond a documented limit; checked before anything is allocated
     file_access,     ///< the operating system refused to open, read, write or rename
     canceled,        ///< the caller's progress_listener asked to stop
-    out_of_memory,   ///< the caller's memory had no more; only without exceptions, else std::bad_alloc says so
-    unavailable,     ///< the operating system could not now (a full disk, too many open files): the same may succeed later
+    out_of_memory,   ///< the caller's memory is exhausted; only without exceptions, otherwise std::bad_alloc
+    /// a temporary failure of the operating system (a full disk, too many open files): the same call may succeed later
+    unavailable,
 };
 
 /// Name of a code in messages, such as "invalid data".
@@ -42,12 +44,12 @@ constexpr std::string_view to_string(error_code code) {
     return "unknown error";
 }
 
-/// The facts about an error: enough to show a person, or to decide what to do.
+/// Details of an error, for a message or for a decision.
 struct error_details {
     error_code code;
     std::string where;     ///< the file, tensor, option or stage
-    std::string expected;  ///< what would have been right
-    std::string found;     ///< what was there instead
+    std::string expected;  ///< the valid input
+    std::string found;     ///< the actual input
 };
 
 /// "photo.jpg: expected a JPEG or PNG file, found 0 bytes (invalid data)"
@@ -63,7 +65,7 @@ inline std::string to_string(const error_details& details) {
     return text;
 }
 
-/// The one exception type that ldi throws on bad input.
+/// The only exception type that ldi throws on bad input.
 class error : public std::runtime_error {
 public:
     explicit error(error_details details) : std::runtime_error(to_string(details)), details_(std::move(details)) {}
@@ -75,9 +77,8 @@ private:
     error_details details_;
 };
 
-/// Called for every error in builds without exceptions. It must not return: it ends the thread or the process, or jumps out,
-/// which skips the destructors of what it jumps over. If it returns, or none is installed, the message is printed and the
-/// program ends.
+/// Handler of every error in builds without exceptions. It must not return: it ends the thread or the process, or jumps out,
+/// which skips destructors. If it returns, or no handler is installed, the program prints the message and terminates.
 using error_handler = void (*)(const error_details&);
 
 namespace detail {
@@ -87,13 +88,13 @@ inline error_handler& installed_error_handler() {
 }
 }  // namespace detail
 
-/// Installs the handler for builds without exceptions and returns the one before. Not thread-safe: call it at start-up.
+/// Installs the handler for builds without exceptions and returns the previous one. Not thread-safe: call it at start-up.
 inline error_handler set_error_handler(error_handler handler) {
     return std::exchange(detail::installed_error_handler(), handler);
 }
 
-/// Reports bad input: throws ldi::error, or calls the installed handler where exceptions are off. Never returns. Its parameters
-/// are views, so that none of its many callers makes strings of literals, which takes longest to compile of all they do.
+/// Reports bad input: throws ldi::error, or calls the installed handler if exceptions are off. Never returns. The parameters are
+/// views, so that its many callers construct no strings from literals, which would dominate their compile time.
 [[noreturn]] inline void raise(error_code code, std::string_view where, std::string_view expected, std::string_view found) {
     error_details details{code, std::string(where), std::string(expected), std::string(found)};
 #if LDI_HAS_EXCEPTIONS

@@ -1,4 +1,4 @@
-// The caller's threads. Every stage that can run in parallel takes an executor; ldi starts no thread unless given a thread_pool.
+// Executors: the caller's threads. Every parallel stage accepts an executor; ldi starts no threads except in a thread_pool.
 // Results never depend on the executor or on its number of threads.
 #pragma once
 
@@ -20,10 +20,10 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// An executor offers `concurrency()`, the number of ranges that may run at once (at least 1), and
-/// `run(count, function, data)`, which calls `function(data, index)` once for every index in [0, count), on any threads in any
-/// order, and returns when all calls have returned. An engine wraps its own job system in these two members. No exception leaves
-/// the functions that parallel_for hands over, so that they may be called from C.
+/// An executor has two members: `concurrency()`, the number of ranges that may run at once (at least 1), and `run(count,
+/// function, data)`, which calls `function(data, index)` once for every index in [0, count), on any threads in any order, and
+/// returns after all calls. An engine wraps its own job system in these members. Functions from parallel_for let no exception
+/// escape, so that C code may call them.
 template <class T>
 concept executor = requires(T& e, std::size_t count, void (*function)(void*, std::size_t), void* data) {
     { e.concurrency() } -> std::convertible_to<std::size_t>;
@@ -39,13 +39,13 @@ struct serial_executor {
 };
 
 /// Calls `body(first, last)` on consecutive pieces that together cover [0, count), each of at least `grain` indices unless
-/// `count` is smaller. A grain should be worth more than the few microseconds that handing a piece to a thread costs. The places
-/// of the cuts depend on the executor, so results must not depend on them. The first exception
-/// that a call throws is rethrown here, after all calls have ended; pieces that have not begun by then are left out.
+/// `count` is smaller. A grain should cost more than the few microseconds of passing a piece to a thread. The boundaries of
+/// pieces depend on the executor, so results must not depend on them. Rethrows the first exception of a call after all calls
+/// have ended, and skips pieces that have not started.
 template <executor Executor, class Body>
 void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&& body) {
     if (count == 0) return;
-    const std::size_t wanted = threads.concurrency() * 4;  // a few pieces per thread even out uneven work
+    const std::size_t wanted = threads.concurrency() * 4;  // several pieces per thread balance uneven work
     const std::size_t possible = count / std::max<std::size_t>(grain, 1);
     const std::size_t pieces = threads.concurrency() <= 1 ? 1 : std::min<std::size_t>(wanted, possible);
     if (pieces <= 1) {
@@ -54,8 +54,8 @@ void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&
     }
     struct task {
         std::remove_reference_t<Body>* body;
-        std::size_t piece, longer_pieces;       // the first pieces are one index longer, so that all of them cover the range
-        const memory& from = current_memory();  // for all threads that work on this
+        std::size_t piece, longer_pieces;       // the first pieces are one index longer, so that all pieces cover the range
+        const memory& from = current_memory();  // for all threads that work on this range
         std::mutex mutex{};
         std::exception_ptr failure{};
 
@@ -83,12 +83,12 @@ void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&
     if (shared.failure != nullptr) std::rethrow_exception(shared.failure);
 }
 
-/// A fixed set of threads that the caller owns. The calling thread works too. Not reentrant: a body must not use the same pool.
+/// A fixed number of threads that the caller owns. The calling thread works as well. Not reentrant: a body must not use the same
+/// pool.
 class thread_pool {
 public:
     /// threads  number of working threads, including the caller's; 0 means one per processor. If the system refuses to start all
-    /// of
-    ///          them, the pool is smaller.
+    ///          of them, the pool is smaller
     explicit thread_pool(std::size_t threads = 0) {
         if (threads == 0) threads = std::max<std::size_t>(std::thread::hardware_concurrency(), 1);
         workers_.reserve(threads - 1);
@@ -108,7 +108,7 @@ public:
 
     std::size_t concurrency() const { return workers_.size() + 1; }
 
-    /// The first exception that a call throws is rethrown here, after all calls have ended.
+    /// Runs all calls, then rethrows the first exception of a call.
     void run(std::size_t count, void (*function)(void*, std::size_t), void* data) {
         const std::lock_guard one_at_a_time(run_mutex_);
         std::unique_lock lock(mutex_);
@@ -151,7 +151,7 @@ private:
             lock.lock();
             if (failure != nullptr) {
                 if (failure_ == nullptr) failure_ = failure;
-                next_ = count_;  // the rest would be thrown away
+                next_ = count_;  // the other results would be discarded
             }
             if (--running_ == 0 && next_ == count_) done_.notify_all();
         }

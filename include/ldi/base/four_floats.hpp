@@ -1,6 +1,6 @@
-// Four floats side by side: one register on every processor that ldi has kernels for. GCC and clang have this type on x86 and
-// Arm; it is spelled out because their code for ordinary loops with comparisons depends on version and flags. Other compilers,
-// and LDI_STANDARD_ONLY, get a struct with the same operations and the same results.
+// Four adjacent floats: one register on every processor that ldi has kernels for. GCC and clang have this vector type on x86 and
+// Arm. It is used explicitly, because auto-vectorization of loops with comparisons depends on version and flags. Other
+// compilers, and LDI_STANDARD_ONLY, use a struct with the same operations and the same results.
 #pragma once
 
 #include <ldi/base/config.hpp>
@@ -18,20 +18,20 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespac
 
 using four_floats = float __attribute__((vector_size(16)));
 
-/// a where the comparison holds, else b.
+/// Selects a where the comparison holds, otherwise b.
 template <class Comparison>
 four_floats select(Comparison holds, four_floats a, four_floats b) {
     return holds ? a : b;
 }
 
-/// Whether a comparison holds for all four.
+/// Whether a comparison holds for all four floats.
 template <class Comparison>
 bool all_of(Comparison holds) {
     return (holds[0] & holds[1] & holds[2] & holds[3]) != 0;
 }
 
 #if defined(__SSE__)
-// GCC does not see that the comparisons below are one instruction each.
+// GCC does not recognize that the comparisons below are one instruction each.
 inline four_floats smaller(four_floats a, four_floats b) { return _mm_min_ps(a, b); }
 inline four_floats larger(four_floats a, four_floats b) { return _mm_max_ps(a, b); }
 #else

@@ -1,4 +1,4 @@
-// Source of ldi's memory: the caller's allocator, set by `memory_scope`, so that an engine's budget covers every stage.
+// The memory that ldi allocates: the caller's allocator, set by `memory_scope`, so that an engine's budget covers every stage.
 // base/buffer.hpp owns values in it.
 #pragma once
 
@@ -14,19 +14,18 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A source of memory. It must live as long as anything that was allocated from it. Its functions are called on any thread that
-/// works for a stage.
+/// An allocator. It must outlive everything allocated from it. Its functions are called on any thread that works for a stage.
 struct memory {
     void* context = nullptr;
-    /// At least `bytes` bytes, aligned to `alignment`, a power of two; null if there is not enough.
+    /// Returns at least `bytes` bytes, aligned to `alignment`, a power of two; null if memory is exhausted.
     void* (*allocate)(void* context, std::size_t bytes, std::size_t alignment) = nullptr;
-    /// Takes back what `allocate` returned for the same number of bytes.
+    /// Releases a block that `allocate` returned for the same number of bytes.
     void (*release)(void* context, void* block, std::size_t bytes) = nullptr;
 };
 
 namespace detail {
 
-#if defined(_WIN32)  // whose C libraries have no aligned_alloc
+#if defined(_WIN32)  // C libraries of Windows have no aligned_alloc
 inline void* allocate_from_system(void*, std::size_t bytes, std::size_t alignment) { return _aligned_malloc(bytes, alignment); }
 inline void release_to_system(void*, void* block, std::size_t) { _aligned_free(block); }
 #else
@@ -38,7 +37,7 @@ inline void release_to_system(void*, void* block, std::size_t) { std::free(block
 
 inline constexpr memory system_memory{nullptr, &allocate_from_system, &release_to_system};
 
-/// The memory that this thread allocates from.
+/// The memory from which this thread allocates.
 inline const memory*& memory_of_thread() {
     static thread_local const memory* current = &system_memory;
     return current;
@@ -46,10 +45,10 @@ inline const memory*& memory_of_thread() {
 
 }  // namespace detail
 
-/// The memory that buffers on this thread are allocated from at present: the C library's, unless a `memory_scope` says otherwise.
+/// Returns the memory from which buffers on this thread are allocated: that of the C library, or of the current `memory_scope`.
 inline const memory& current_memory() { return *detail::memory_of_thread(); }
 
-/// Makes the calling thread allocate from `from` until the end of the block. Stages hand it on to the threads of their executor.
+/// Makes the calling thread allocate from `from` until the end of the scope. Stages apply it to the threads of their executor.
 ///
 ///     ldi::memory_scope scope(my_engine_memory);
 ///     ldi::photo3d result = ldi::make_photo3d(photo, estimator, inpainter);

@@ -1,4 +1,4 @@
-// Conversions between kinds of numbers with telling names, and functions that C libraries round differently, built from
+// Conversions between kinds of numbers with descriptive names, and functions that C libraries round differently, built from
 // operations that IEEE 754 rounds the same way everywhere.
 #pragma once
 
@@ -12,42 +12,42 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// An integer as the float nearest to it: itself up to 2^24, which holds every coordinate and length of an image.
+/// Converts an integer to the nearest float: exact up to 2^24, which includes every coordinate and length of an image.
 template <std::integral Integer>
 constexpr float nearest_float(Integer n) {
     return static_cast<float>(n);
 }
 
-/// The same in double precision: itself up to 2^53.
+/// Converts an integer to the nearest double: exact up to 2^53.
 template <std::integral Integer>
 constexpr double nearest_double(Integer n) {
     return static_cast<double>(n);
 }
 
-/// The nearest whole number, halves away from zero, for values below 2^53. Some C libraries' lround() rounds the largest number
-/// below 0.5 to 1.
+/// Rounds to the nearest integer, halves away from zero, for values below 2^53. Some C libraries' lround() rounds the largest
+/// number below 0.5 to 1.
 constexpr std::int64_t nearest_whole(double value) {
     const auto whole = static_cast<std::int64_t>(value);
     const double rest = value - static_cast<double>(whole);  // exact
     return rest >= 0.5 ? whole + 1 : rest <= -0.5 ? whole - 1 : whole;
 }
 
-/// The nearest byte, halves up.
+/// Rounds to the nearest byte, halves up, and clamps.
 inline std::uint8_t rounded_to_byte(float value) {
     return static_cast<std::uint8_t>(nearest_whole(double{std::clamp(value, 0.0F, 255.0F)}));
 }
 
-/// The same for values that lie between 0 and 255, such as means of bytes, up to the rounding of the one addition that it takes.
+/// Rounds to the nearest byte for values between 0 and 255, such as means of bytes; the addition may round.
 constexpr std::uint8_t rounded_mean(float mean) { return static_cast<std::uint8_t>(mean + 0.5F); }
 
-/// a * b + c with one rounding, as std::fma is defined. Some C libraries round it wrongly (MinGW's), and results must not depend
-/// on that.
+/// Returns a * b + c with one rounding, as std::fma does. Some C libraries (MinGW's) round std::fma wrongly, and results must
+/// not depend on that.
 inline float fused_multiply_add(float a, float b, float c) {
 #if defined(__FMA__) || defined(__aarch64__)
-    return std::fma(a, b, c);  // an instruction
+    return std::fma(a, b, c);  // one instruction
 #else
-    // The product is exact in double precision. The sum is rounded to odd there, so that the second rounding, to float, is right:
-    // S. Boldo and G. Melquiond, "Emulation of a FMA and correctly rounded sums: proved algorithms using rounding to odd" (2008).
+    // The product is exact in double precision. The sum is rounded to odd, so that the second rounding, to float, is correct: S.
+    // Boldo and G. Melquiond, "Emulation of a FMA and correctly rounded sums: proved algorithms using rounding to odd" (2008).
     const double product = double{a} * double{b}, sum = product + double{c};
     const double share_of_c = sum - product;
     const double error = (product - (sum - share_of_c)) + (double{c} - share_of_c);  // exact (Knuth's TwoSum)
@@ -72,7 +72,7 @@ inline float natural_logarithm(float x) {
     int exponent = 0;
     double mantissa = std::frexp(double{x}, &exponent);
     if (mantissa < 0.70710678118654752) mantissa *= 2, --exponent;
-    // 2 artanh(s) as a series of odd powers, cut where terms fall below 1e-15: s^2 is at most 0.0295.
+    // 2 artanh(s) as a series of odd powers, truncated where terms are below 1e-15: s^2 is at most 0.0295.
     const double s = (mantissa - 1) / (mantissa + 1), square = s * s;
     double sum = 0;
     for (int power = 19; power >= 1; power -= 2) sum = sum * square + 2.0 / power;

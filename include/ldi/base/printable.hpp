@@ -1,4 +1,4 @@
-// Names that come out of files, numbers and sizes, in messages.
+// Formats names from files, numbers and sizes for messages.
 #pragma once
 
 #include <ldi/base/config.hpp>
@@ -11,7 +11,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// A name from a file, fit for a message: short, and in printable characters.
+/// Shortens a name from a file and replaces unprintable characters.
 inline std::string printable(std::string_view name) {
     if (name.empty()) return "an empty name";
     constexpr std::size_t most = 80;
@@ -21,7 +21,7 @@ inline std::string printable(std::string_view name) {
     return result + (name.size() > most ? "..." : "");
 }
 
-/// A number with as many digits as matter: 0.05, 1e-45, inf, nan.
+/// Formats a number with seven significant digits: 0.05, 1e-45, inf, nan.
 inline std::string to_text(double value) {
     if (std::isnan(value)) return "nan";
     char digits[32];
@@ -29,13 +29,13 @@ inline std::string to_text(double value) {
     return digits;
 }
 
-/// "480 x 640 x 3", of an image or view.
+/// Formats the size of an image or view: "480 x 640 x 3".
 inline std::string shape_text(const auto& picture) {
     return std::to_string(picture.height()) + " x " + std::to_string(picture.width()) + " x " +
            std::to_string(picture.channels());
 }
 
-/// Something of a file, or of none, as messages name it.
+/// Names a part of a file, or only the part if the file has no name.
 inline std::string place_in(const std::string& file, const std::string& what) { return file.empty() ? what : file + ", " + what; }
 
 }}}  // namespace ldi::detail

@@ -1,4 +1,4 @@
-// Progress reports of long work, and the way to cancel it.
+// Progress reports and cancellation of long work.
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -7,7 +7,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Both functions may be null; both are called on the thread that called the stage.
+/// Callbacks of the caller. Both may be null; both are called on the thread that called the stage.
 struct progress_listener {
     void* user = nullptr;
     void (*on_progress)(void* user, std::string_view stage, float fraction) = nullptr;  ///< fraction of the stage, 0 to 1
@@ -16,8 +16,7 @@ struct progress_listener {
     /// Reports progress. Raises error_code::canceled if the caller requests to stop.
     void report(std::string_view stage, float fraction) const {
         if (on_progress != nullptr) on_progress(user, stage, fraction);
-        if (is_canceled != nullptr && is_canceled(user))
-            raise(error_code::canceled, stage, "to run to the end", "a request to stop");
+        if (is_canceled != nullptr && is_canceled(user)) raise(error_code::canceled, stage, "completion", "a request to stop");
     }
 };
 

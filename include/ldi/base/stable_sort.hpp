@@ -1,4 +1,4 @@
-// A stable sort whose scratch memory is a buffer: std::stable_sort takes its own from elsewhere.
+// A stable sort whose scratch memory is a buffer; std::stable_sort allocates from the heap.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -9,12 +9,12 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Sorts by `before(a, b)`; equal values stay in their order. K log K comparisons, merging from the bottom up.
+/// Sorts by `before(a, b)`; equal values keep their order. K log K comparisons, merging bottom-up.
 template <class T, class Before>
 void stable_sort(buffer<T>& values, Before before) {
-    constexpr std::size_t shortest = 16;  // below it insertion beats merging; chosen by trial
+    constexpr std::size_t shortest = 16;  // for shorter ranges, insertion is faster than merging; tuned by experiment
     const std::size_t count = values.size();
-    for (std::size_t first = 0; first < count; first += shortest)  // by insertion
+    for (std::size_t first = 0; first < count; first += shortest)  // sorts each short range by insertion
         for (std::size_t i = first + 1; i < (std::min)(first + shortest, count); ++i)
             for (std::size_t j = i; j > first && before(values[j], values[j - 1]); --j) std::swap(values[j], values[j - 1]);
     buffer<T> merged;

@@ -1,12 +1,12 @@
-// Charts: flat pieces of a layered image that can lie in one texture (paper, section "Texture Atlas Generation", Chart
-// generation). Seed and grow: pixels are visited in order, each one without a chart seeds a new one, which grows breadth-first
-// along links under the paper's three constraints:
-//   1. no fold: a chart has at most one pixel at a lattice position;
-//   2. the bounding box is capped, so that charts pack well;
-//   3. where a surface ends, a range of lattice positions across the edge is unusable for other surfaces in the chart, so that
-//      texture filtering never mixes two. Pixels there come to lie in another chart. The paper says so of the front side of depth
-//      edges. Here it holds wherever two surfaces of a chart would come near each other: a hidden surface that ended, or gave way
-//      to a fold, in the middle of what hides it would else bleed into that.
+// Charts: flat pieces of a layered image, each of which fits in one texture (paper, section "Texture Atlas Generation", Chart
+// generation). Seed and grow: the algorithm visits pixels in order, and each pixel without a chart seeds a new one, which grows
+// breadth-first along links under the paper's three constraints:
+//     1. No fold: a chart has at most one pixel per lattice position.
+//     2. The bounding box is limited, so that charts pack well.
+//     3. Where a surface ends, other surfaces of the chart must keep a distance, so that texture filtering never mixes two
+//        surfaces. Pixels within this distance go to another chart.
+// The paper states constraint 3 only for the front side of depth edges. This code applies it wherever two surfaces of a chart
+// would come close to each other. Otherwise a hidden surface that ends behind another, or becomes a fold, would bleed into it.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -23,40 +23,48 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// One chart: at most one pixel at each lattice position of its bounding box, connected by links.
+/// A chart: connected by links, with at most one pixel at each lattice position of its bounding box.
 struct chart {
     std::int32_t x = 0, y = 0;           ///< top left lattice position of the bounding box
-    std::int32_t width = 0, height = 0;  ///< of the bounding box, in pixels
-    buffer<std::int32_t> pixels;         ///< its pixels' indices in the layered image, ascending
+    std::int32_t width = 0, height = 0;  ///< size of the bounding box in pixels
+    buffer<std::int32_t> pixels;         ///< indices in the layered image, ascending
 };
 
 /// A partition of all pixels into charts.
 struct chart_set {
-    buffer<std::int32_t> chart_of;  ///< K: the chart that a pixel belongs to
+    buffer<std::int32_t> chart_of;  ///< K: the chart of each pixel
     buffer<chart> charts;
 };
 
-/// The place of a chart in the atlas: the texel of the top left lattice position of its bounding box. Pixel i of chart c has the
+/// Position of a chart in the atlas: the texel of the top left lattice position of its bounding box. Pixel i of chart c has the
 /// texel (g.x()[i] - chart.x + placement.x, g.y()[i] - chart.y + placement.y).
 struct chart_placement {
     std::int32_t x = 0, y = 0;
 };
 
 struct chart_options {
-    /// No bounding box is wider or higher than this, in pixels; at least 16. The photo's width and height are divided evenly:
-    /// 1152 pixels at a cap of 1000 make two charts of 576, not one of 1000 and a rest. Of ten photos of 1152 x 1536, eight
-    /// filled their atlas best (0.58 to 0.89 of it) and coded smallest (3 to 5 % below a cap of 512) without cutting the photo at
-    /// all, so only larger ones are cut.
+    /// Maximum width and height of a bounding box, in pixels; at least 16. The photo's width and height are divided evenly: with
+    /// a limit of 1000, 1152 pixels become two charts of 576, not 1000 and 152. Of ten photos of 1152 x 1536, eight filled their
+    /// atlas best (0.58 to 0.89 of it) and compressed best (3 to 5 % smaller than with a limit of 512) when the photo was not
+    /// divided at all, so the default divides only larger photos.
     std::int32_t max_side = 2048;
-    /// Within this many rows and columns of a pixel, its chart has no other surface: the reach of a texture filter. 1 to 8.
+    /// Reach of a texture filter, 1 to 8: a chart has no other surface within this many rows and columns of a pixel.
     std::int32_t filter_range = 4;
 };
 
 namespace detail {
 
-/// W x H: 1 at lattice positions of more than one pixel, and within `range` rows and columns of where a surface ends. Two pixels
-/// at others are never of different surfaces within that range, so constraint 3 holds there by itself. In a photo that is almost
-/// everywhere.
+/// Raises mismatch unless the charts belong to an image with `pixel_count` pixels.
+inline void check_charts(const chart_set& charts, std::size_t pixel_count, const char* where) {
+    bool fits = charts.chart_of.size() == pixel_count;
+    for (const chart& c : charts.charts)
+        for (const std::int32_t pixel : c.pixels) fits = fits && pixel >= 0 && static_cast<std::size_t>(pixel) < pixel_count;
+    if (!fits) raise(error_code::mismatch, where, "charts of these " + std::to_string(pixel_count) + " pixels", "others");
+}
+
+/// W x H: 1 at lattice positions with several pixels, and within `range` rows and columns of the end of a surface. At all other
+/// positions, pixels within that range belong to the same surface, so constraint 3 holds. In a photo, almost all positions are
+/// of this kind.
 inline buffer<std::uint8_t> positions_near_other_surfaces(const graph_view& g, std::int32_t range) {
     constexpr std::uint8_t taken = 1, contested = 2;
     buffer<std::uint8_t> positions(g.position_count(), 0);
@@ -65,7 +73,7 @@ inline buffer<std::uint8_t> positions_near_other_surfaces(const graph_view& g, s
         const std::int32_t x = g.x()[i], y = g.y()[i];
         std::uint8_t& here = row_of(y)[x];
         here |= (here & taken) == 0 ? taken : contested;
-        if ((g.up()[i] | g.down()[i] | g.left()[i] | g.right()[i]) >= 0) continue;  // negative if one of them is no_pixel
+        if ((g.up()[i] | g.down()[i] | g.left()[i] | g.right()[i]) >= 0) continue;  // negative if any link is no_pixel
         const bool ends = (g.up()[i] == no_pixel && y > 0) || (g.down()[i] == no_pixel && y + 1 < g.height()) ||
                           (g.left()[i] == no_pixel && x > 0) || (g.right()[i] == no_pixel && x + 1 < g.width());
         if (!ends) continue;
@@ -80,15 +88,15 @@ inline buffer<std::uint8_t> positions_near_other_surfaces(const graph_view& g, s
 
 inline constexpr std::int32_t max_filter_range = 8;
 
-/// Grows one chart after the other. Lattice positions remember the pixel that was put there last, so that nothing is cleared in
-/// between.
+/// Grows charts one after the other. Lattice positions store the last pixel placed there, so that nothing must be cleared
+/// between charts.
 class chart_grower {
 public:
     chart_grower(const graph_view& g, array_view<const float> disparity, surface_rule surface, const chart_options& options)
         : graph_(g),
           disparity_(disparity),
           range_(options.filter_range),
-          threshold_(surface.largest_step),
+          threshold_(2 * surface.max_step),
           cap_x_(even_share(g.width(), options.max_side)),
           cap_y_(even_share(g.height(), options.max_side)),
           near_other_(positions_near_other_surfaces(g, options.filter_range)),
@@ -113,21 +121,21 @@ public:
     }
 
 private:
-    /// Pixels of one chart that are linked from left to right. Growth goes from strip to strip. Not a pixel_run, whose pixels lie
-    /// side by side in memory: charts are made of layers in any order, so growth may only follow links; and looking up the place
-    /// of a strip's first pixel again would cost a cache miss.
+    /// Pixels of one chart that are linked from left to right. Growth proceeds from strip to strip. A pixel_run would require
+    /// adjacent memory, but charts are made of layers in any order, so growth may only follow links. The strip stores the
+    /// position of its first pixel, because reading it again would cost a cache miss.
     struct strip {
         std::int32_t first, x, y, count;
     };
 
-    /// The disparities that the last chart here has in a square of the lattice, among pixels near other surfaces. In most cases
-    /// they show at once that there is no other surface.
+    /// Range of disparity of the last chart in a square of the lattice, over its pixels near other surfaces. Usually this range
+    /// is enough to exclude another surface.
     struct cell {
         std::int32_t chart = -1;
         float lowest = 0, highest = 0;
     };
 
-    /// Cells with sides of 2^shift, so large that the filter's reach to both sides touches no more than two.
+    /// Computes the side of cells, 2^shift: large enough that the filter's range to both sides meets at most two cells.
     static int cell_shift(std::int32_t range) {
         int shift = 1;
         while ((1 << shift) < 2 * range) ++shift;
@@ -161,13 +169,15 @@ private:
 
     void grow_from(const strip& r, array_view<const std::int32_t> links, std::int32_t y) {
         std::int32_t pixel = r.first;
-        for (std::int32_t x = r.x; x < r.x + r.count; ++x, pixel = graph_.right()[pixel]) {
-            const std::int32_t beyond = links[pixel];
-            if (may_join(beyond, x, y)) add_strip(beyond, x, y);
+        for (std::int32_t x = r.x; x < r.x + r.count; pixel = graph_.right()[pixel]) {
+            const std::int32_t first = pixel;  // of pixels side by side in memory, over which no step waits for a link
+            while (x + pixel - first + 1 < r.x + r.count && graph_.right()[pixel] == pixel + 1) ++pixel;
+            for (std::int32_t p = first; p <= pixel; ++p, ++x)
+                if (may_join(links[p], x, y)) add_strip(links[p], x, y);
         }
     }
 
-    /// Adds a pixel that may join, and all that may and are linked to it from left to right.
+    /// Adds a pixel that may join, and all pixels linked to its right that may join as well.
     void add_strip(std::int32_t pixel, std::int32_t x, std::int32_t y) {
         accept(pixel, x, y);
         strip r{pixel, x, y, 1};
@@ -215,7 +225,7 @@ private:
         return pixel != no_pixel && chart_of(pixel) == current_ ? pixel : no_pixel;
     }
 
-    /// The positions within the filter's reach of one.
+    /// The lattice positions within the filter's range of one position.
     struct window {
         std::int32_t left, right, top, bottom;
     };
@@ -242,8 +252,9 @@ private:
         return true;
     }
 
-    /// Whether `other`, which lies that many steps away, is not on the surface of `pixel`: seen there along rows then columns, or
-    /// the other way, or where the surface ends before.
+    /// Whether `other`, at this distance in steps, lies on another surface than `pixel`. Follows the surface along rows then
+    /// columns, and along columns then rows; `other` is off the surface if both ways reach other pixels or the surface ends
+    /// first.
     bool is_off_surface(std::int32_t pixel, std::int32_t steps_x, std::int32_t steps_y, std::int32_t other) const {
         array_view<const std::int32_t> along_x = steps_x < 0 ? graph_.left() : graph_.right();
         array_view<const std::int32_t> along_y = steps_y < 0 ? graph_.up() : graph_.down();
@@ -261,6 +272,7 @@ private:
                differ(other, walk(along_y, std::abs(steps_y), along_x, std::abs(steps_x)));
     }
 
+    /// Whether two pixels belong to different surfaces: as in expand(), if they differ by more than twice the threshold.
     bool differ(std::int32_t a, std::int32_t b) const { return std::abs(disparity_[a] - disparity_[b]) > threshold_; }
 
     std::size_t at(std::int32_t x, std::int32_t y) const { return graph_.position(x, y); }
@@ -282,8 +294,8 @@ private:
 
 }  // namespace detail
 
-/// Partitions all pixels of a layered image into charts. `surface` is the rule that its pixels are linked by. Raises
-/// error_code::invalid_option if an option is outside its range. Linear time; up to 18 bytes per pixel, and 120 per chart.
+/// Partitions all pixels of a layered image into charts. `surface` is the rule by which its pixels are linked. Raises
+/// error_code::invalid_option if an option is outside its range. Linear time; up to 18 bytes per pixel and 120 per chart.
 template <has_columns<disparity_column> Layers>
 chart_set make_charts(const Layers& layers, surface_rule surface, const chart_options& options = {}) {
     if (options.max_side < 16) raise(error_code::invalid_option, "max_side", "at least 16", std::to_string(options.max_side));

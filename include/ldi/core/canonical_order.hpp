@@ -1,5 +1,6 @@
-// The canonical order of pixels: scanline by scanline; in a scanline the maximal left-right linked runs, by first x, then nearest
-// first; the pixels of a run side by side. Most of an LDI in this order is ordinary image rows, and kernels treat it so.
+// The canonical order of pixels: scanline by scanline; within a scanline, maximal left-right linked runs sorted by first x, then
+// nearest first; the pixels of a run contiguous. In this order, most of an LDI consists of ordinary image rows, and kernels
+// treat it so.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -16,13 +17,13 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The order that makes a graph canonical: `order[new index] = old index`.
+/// Returns the order that makes a graph canonical: `order[new index] = old index`.
 ///
-/// disparity  K values without NaN, larger is nearer; breaks ties between runs that start at the same position. Empty: the old
-///            order does.
+/// disparity  K values without NaN, larger is nearer; breaks ties between runs that start at the same position. If empty, the
+///            old order breaks ties
 inline buffer<std::int32_t> canonical_order(const graph_view& g, std::span<const float> disparity = {}) {
     LDI_ASSERT(disparity.empty() || disparity.size() == g.size());
-    // Count the runs of every scanline, then file their first pixels by scanline.
+    // Counts the runs of every scanline, then sorts their first pixels by scanline.
     buffer<std::size_t> first_run(static_cast<std::size_t>(g.height()) + 1, 0);
     for (std::int32_t i = 0; i < g.count(); ++i)
         if (g.left()[i] == no_pixel) ++first_run[g.y()[i] + 1];
@@ -49,7 +50,7 @@ inline buffer<std::int32_t> canonical_order(const graph_view& g, std::span<const
     return order;
 }
 
-/// A K x channels column in a new order.
+/// Returns a K x channels column in a new order.
 template <class Scalar>
 buffer<Scalar> reordered(const buffer<Scalar>& column, std::span<const std::int32_t> order, std::size_t channels = 1) {
     buffer<Scalar> result(order.size() * channels);
@@ -59,7 +60,7 @@ buffer<Scalar> reordered(const buffer<Scalar>& column, std::span<const std::int3
     return result;
 }
 
-/// The same graph with pixel `order[i]` moved to index i. `order` is a permutation of all pixels.
+/// Returns the graph with pixel `order[i]` moved to index i. `order` is a permutation of all pixels.
 inline graph reordered(const graph_view& g, std::span<const std::int32_t> order) {
     LDI_ASSERT(order.size() == g.size());
     buffer<std::int32_t> new_index(g.size());
@@ -78,7 +79,7 @@ inline graph reordered(const graph_view& g, std::span<const std::int32_t> order)
     return std::move(result).build();
 }
 
-/// validate(), and that pixels are in canonical order. `disparity` as in canonical_order().
+/// Checks the invariants of validate() and the canonical order. `disparity` as in canonical_order().
 inline std::optional<violation> validate_canonical(const graph_view& g, std::span<const float> disparity = {}) {
     if (const std::optional<violation> broken = validate(g)) return broken;
     const buffer<std::int32_t> order = canonical_order(g, disparity);

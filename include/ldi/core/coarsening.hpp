@@ -1,4 +1,4 @@
-// Halving the resolution of a graph, as stride 2 does to an image, and the map back that nearest upsampling follows (paper,
+// Halves the resolution of a graph, as stride 2 does for an image, and returns the map that nearest upsampling uses (paper,
 // section "Mapping the PConv Network to LDI", Downscaling and Upscaling).
 #pragma once
 
@@ -7,6 +7,7 @@
 #include <ldi/core/layered_image.hpp>
 #include <ldi/core/runs.hpp>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <initializer_list>
@@ -18,21 +19,22 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// A graph at half resolution, and how it connects to its parent level.
 struct coarsened {
     graph topology;               ///< the coarse graph, on a lattice of (width + 1) / 2 x (height + 1) / 2
-    buffer<std::int32_t> kept;    ///< per coarse pixel: the index of the fine pixel that it is; ascending
-    buffer<std::int32_t> parent;  ///< per fine pixel: the coarse pixel that it collapses to, or no_pixel
+    buffer<std::int32_t> kept;    ///< per coarse pixel: index of its fine pixel; ascending
+    buffer<std::int32_t> parent;  ///< per fine pixel: its coarse pixel, or no_pixel
 };
 
-/// The parent of an orphan: of a pixel from which no links inside its 2 x 2 group lead to a kept pixel, because it lies on a thin
-/// strip or a silhouette cuts it off.
+/// Treatment of orphans: pixels from which no link inside their 2 x 2 group leads to a kept pixel, because they lie on a thin
+/// strip or behind a silhouette.
 enum class orphan_rule {
-    adopt_nearest,  ///< it shares the parent of the pixel nearest to it by links that has one, the first that breadth-first
-                    ///< exploration in the order up, down, left, right finds
-    stay,           ///< it has no parent
+    /// an orphan shares the parent of the nearest pixel by links that has one; breadth-first exploration in the order up, down,
+    /// left, right breaks ties
+    adopt_nearest,
+    stay,  ///< an orphan has no parent
 };
 
 namespace detail {
-/// The pixel at the even/even corner of a pixel's 2 x 2 group that breadth-first exploration inside the group, in the order up,
-/// down, left, right, finds first; no_pixel if none.
+/// Returns the pixel at the even/even corner of a pixel's 2 x 2 group that breadth-first exploration inside the group, in the
+/// order up, down, left, right, finds first; no_pixel if there is none.
 inline std::int32_t corner_of_group(const graph_view& g, std::int32_t pixel) {
     const auto follow = [&](std::initializer_list<side> path) {
         std::int32_t at = pixel;
@@ -48,7 +50,7 @@ inline std::int32_t corner_of_group(const graph_view& g, std::int32_t pixel) {
     return pixel;
 }
 
-/// The first pixel of a run that is kept, in a row of even y; `last` if there is none.
+/// Returns the first kept pixel of a run in an even row; `last` if there is none.
 inline std::int32_t first_kept(const graph_view& g, const pixel_run& run) { return run.first + (g.x()[run.first] & 1); }
 
 /// Sets the kept pixels and their positions, and makes each its own parent.
@@ -74,7 +76,7 @@ inline graph_builder keep_even_pixels(const graph_view& g, std::span<const pixel
     return coarse;
 }
 
-/// Links kept pixels that a straight path of two links joins.
+/// Links kept pixels that are connected by a straight path of two links.
 inline void link_kept_pixels(const graph_view& g, const coarsened& result, graph_builder& made) {
     for (side s : all_sides) {
         const array_view<const std::int32_t> fine = g.neighbors(s);
@@ -87,13 +89,14 @@ inline void link_kept_pixels(const graph_view& g, const coarsened& result, graph
     }
 }
 
-/// The parents of those pixels of a run that are not kept, as corner_of_group() has them; its first way is nearly always open.
+/// Finds the parents of the pixels of a run that are not kept. Tries the first path of corner_of_group() before it calls the
+/// function, because all links on this path almost always exist.
 inline void find_parents(const graph_view& g, const pixel_run& run, buffer<std::int32_t>& parent) {
     const auto by_corner = [&](std::int32_t pixel) {
         const std::int32_t corner = corner_of_group(g, pixel);
         return corner == no_pixel ? no_pixel : parent[corner];
     };
-    const std::int32_t odd = first_kept(g, run) ^ 1;  // has the parity of the indices of pixels at odd x
+    const std::int32_t odd = first_kept(g, run) ^ 1;  // parity of the indices of pixels at odd x
     if ((g.y()[run.first] & 1) == 0) {
         if ((run.first ^ odd) % 2 == 0) parent[run.first] = by_corner(run.first);
         for (std::int32_t i = first_kept(g, run) + 1; i < run.last; i += 2) parent[i] = parent[i - 1];
@@ -106,13 +109,13 @@ inline void find_parents(const graph_view& g, const pixel_run& run, buffer<std::
     }
 }
 
-/// Gives every pixel without a parent that of the nearest pixel with one, as breadth-first exploration from it in the order up,
-/// down, left, right finds it; leaves no_pixel where there is none in reach.
+/// Gives every pixel without a parent that of the nearest pixel with one, found by breadth-first exploration in the order up,
+/// down, left, right; leaves no_pixel if none is reachable.
 ///
-/// Linear time, because the shortest path that exploration finds first starts with the first side that leads nearer, and goes on
-/// as the neighbor's own path does: pixels can be settled in the order of their distance.
+/// Linear time: the first shortest path that exploration finds starts with the first side that leads closer, and continues as
+/// the neighbor's own path. Pixels can therefore be settled in the order of their distance.
 inline void adopt_nearest_parent(const graph_view& g, buffer<std::int32_t>& parent) {
-    constexpr std::int32_t pending = no_pixel - 1;  // in the next ring already: it must not be put there twice
+    constexpr std::int32_t pending = no_pixel - 1;  // already in the next ring; must not be added twice
     const auto parent_beside = [&](std::int32_t pixel) {
         for (side s : all_sides) {
             const std::int32_t n = g.neighbor(pixel, s);
@@ -130,7 +133,7 @@ inline void adopt_nearest_parent(const graph_view& g, buffer<std::int32_t>& pare
         if (found != no_pixel) ring.push_back({i, found});
     }
     while (!ring.empty()) {
-        // Settle a whole ring before the next: pixels at the same distance must not adopt from each other.
+        // Settles a whole ring before the next, because pixels at the same distance must not adopt from each other.
         for (const adoption& a : ring) parent[a.pixel] = a.parent;
         next.clear();
         for (const adoption& a : ring)
@@ -145,14 +148,15 @@ inline void adopt_nearest_parent(const graph_view& g, buffer<std::int32_t>& pare
 }
 }  // namespace detail
 
-/// Keeps the pixels at even x and even y, all of them where several share a position, in their order, at half their position.
+/// Halves the resolution of a graph. Keeps the pixels at even x and even y, all of them if several share a position, in their
+/// order, at half their position.
 ///
-/// Two kept pixels are linked if a path of two links joined them. They are two steps apart in one direction, so that the path can
-/// only be the straight one.
+/// Two kept pixels are linked if a path of two links connected them. They are two steps apart in one direction, so only the
+/// straight path is possible.
 ///
-/// A kept pixel is its own parent. Any other pixel collapses to the kept pixel of its 2 x 2 group that links inside the group
-/// lead to; from the odd/odd pixel, up then left is tried before left then up. For a pixel that has none, `orphans` decides;
-/// where they adopt, the parent is no_pixel only where a whole component has no kept pixel.
+/// A kept pixel is its own parent. The parent of any other pixel is the kept pixel of its 2 x 2 group that links inside the
+/// group reach; from the odd/odd pixel, the path up then left precedes left then up. `orphans` decides for pixels without such a
+/// path. If they adopt, the parent is no_pixel only if a whole component has no kept pixel.
 inline coarsened coarsen(const graph_view& g, orphan_rule orphans = orphan_rule::stay) {
     coarsened result;
     const buffer<pixel_run> runs = runs_of(g);
@@ -164,43 +168,57 @@ inline coarsened coarsen(const graph_view& g, orphan_rule orphans = orphan_rule:
     return result;
 }
 
+namespace detail {
+
+/// Lists the fine pixels of each coarse pixel i, ascending: pixels[first[i]] up to, but without pixels[first[i + 1]].
+struct collapsed_pixels {
+    buffer<std::size_t> first;
+    buffer<std::int32_t> pixels;
+
+    explicit collapsed_pixels(const coarsened& by) : first(by.kept.size() + 1, 0) {
+        for (const std::int32_t parent : by.parent)
+            if (parent != no_pixel) ++first[parent + 1];
+        for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
+        pixels.resize(first.back(), unset);
+        buffer<std::size_t> next(first);
+        for (std::int32_t i = 0; i < by.parent.count(); ++i)
+            if (by.parent[i] != no_pixel) pixels[next[by.parent[i]]++] = i;
+    }
+};
+
+}  // namespace detail
+
 /// A layered image at half resolution, and how it connects to its parent level.
 template <payload_column... Columns>
 struct coarsened_layers {
     layered_image<Columns...> layers;
-    buffer<std::int32_t> kept, parent;  ///< as in coarsened
+    buffer<std::int32_t> kept, parent;  ///< same as coarsened::kept and coarsened::parent
 };
 
-/// Halves the resolution of a layered image. The values of a coarse pixel come from the fine pixels whose parent it is, by the
-/// rule `coarser` of each column (core/columns.hpp): from the kept pixel first, then from the others by ascending index.
+/// Halves the resolution of a layered image. The column rule `coarser` (core/columns.hpp) combines the values of the fine pixels
+/// that share a parent: first the kept pixel, then the others by ascending index.
 template <payload_column... Columns>
 coarsened_layers<Columns...> coarsen(const layered_image<Columns...>& fine, orphan_rule orphans = orphan_rule::stay) {
     coarsened level = coarsen(graph_view(fine.topology()), orphans);
-    const std::size_t count = level.kept.size();
-    // children[first[c]] to children[first[c + 1] - 1] are the fine pixels of coarse pixel c, the kept one first.
-    buffer<std::size_t> first(count + 1);
-    for (const std::int32_t p : level.parent)
-        if (p != no_pixel) ++first[static_cast<std::size_t>(p) + 1];
-    for (std::size_t c = 0; c < count; ++c) first[c + 1] += first[c];
-    buffer<std::int32_t> children(first[count]);
-    buffer<std::size_t> next = first;
-    for (std::size_t c = 0; c < count; ++c) children[next[c]++] = level.kept[c];
-    for (std::int32_t i = 0; i < level.parent.count(); ++i) {
-        const std::int32_t p = level.parent[i];
-        if (p != no_pixel && level.kept[p] != i) children[next[static_cast<std::size_t>(p)]++] = i;
+    detail::collapsed_pixels children(level);
+    const std::int32_t count = level.kept.count();
+    for (std::int32_t c = 0; c < count; ++c) {  // the kept pixel comes first
+        std::int32_t* const first = children.pixels.data() + children.first[c];
+        std::int32_t* const kept = std::find(first, children.pixels.data() + children.first[c + 1], level.kept[c]);
+        std::rotate(first, kept, kept + 1);
     }
 
     coarsened_layers<Columns...> result{layered_image<Columns...>(std::move(level.topology)), std::move(level.kept),
                                         std::move(level.parent)};
     const auto fill = [&]<class Column>(const Column&) {
         buffer<typename Column::scalar> values;
-        for (std::int32_t c = 0; c < static_cast<std::int32_t>(count); ++c)
-            for (std::size_t channel = 0; channel < Column::channels; ++channel) {
-                values.clear();
-                for (std::size_t k = first[c]; k < first[static_cast<std::size_t>(c) + 1]; ++k)
-                    values.push_back(fine.template at<Column>(children[k])[channel]);
-                result.layers.template at<Column>(c)[channel] = detail::coarser_value<Column>(values);
-            }
+        for (std::int32_t c = 0; c < count; ++c) {
+            values.clear();
+            for (std::size_t k = children.first[c]; k < children.first[c + 1]; ++k)
+                for (const auto& value : fine.template at<Column>(children.pixels[k])) values.push_back(value);
+            const auto coarse = detail::coarser_values<Column>({values});
+            std::copy(coarse.begin(), coarse.end(), result.layers.template at<Column>(c).begin());
+        }
     };
     (fill(Columns{}), ...);
     return result;

@@ -1,11 +1,12 @@
-// Payload columns: what a pixel of a layered image holds. A tag type names a column and says how its values reach pixels that
-// stages add, the pixels of coarser levels, and the vertices of a mesh.
+// Payload columns: the data of each pixel of a layered image. A tag type names a column and defines its values at pixels that
+// stages add, at pixels of coarser levels, and at vertices of a mesh.
 #pragma once
 
 #include <ldi/base/array_view.hpp>
 #include <ldi/base/config.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <concepts>
 #include <cstddef>
@@ -14,18 +15,18 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A column tag: the scalar, and the number of scalars per pixel. Up to three static functions say how values travel. They are
-/// called once per channel; the defaults hold where a tag has none.
+/// A column tag: the scalar, and the number of scalars per pixel. Up to three static functions compute the values of new pixels,
+/// coarser levels and vertices; the defaults apply if a tag has none.
 ///
 ///     struct material {
 ///         using scalar = std::uint8_t;
 ///         static constexpr std::size_t channels = 1;
-///         // Value of a hidden pixel that continues the surface of a photo pixel. Default: ldi::copied.
+///         // Value of a hidden pixel that continues the surface of a photo pixel, per channel. Default: ldi::copied.
 ///         static scalar new_pixel(scalar origin) { return ldi::copied(origin); }
-///         // Value of a pixel at half resolution, from the values of its pixels at full resolution. Default: ldi::averaged.
-///         static scalar coarser(ldi::array_view<const scalar> values) { return ldi::first_of(values); }
-///         // Value of a vertex, from the one to four pixels of its surface around it. Default: ldi::averaged.
-///         static scalar at_vertex(ldi::array_view<const scalar> values) { return ldi::first_of(values); }
+///         // Values of a pixel at half resolution, from those of its pixels at full resolution. Default: ldi::averaged.
+///         static std::array<scalar, 1> coarser(ldi::pixel_values<scalar, 1> pixels) { return ldi::first_of(pixels); }
+///         // Values of a vertex, from the one to four pixels of its surface around it. Default: ldi::averaged.
+///         static std::array<scalar, 1> at_vertex(ldi::pixel_values<scalar, 1> pixels) { return ldi::first_of(pixels); }
 ///     };
 template <class T>
 concept payload_column = requires {
@@ -43,21 +44,34 @@ constexpr Scalar zeroed(Scalar) {
     return Scalar{};
 }
 
-/// Rules for coarser levels and vertices. `values` has at least one element; the first is the kept pixel's, or the nearest one's.
-template <class Scalar>
-Scalar first_of(array_view<const Scalar> values) {
-    return values[0];
+/// All channels of one or more pixels, so that a rule can renormalize a vector or let pixels vote. The first pixel is the one
+/// that a coarser level keeps, or the one nearest to a vertex. All pixels have equal weight.
+template <class Scalar, std::size_t channels>
+struct pixel_values {
+    array_view<const Scalar> values;  ///< pixels x channels, row-major
+
+    std::size_t size() const { return values.size() / channels; }
+    const Scalar& operator()(std::size_t pixel, std::size_t channel = 0) const { return values[pixel * channels + channel]; }
+};
+
+/// Rules for coarser levels and vertices.
+template <class Scalar, std::size_t channels>
+std::array<Scalar, channels> first_of(pixel_values<Scalar, channels> pixels) {
+    std::array<Scalar, channels> result{};
+    for (std::size_t c = 0; c < channels; ++c) result[c] = pixels(0, c);
+    return result;
 }
-/// The mean, rounded half away from zero for integers.
-template <class Scalar>
-Scalar averaged(array_view<const Scalar> values) {
-    double sum = 0;
-    for (const Scalar value : values) sum += static_cast<double>(value);
-    const double mean = sum / static_cast<double>(values.size());
-    if constexpr (std::is_integral_v<Scalar>)
-        return static_cast<Scalar>(std::round(mean));
-    else
-        return static_cast<Scalar>(mean);
+/// The mean per channel, rounded half away from zero for integers.
+template <class Scalar, std::size_t channels>
+std::array<Scalar, channels> averaged(pixel_values<Scalar, channels> pixels) {
+    std::array<Scalar, channels> result{};
+    for (std::size_t c = 0; c < channels; ++c) {
+        double sum = 0;
+        for (std::size_t i = 0; i < pixels.size(); ++i) sum += static_cast<double>(pixels(i, c));
+        const double mean = sum / static_cast<double>(pixels.size());
+        result[c] = static_cast<Scalar>(std::is_integral_v<Scalar> ? std::round(mean) : mean);
+    }
+    return result;
 }
 
 namespace detail {
@@ -71,19 +85,22 @@ typename Column::scalar new_pixel_value(typename Column::scalar origin) {
 }
 
 template <payload_column Column>
-typename Column::scalar coarser_value(array_view<const typename Column::scalar> values) {
-    if constexpr (requires { Column::coarser(values); })
-        return Column::coarser(values);
+using pixels_of = pixel_values<typename Column::scalar, Column::channels>;
+
+template <payload_column Column>
+std::array<typename Column::scalar, Column::channels> coarser_values(pixels_of<Column> pixels) {
+    if constexpr (requires { Column::coarser(pixels); })
+        return Column::coarser(pixels);
     else
-        return averaged(values);
+        return averaged(pixels);
 }
 
 template <payload_column Column>
-typename Column::scalar vertex_value(array_view<const typename Column::scalar> values) {
-    if constexpr (requires { Column::at_vertex(values); })
-        return Column::at_vertex(values);
+std::array<typename Column::scalar, Column::channels> vertex_values(pixels_of<Column> pixels) {
+    if constexpr (requires { Column::at_vertex(pixels); })
+        return Column::at_vertex(pixels);
     else
-        return averaged(values);
+        return averaged(pixels);
 }
 
 }  // namespace detail
@@ -92,7 +109,14 @@ typename Column::scalar vertex_value(array_view<const typename Column::scalar> v
 struct color_column {
     using scalar = std::uint8_t;
     static constexpr std::size_t channels = 3;
-    static constexpr scalar new_pixel(scalar origin) { return zeroed(origin); }  // until it is inpainted
+    static constexpr scalar new_pixel(scalar origin) { return zeroed(origin); }  // 0 until the pixel is inpainted
+};
+
+/// Color in 16 bits, 0 to 65535: for lift(), the geometry, operators, gather() and the GLB. Inpainting, atlas and renderers use
+/// color_column; a caller's color16_column passes through make_photo3d() beside it.
+struct color16_column {
+    using scalar = std::uint16_t;
+    static constexpr std::size_t channels = 3;
 };
 
 /// Disparity in [0, 1], larger is nearer; 0 is the farthest and 1 the nearest surface of the photo.
@@ -101,15 +125,17 @@ struct disparity_column {
     static constexpr std::size_t channels = 1;
 };
 
-/// 1 where the photo shows the color, 0 where it must be inpainted.
+/// 1 if the photo shows the color, 0 if it must be inpainted.
 struct known_column {
     using scalar = std::uint8_t;
     static constexpr std::size_t channels = 1;
     static constexpr scalar new_pixel(scalar origin) { return zeroed(origin); }
-    static scalar coarser(array_view<const scalar> values) { return *std::min_element(values.begin(), values.end()); }
+    static std::array<scalar, 1> coarser(pixel_values<scalar, 1> pixels) {
+        return {*std::min_element(pixels.values.begin(), pixels.values.end())};
+    }
 };
 
-/// Near a silhouette: the share of the nearer surface in the photo's color, 0 to 255. 0 elsewhere.
+/// Share of the nearer surface in the photo's color near a silhouette, 0 to 255. 0 elsewhere.
 struct matte_column {
     using scalar = std::uint8_t;
     static constexpr std::size_t channels = 1;

@@ -1,5 +1,5 @@
-// Connected components: which pixels can be reached from one another over links. Depth cleaning (paper, section "Geometry",
-// isolated features at middle values) and everything that must treat a surface as one thing starts from them.
+// Connected components: sets of pixels that links connect. Depth cleaning (paper, section "Geometry", isolated features at
+// middle values) and other code that treats a surface as a unit start from them.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -15,20 +15,20 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A partition of the pixels of a graph.
 struct components {
-    buffer<std::int32_t> label;  ///< K: the component of each pixel; components are numbered by their first pixels
-    buffer<std::int32_t> size;   ///< the number of pixels in each component
+    buffer<std::int32_t> label;  ///< K: component of each pixel; components are numbered by their first pixels
+    buffer<std::int32_t> size;   ///< number of pixels in each component
 
     std::size_t count() const { return size.size(); }
 };
 
-/// The connected components of a graph in any order, in almost linear time. Fastest in canonical order, where linked pixels of
-/// a scanline stand side by side: the sets that are merged are then runs, not pixels.
+/// Finds the connected components of a graph in any order, in almost linear time. Fastest in canonical order, where linked
+/// pixels of a scanline are contiguous: then whole runs are merged, not pixels.
 inline components connected_components(const graph_view& g) {
     components result;
     const std::size_t count = g.size();
 
     const buffer<pixel_run> runs = runs_of(g);
-    buffer<std::int32_t>& run_of = result.label;  // of each pixel, for now
+    buffer<std::int32_t>& run_of = result.label;  // per pixel, temporarily
     run_of.resize(count);
     detail::disjoint_sets sets;
     for (std::int32_t run = 0; run < runs.count(); ++run) {
@@ -39,7 +39,7 @@ inline components connected_components(const graph_view& g) {
     for (std::int32_t run = 0; run < runs.count(); ++run) {
         const std::int32_t left = g.left()[runs[run].first];
         if (left != no_pixel) sets.merge(run, run_of[left]);
-        // Most pixels of a run look up at the same run as the pixel before them: [merged_first, merged_last) is merged already.
+        // Most pixels of a run have the same run above as the previous pixel: [merged_first, merged_last) is already merged.
         std::int32_t merged_first = 0, merged_last = 0;
         for (std::int32_t i = runs[run].first; i < runs[run].last; ++i) {
             const std::int32_t above = g.up()[i];

@@ -1,11 +1,11 @@
-// Isotropic diffusion into unknown cells, of colors or of any other values (paper, section "Texture Atlas Generation", both
-// paddings; also the inpainting that needs no network): each unknown cell becomes the mean of its neighbors, which is the
-// smoothest way through the known ones. Cells are texels of an atlas or pixels of a layered image; what counts is which cell
-// borders on which.
+// Isotropic diffusion of colors or other values into unknown cells (paper, section "Texture Atlas Generation", both paddings;
+// also inpainting without a network). Each unknown cell becomes the mean of its neighbors, which is the smoothest interpolation
+// of the known cells. Cells are texels of an atlas or pixels of a layered image; only their adjacency matters.
 //
-// Plain relaxation takes as many rounds as the gap is wide. Here linked cells are joined two by two into coarser and coarser ones
-// until each borders on a known one; the coarsest cells are solved first, and each level starts from the one above, so that a few
-// rounds on each do (a cascadic multigrid). All steps take weighted means, so no result leaves the range of the known values.
+// Plain relaxation needs as many rounds as the gap is wide. This code joins linked cells two by two into coarser and coarser
+// cells until each borders on a known one. It solves the coarsest cells first, and each level starts from the coarser level, so
+// that a few rounds per level suffice (a cascadic multigrid). All steps are weighted means, so results stay in the range of the
+// known values.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -17,7 +17,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Collects unknown cells, solves, and keeps its memory for the next time. One object serves one thread.
+/// Collects unknown cells, solves, and reuses its memory. One object serves one thread.
 ///
 ///     diffusion<3> d;
 ///     d.start();
@@ -28,16 +28,19 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 template <std::size_t Channels>
 class diffusion {
 public:
-    /// The channels, and one value more that is of use only in here: with three channels they fill a vector register.
+    /// The channels, and one internal value; with three channels they fill a vector register.
     using value_type = std::array<float, Channels + 1>;
 
-    /// Forgets all cells.
+    /// Removes all cells.
     void start() {
         if (levels_.empty()) levels_.resize(1);
         levels_[0].clear();
     }
 
-    /// Adds an unknown cell and returns its number; the first has 1. Add cells in scanline order. Several may share a position.
+    /// Makes room for so many cells. Optional, after start().
+    void reserve(std::size_t cells) { levels_[0].reserve(cells + 1); }
+
+    /// Adds an unknown cell and returns its number, starting at 1. Add cells in scanline order. Several may share a position.
     std::int32_t add_cell(std::int32_t x, std::int32_t y) { return levels_[0].add(x, y); }
 
     /// Adds a neighbor with known values to a cell, one value per channel.
@@ -48,23 +51,23 @@ public:
         sum[Channels] += 1.0F;
     }
 
-    /// Says which unknown cell lies to the left of the cell.
+    /// Sets the unknown cell on the left of a cell.
     void link_left(std::int32_t cell, std::int32_t left) { levels_[0].link(left, cell, to_right, to_left); }
-    /// Says which unknown cell lies above the cell.
+    /// Sets the unknown cell above a cell.
     void link_up(std::int32_t cell, std::int32_t above) { levels_[0].link(above, cell, downwards, upwards); }
 
-    /// The number of cells.
+    /// Number of cells.
     std::size_t size() const { return levels_.empty() ? 0 : levels_[0].size(); }
 
-    /// Finds all values with `rounds` Gauss-Seidel rounds per level. A cell from which no links lead to a known value gets the
-    /// mean of all known ones.
+    /// Computes all values with `rounds` Gauss-Seidel rounds per level. A cell that no link connects to a known value gets the
+    /// mean of all known values.
     void solve(int rounds) {
         if (size() == 0) return;
         std::size_t depth = 1;
         while (!levels_[depth - 1].all_border_on_known()) {
             if (levels_.size() == depth) levels_.emplace_back();
             coarsen(levels_[depth - 1], levels_[depth]);
-            if (levels_[depth].size() == levels_[depth - 1].size()) break;  // nothing left to join
+            if (levels_[depth].size() == levels_[depth - 1].size()) break;  // no cells left to join
             ++depth;
         }
         for (std::size_t l = depth; l-- > 0;) {
@@ -79,13 +82,13 @@ public:
         }
     }
 
-    /// The values of a cell, once solved.
+    /// Returns the values of a cell after solve().
     const value_type& value(std::int32_t cell) const { return levels_[0].value[cell]; }
 
 private:
     static constexpr std::size_t upwards = 0, downwards = 1, to_left = 2, to_right = 3;
 
-    /// Cell 0 is zero and replaces all missing neighbors.
+    /// One level of the multigrid. Cell 0 is zero and replaces all missing neighbors.
     struct level {
         buffer<value_type> value;
         /// Sum over known neighbors, and their number; after prepare(), 1 / number of all neighbors.
@@ -95,6 +98,10 @@ private:
         buffer<std::int32_t> parent;
 
         std::size_t size() const { return value.empty() ? 0 : value.size() - 1; }
+
+        void reserve(std::size_t cells) {
+            value.reserve(cells), known.reserve(cells), links.reserve(cells), position.reserve(cells);
+        }
 
         void clear() {
             value.clear(), known.clear(), links.clear(), position.clear();
@@ -114,7 +121,8 @@ private:
             links[b][from_b] = a;
         }
 
-        /// Keeps the first of two neighbors on a side, which a joined cell may have where surfaces branch.
+        /// Links two cells unless one is linked on that side: where surfaces branch, a joined cell may have two neighbors on a
+        /// side.
         void link_if_free(std::int32_t a, std::int32_t b, std::size_t from_a, std::size_t from_b) {
             if (links[a][from_a] == 0 && links[b][from_b] == 0) link(a, b, from_a, from_b);
         }
@@ -139,7 +147,7 @@ private:
             for (std::size_t i = 1; i < value.size(); ++i) {
                 float neighbors = known[i][Channels];
                 for (std::int32_t other : links[i]) neighbors += other != 0 ? 1.0F : 0.0F;
-                if (neighbors == 0.0F) known[i] = value[i], neighbors = 1.0F;  // stays as it is
+                if (neighbors == 0.0F) known[i] = value[i], neighbors = 1.0F;  // keeps its value
                 known[i][Channels] = 1.0F / neighbors;
             }
         }
@@ -161,7 +169,7 @@ private:
         }
     };
 
-    /// Joins linked cells of each two by two positions.
+    /// Joins the linked cells of each 2 x 2 block of positions.
     static void coarsen(level& fine, level& coarse) {
         coarse.clear();
         fine.parent.assign(fine.value.size(), 0);
@@ -183,8 +191,8 @@ private:
         }
     }
 
-    /// Two cells side by side border on two known texels, at a distance of one and a half from their middle; the next two are at
-    /// a distance of two. So the known ones together weigh 2 / 1.5 against the others' 2 / 2.
+    /// Weight of known neighbors. Two joined cells border on two known texels, 1.5 cells away from their middle; the next joined
+    /// cells are 2 cells away. The known texels together therefore have weight 2 / 1.5, the other neighbors 2 / 2.
     static constexpr float known_weight = 2.0F / 3.0F;
 
     buffer<level> levels_;

@@ -15,10 +15,10 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The index of a neighbor that does not exist.
+/// Index of a neighbor that does not exist.
 inline constexpr std::int32_t no_pixel = -1;
 
-/// The four sides of a pixel. Up is towards smaller y.
+/// The four sides of a pixel. Up is toward smaller y.
 enum class side : std::uint8_t { up, down, left, right };
 
 /// All sides in the paper's order of exploration.
@@ -41,7 +41,8 @@ class graph_builder;
 
 namespace detail {
 
-/// The lattice and six index columns of K entries each, and how they are read. `Column` owns or shows one index column.
+/// The lattice and six index columns of K entries each, read-only. `Column` is the type of an index column, an owner or a view.
+/// Only derived classes can copy and assign it, so that a finished graph never receives unchecked columns.
 template <class Column>
 class index_columns {
 public:
@@ -51,16 +52,16 @@ public:
     std::int32_t width() const { return width_; }
     std::int32_t height() const { return height_; }
 
-    /// The number of pixels K.
+    /// Number of pixels K.
     std::size_t size() const { return x_.size(); }
-    /// K as an index.
+    /// Returns K as an index.
     std::int32_t count() const { return x_.count(); }
 
     /// Positions of the pixels, K each.
     index_view x() const { return x_; }
     index_view y() const { return y_; }
 
-    /// Index of each pixel's neighbor on side `s`, or no_pixel; K of them.
+    /// Index of each pixel's neighbor on side `s`, or no_pixel; K entries.
     index_view neighbors(side s) const { return neighbors_[static_cast<std::size_t>(s)]; }
     index_view up() const { return neighbors(side::up); }
     index_view down() const { return neighbors(side::down); }
@@ -69,7 +70,7 @@ public:
 
     std::int32_t neighbor(std::int32_t pixel, side s) const { return neighbors(s)[pixel]; }
 
-    /// The number of lattice positions, W x H.
+    /// Number of lattice positions, W x H.
     std::size_t position_count() const { return static_cast<std::size_t>(std::int64_t{width_} * height_); }
     /// Row-major index of a lattice position.
     std::size_t position(std::int32_t at_x, std::int32_t at_y) const {
@@ -79,6 +80,12 @@ public:
 
 protected:
     index_columns() = default;
+    index_columns(const index_columns&) = default;
+    index_columns(index_columns&&) noexcept = default;
+    /// If memory runs out, nothing changes.
+    index_columns& operator=(const index_columns& other) { return *this = index_columns(other); }
+    index_columns& operator=(index_columns&&) noexcept = default;
+    ~index_columns() = default;
     index_columns(std::int32_t width, std::int32_t height) : width_(width), height_(height) {
         LDI_ASSERT(width >= 0 && height >= 0);
     }
@@ -93,7 +100,7 @@ protected:
 
 /// Non-owning view of index columns. Every function that reads a topology accepts one, and a `graph` converts to it.
 ///
-/// The owner keeps the invariants of `graph`; core/validate.hpp checks them.
+/// The owner guarantees the invariants of `graph`; core/validate.hpp checks them.
 class graph_view : public detail::index_columns<array_view<const std::int32_t>> {
 public:
     graph_view() = default;
@@ -113,14 +120,14 @@ public:
     }
 };
 
-/// Owns its index columns and never changes. Invariants: all columns have the same length; 0 <= x < width, 0 <= y < height;
-/// links are mutual, `right()[left()[i]] == i`; the left neighbor of a pixel at (x, y) lies at (x - 1, y), and likewise on the
-/// other sides.
+/// An immutable graph that owns its index columns. Invariants: all columns have the same length; 0 <= x < width, 0 <= y <
+/// height; links are mutual, `right()[left()[i]] == i`; the left neighbor of a pixel at (x, y) is at (x - 1, y), and similarly
+/// on the other sides.
 ///
 /// A stage documents whether it returns pixels in canonical order (core/canonical_order.hpp): by scanline, then by run.
 class graph : public detail::index_columns<buffer<std::int32_t>> {
 public:
-    /// A graph without pixels.
+    /// Makes a graph without pixels.
     graph() = default;
 
     operator graph_view() const { return graph_view(width_, height_, x_, y_, up(), down(), left(), right()); }

@@ -1,4 +1,4 @@
-// Makes graphs: adds pixels and links to an empty one or to one that exists, then hands over the result.
+// Builds graphs: adds pixels and links to an empty or existing graph, then returns the result.
 #pragma once
 
 #include <ldi/base/array_view.hpp>
@@ -14,7 +14,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A graph in the making. Reads like a graph.
+/// A graph under construction. Readable like a graph.
 ///
 ///     graph_builder b(6, 4);                             // a lattice of 6 x 4
 ///     const auto a = b.add_pixel(0, 0), c = b.add_pixel(1, 0);
@@ -22,18 +22,18 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 ///     const graph g = std::move(b).build();
 class graph_builder : public detail::index_columns<buffer<std::int32_t>> {
 public:
-    /// width, height  of the lattice, 0 or more
-    /// count          pixels, not linked, all at (0, 0)
+    /// width, height  size of the lattice, 0 or more
+    /// count          number of pixels, not linked, all at (0, 0)
     graph_builder(std::int32_t width, std::int32_t height, std::size_t count = 0) : index_columns(width, height) {
         x_.resize(count), y_.resize(count);
         for (const side s : all_sides) column(s).resize(count, no_pixel);
     }
-    /// The same with positions and neighbors not set, for those who set all of them through the views below.
+    /// Leaves positions and neighbors uninitialized, for callers that set all of them through the views below.
     graph_builder(std::int32_t width, std::int32_t height, std::size_t count, unset_t) : index_columns(width, height) {
         x_.resize(count, unset), y_.resize(count, unset);
         for (const side s : all_sides) column(s).resize(count, unset);
     }
-    /// Starts from an existing graph, or from a copy of a viewed one.
+    /// Starts from an existing graph, or from a copy of a view.
     explicit graph_builder(graph g) : index_columns(std::move(g)) {}
     explicit graph_builder(const graph_view& g) : index_columns(g.width(), g.height()) {
         x_ = g.x().copy(), y_ = g.y().copy();
@@ -48,8 +48,8 @@ public:
         return count() - 1;
     }
 
-    /// Makes `b` the neighbor of `a` on side `s`, and `a` that of `b` on the opposite side. Both sides must be free, and `b` must
-    /// lie one step to that side.
+    /// Makes `b` the neighbor of `a` on side `s`, and `a` the neighbor of `b` on the opposite side. Both sides must be free, and
+    /// `b` must be one step to that side.
     void link(std::int32_t a, side s, std::int32_t b) {
         std::int32_t& there = column(s)[a];
         std::int32_t& back = column(opposite(s))[b];
@@ -58,7 +58,7 @@ public:
         there = b, back = a;
     }
 
-    /// Removes the link of `a` on side `s`, if there is one.
+    /// Removes the link of `a` on side `s`, if any.
     void unlink(std::int32_t a, side s) {
         std::int32_t& there = column(s)[a];
         if (there == no_pixel) return;
@@ -66,12 +66,12 @@ public:
         there = no_pixel;
     }
 
-    /// Index columns to write in bulk, K each. build() checks in debug builds that the result keeps the invariants.
+    /// Writable index columns, K entries each. In debug builds, build() checks that the result satisfies the invariants.
     array_view<std::int32_t> write_x() { return x_; }
     array_view<std::int32_t> write_y() { return y_; }
     array_view<std::int32_t> write_neighbors(side s) { return column(s); }
 
-    /// The finished graph. Asserts its invariants (linear time, debug builds only).
+    /// Returns the finished graph. Asserts its invariants (linear time, debug builds only).
     graph build() && {
         LDI_ASSERT(!validate(view()));
         return graph(std::move(*this));
@@ -81,10 +81,13 @@ private:
     graph_view view() const { return graph_view(width_, height_, x_, y_, up(), down(), left(), right()); }
 };
 
-/// A fully linked single layer: what an ordinary image is. Pixel (x, y) has index y * width + x. Raises too_large if there are
-/// 2^31 pixels or more.
+/// Makes a fully linked single layer, equivalent to an ordinary image. Pixel (x, y) has index y * width + x. Raises
+/// invalid_option for a negative size, too_large for 2^31 pixels or more.
 inline graph make_grid(std::int32_t width, std::int32_t height) {
     const std::int64_t pixels = std::int64_t{width} * height;
+    if (width < 0 || height < 0)
+        raise(error_code::invalid_option, "make_grid", "a width and a height of 0 or more",
+              std::to_string(width) + " x " + std::to_string(height));
     if (pixels > 0x7FFFFFFF)
         raise(error_code::too_large, "make_grid", "fewer than 2^31 pixels",
               std::to_string(width) + " x " + std::to_string(height));

@@ -1,5 +1,5 @@
-// Row-major images, H x W x C, channels last. Stages take an `image_view`, so that an engine's, OpenCV's or NumPy's memory goes
-// in without a copy, and return an `image`, which owns its values.
+// Row-major images, H x W x C, channels last. Stages accept an `image_view`, so that memory of an engine, OpenCV or NumPy is
+// used without a copy. They return an `image`, which owns its values.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -22,8 +22,8 @@ namespace detail {
           std::to_string(height) + " x " + std::to_string(width) + " x " + std::to_string(channels));
 }
 
-/// The number of values from one row to the next: `row_stride`, or W C where that is 0. Raises too_large if rows, or all of them
-/// together, are larger than memory can be.
+/// Returns the number of values from one row to the next: `row_stride`, or W C if that is 0. Raises too_large if a row, or the
+/// whole image, exceeds the address space.
 inline std::size_t checked_row_stride(std::size_t height, std::size_t width, std::size_t channels, std::size_t row_stride,
                                       std::size_t value_size) {
     const std::size_t limit = static_cast<std::size_t>(PTRDIFF_MAX) / value_size;
@@ -33,26 +33,39 @@ inline std::size_t checked_row_stride(std::size_t height, std::size_t width, std
     return stride;
 }
 
-/// H W C.
+/// Converts a stride from bytes to values. Raises mismatch if a value would straddle two rows or rows would overlap.
+inline std::size_t stride_in_values(std::size_t bytes, std::size_t row_values, std::size_t value_size) {
+    if (bytes % value_size != 0 || bytes / value_size < row_values)
+        raise(error_code::mismatch, "image_view",
+              "a stride of at least " + std::to_string(row_values) + " values of " + std::to_string(value_size) + " bytes",
+              std::to_string(bytes) + " bytes");
+    return bytes / value_size;
+}
+
+/// Returns height * width * channels. Raises what checked_row_stride() raises.
 inline std::size_t checked_size(std::size_t height, std::size_t width, std::size_t channels, std::size_t value_size) {
     return height * checked_row_stride(height, width, channels, 0, value_size);
 }
 
 }  // namespace detail
 
+/// Distance between the starts of two rows, in bytes.
+struct byte_stride {
+    std::size_t bytes;
+};
+
 /// Non-owning view of H x W x C values, with `row_stride` values from the start of a row to the start of the next.
-/// Stages take an `image_view<const T>`, which cannot change them.
+/// Stages accept an `image_view<const T>`, through which they cannot change the values.
 ///
-///     ldi::image_view<const std::uint8_t> photo(mat.data, mat.rows, mat.cols, 3, mat.step);   // a cv::Mat of type CV_8UC3
+///     ldi::image_view<const std::uint8_t> photo(mat.data, mat.rows, mat.cols, 3, ldi::byte_stride{mat.step});  // CV_8UC3
 template <class Scalar>
 class image_view {
 public:
     using value_type = std::remove_const_t<Scalar>;
 
     image_view() = default;
-    /// row_stride  values from a row to the next; 0 for rows without a gap
-    ///
-    /// Raises too_large for a size that no memory has.
+    /// row_stride  values from the start of a row to the start of the next; 0 for rows without gaps. Raises too_large for
+    ///             impossible sizes
     image_view(Scalar* data, std::size_t height, std::size_t width, std::size_t channels = 1, std::size_t row_stride = 0)
         : data_(data),
           height_(height),
@@ -61,7 +74,11 @@ public:
           row_stride_(detail::checked_row_stride(height, width, channels, row_stride, sizeof(Scalar))) {
         LDI_ASSERT(row_stride_ >= width * channels);
     }
-    /// From a view that may change the values to one that may not.
+    /// Views rows whose starts are `stride` bytes apart, the convention of OpenCV, NumPy and graphics interfaces. Raises
+    /// mismatch unless the stride is an integer number of values, at least W C.
+    image_view(Scalar* data, std::size_t height, std::size_t width, std::size_t channels, byte_stride stride)
+        : image_view(data, height, width, channels, detail::stride_in_values(stride.bytes, width * channels, sizeof(Scalar))) {}
+    /// Converts a writable view to a read-only view.
     template <class Other>
     requires(std::is_const_v<Scalar>&& std::is_same_v<Other, value_type>) image_view(const image_view<Other>& other)
         : image_view(other.data(), other.height(), other.width(), other.channels(), other.row_stride()) {}
@@ -72,9 +89,9 @@ public:
     std::size_t row_stride() const { return row_stride_; }
     bool empty() const { return height_ == 0 || width_ == 0 || channels_ == 0; }
 
-    /// The first value of the first row.
+    /// Returns the first value of the first row.
     Scalar* data() const { return data_; }
-    /// The W x C values of row y, contiguous.
+    /// Returns the W x C values of row y, contiguous.
     template <std::integral Index>
     Scalar* row(Index y) const {
         return data_ + static_cast<std::size_t>(y) * row_stride_;
@@ -91,28 +108,28 @@ private:
     std::size_t height_ = 0, width_ = 0, channels_ = 0, row_stride_ = 0;
 };
 
-/// H x W x C values that it owns, without gaps. A size that no memory has raises too_large.
+/// An image that owns its H x W x C values, without gaps. Impossible sizes raise too_large.
 template <class Scalar>
 class image {
 public:
     using value_type = Scalar;
 
     image() = default;
-    /// Values are zero.
+    /// Initializes values to zero.
     image(std::size_t height, std::size_t width, std::size_t channels = 1) : image(height, width, channels, Scalar{}) {}
-    /// Values are not set.
+    /// Leaves values uninitialized.
     image(std::size_t height, std::size_t width, std::size_t channels, unset_t)
         : values_(detail::checked_size(height, width, channels, sizeof(Scalar)), unset),
           height_(height),
           width_(width),
           channels_(channels) {}
-    /// Every value is `value`.
+    /// Initializes every value to `value`.
     image(std::size_t height, std::size_t width, std::size_t channels, Scalar value)
         : values_(detail::checked_size(height, width, channels, sizeof(Scalar)), value),
           height_(height),
           width_(width),
           channels_(channels) {}
-    /// A copy of what a view shows.
+    /// Copies the values of a view.
     explicit image(image_view<const Scalar> view) : image(view.height(), view.width(), view.channels(), unset) {
         const std::size_t values = width_ * channels_;
         for (std::size_t y = 0; y < height_; ++y)
@@ -136,7 +153,7 @@ public:
     std::size_t width() const { return width_; }
     std::size_t channels() const { return channels_; }
     std::size_t row_stride() const { return width_ * channels_; }
-    /// H W C
+    /// H W C.
     std::size_t size() const { return values_.size(); }
     bool empty() const { return values_.empty(); }
 
@@ -152,7 +169,7 @@ public:
     Scalar* end() { return values_.end(); }
     const Scalar* end() const { return values_.end(); }
 
-    /// The W x C values of row y, contiguous.
+    /// Returns the W x C values of row y, contiguous.
     template <std::integral Index>
     Scalar* row(Index y) {
         return data() + static_cast<std::size_t>(y) * row_stride();

@@ -27,41 +27,66 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Changes links between pixels, not the pixels. Argument of the function that edit_links() calls.
+template <payload_column... Columns>
+class layered_image;
+
+/// Changes links between pixels, not the pixels. Argument of the function that edit_links() calls; valid only during that call.
 class link_editor {
 public:
-    explicit link_editor(graph_builder& g) : graph_(g) {}
+    link_editor(const link_editor&) = delete;
+    link_editor& operator=(const link_editor&) = delete;
 
     std::int32_t neighbor(std::int32_t pixel, side s) const { return graph_.neighbor(pixel, s); }
-    /// As graph_builder::link() and unlink().
+    /// Same as graph_builder::link() and unlink().
     void link(std::int32_t a, side s, std::int32_t b) { graph_.link(a, s, b); }
     void unlink(std::int32_t a, side s) { graph_.unlink(a, s); }
 
 private:
+    template <payload_column...>
+    friend class layered_image;
+    explicit link_editor(graph_builder& g) : graph_(g) {}
+
     graph_builder& graph_;
 };
 
-/// Successive pixels of a layered image that grow() makes.
+/// A contiguous piece of the pixels of a layered image that grow() makes.
 struct grown_piece {
-    std::int32_t first;  ///< old pixels: index of the first one. New pixels: index of the first one's entry in `origins`
+    std::int32_t first;  ///< index of the first old pixel; for new pixels, index of the first entry in `origins`
     std::int32_t count;
     bool is_new;
 };
 
 /// Result of the function that grow() calls.
 struct grown_pixels {
-    graph topology;                ///< of all pixels, old and new
-    buffer<grown_piece> pieces;    ///< sources of its pixels in the order of their indices; every old pixel occurs once
-    buffer<std::int32_t> origins;  ///< the old pixel that each new one continues
+    graph topology;                ///< graph of all pixels, old and new
+    buffer<grown_piece> pieces;    ///< sources of all pixels in the order of their indices; every old pixel occurs once
+    buffer<std::int32_t> origins;  ///< per new pixel: the old pixel whose surface it continues
 };
 
 namespace detail {
 
-/// Reads the scalars of one pixel.
 template <class Column, class Scalar>
 std::span<Scalar, Column::channels> pixel_scalars(array_view<Scalar> column, std::int32_t pixel) {
     return std::span<Scalar, Column::channels>(column.data() + static_cast<std::size_t>(pixel) * Column::channels,
                                                Column::channels);
+}
+
+/// Whether every pixel has one source: every old pixel occurs once, and every new pixel continues an old one.
+inline bool is_complete(const grown_pixels& grown, std::size_t old_count) {
+    const std::size_t new_count = grown.origins.size();
+    if (grown.topology.size() != old_count + new_count) return false;
+    for (const std::int32_t origin : grown.origins)
+        if (origin < 0 || static_cast<std::size_t>(origin) >= old_count) return false;
+    buffer<bool> seen(old_count + new_count);  // old pixels, then entries of `origins`
+    std::size_t total = 0;
+    for (const grown_piece& p : grown.pieces) {
+        if (p.first < 0 || p.count < 0 ||
+            static_cast<std::size_t>(p.first) + static_cast<std::size_t>(p.count) > (p.is_new ? new_count : old_count))
+            return false;
+        for (std::int32_t i = p.first; i < p.first + p.count; ++i, ++total)
+            if (std::exchange(seen[static_cast<std::size_t>(i) + (p.is_new ? old_count : 0)], true)) return false;
+    }
+    return total == seen.size();
 }
 
 [[noreturn]] inline void refuse_column_length(std::size_t expected, std::size_t found) {
@@ -70,8 +95,9 @@ std::span<Scalar, Column::channels> pixel_scalars(array_view<Scalar> column, std
 
 }  // namespace detail
 
-/// A graph with K pixels and, for each column, K rows of `channels` scalars, row-major. Every column has one row per pixel at all
-/// times: pixels are added, removed and moved only by members that take all columns along.
+/// A graph with K pixels and, for each column, K rows of `channels` scalars, row-major. Every column always has one row per
+/// pixel: only members that process all columns together add, remove and move pixels, even if memory runs out or a callback
+/// throws.
 ///
 ///     struct normal { using scalar = float; static constexpr std::size_t channels = 3; };
 ///     layered_image<disparity_column, normal> surfaces(make_grid(6, 4));
@@ -79,32 +105,35 @@ std::span<Scalar, Column::channels> pixel_scalars(array_view<Scalar> column, std
 template <payload_column... Columns>
 class layered_image {
 public:
-    /// Whether there is such a column.
+    /// Whether the layered image has this column.
     template <class Column>
     static constexpr bool has = (std::is_same_v<Column, Columns> || ...);
 
     layered_image() = default;
-    /// Columns are zero.
+    /// Initializes all columns to zero.
     explicit layered_image(graph g) : graph_(std::move(g)) { (zero_column<Columns>(), ...); }
-    /// columns  K x channels scalars each, in the order of the tags. Raises mismatch for any other length.
+    /// columns  K x channels scalars each, in the order of the tags. Raises mismatch for any other length
     layered_image(graph g, buffer<typename Columns::scalar>... columns) requires(sizeof...(Columns) > 0) : graph_(std::move(g)) {
         (set_column<Columns>(std::move(columns)), ...);
     }
-    /// Takes the graph and the columns that both have; other columns are zero.
+    /// Moves the graph and the common columns from another layered image; other columns are zero.
     template <payload_column... Others>
-    requires(!std::is_same_v<layered_image<Others...>, layered_image>) explicit layered_image(layered_image<Others...>&& other)
-        : graph_(std::move(other.graph_)) {
+    requires(!std::is_same_v<layered_image<Others...>, layered_image>) explicit layered_image(layered_image<Others...>&& other) {
+        const auto make = [&]<class Column>(const Column&) {
+            if constexpr (!layered_image<Others...>::template has<Column>)
+                values<Column>().resize(other.size() * Column::channels);
+        };
         const auto take = [&]<class Column>(const Column&) {
             if constexpr (layered_image<Others...>::template has<Column>)
                 values<Column>() = std::move(other.template values<Column>());
-            else
-                zero_column<Column>();
         };
+        (make(Columns{}), ...);  // first, so that `other` does not change if memory runs out
         (take(Columns{}), ...);
+        graph_ = std::move(other.graph_);
         other = {};
     }
     layered_image(const layered_image&) = default;
-    layered_image& operator=(const layered_image&) = default;
+    layered_image& operator=(const layered_image& other) { return *this = layered_image(other); }
     /// The moved-from image is empty.
     layered_image(layered_image&& other) noexcept
         : graph_(std::exchange(other.graph_, {})), columns_(std::exchange(other.columns_, {})) {}
@@ -114,10 +143,10 @@ public:
     }
 
     const graph& topology() const { return graph_; }
-    /// The number of pixels K.
+    /// Number of pixels K.
     std::size_t size() const { return graph_.size(); }
 
-    /// K x channels scalars.
+    /// Returns K x channels scalars.
     template <payload_column Column>
     array_view<typename Column::scalar> column() {
         return values<Column>();
@@ -127,7 +156,7 @@ public:
         return std::get<storage<Column>>(columns_).values;
     }
 
-    /// The scalars of one pixel.
+    /// Returns the scalars of one pixel.
     template <payload_column Column>
     std::span<typename Column::scalar, Column::channels> at(std::int32_t pixel) {
         return detail::pixel_scalars<Column>(column<Column>(), pixel);
@@ -144,25 +173,28 @@ public:
         values<Column>() = std::move(scalars);
     }
 
-    /// Calls edit(link_editor&), which may link and unlink pixels.
+    /// Calls edit(link_editor&), which may link and unlink pixels. During the call the image is empty; afterward it has its
+    /// pixels again, even if `edit` throws.
     template <class Edit>
     void edit_links(Edit&& edit) {
-        struct restorer {  // puts the graph back even if `edit` throws
-            graph& to;
-            graph_builder builder;
-            ~restorer() { to = std::move(builder).build(); }
-        } r{graph_, graph_builder(std::move(graph_))};
-        link_editor editor(r.builder);
+        layered_image edited = std::move(*this);
+        struct restorer {
+            layered_image &image, &edited;
+            graph_builder links;
+            ~restorer() {
+                edited.graph_ = std::move(links).build();
+                image = std::move(edited);
+            }
+        } r{*this, edited, graph_builder(std::move(edited.graph_))};
+        link_editor editor(r.links);
         edit(editor);
     }
 
-    /// Moves pixel `order[i]` to index i. `order` is a permutation of all pixels.
-    void reorder(std::span<const std::int32_t> order) {
-        graph_ = reordered(graph_, order);
-        ((values<Columns>() = reordered(values<Columns>(), order, Columns::channels)), ...);
-    }
+    /// Moves pixel `order[i]` to index i. `order` is a permutation of all pixels. If memory runs out, nothing changes.
+    void reorder(std::span<const std::int32_t> order) { *this = with_pixels(reordered(graph_, order), order); }
 
-    /// Removes the pixels whose entry in `kept` is 0, with their links. The others stay in their order.
+    /// Removes the pixels whose entry in `kept` is 0, and their links. The other pixels keep their order. If memory runs out,
+    /// nothing changes.
     ///
     /// kept  K, one per pixel
     void keep(std::span<const std::uint8_t> kept) {
@@ -179,27 +211,28 @@ public:
                 b.write_neighbors(s)[i] = neighbor == no_pixel ? no_pixel : new_index[neighbor];
             }
         }
-        graph_ = std::move(b).build();
-        ((values<Columns>() = reordered(values<Columns>(), old_index, Columns::channels)), ...);
+        *this = with_pixels(std::move(b).build(), old_index);
     }
 
     /// Adds pixels: make(graph_builder) edits the topology that it receives and returns grown_pixels. New pixels get their values
-    /// from the pixels that they continue, by the rules of the columns. Returns grown_pixels::pieces. If `make` throws, the image
-    /// is empty.
+    /// from the pixels that they continue, by the rules of the columns. Returns grown_pixels::pieces. During the call the image
+    /// is empty, but views of its columns stay valid; it remains empty if `make` throws, memory runs out, or grown_pixels don't
+    /// describe every pixel, which raises mismatch.
     template <class Make>
     buffer<grown_piece> grow(Make&& make) {
-        struct cleaner {
-            layered_image* image;
-            ~cleaner() {
-                if (image != nullptr) *image = layered_image();
-            }
-        } unless_grown{this};
-        const std::size_t old_count = size();
-        grown_pixels grown = make(graph_builder(std::move(graph_)));
-        LDI_ASSERT(grown.topology.size() == old_count + grown.origins.size());
-        ((values<Columns>() = grown_column<Columns>(grown, old_count)), ...);
-        graph_ = std::move(grown.topology);
-        unless_grown.image = nullptr;
+        layered_image old = std::move(*this);
+        const std::size_t old_count = old.size();
+        grown_pixels grown = make(graph_builder(std::move(old.graph_)));
+        if (!detail::is_complete(grown, old_count))
+            raise(error_code::mismatch, "grow", "each old pixel once, and new ones that continue old ones", "others");
+        layered_image result;
+        const auto move_column = [&]<class Column>(const Column&) {
+            result.template values<Column>() = old.template grown_column<Column>(grown);
+            old.template values<Column>() = {};  // so that at most one column exists twice at a time
+        };
+        (move_column(Columns{}), ...);
+        result.graph_ = std::move(grown.topology);
+        *this = std::move(result);
         return std::move(grown.pieces);
     }
 
@@ -221,13 +254,20 @@ private:
         values<Column>() = buffer<typename Column::scalar>(size() * Column::channels);
     }
 
+    /// Returns a graph with the rows of the old pixels `old_index`.
+    layered_image with_pixels(graph g, [[maybe_unused]] std::span<const std::int32_t> old_index) {
+        layered_image result;
+        ((result.template values<Columns>() = reordered(values<Columns>(), old_index, Columns::channels)), ...);
+        result.graph_ = std::move(g);
+        return result;
+    }
+
     template <class Column>
-    buffer<typename Column::scalar> grown_column(const grown_pixels& grown, [[maybe_unused]] std::size_t old_count) const {
+    buffer<typename Column::scalar> grown_column(const grown_pixels& grown) const {
         buffer<typename Column::scalar> result(grown.topology.size() * Column::channels, unset);
         typename Column::scalar* to = result.data();
         for (const grown_piece& p : grown.pieces) {
             if (!p.is_new) {
-                LDI_ASSERT(p.first >= 0 && p.count > 0 && static_cast<std::size_t>(p.first + p.count) <= old_count);
                 to = std::copy_n(at<Column>(p.first).data(), static_cast<std::size_t>(p.count) * Column::channels, to);
                 continue;
             }
@@ -235,7 +275,6 @@ private:
                 for (const typename Column::scalar& value : at<Column>(grown.origins[i]))
                     *to++ = detail::new_pixel_value<Column>(value);
         }
-        LDI_ASSERT(to == result.end());
         return result;
     }
 
@@ -243,24 +282,25 @@ private:
     std::tuple<storage<Columns>...> columns_;
 };
 
-/// A type with the given column, and maybe others: a layered_image, a layered_view or a single_layer.
+/// A type with the given column: a layered_image, a layered_view or a single_layer.
 template <class Layers, class Column>
 concept has_column = requires {
     requires std::remove_cvref_t<Layers>::template has<Column>;
 };
 
-/// A type with all of the given columns, and maybe more.
+/// A type with all of the given columns.
 template <class Layers, class... Columns>
 concept has_columns = (has_column<Layers, Columns> && ...);
 
-/// Non-owning view of a layered image, or of some of its columns. Stages that only read accept it.
+/// Non-owning view of a layered image, or of some of its columns. Stages that only read accept it. As with std::string_view, a
+/// view of a temporary is valid only until the end of the full expression.
 template <payload_column... Columns>
 class layered_view {
 public:
     template <class Column>
     static constexpr bool has = (std::is_same_v<Column, Columns> || ...);
 
-    /// columns  K x channels scalars each, in the order of the tags. Raises mismatch for any other length.
+    /// columns  K x channels scalars each, in the order of the tags. Raises mismatch for any other length
     explicit layered_view(const graph_view& g, array_view<const typename Columns::scalar>... columns)
         : graph_(g), columns_(shown<Columns>{columns}...) {
         const auto check = [&](std::size_t expected, std::size_t found) {
@@ -268,6 +308,7 @@ public:
         };
         (check(g.size() * Columns::channels, columns.size()), ...);
     }
+    explicit layered_view(graph&&, array_view<const typename Columns::scalar>...) = delete;  // the view would outlive the graph
     template <has_columns<Columns...> Layers>
     layered_view(const Layers& layers) : layered_view(layers.topology(), layers.template column<Columns>()...) {}
 
@@ -342,9 +383,9 @@ public:
         layers_.edit_links(edit);
     }
 
-    /// The same layer with one more column.
+    /// Returns the layer with one more column.
     ///
-    /// scalars  K x channels, row-major. Raises mismatch for any other length.
+    /// scalars  K x channels, row-major. Raises mismatch for any other length
     ///
     ///     struct normal { using scalar = float; static constexpr std::size_t channels = 3; };
     ///     auto layer = ldi::lift(photo, disparity).with<normal>(normals);  // stays with its pixels, up to the mesh
@@ -365,11 +406,11 @@ private:
     layered_image<Columns...> layers_;
 };
 
-/// The layered image that a photo becomes, and the layer that it starts from.
+/// Layered image of a photo, and the single layer that it starts from.
 using photo_layers = layered_image<color_column, disparity_column, known_column, matte_column>;
 using photo_layer = single_layer<color_column, disparity_column, known_column, matte_column>;
 
-/// validate() of the topology, and that disparities lie in [0, 1].
+/// Checks the invariants of the topology, and that disparities are in [0, 1].
 template <has_column<disparity_column> Layers>
 std::optional<violation> validate(const Layers& layers) {
     if (const std::optional<violation> broken = validate(graph_view(layers.topology()))) return broken;

@@ -1,19 +1,31 @@
-// Facts about a photo that its pixels don't hold. They stand beside the layered image, and stages read the part that they need.
+// Properties of a photo that its pixels don't contain. They accompany the layered image; stages read the parts that they need.
 #pragma once
 
 #include <ldi/base/config.hpp>
 #include <ldi/core/camera.hpp>
 #include <ldi/core/surface.hpp>
 
+#include <cstdint>
+
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// Disparity of the window in which a 3D photo is shown. It is the middle, so that the nearest and the farthest surface move
+/// equally far.
+inline constexpr float window_disparity = 0.5F;
+
 struct photo_facts {
-    pinhole_camera camera;  ///< that took the photo
-    depth_range range;      ///< distances of disparity 1 and 0
-    surface_rule surface;   ///< which neighbors belong to one surface
-    /// Camera motion (render/motion.hpp) up to which hidden surfaces reach, as a share of the photo's longer side; 0: there are
-    /// no hidden surfaces.
+    pinhole_camera camera{};  ///< camera that took the photo
+    depth_range range{};      ///< distances at disparity 1 and 0
+    surface_rule surface{};   ///< rule for whether neighbors belong to one surface
+    /// Maximum camera motion (render/motion.hpp) for which hidden surfaces exist, as a share of the photo's longer side; 0 if
+    /// there are none.
     float motion = 0.0F;
+    /// Width of the lattice's margin around the photo, in pixels (occlusion/past_frame.hpp); 0: surfaces end at the photo's
+    /// border.
+    std::int32_t margin = 0;
+
+    /// Returns the camera whose pixels the layered image has: the photo's, with a sensor larger by the margin.
+    pinhole_camera layers_camera() const { return {camera.width + 2 * margin, camera.height + 2 * margin, camera.focal_length}; }
 };
 
 }}  // namespace ldi

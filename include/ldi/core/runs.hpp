@@ -1,5 +1,5 @@
-// Runs: pixels that lie side by side in memory and are linked from left to right. Most of an LDI in canonical order is long runs,
-// so walking it run by run is walking image rows.
+// Runs: pixels that are contiguous in memory and linked from left to right. An LDI in canonical order consists mostly of long
+// runs, so that a walk over runs is a walk over image rows.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -9,14 +9,14 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Pixels first, first + 1, ... last - 1, each the right neighbor of the one before it.
+/// Pixels first, first + 1, ... last - 1, each the right neighbor of the previous one.
 struct pixel_run {
     std::int32_t first, last;
 
     std::int32_t size() const { return last - first; }
 };
 
-/// Calls `visit(pixel_run)` for the longest runs, which together hold every pixel once, in order.
+/// Calls `visit(pixel_run)` for the maximal runs, which together contain every pixel once, in order.
 template <class Visit>
 void for_each_run(const graph_view& g, Visit&& visit) {
     const std::int32_t count = g.count();
@@ -27,7 +27,7 @@ void for_each_run(const graph_view& g, Visit&& visit) {
     }
 }
 
-/// The runs of for_each_run().
+/// Returns the runs of for_each_run().
 inline buffer<pixel_run> runs_of(const graph_view& g) {
     buffer<pixel_run> runs;
     for_each_run(g, [&](pixel_run r) { runs.push_back(r); });

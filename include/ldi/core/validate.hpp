@@ -1,5 +1,5 @@
-// Checks the invariants of a topology, and names the first broken one and its pixel. graph_builder::build() asserts the result;
-// check a graph_view over your own memory with it.
+// Checks the invariants of a topology, and returns the first violation and its pixel. graph_builder::build() asserts the result;
+// use it to check a graph_view of your own memory.
 #pragma once
 
 #include <ldi/base/config.hpp>
@@ -11,12 +11,12 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The invariants, in the order in which they are checked.
+/// Invariants in the order in which they are checked.
 enum class invariant {
     inside_lattice,      ///< 0 <= x < width and 0 <= y < height
     neighbor_in_range,   ///< a neighbor is no_pixel or the index of a pixel
     mutual_links,        ///< the neighbor's neighbor on the opposite side is the pixel itself
-    one_step_away,       ///< a neighbor lies one step to its side
+    one_step_away,       ///< a neighbor is one step to its side
     canonical_order,     ///< pixels are in canonical order; only validate_canonical() checks this
     disparity_in_range,  ///< disparities lie in [0, 1]; only validate() of layers checks this
 };
@@ -33,13 +33,13 @@ constexpr std::string_view to_string(invariant i) {
     return "unknown invariant";
 }
 
-/// The first broken invariant, and the pixel that breaks it.
+/// A violated invariant, and the pixel that violates it.
 struct violation {
     invariant broken;
     std::int32_t pixel;
 };
 
-/// Nothing if all invariants of the topology hold. Linear time.
+/// Checks all invariants of a topology. Returns the first violation, if any. Linear time.
 inline std::optional<violation> validate(const graph_view& g) {
     const std::int32_t count = g.count();
     for (std::int32_t i = 0; i < count; ++i)

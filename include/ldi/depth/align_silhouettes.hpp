@@ -1,10 +1,11 @@
-// Moves silhouettes onto the photo's edges. Depth is coarser than the photo and off by a sample or two, so that a rim of the
-// background sticks to what is in front of it, or a rim of the front is left behind; both are seen as soon as the camera moves.
+// Moves silhouettes to the photo's edges. Depth is coarser than the photo and off by a sample or two, so that a strip of the
+// background sticks to the foreground, or a strip of the foreground to the background; both become visible when the camera
+// moves.
 //
-// Along every discontinuity curve runs a band as wide as depth is uncertain. Colors beyond it, on either side, tell what front
-// and back look like there. The cut of the band that leaves the front's colors on the front's side, follows the contrast, and
-// does not jump is a shortest path, found by dynamic programming, after the contours of Rother et al., "GrabCut" (SIGGRAPH 2004),
-// section "Border matting". Ends and junctions stay. Pixels between the old curve and the new one change sides.
+// A band surrounds each discontinuity curve, as wide as depth is uncertain. Colors outside the band, on both sides, are models
+// of the front and back surface. The best cut through the band separates front colors from back colors, follows contrast, and
+// has no jumps. It is a shortest path, found by dynamic programming, after the contours of Rother et al., "GrabCut" (SIGGRAPH
+// 2004), section "Border matting". Ends and junctions of curves stay. Pixels between the old curve and the new one change sides.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -27,28 +28,28 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The defaults were chosen by trial, on true depth degraded as networks do.
+/// Defaults tuned by experiment on true depth, degraded as networks degrade it.
 struct alignment_options {
-    /// Maximum distance between a silhouette and its edge in the photo, in pixels, 0 to 256. 0 moves nothing. For depth maps with
-    /// samples larger than a pixel, make_photo3d() multiplies it and shortest_length by the sample's side.
+    /// Maximum distance between a silhouette and its edge in the photo, in pixels, 0 to 256. 0 moves nothing. For depth maps
+    /// with samples larger than a pixel, make_photo3d() multiplies this option and min_length by the side of a sample.
     float uncertainty = 3.0F;
-    /// Cost of moving sideways by one pixel between neighboring places of a curve, at least 0. Larger values keep silhouettes
+    /// Cost of a sideways move by one pixel between neighboring points of a curve, at least 0. Larger values keep silhouettes
     /// straighter.
     float stiffness = 1.5F;
-    /// Curves with fewer pixel sides than this stay where they are.
-    std::size_t shortest_length = 20;
+    /// Curves with fewer pixel sides than this do not move.
+    std::size_t min_length = 20;
 };
 
 namespace detail::curves {
 
-// Cost of cutting each row of a band at each place, and the cheapest path along the band.
+// Computes the cost of cutting each row of a band at each position, and the cheapest path along the band.
 class band_cut {
 public:
-    // is_closed  the band's last row repeats its first
+    // is_closed  whether the band's last row repeats its first row
     band_cut(const band& b, float stiffness, bool is_closed)
         : radius_(b.radius()), rows_(b.size() - (is_closed ? 1 : 0)), stiffness_(stiffness) {
         costs_.assign(static_cast<std::size_t>(rows_) * places(), impossible);
-        const std::int32_t reach = 2 * radius_;  // rows to either side that tell about colors
+        const std::int32_t reach = 2 * radius_;  // rows on either side whose colors are averaged
         color_sums front, back;
         for (std::int32_t k = 0; k < (std::min)(reach, rows_); ++k) front.add(b.sums(k, true), 1), back.add(b.sums(k, false), 1);
         for (std::int32_t k = 0; k < rows_; ++k) {
@@ -63,7 +64,7 @@ public:
             if (c != cut) cost(row, c) = impossible;
     }
 
-    // The cuts of `steps` rows, from `first` on and going round.
+    // Returns the cheapest cuts of `steps` rows, starting at row `first` and wrapping around.
     buffer<std::int32_t> cheapest(std::int32_t first, std::int32_t steps) const {
         const std::size_t count = places();
         buffer<std::int8_t> came_by(static_cast<std::size_t>(steps) * count, 0);
@@ -91,8 +92,8 @@ public:
 
 private:
     static constexpr float impossible = 1e6F;
-    static constexpr float noise = 6.0F;             // of a camera and of JPEG, in gray levels
-    static constexpr float largest_evidence = 3.0F;  // of one pixel, so that an outlier does not decide
+    static constexpr float noise = 6.0F;         // standard deviation of camera and JPEG noise, in gray levels
+    static constexpr float max_evidence = 3.0F;  // maximum per pixel, so that an outlier does not decide
     static constexpr float contrast_weight = 3.0F;
     static constexpr float distance_weight = 1.0F;
 
@@ -117,15 +118,14 @@ private:
             cost(k, cut) = evidence + distance_cost(cut);
             if (squared > 9.0F * noise * noise) cost(k, cut) -= contrast_weight * contrast(b, k, cut, direction, squared);
             if (const std::uint8_t* color = b.color(k, cut))
-                evidence +=
-                    std::clamp(front.log_likelihood(color) - back.log_likelihood(color), -largest_evidence, largest_evidence);
+                evidence += std::clamp(front.log_likelihood(color) - back.log_likelihood(color), -max_evidence, max_evidence);
         }
     }
     float distance_cost(std::int32_t cut) const {
         const float share = nearest_float(cut) / nearest_float(radius_);
         return distance_weight * share * share;
     }
-    // The share of the way from the back's color to the front's that is gone within four pixels around a cut.
+    // Share of the difference between back and front color that lies within four pixels around a cut.
     float contrast(const band& b, std::int32_t k, std::int32_t cut, const std::array<float, 3>& direction, float squared) const {
         const std::uint8_t *before = b.color(k, cut - 2), *behind = b.color(k, cut + 1);
         if (before == nullptr || behind == nullptr) return 0.0F;
@@ -146,7 +146,7 @@ inline buffer<std::int32_t> cheapest_cut(const band& b, const trace& t, const co
         if (!lattice.on_border(t.corners.back())) cut.fix(b.size() - 1, 0);
         return cut.cheapest(0, b.size());
     }
-    // The way must end where it begins. It begins half way round, at the place that a way without this condition has there.
+    // The path must end where it starts. It starts half way along the curve, at the cut that an unconstrained path has there.
     const std::int32_t period = b.size() - 1, middle = period / 2;
     cut.fix(middle, cut.cheapest(0, period)[middle]);
     const buffer<std::int32_t> round = cut.cheapest(middle, period + 1);
@@ -155,7 +155,7 @@ inline buffer<std::int32_t> cheapest_cut(const band& b, const trace& t, const co
     return result;
 }
 
-// A pixel that a curve passed over, and the curve's side that it belongs to.
+// A pixel between the old and the new curve, and the curve side that it belongs to.
 struct swept_pixel {
     std::int32_t pixel, of_side;
     friend bool operator<(const swept_pixel& a, const swept_pixel& b) {
@@ -167,7 +167,7 @@ struct swept_pixel {
 inline void sweep(const std::array<point, 4>& corners, std::int32_t width, std::int32_t height, std::int32_t of_side,
                   buffer<swept_pixel>& swept) {
     const auto [top, bottom] = std::minmax_element(corners.begin(), corners.end(), [](point a, point b) { return a.y < b.y; });
-    // The first row, or column, whose middle does not lie before a place.
+    // First row, or column, whose center is at or after a position.
     const auto first_from = [](float place, std::int32_t count) {
         return static_cast<std::int32_t>(std::clamp(std::ceil(place - 0.5F), 0.0F, nearest_float(count)));
     };
@@ -179,7 +179,7 @@ inline void sweep(const std::array<point, 4>& corners, std::int32_t width, std::
             const point a = corners[i], b = corners[(i + 1) % 4];
             if ((a.y <= at_y) == (b.y <= at_y)) continue;
             const float crossing = a.x + (at_y - a.y) / (b.y - a.y) * (b.x - a.x);
-            std::size_t place = count++;  // sorted
+            std::size_t place = count++;  // insertion sort
             for (; place > 0 && crossings[place - 1] > crossing; --place) crossings[place] = crossings[place - 1];
             crossings[place] = crossing;
         }
@@ -189,11 +189,11 @@ inline void sweep(const std::array<point, 4>& corners, std::int32_t width, std::
     }
 }
 
-// The pixels that a curve passes over on its way, once, or there and back and there again.
+// Lists the pixels that a curve passes over when it moves. A pixel that it passes over twice remains on its side.
 inline buffer<swept_pixel> swept_pixels(const plane_curve& curve, const buffer<std::int32_t>& cut, std::int32_t reach,
                                         const corner_map& lattice) {
     const auto moved = [&](std::int32_t k) {
-        // Cuts are whole pixels: their mean over a few corners takes the stairs off. Ends stay where they are.
+        // Cuts are whole pixels; averaging over some corners removes the stair steps. Ends stay in place.
         const std::int32_t even = (std::min)({reach, k, cut.count() - 1 - k});
         float distance = 0.0F;
         for (std::int32_t i = k - even; i <= k + even; ++i) distance += nearest_float(cut[i]) / nearest_float(2 * even + 1);
@@ -210,7 +210,8 @@ inline buffer<swept_pixel> swept_pixels(const plane_curve& curve, const buffer<s
     return result;
 }
 
-// Pixels of the front get the back's disparity beside the curve and the other way round; those of third surfaces keep theirs.
+// Sets front pixels to the disparity of the back beside the curve, and back pixels to that of the front. Pixels of third
+// surfaces do not change.
 inline void change_sides(const trace& t, const buffer<swept_pixel>& swept, const image<float>& before,
                          image_view<float> disparity) {
     const auto at = [&](std::int32_t pixel) { return before.data()[pixel]; };
@@ -224,18 +225,18 @@ inline void change_sides(const trace& t, const buffer<swept_pixel>& swept, const
     }
 }
 
-// The curves that may move.
-inline buffer<trace> long_curves(const image<float>& disparity, surface_rule surface, std::size_t shortest_length) {
+// Traces the curves that may move.
+inline buffer<trace> long_curves(const image<float>& disparity, surface_rule surface, std::size_t min_length) {
     const std::int32_t width = static_cast<std::int32_t>(disparity.width()),
                        height = static_cast<std::int32_t>(disparity.height());
     const float* at = disparity.data();
     tracer curves(width, height, at, surface, [&](std::int32_t pixel, side s) {
         return !surface.same_surface(at[pixel], at[s == side::right ? pixel + 1 : pixel + width]);
     });
-    curves.prune_spurs(shortest_length);
+    curves.prune_spurs(min_length);
     buffer<trace> result;
     curves.for_each_curve([&](trace t) {
-        if (t.sides.size() >= shortest_length) result.push_back(std::move(t));
+        if (t.sides.size() >= min_length) result.push_back(std::move(t));
     });
     return result;
 }
@@ -253,11 +254,13 @@ inline void check_alignment(image_view<const float> disparity, image_view<const 
 
 }  // namespace detail::curves
 
-/// disparity  H x W x 1, finite, with steps where one thing hides another; changed in place
+/// Moves the silhouettes of a disparity map to the edges of the photo, in place.
+///
+/// disparity  H x W x 1, finite, with steps where one surface hides another
 /// photo      H x W x 3
 ///
-/// Raises error_code::mismatch if the images differ in size, error_code::invalid_option if the uncertainty is not from 0 to 256
-/// or the stiffness is below 0. Time is linear in the pixels and in the length of all curves times the uncertainty. Memory is 10
+/// Raises error_code::mismatch if the images differ in size, error_code::invalid_option if the uncertainty is not in [0, 256] or
+/// the stiffness is below 0. Time is linear in the pixels and in the length of all curves times the uncertainty. Memory is 10
 /// bytes per pixel, 8 per pixel that a curve passes over, and 26 times the uncertainty per pixel side of the longest curve.
 template <executor Executor = const serial_executor>
 void align_silhouettes(image_view<float> disparity, image_view<const std::uint8_t> photo, surface_rule surface = {},
@@ -267,7 +270,7 @@ void align_silhouettes(image_view<float> disparity, image_view<const std::uint8_
     const std::int32_t radius = static_cast<std::int32_t>(std::lround(options.uncertainty));
     if (radius == 0 || photo.empty()) return;
     const image<float> before{image_view<const float>(disparity)};
-    const buffer<trace> traces = long_curves(before, surface, options.shortest_length);
+    const buffer<trace> traces = long_curves(before, surface, options.min_length);
     buffer<buffer<swept_pixel>> swept(traces.size());
     const corner_map lattice(static_cast<std::int32_t>(photo.width()), static_cast<std::int32_t>(photo.height()));
     parallel_for(threads, traces.size(), 1, [&](std::size_t first, std::size_t last) {

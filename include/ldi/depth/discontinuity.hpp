@@ -8,11 +8,11 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// One side of a pixel with a discontinuity.
+/// A side of a pixel where depth is discontinuous.
 struct discontinuity {
-    std::int32_t back;   ///< the pixel on the far side
-    std::int32_t front;  ///< the pixel on the near side
-    side towards_front;  ///< the side of `back` that `front` lies on
+    std::int32_t back;   ///< pixel on the far side
+    std::int32_t front;  ///< pixel on the near side
+    side towards_front;  ///< direction from `back` to `front`
 };
 
 }}  // namespace ldi

@@ -1,5 +1,5 @@
-// Removes what the weighted median leaves behind: isolated features at middle values, between a foreground and a background
-// (paper, section "Depth Pre-processing", connected components).
+// Removes artifacts of the weighted median: isolated features at middle values, between a foreground and a background (paper,
+// section "Depth Pre-processing", connected components).
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -17,17 +17,17 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct middle_component_options {
     /// Components with fewer pixels than this are merged.
-    std::int32_t smallest_size = 20;
+    std::int32_t min_size = 20;
 };
 
 namespace detail {
 
-// Pixels of the photo that are connected, as runs and the component of each run. Pixel (x, y) has index y * columns + x.
+// Connected components of the photo's pixels, as runs with the component of each run. Pixel (x, y) has index y * columns + x.
 struct image_components {
     std::int32_t columns = 0;
     buffer<pixel_run> runs;
-    buffer<std::int32_t> row_start;  // the first run of each row, and one past the last
-    buffer<std::int32_t> label;      // the component of each run
+    buffer<std::int32_t> row_start;  // first run of each row, then the number of runs
+    buffer<std::int32_t> label;      // component of each run
 
     std::int32_t at(std::int32_t x, std::int32_t y) const {
         const auto first = runs.begin() + row_start[y], last = runs.begin() + row_start[y + 1];
@@ -39,7 +39,7 @@ struct image_components {
 
 // End of the run of linked pixels that starts at `first`.
 inline std::int32_t end_of_run(const float* row, std::int32_t first, std::int32_t columns, surface_rule surface) {
-    constexpr std::int32_t step = 16;  // together, as most of them are linked: compilers make vectors of that
+    constexpr std::int32_t step = 16;  // compared in blocks, because most pixels are linked: compilers vectorize the inner loop
     std::int32_t end = first + 1;
     for (; end + step <= columns; end += step) {
         std::int32_t linked = 0;
@@ -66,7 +66,7 @@ inline image_components find_components(image_view<const float> disparity, surfa
             found.runs.push_back({y * columns + start, y * columns + end});
             sets.add();
         }
-        // Runs of two rows that overlap are connected if any pair of pixels in the overlap is.
+        // Overlapping runs of two rows are connected if any pair of pixels in the overlap is.
         for (std::int32_t above = above_first, run = first; above < above_last && run < found.runs.count();) {
             const pixel_run &a = found.runs[above], &b = found.runs[run];
             const float* over = disparity.row(y - 1);
@@ -87,15 +87,15 @@ inline image_components find_components(image_view<const float> disparity, surfa
     return found;
 }
 
-// The components that are small, and their runs.
+// Small components and their runs.
 struct small_components {
     buffer<std::int32_t> labels;
     buffer<pixel_run> runs;         // component by component
     buffer<std::size_t> first_run;  // component i has runs [first_run[i], first_run[i + 1])
 };
 
-// The components with fewer pixels than `smallest_size`, in the order of their first pixels.
-inline small_components find_small_components(const image_components& components, std::int32_t smallest_size) {
+// Finds the components with fewer pixels than `min_size`, in the order of their first pixels.
+inline small_components find_small_components(const image_components& components, std::int32_t min_size) {
     buffer<std::int32_t> size, run_count;
     for (std::size_t r = 0; r < components.runs.size(); ++r) {
         const std::int32_t label = components.label[r];
@@ -103,10 +103,10 @@ inline small_components find_small_components(const image_components& components
         size[label] += components.runs[r].size(), ++run_count[label];
     }
     small_components result;
-    buffer<std::size_t> next(size.size());  // the place of a component's next run
+    buffer<std::size_t> next(size.size());  // index of a component's next run
     std::size_t total = 0;
     for (std::int32_t label = 0; label < size.count(); ++label) {
-        if (size[label] >= smallest_size) continue;
+        if (size[label] >= min_size) continue;
         result.labels.push_back(label);
         result.first_run.push_back(total);
         next[label] = total;
@@ -116,12 +116,12 @@ inline small_components find_small_components(const image_components& components
     result.runs.resize(total);
     for (std::size_t r = 0; r < components.runs.size(); ++r) {
         const std::int32_t label = components.label[r];
-        if (size[label] < smallest_size) result.runs[next[label]++] = components.runs[r];
+        if (size[label] < min_size) result.runs[next[label]++] = components.runs[r];
     }
     return result;
 }
 
-// Merges one component after the other.
+// Merges components one by one.
 class component_merger {
 public:
     component_merger(const image_components& components, const small_components& small_ones, image_view<float> disparity)
@@ -129,7 +129,7 @@ public:
         if (!small_ones.labels.empty()) reached_.resize(disparity.height() * disparity.width());
     }
 
-    // False if the component is no middle value and stays.
+    // Merges a component. Returns false if it is not a middle value and stays.
     bool merge(std::size_t component) {
         std::int32_t nearer = 0, farther = 0;
         for_each_contact(component,
@@ -150,7 +150,7 @@ private:
         float disparity;
     };
 
-    // The pixels beside (x, y).
+    // Visits the neighbors of (x, y).
     template <class Visit>
     void for_each_neighbor(std::int32_t x, std::int32_t y, Visit&& visit) const {
         for (side s : all_sides) {
@@ -159,7 +159,7 @@ private:
         }
     }
 
-    // Every pixel side on the component's boundary, with the disparity across it.
+    // Visits every pixel side on the component's boundary, with the disparity across it.
     template <class Visit>
     void for_each_contact(std::size_t component, Visit&& visit) const {
         const std::int32_t columns = components_.columns, label = small_.labels[component];
@@ -170,13 +170,13 @@ private:
                 });
     }
 
-    // A pixel takes the value that reaches it first.
+    // Assigns a value to a pixel unless it already has one.
     void reach(std::int32_t x, std::int32_t y, float disparity) {
         std::uint8_t& reached = reached_[std::int64_t{y} * components_.columns + x];
         if (reached == 0) reached = 1, queue_.push_back({x, y, disparity});
     }
 
-    // Breadth first from the reached pixels on.
+    // Spreads values breadth-first from the reached pixels.
     void spread(std::int32_t label) {
         for (std::size_t i = 0; i < queue_.size(); ++i) {
             const assignment a = queue_[i];
@@ -191,21 +191,23 @@ private:
     const small_components& small_;
     image_view<float> disparity_;
     buffer<assignment> queue_;
-    buffer<std::uint8_t> reached_;  // of each pixel of the photo
+    buffer<std::uint8_t> reached_;  // per pixel of the photo
 };
 
 }  // namespace detail
 
+/// Merges small components at middle values with a neighboring surface. Returns the number of merged components.
+///
 /// disparity  H x W x 1, changed in place
 ///
-/// A component of fewer than `smallest_size` pixels that touches both nearer and farther pixels takes the disparity of the side
-/// that it touches along more pixel sides (the farther one where they are equal), spreading inwards from there. One that touches
-/// only one side is no middle value (a small thing in front, or a small hole) and stays. Returns the number of components merged.
-/// Linear time, but for a binary search in a row per pixel of a small component; up to 60 bytes per pixel.
+/// A component of fewer than `min_size` pixels that touches both nearer and farther pixels gets the disparity of the side
+/// with more contacts (the farther side if equal), spread inward from these contacts. A component that touches only one side is
+/// not a middle value (a small foreground object, or a small hole) and stays. Linear time, except for a binary search in a row
+/// per pixel of a small component; up to 60 bytes per pixel.
 inline std::size_t merge_middle_components(image_view<float> disparity, surface_rule surface = {},
                                            const middle_component_options& options = {}) {
     const detail::image_components components = detail::find_components(disparity, surface);
-    const detail::small_components small_ones = detail::find_small_components(components, options.smallest_size);
+    const detail::small_components small_ones = detail::find_small_components(components, options.min_size);
     detail::component_merger merger(components, small_ones, disparity);
     std::size_t merged = 0;
     for (std::size_t c = 0; c < small_ones.labels.size(); ++c)

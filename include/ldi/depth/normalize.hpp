@@ -1,4 +1,4 @@
-// Disparity as it comes (a network's, a phone's, a file's) to disparity in [0, 1], which every threshold of the paper is about.
+// Normalizes disparity from any source (network, phone, file) to [0, 1], the range that every threshold of the paper assumes.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -15,51 +15,51 @@
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct normalize_options {
-    /// This share of the pixels, from 0 to less than a half, may lie beyond either end; they are clamped. Keeps a few wild values
-    /// from squeezing all others. Chosen by trial.
+    /// Share of the pixels, from 0 to less than a half, that is clamped at either end, so that a few outliers do not squeeze all
+    /// other values. Tuned by experiment.
     float clipped_share = 0.001F;
-    /// The difference between two neighboring steps of a quantized source, as a share of their value: exp(0.0187) - 1 for
-    /// Tiefenrausch, whose 8 bits are log disparity; 0 for a source with fine steps.
+    /// Relative difference between two neighboring steps of a quantized source: exp(0.0187) - 1 for Tiefenrausch, whose 8 bits
+    /// are log disparity; 0 for a source with fine steps.
     float relative_step = 0.0F;
-    /// A step of the source never becomes more than this, well below the discontinuity threshold of 0.05. In a scene as flat as a
-    /// wall, where one step is much of the whole range, disparity therefore does not reach down to 0.
-    float largest_step = 0.02F;
-    /// True where the source is 1 / depth up to scale, so that ratios of distances are known. False where it is known only up to
-    /// scale and shift: then distances are a guess, `assumed_range`.
+    /// Maximum size of a quantization step in the result, well below the discontinuity threshold of 0.05. In a scene as flat as a
+    /// wall, one step is a large part of the range; disparity then does not reach 0.
+    float max_step = 0.02F;
+    /// Whether the source is 1 / depth up to scale, so that ratios of distances are known. If false, it is known only up to
+    /// scale and shift, and distances are a guess, `assumed_range`.
     bool is_inverse_depth = true;
-    /// True where the source is 1 / depth in meters, so that distances themselves are known. Needs is_inverse_depth.
+    /// Whether the source is 1 / depth in meters, so that distances are known. Requires is_inverse_depth.
     bool is_metric = false;
-    /// In meters; used where distances are not known.
+    /// In meters; used if distances are unknown.
     depth_range assumed_range = {};
-    /// The farthest surface is put at most this many times as far as the nearest: at the horizon, disparity is noise.
-    float largest_depth_ratio = 50.0F;
+    /// Maximum ratio of the farthest to the nearest distance: at the horizon, disparity is noise.
+    float max_depth_ratio = 50.0F;
 };
 
 struct normalized_disparity {
     image<float> disparity;  ///< H x W x 1, in [0, 1]; 1 is the nearest surface
-    depth_range range;       ///< the distances that 1 and 0 stand for
+    depth_range range;       ///< distances at disparity 1 and 0
 };
 
 namespace detail {
 
-/// Distances, in meters, at which positions and their inverses stay far from the ends of float.
+/// Limits on distances, in meters, that keep positions and their inverses far from the limits of float.
 inline constexpr double min_distance = 1e-6, max_distance = 1e9;
 
 inline void check(const normalize_options& options) {
     if (!(options.clipped_share >= 0.0F && options.clipped_share < 0.5F) ||
-        !(options.relative_step >= 0.0F && std::isfinite(options.relative_step)) || !(options.largest_step > 0.0F) ||
-        !(options.largest_depth_ratio >= 1.0F && options.largest_depth_ratio <= 1e6F))
+        !(options.relative_step >= 0.0F && std::isfinite(options.relative_step)) || !(options.max_step > 0.0F) ||
+        !(options.max_depth_ratio >= 1.0F && options.max_depth_ratio <= 1e6F))
         raise(error_code::invalid_option, "normalize_options",
-              "0 <= clipped_share < 0.5, a finite relative_step >= 0, largest_step > 0, 1 <= largest_depth_ratio <= 1e6",
-              to_text(options.clipped_share) + ", " + to_text(options.relative_step) + ", " + to_text(options.largest_step) +
-                  ", " + to_text(options.largest_depth_ratio));
+              "0 <= clipped_share < 0.5, a finite relative_step >= 0, max_step > 0, 1 <= max_depth_ratio <= 1e6",
+              to_text(options.clipped_share) + ", " + to_text(options.relative_step) + ", " + to_text(options.max_step) + ", " +
+                  to_text(options.max_depth_ratio));
     const depth_range& range = options.assumed_range;
     if (!(range.z_near >= min_distance && range.z_near <= range.z_far && range.z_far <= max_distance))
         raise(error_code::invalid_option, "normalize_options, assumed_range", "1e-6 <= z_near <= z_far <= 1e9",
               to_text(range.z_near) + " to " + to_text(range.z_far));
 }
 
-/// The values in unspecified order. Raises invalid_data if they cannot be disparities.
+/// Returns the values in unspecified order. Raises invalid_data if they cannot be disparities.
 inline buffer<float> checked_values(image_view<const float> source, bool is_inverse_depth) {
     if (source.empty() || source.channels() != 1)
         raise(error_code::mismatch, "disparity", "h x w x 1 values, at least one", shape_text(source));
@@ -75,14 +75,16 @@ inline buffer<float> checked_values(image_view<const float> source, bool is_inve
 
 }  // namespace detail
 
-/// source  H x W x 1, finite, larger is nearer. Inverse depth is 0 or more: 0 is infinitely far, and put as far away as
-///         largest_depth_ratio allows. Where 0 stands for an unknown value, fill it in before.
+/// Normalizes disparity to [0, 1] and computes the range of distances.
 ///
-/// Disparity = 1 - (highest - value) / span, clamped. `highest` and `lowest` are the values that clipped_share leaves out at
-/// either end; span is highest - lowest, or more where a step of the source would exceed largest_step. Raises
-/// error_code::mismatch for another shape; error_code::invalid_data if a value is not finite, inverse depth is below 0 or nowhere
-/// above it, or the nearest surface is not between 1e-6 and 1e9 meters away; error_code::invalid_option. Linear time; 8 bytes per
-/// sample.
+/// source  H x W x 1, finite, larger is nearer. Inverse depth must be 0 or more; 0 is infinitely far and becomes the maximum
+///         distance that max_depth_ratio allows. If 0 means unknown, fill these pixels first.
+///
+/// Disparity = 1 - (highest - value) / span, clamped. `highest` and `lowest` are the extreme values after clipped_share is
+/// removed at either end; span is highest - lowest, or more if a step of the source would exceed max_step. Raises
+/// error_code::mismatch for another shape; error_code::invalid_data if a value is not finite, inverse depth is below 0 or
+/// nowhere above it, or the nearest surface is not between 1e-6 and 1e9 meters away; error_code::invalid_option. Linear time; 8
+/// bytes per sample.
 inline normalized_disparity normalize(image_view<const float> source, const normalize_options& options = {}) {
     detail::check(options);
     buffer<float> sorted = detail::checked_values(source, options.is_inverse_depth);
@@ -92,20 +94,20 @@ inline normalized_disparity normalize(image_view<const float> source, const norm
         std::nth_element(sorted.begin(), position, sorted.end());
         return *position;
     };
-    // In double precision, where no difference of two floats overflows, and none but 0 is without a reciprocal.
+    // In double precision: differences of two floats do not overflow, and all values except 0 have a reciprocal.
     const double lowest = at(clipped), highest = at(sorted.size() - 1 - clipped);
     if (options.is_inverse_depth && !(highest > 0.0))
         raise(error_code::invalid_data, "disparity", "values above 0", "0, but for at most clipped_share of the values");
     const double step = std::abs(highest) * options.relative_step;
-    const double span = (std::max)(highest - lowest, step / options.largest_step);
+    const double span = (std::max)(highest - lowest, step / options.max_step);
 
     normalized_disparity result{image<float>(source), options.assumed_range};
     const double scale = span > 0.0 ? 1.0 / span : 0.0;
     for (float& value : result.disparity) value = static_cast<float>(std::clamp(1.0 - (highest - value) * scale, 0.0, 1.0));
     if (options.is_inverse_depth) {
         // Without a unit, the nearest surface is placed at z_near of the assumed range. Normalized disparity 0 is highest - span.
-        const double farthest = (std::max)(highest - span, highest / options.largest_depth_ratio);
-        const double ratio = span > 0.0 ? highest / farthest : options.largest_depth_ratio;
+        const double farthest = (std::max)(highest - span, highest / options.max_depth_ratio);
+        const double ratio = span > 0.0 ? highest / farthest : options.max_depth_ratio;
         const double z_near = options.is_metric ? 1.0 / highest : double{options.assumed_range.z_near};
         if (!(z_near >= detail::min_distance && z_near <= detail::max_distance))
             raise(error_code::invalid_data, "disparity", "a nearest surface between 1e-6 and 1e9 meters away",

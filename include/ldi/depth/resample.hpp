@@ -1,6 +1,6 @@
-// Brings a disparity map from the depth network's resolution to the photo's, so that depth edges sit on color edges: joint
-// bilateral upsampling (Kopf et al., "Joint Bilateral Upsampling", SIGGRAPH 2007), with the weighted median in place of the
-// weighted mean next to depth edges, so that no values appear between the two sides.
+// Resamples a disparity map from the depth network's resolution to the photo's, so that depth edges coincide with color edges:
+// joint bilateral upsampling (Kopf et al., "Joint Bilateral Upsampling", SIGGRAPH 2007). Next to depth edges, the weighted
+// median replaces the weighted mean, so that no values between the two sides appear.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -21,7 +21,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Larger sigmas smooth more noise and lose more thin things. The defaults were chosen by trial.
+/// Larger sigmas smooth more noise and lose more thin objects. Defaults tuned by experiment.
 struct resample_options {
     /// Standard deviation of the Gaussian on distance, in samples of the disparity map.
     float spatial_sigma = 1.2F;
@@ -33,17 +33,17 @@ namespace detail::resample {
 
 using namespace lanes;
 
-// Radius of the window in samples: 2.5 times the sigma of 1.2. Weights farther out are below 0.05.
+// Radius of the window in samples, 2.5 times the sigma of 1.2. Weights farther out are below 0.05.
 inline constexpr std::size_t radius = 3;
 inline constexpr std::size_t samples = (2 * radius + 1) * (2 * radius + 1);
 inline constexpr std::size_t padded = (samples + wide - 1) / wide * wide;
 
-// The samples around one sample, sorted by ascending disparity.
+// Samples of a window, sorted by ascending disparity.
 struct window {
     std::size_t count = 0;
     std::array<float, padded> disparity, x, y, red, green, blue;
 
-    // Weights by distance and by likeness in color. exp(-a) is taken as (1 - a/32 + a^2/2048)^32.
+    // Computes weights from distance and color similarity. exp(-a) is approximated by (1 - a/32 + a^2/2048)^32.
     void weigh(float at_x, float at_y, const std::uint8_t* color, float spatial_falloff, float color_falloff,
                std::array<float, padded>& weight) const {
         const float r = color[0], g = color[1], b = color[2];
@@ -60,7 +60,7 @@ struct window {
     }
 };
 
-// The mean color of the photo's pixels whose centers fall on each sample of the map.
+// Averages the colors of the photo's pixels whose centers fall on each sample of the map.
 inline image<float> colors_at_samples(image_view<const std::uint8_t> photo, std::size_t rows, std::size_t columns) {
     image<float> mean(rows, columns, 3, 0.0F);
     buffer<float> count(rows * columns, 0.0F);
@@ -80,7 +80,7 @@ inline image<float> colors_at_samples(image_view<const std::uint8_t> photo, std:
     return mean;
 }
 
-// The sample nearest to each pixel.
+// Assigns to each pixel its nearest sample.
 inline image<float> nearest_samples(image_view<const float> disparity, image_view<const std::uint8_t> photo) {
     image<float> result(photo.height(), photo.width(), 1, unset);
     for (std::size_t y = 0; y < photo.height(); ++y) {
@@ -91,7 +91,7 @@ inline image<float> nearest_samples(image_view<const float> disparity, image_vie
     return result;
 }
 
-// Resamples a map that is coarser than the photo. All pixels nearest to one sample share its window.
+// Resamples a map that is coarser than the photo. All pixels nearest to one sample use the same window.
 class upsampler {
 public:
     upsampler(image_view<const float> disparity, image_view<const std::uint8_t> photo, surface_rule surface,
@@ -129,12 +129,12 @@ public:
     }
 
 private:
-    // The first pixel of a row or column whose nearest sample is not before this one.
+    // First pixel of a row or column whose nearest sample is `sample` or a later one.
     static std::size_t first_pixel(std::size_t sample, std::size_t pixel_count, std::size_t sample_count) {
         return (sample * pixel_count + sample_count - 1) / sample_count;
     }
 
-    // Collects the window around a sample if there is an edge in it; false, and `around` is of no use, if there is none.
+    // Collects the window around a sample if it contains an edge. If it does not, returns false and leaves `around` unspecified.
     bool gather(std::size_t u, std::size_t v, window& around) const {
         struct neighbor {
             float disparity;
@@ -162,7 +162,7 @@ private:
         return true;
     }
 
-    // The weighted median of a window, or rather the weighted mean over the samples of its surface.
+    // Computes the weighted median of a window, smoothed by a weighted mean over the samples of its surface.
     float smoothed_median(const window& around, const std::array<float, padded>& weight) const {
         float total = 0.0F;
         for (std::size_t s = 0; s < around.count; ++s) total += weight[s];
@@ -177,7 +177,7 @@ private:
         return mean / share;
     }
 
-    // x, y  in samples, at most one outside the map
+    // x, y  in samples, at most one sample outside the map
     float bilinear(float x, float y) const {
         const float floor_x = std::floor(x), floor_y = std::floor(y);
         const std::ptrdiff_t i = static_cast<std::ptrdiff_t>(floor_x), j = static_cast<std::ptrdiff_t>(floor_y);
@@ -201,14 +201,15 @@ private:
 
 }  // namespace detail::resample
 
+/// Resamples a disparity map to the photo's resolution. Returns H x W x 1.
+///
 /// disparity  h x w x 1, in [0, 1]
 /// photo      H x W x 3, of the same view
 ///
-/// H x W x 1. Where the map has no edge within three samples it is interpolated bilinearly; next to an edge a pixel takes the
-/// weighted median of the 7 x 7 samples around it, weighted by distance and by likeness in color, smoothed over the samples on
-/// the median's side. A map at least as fine as the photo is point-sampled instead. Raises error_code::mismatch if there is
-/// no pixel or the channels are others, error_code::invalid_option if a sigma is not above 0. Linear time; 4 bytes per pixel and
-/// 16 per sample.
+/// Interpolates bilinearly where the map has no edge within three samples. Next to an edge, a pixel gets the weighted median of
+/// the 7 x 7 samples around it, weighted by distance and color similarity, and smoothed over the samples on the median's side.
+/// Point-samples maps at least as fine as the photo. Raises error_code::mismatch for empty images or other numbers of channels,
+/// error_code::invalid_option if a sigma is not above 0. Linear time; 4 bytes per pixel and 16 per sample.
 template <executor Executor = const serial_executor>
 image<float> resample_to_photo(image_view<const float> disparity, image_view<const std::uint8_t> photo, surface_rule surface = {},
                                const resample_options& options = {}, Executor&& threads = {}) {

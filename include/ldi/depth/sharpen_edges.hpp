@@ -1,10 +1,10 @@
-// Turns blurred depth edges into steps at the resolution of the depth map. Depth networks and phones spread a step over many
-// samples. Neighbors then differ so little that no discontinuity is found.
+// Sharpens blurred depth edges to steps at the resolution of the depth map. Depth networks and phones spread a step over many
+// samples, so that neighbors differ too little to count as a discontinuity.
 //
-// A shock filter in its morphological form (Kramer and Bruckner, "Iterations of a non-linear transformation for enhancement of
-// digital images", 1975; Osher and Rudin, "Feature-oriented image enhancement using shock filters", 1990): what curves downwards
-// takes the largest value around it, what curves upwards the smallest, until both meet where the edge was steepest. It works only
-// where disparity changes much within a few samples and little beyond them; slopes stay as they are.
+// Uses a shock filter in its morphological form (Kramer and Bruckner, "Iterations of a non-linear transformation for enhancement
+// of digital images", 1975; Osher and Rudin, "Feature-oriented image enhancement using shock filters", 1990): concave regions get
+// the largest value around them, convex regions the smallest, until both meet where the edge was steepest. It works only where
+// disparity changes much within a few samples and little beyond them; slopes do not change.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -23,19 +23,19 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The defaults were chosen by trial, on true depth blurred as networks do.
+/// Defaults tuned by experiment on true depth, blurred as networks blur it.
 struct sharpen_options {
-    /// An edge is washed out over at most this many samples to either side. 0 sharpens nothing.
+    /// Maximum blur of an edge, in samples on either side. 0 disables sharpening.
     int radius = 3;
-    /// Least change in disparity within the radius, in steps of the surface rule.
+    /// Minimum change in disparity within the radius, in steps of the surface rule.
     float min_change = 3.0F;
-    /// Least share that this change has of the one within twice the radius. A slope has half.
+    /// Minimum ratio of this change to the change within twice the radius. For a slope, the ratio is one half.
     float min_share = 0.7F;
 };
 
 namespace detail::sharpen {
 
-// The least and the largest value within `radius` rows and columns of every sample.
+// Minimum and maximum within `radius` rows and columns of every sample.
 struct extremes {
     image<float> low, high;
 };
@@ -69,8 +69,8 @@ extremes extremes_around(const image<float>& map, std::size_t radius, Executor& 
     return result;
 }
 
-// 1 within `radius` of the samples that an edge lies within `radius` of. Networks err in their last samples, along the photo's
-// border: there, edges are those that come from farther inside.
+// Marks with 1 the samples within `radius` of edges. Excludes edges along the photo's border, where networks err in their last
+// samples; edges from farther inside are extended to the border.
 template <executor Executor>
 image<float> edge_zone(const image<float>& map, surface_rule surface, const sharpen_options& options, Executor& threads) {
     const std::size_t radius = static_cast<std::size_t>(options.radius), margin = 2 * radius;
@@ -80,7 +80,7 @@ image<float> edge_zone(const image<float>& map, surface_rule surface, const shar
     for (std::size_t y = margin; y + margin < map.height(); ++y)
         for (std::size_t x = margin; x + margin < map.width(); ++x) {
             const float change = inner.high(y, x) - inner.low(y, x), beyond = outer.high(y, x) - outer.low(y, x);
-            const bool is_edge = change > options.min_change * surface.largest_step && change > options.min_share * beyond;
+            const bool is_edge = change > options.min_change * surface.max_step && change > options.min_share * beyond;
             zone(y, x) = is_edge ? 1.0F : 0.0F;
         }
     const image<float> wide = extremes_around(zone, radius, threads).high;
@@ -90,7 +90,7 @@ image<float> edge_zone(const image<float>& map, surface_rule surface, const shar
     return zone;
 }
 
-// Smoothed by a binomial filter of 5 x 5, whose variance is 1, so that noise does not decide where an edge is.
+// Smooths with a 5 x 5 binomial filter of variance 1, so that noise does not determine the position of an edge.
 inline image<float> smoothed(const image<float>& map) {
     const std::size_t rows = map.height(), columns = map.width();
     const auto filter = [](auto&& at, std::size_t i, std::size_t count) {
@@ -105,7 +105,7 @@ inline image<float> smoothed(const image<float>& map) {
     return result;
 }
 
-// One step: every sample of the zone takes the largest or the smallest of the five around it.
+// One iteration: every sample of the zone becomes the maximum or the minimum of itself and its four neighbors.
 template <executor Executor>
 image<float> shock(const image<float>& map, const image<float>& zone, Executor& threads) {
     const std::size_t rows = map.height(), columns = map.width();
@@ -130,10 +130,12 @@ image<float> shock(const image<float>& map, const image<float>& zone, Executor& 
 
 }  // namespace detail::sharpen
 
-/// disparity  h x w x 1, finite, as it comes from a network or a phone
+/// Sharpens depth edges. Returns h x w x 1.
 ///
-/// h x w x 1. Raises error_code::invalid_option if the radius is below 0 or above 64. Time grows with samples times radius; 40
-/// bytes per sample.
+/// disparity  h x w x 1, finite, for example the output of a network or a phone
+///
+/// Raises error_code::invalid_option if the radius is below 0 or above 64. Time grows with samples times radius; 40 bytes per
+/// sample.
 template <executor Executor = const serial_executor>
 image<float> sharpen_edges(image_view<const float> disparity, surface_rule surface = {}, const sharpen_options& options = {},
                            Executor&& threads = {}) {

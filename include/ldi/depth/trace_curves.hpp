@@ -1,4 +1,4 @@
-// Discontinuities of a depth map followed along the sides of pixels, from corner to corner of the lattice.
+// Traces the discontinuities of a depth map along the sides of pixels, from corner to corner of the lattice.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -57,7 +57,7 @@ private:
     buffer<std::int32_t> used_;
 };
 
-// A curve as it is traced: its corners, one more than its sides.
+// A traced curve: its sides, and its corners, one more than its sides.
 struct trace {
     buffer<std::int32_t> corners;
     buffer<discontinuity> sides;
@@ -66,8 +66,8 @@ struct trace {
 
 class tracer {
 public:
-    // disparity          width x height values, outlives the tracer
-    // is_cut(pixel, s)   whether there is a discontinuity on the right or lower side of a pixel, inside the photo
+    // disparity         width x height values; must outlive the tracer
+    // is_cut(pixel, s)  whether there is a discontinuity on the right or lower side of a pixel, inside the photo
     template <class IsCut>
     tracer(std::int32_t width, std::int32_t height, const float* disparity, surface_rule surface, IsCut&& is_cut)
         : width_(width), disparity_(disparity), surface_(surface), all_(width, height) {
@@ -81,8 +81,8 @@ public:
         }
     }
 
-    // Removes what branches off a curve and ends after fewer than `shortest_length` sides, so that the curve runs on past it.
-    void prune_spurs(std::size_t shortest_length) {
+    // Removes branches that end after fewer than `min_length` sides, so that the curve continues past them.
+    void prune_spurs(std::size_t min_length) {
         buffer<std::pair<std::int32_t, side>> spur;
         for (std::int32_t end : all_.used()) {
             if (all_.degree(end) != 1 || all_.on_border(end)) continue;
@@ -92,18 +92,18 @@ public:
             for (side s : all_sides)
                 if (all_.has(corner, s)) towards = s;
             bool runs_on = true;
-            while (runs_on && spur.size() < shortest_length) {
+            while (runs_on && spur.size() < min_length) {
                 spur.emplace_back(corner, towards);
                 corner = all_.next(corner, towards);
                 runs_on = !ends_curves(corner);
                 if (runs_on) towards = onward(corner, opposite(towards));
             }
-            if (spur.size() < shortest_length && all_.degree(corner) > 2)
+            if (spur.size() < min_length && all_.degree(corner) > 2)
                 for (const auto& [from, s] : spur) all_.remove(from, s);
         }
     }
 
-    // Calls visit(trace) for every curve: first those that start at an end or a junction, then the closed ones.
+    // Calls visit(trace) for every curve: first those that start at an end or a junction, then the closed curves.
     template <class Visit>
     void for_each_curve(Visit&& visit) const {
         corner_map left = all_;
@@ -118,15 +118,15 @@ public:
 
     const corner_map& corners() const { return all_; }
 
-    // The pixels around a corner that is not on the border: two above, two below, each from the left.
+    // Returns the pixels around a corner inside the photo: two above, then two below, each from left to right.
     std::array<std::int32_t, 4> pixels_around(std::int32_t corner) const {
         const std::int32_t below_right = all_.y(corner) * width_ + all_.x(corner);
         return {below_right - width_ - 1, below_right - width_, below_right - 1, below_right};
     }
 
 private:
-    // Whether a corner is the end of a curve or a junction. Where two pixels of a front surface touch at a corner, across from
-    // two of a back surface, two curves pass each other.
+    // Whether a corner is the end of a curve or a junction. If two front pixels and two back pixels meet diagonally at a corner,
+    // two curves pass each other there, without a junction.
     bool ends_curves(std::int32_t corner) const {
         const int degree = all_.degree(corner);
         return degree != 2 && !(degree == 4 && is_checkered(corner));
@@ -136,8 +136,8 @@ private:
         return surface_.same_surface(disparity_[around[0]], disparity_[around[3]]) &&
                surface_.same_surface(disparity_[around[1]], disparity_[around[2]]);
     }
-    // The way on for a curve that came to the corner from the side `from`. Curves that pass each other turn around the pixel of
-    // the back surface that both their sides have: pixels of the front surface hold together.
+    // Returns the next side of a curve that arrives at the corner from the side `from`. Curves that pass each other turn around
+    // a pixel of the back surface, because the pixels of the front surface stay connected.
     side onward(std::int32_t corner, side from) const {
         if (all_.degree(corner) == 2) {
             for (side s : all_sides)
@@ -145,7 +145,7 @@ private:
         }
         const std::array<std::int32_t, 4> around = pixels_around(corner);
         const bool falling =
-            disparity_[around[0]] > disparity_[around[1]];  // the front's pixels lie at the upper left and lower right
+            disparity_[around[0]] > disparity_[around[1]];  // the front's pixels are at the upper left and lower right
         switch (from) {
             case side::left: return falling ? side::down : side::up;
             case side::down: return falling ? side::left : side::right;
@@ -172,7 +172,7 @@ private:
         }
     }
 
-    // The two pixels on either side of the lattice edge that leaves `corner`.
+    // Returns the two pixels on either side of the lattice edge that leaves `corner`.
     discontinuity discontinuity_between(std::int32_t corner, side towards) const {
         const bool vertical = towards == side::up || towards == side::down;
         const std::int32_t x = all_.x(corner) - (towards == side::left ? 1 : 0),

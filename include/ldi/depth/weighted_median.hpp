@@ -1,10 +1,10 @@
-// The weighted median that turns washed-out depth edges into steps (paper, section "Depth Pre-processing"): among the 5 x 5
-// samples around a pixel, sorted by value, the one whose sums of preceding and of following weights are closest to being equal.
-// Weights fall off with the difference in disparity to the center; samples next to an edge have none, which forces a decision
-// between the two sides.
+// The weighted median that turns blurred depth edges into steps (paper, section "Depth Pre-processing"). Among the 5 x 5 samples
+// around a pixel, sorted by value, it selects the sample whose sums of preceding and of following weights are closest to equal.
+// Weights decrease with the difference in disparity to the center. Samples next to an edge have zero weight, which forces a
+// decision between the two sides.
 //
-// Four pixels are filtered at once by sorting networks: columns of five are sorted and merged in pairs, which neighboring
-// windows share, then two pairs and a column are merged. Weights depend on the value alone, so that only values are sorted.
+// Sorting networks filter four pixels at once: they sort columns of five and merge pairs of columns, which neighboring windows
+// share; then they merge two pairs and a column. Weights depend only on the value, so only values are sorted.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -43,13 +43,13 @@ inline void sort_two(four_floats& a, four_floats& b) {
     a = low;
 }
 
-// One comparator of a network: the smaller value goes to `low`.
+// A comparator of a network: moves the smaller value to `low`.
 struct comparator {
     unsigned char low, high;
 };
 
-// Batcher's odd-even merge of two sorted lists given by the positions of their elements; appends comparators, returns the merged
-// order.
+// A sorting network. merge() is Batcher's odd-even merge of two sorted lists, given by the positions of their elements: it
+// appends comparators and returns the merged order.
 template <std::size_t Capacity>
 struct network {
     std::array<comparator, Capacity> comparators{};
@@ -75,7 +75,7 @@ constexpr positions merge(network<Capacity>& n, const positions& a, const positi
     positions a_even, a_odd, b_even, b_odd;
     for (std::size_t i = 0; i < a.count; ++i) (i % 2 == 0 ? a_even : a_odd).add(a.at[i]);
     for (std::size_t i = 0; i < b.count; ++i) (i % 2 == 0 ? b_even : b_odd).add(b.at[i]);
-    // Even elements of both lists merge, odd elements of both merge; then neighbors in the interleaved list are put in order.
+    // Merges the even elements of both lists, then the odd elements, then orders neighbors in the interleaved list.
     const positions even = merge(n, a_even, b_even), odd = merge(n, a_odd, b_odd);
     positions merged;
     merged.add(even.at[0]);
@@ -97,7 +97,7 @@ constexpr positions range(unsigned char first, unsigned char last) {
 template <std::size_t Capacity>
 struct merge_network {
     network<Capacity> steps;
-    positions order;  // the place at which the i-th smallest value ends up
+    positions order;  // position of the i-th smallest value after the merge
 };
 
 template <std::size_t Capacity>
@@ -112,7 +112,7 @@ inline constexpr merge_network<48> merge_pairs = make_merge<48>(10, 20);
 inline constexpr merge_network<64> merge_last = make_merge<64>(20, 25);
 inline constexpr std::array<comparator, 9> sort_five = {{{0, 1}, {3, 4}, {2, 4}, {2, 3}, {1, 4}, {0, 3}, {0, 2}, {1, 3}, {1, 2}}};
 
-// Runs a network on registers: everything is known at compile time, so that nothing but comparators is left.
+// Runs a network on registers. Everything is known at compile time, so that only comparators remain.
 template <const auto& Network, std::size_t... Step>
 inline void run(four_floats* values, std::index_sequence<Step...>) {
     (sort_two(values[Network.steps.comparators[Step].low], values[Network.steps.comparators[Step].high]), ...);
@@ -123,16 +123,19 @@ inline void run(four_floats* values) {
     run<Network>(values, std::make_index_sequence<Network.steps.count>{});
 }
 
-// The part of a row's work that neighboring windows share: sorted columns, and sorted pairs of columns.
+// Intermediate results that neighboring windows of a row share: sorted columns, and sorted pairs of columns.
 struct sorted_columns {
-    buffer<float> single[diameter], pair[2 * diameter];  // the i-th smallest at every x
+    buffer<float> single[diameter], pair[2 * diameter];  // the i-th smallest value at every x
 
     explicit sorted_columns(std::size_t stride) {
         for (buffer<float>& plane : single) plane.resize(stride + wide);
         for (buffer<float>& plane : pair) plane.resize(stride + wide);
     }
 
-    // rows[r]  the r-th of five rows of `stride` samples, weightless ones infinite; stride is a multiple of `wide`
+    // Sorts the columns of five rows, then merges each column with the next one.
+    //
+    // rows    five rows of `stride` samples; a sample is infinite if its weight is zero
+    // stride  multiple of `wide`
     void sort(const std::array<const float*, diameter>& rows, std::size_t stride) {
         for (std::size_t x = 0; x < stride; x += wide) {
             four_floats v[diameter];
@@ -153,9 +156,9 @@ struct sorted_columns {
 
     // Filters the four pixels whose windows start at column x.
     //
-    // If all 25 samples have a weight above 1 - 2/26, the middle one balances best whatever the weights are: 12 samples on
-    // either side differ by less than 24/26, and every other sample is off balance by more than that. So plain medians do there,
-    // exactly.
+    // If all 25 samples have a weight above 1 - 2/26, the middle sample is the best balanced one for any weights: the 12 samples
+    // on either side differ by less than 24/26, and every other sample is off balance by more. In this case plain medians are
+    // exact.
     four_floats filter(std::size_t x, four_floats center, float sigma) const {
         const four_floats low =
             smaller(smaller(load(pair[0].data() + x), load(pair[0].data() + x + 2)), load(single[0].data() + x + 4));
@@ -187,7 +190,7 @@ private:
     four_floats merge_and_weigh(std::size_t x, four_floats center, float sigma) const {
         four_floats all[samples];
         merge(x, all);
-        // Gaussian weights of the sorted samples: exp(-x) as (1 - x/32 + x^2/2048)^32, within 0.0003 everywhere.
+        // Gaussian weights of the sorted samples: exp(-x) as (1 - x/32 + x^2/2048)^32, with an error of at most 0.0003.
         const float falloff = 1.0F / (64.0F * sigma * sigma);
         const four_floats zero = {}, one = zero + 1.0F;
         four_floats weight[samples], total = zero;
@@ -196,7 +199,7 @@ private:
             const four_floats t = falloff * difference * difference;
             four_floats w = one - t + 0.5F * t * t;
             w *= w, w *= w, w *= w, w *= w, w *= w;
-            weight[s] = select(t < one, w, zero);  // beyond, a weight is below 1e-13
+            weight[s] = select(t < one, w, zero);  // weights beyond this are below 1e-13
             total += weight[s];
         }
         four_floats preceding = zero, best = zero + none, result = center;
@@ -214,11 +217,12 @@ private:
 
 }  // namespace detail::median
 
+/// Applies the weighted median. Returns H x W x 1.
+///
 /// disparity  H x W x 1, finite
 ///
-/// H x W x 1. A sample with one of its 4 neighbors on another surface has no weight, nor have those outside the image. A pixel
-/// none of whose samples has weight keeps its value. Raises error_code::invalid_option if sigma is not above 0. Linear time; 9
-/// bytes per pixel.
+/// A sample whose 4-neighborhood contains another surface has zero weight, as have samples outside the image. A pixel without
+/// weighted samples keeps its value. Raises error_code::invalid_option if sigma is not above 0. Linear time; 9 bytes per pixel.
 template <executor Executor = const serial_executor>
 image<float> weighted_median(image_view<const float> disparity, surface_rule surface = {},
                              const weighted_median_options& options = {}, Executor&& threads = {}) {
@@ -229,10 +233,10 @@ image<float> weighted_median(image_view<const float> disparity, surface_rule sur
     image<float> result(rows, columns, 1, unset);
     if (rows == 0 || columns == 0) return result;
 
-    // Samples as the windows see them: a border of weightless samples all round, samples next to an edge weightless too.
+    // Samples in the windows' layout: a border of samples without weight; samples next to an edge also have none.
     const std::size_t stride = (columns + 2 * radius + 2 * wide - 1) / wide * wide;
     buffer<float> seen((rows + 2 * radius) * stride, none);
-    const float threshold = surface.largest_step;
+    const float threshold = surface.max_step;
     parallel_for(threads, rows, 16, [&](std::size_t first, std::size_t last) {
         for (std::size_t y = first; y < last; ++y) {
             const float* here = disparity.row(y);

@@ -1,6 +1,6 @@
-// Reads the inpainting network from the bytes of a safetensors file: its convolutions, and in the metadata what kind of network
-// they are. examples/training/farbrausch/export.py writes Farbrausch, examples/training/partial_convolution.py the full-size
-// PartialConv. io/farbrausch_file.hpp reads either by name.
+// Reads the inpainting network from the bytes of a safetensors file: its convolutions, and its kind from the metadata.
+// examples/training/farbrausch/export.py writes Farbrausch, examples/training/partial_convolution.py the full-size PartialConv.
+// io/farbrausch_file.hpp loads either from a file.
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -20,13 +20,18 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Raises those of decode_safetensors() and farbrausch; mismatch and unsupported where the metadata tells of another network.
+/// Decodes an inpainting network.
+///
+/// kind  if empty, int8 if the weights contain the ranges that it requires, else float32
+///
+/// Raises the errors of decode_safetensors() and farbrausch; mismatch and unsupported if the metadata describe another kind of
+/// network.
 farbrausch decode_farbrausch(std::span<const std::byte> bytes, const std::string& where = "weights",
-                             arithmetic kind = arithmetic::float32, isa target = best_isa());
+                             std::optional<arithmetic> kind = arithmetic::float32, isa target = best_isa());
 
 namespace detail {
 
-/// Treatment of missing colors by the network that the metadata name.
+/// Looks up how the network named in the metadata treats missing colors.
 inline missing_colors parse_missing_colors(const named_tensors& file) {
     check_metadata(file, "an inpainting network", "format", "ldi");
     const auto name = file.metadata.find("name");
@@ -36,7 +41,7 @@ inline missing_colors parse_missing_colors(const named_tensors& file) {
           name == file.metadata.end() ? "none" : printable(name->second));
 }
 
-/// The architecture that the metadata describe, which must be of the kind that farbrausch computes.
+/// Reads the architecture from the metadata, which must describe a network that farbrausch can compute.
 inline inpainting_architecture parse_inpainting_architecture(const named_tensors& file, const std::string& where) {
     inpainting_architecture result;
     result.missing = parse_missing_colors(file);
@@ -47,7 +52,7 @@ inline inpainting_architecture parse_inpainting_architecture(const named_tensors
     const std::string here = where + ", architecture";
     const json_value text = read_json_object(found->second, 3, here);
 
-    // Metadata with one accepted value. Other values would need other arithmetic.
+    // Metadata with only one accepted value, because other values would require other arithmetic.
     const std::string_view fixed[][2] = {
         {"name", has_fills ? "\"farbrausch\"" : "\"partial_convolution\""},
         {"version", "1"},
@@ -84,10 +89,12 @@ inline inpainting_architecture parse_inpainting_architecture(const named_tensors
 
 }  // namespace detail
 
-inline farbrausch decode_farbrausch(std::span<const std::byte> bytes, const std::string& where, arithmetic kind, isa target) {
+inline farbrausch decode_farbrausch(std::span<const std::byte> bytes, const std::string& where, std::optional<arithmetic> kind,
+                                    isa target) {
     const named_tensors file = decode_safetensors(bytes, where);
+    if (!kind) kind = file.tensors.contains("input.range") ? arithmetic::int8 : arithmetic::float32;
     inpainting_architecture architecture = detail::parse_inpainting_architecture(file, where);
-    return farbrausch(file, std::move(architecture), kind, target);
+    return farbrausch(file, std::move(architecture), *kind, target);
 }
 
 }}  // namespace ldi

@@ -1,5 +1,5 @@
-// Files of plain floats, read from memory: PFM (Debevec; one float per pixel, bottom row first) and NPY (NumPy's format, versions
-// 1 to 3, float32 and float64).
+// Reads files of plain floats from memory: PFM (Debevec; one float per pixel, bottom row first) and NPY (NumPy's format,
+// versions 1 to 3, float32 and float64).
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -24,7 +24,7 @@ namespace detail {
 inline bool is_pfm(std::span<const std::byte> bytes) { return has_text(bytes, 0, "Pf"); }
 inline bool is_npy(std::span<const std::byte> bytes) { return has_text(bytes, 0, "\x93NUMPY"); }
 
-/// A float of 4 or 8 bytes, as float32.
+/// Reads a float of 4 or 8 bytes as float32.
 template <class Stored>
 float stored_float(const std::byte* from, bool swap_bytes) {
     std::byte bytes[sizeof(Stored)];
@@ -35,7 +35,7 @@ float stored_float(const std::byte* from, bool swap_bytes) {
     return static_cast<float>(value);
 }
 
-/// A whole number that is all of `text`; nothing if it is anything else or beyond 2^31.
+/// Parses a text that is one whole number of at most 2^31 - 1. Empty for any other text.
 inline std::optional<std::size_t> whole_number(std::string_view text) {
     std::uint32_t value = 0;
     const std::from_chars_result read = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -43,13 +43,13 @@ inline std::optional<std::size_t> whole_number(std::string_view text) {
     return value;
 }
 
-/// The facts of a file whose values are floats.
+/// Header of a file whose values are floats.
 struct float_map_header : picture_header {
-    std::size_t begin = 0, item = sizeof(float);  ///< of the values, in bytes
+    std::size_t begin = 0, item = sizeof(float);  ///< offset of the values and size of a value, in bytes
     bool is_swapped = false, columns_first = false;
 };
 
-/// Checks that all values are there, and how many there may be.
+/// Checks that the file contains all values and that their number is allowed.
 inline void check_float_map(const float_map_header& header, std::span<const std::byte> bytes, const std::string& where) {
     const std::size_t left = bytes.size() - header.begin;
     if (header.width > left / header.item / header.height)
@@ -58,10 +58,10 @@ inline void check_float_map(const float_map_header& header, std::span<const std:
                     " floats");
 }
 
-/// Raises invalid_data.
+/// Reads the header of a PFM file. Raises invalid_data.
 inline float_map_header read_pfm_header(std::span<const std::byte> bytes, const std::string& where) {
     const auto broken = [&](const std::string& found) { damaged(picture_format::pfm, where, found); };
-    // "Pf", width, height and scale, each followed by white space; after the last it is a single character.
+    // "Pf", width, height and scale, each followed by white space. After the scale it is a single character.
     std::string_view fields[3];
     std::size_t at = 2;
     for (std::string_view& field : fields) {
@@ -76,7 +76,7 @@ inline float_map_header read_pfm_header(std::span<const std::byte> bytes, const 
     }
     const std::optional<std::size_t> width = whole_number(fields[0]), height = whole_number(fields[1]);
     if (!width || !height || *width == 0 || *height == 0) broken("no size in its header");
-    // The sign says the byte order. The number itself is a unit of brightness, which readers leave alone.
+    // The sign is the byte order. The number itself is a unit of brightness, which readers ignore.
     const std::string_view scale = fields[2];
     if (scale.find_first_not_of("+-.0123456789eE") != scale.npos || scale.find_first_of("123456789") == scale.npos)
         broken("a scale of '" + std::string(scale) + "'");
@@ -89,7 +89,7 @@ inline float_map_header read_pfm_header(std::span<const std::byte> bytes, const 
 
 }  // namespace detail
 
-/// H x W x 1, as stored. `where` names the file in messages. Raises invalid_data.
+/// Decodes a PFM file to H x W x 1, values as stored. `where` names the file in messages. Raises invalid_data.
 inline image<float> decode_pfm(std::span<const std::byte> bytes, const std::string& where) {
     const detail::float_map_header header = detail::read_pfm_header(bytes, where);
     detail::check_float_map(header, bytes, where);
@@ -103,9 +103,9 @@ inline image<float> decode_pfm(std::span<const std::byte> bytes, const std::stri
 
 namespace detail {
 
-/// key  with its quotes
+/// Returns the text of an NPY header, a Python dictionary, after a key and its colon; empty if the key is missing.
 ///
-/// The rest of an NPY header, a Python dictionary, after the key and its colon; empty if the key is missing.
+/// key  including its quotes
 inline std::string_view npy_field(std::string_view dictionary, std::string_view key) {
     const std::size_t found = dictionary.find(key);
     if (found == dictionary.npos) return {};
@@ -113,7 +113,7 @@ inline std::string_view npy_field(std::string_view dictionary, std::string_view 
     return value == dictionary.npos ? std::string_view() : dictionary.substr(value);
 }
 
-/// The numbers of a Python tuple, "(384, 288)". Nothing if it is not one, or has more than 8 numbers.
+/// Parses a Python tuple such as "(384, 288)". Empty if the text is not a tuple or has more than 8 numbers.
 inline std::optional<buffer<std::size_t>> npy_shape(std::string_view text) {
     if (text.empty() || text.front() != '(') return std::nullopt;
     const std::size_t end = text.find(')');
@@ -134,13 +134,13 @@ inline std::optional<buffer<std::size_t>> npy_shape(std::string_view text) {
     return shape;
 }
 
-/// Axes of length 1 are dropped, from the end and then from the front, until two are left.
+/// Drops axes of length 1, first from the end, then from the front, until two axes remain.
 inline void drop_unit_axes(buffer<std::size_t>& shape) {
     while (shape.size() > 2 && shape.back() == 1) shape.pop_back();
     while (shape.size() > 2 && shape.front() == 1) shape.erase(shape.begin());
 }
 
-/// Raises invalid_data, unsupported.
+/// Reads the header of an NPY file. Raises invalid_data, unsupported.
 inline float_map_header read_npy_header(std::span<const std::byte> bytes, const std::string& where) {
     const auto broken = [&](const std::string& found) { damaged(picture_format::npy, where, found); };
     if (bytes.size() < 12) broken("a header that is cut off");
@@ -175,7 +175,7 @@ inline float_map_header read_npy_header(std::span<const std::byte> bytes, const 
 
 }  // namespace detail
 
-/// H x W x 1, as stored. `where` names the file in messages. Raises invalid_data, unsupported.
+/// Decodes an NPY file to H x W x 1, values as stored. `where` names the file in messages. Raises invalid_data, unsupported.
 inline image<float> decode_npy(std::span<const std::byte> bytes, const std::string& where) {
     const detail::float_map_header header = detail::read_npy_header(bytes, where);
     detail::check_float_map(header, bytes, where);

@@ -1,6 +1,5 @@
-// A 3D photo as one GLB file (binary glTF 2.0): a mesh, its texture or textures, and the camera that took the photo. Only
-// features that every viewer reads; KHR_materials_unlit is declared as used, not as required. io/glb_file.hpp writes it to a
-// file.
+// Writes a 3D photo as one GLB file (binary glTF 2.0): a mesh, its textures, and the camera that took the photo. Uses only
+// features that every viewer reads; KHR_materials_unlit is declared as used, not as required. io/glb_file.hpp writes to disk.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -30,51 +29,56 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Values of the caller's at each vertex of a mesh, for example of gather() (mesh/gather.hpp).
+/// The caller's own values at each vertex of a mesh, for example the result of gather() (mesh/gather.hpp).
 struct vertex_attribute {
-    /// As glTF demands of attributes that it does not define: an underscore, then capital letters, digits and underscores.
+    /// Attribute name in the form that glTF requires of custom attributes: an underscore, then capital letters, digits and
+    /// underscores.
     std::string name;
     std::size_t channels = 1;  ///< 1 to 4
     buffer<float> values;      ///< V x channels, finite
 };
 
 struct glb_options {
-    /// The camera that took the photo, for viewers that start there. Absent: the file has none.
+    /// Camera that took the photo, for viewers that start there. If absent, the file has no camera.
     std::optional<pinhole_camera> camera;
-    /// Motion budget for viewers (render/motion.hpp), written as `motion` to the scene's extras unless absent.
+    /// Motion budget for viewers (render/motion.hpp), written as `motion` in the scene's extras if present.
     std::optional<float> motion = std::nullopt;
-    /// Distances of the nearest and the farthest surface, written together with `motion` as `nearest` and `farthest`. The
-    /// camera's lens is written as `focal_length_35mm`.
+    /// Distances of the nearest and the farthest surface, written together with `motion` as `nearest` and `farthest`. The lens
+    /// of the camera is written as `focal_length_35mm`.
     depth_range range = {};
-    /// Name of the photo in UTF-8, written as `source` to the scene's extras unless empty.
+    /// Whether surfaces continue past the photo's border (photo_facts::margin). If true, `past_frame` is written together with
+    /// `motion`: a viewer may show the whole photo.
+    bool is_past_frame = false;
+    /// Name of the photo in UTF-8, written as `source` in the scene's extras unless empty.
     std::string source = {};
-    /// Additional vertex attributes with different names. Soft edges have none.
+    /// Additional vertex attributes with distinct names. Soft edges have none.
     buffer<vertex_attribute> attributes = {};
-    /// Viewers draw the back sides of triangles, too. They are visible only from far off the photo's viewpoint, in place of
-    /// holes.
+    /// Whether viewers draw the back sides of triangles. Back sides are visible only far from the photo's viewpoint, where they
+    /// cover holes.
     bool double_sided = true;
 };
 
-/// A GLB file of a mesh and its textures: one node and mesh; one primitive per texture, and where edges are soft one more, which
-/// viewers blend over the others (COLOR_0 with alpha). Positions are float32, texture coordinates normalized 16-bit, indices
-/// 16-bit below 65,536 vertices of a primitive and 32-bit from there. Every vertex of a part that no triangle uses is kept; parts
-/// without triangles are not, nor textures that only they have.
+/// Encodes a mesh and its textures as a GLB file: one node and mesh; one primitive per texture, and one more for soft edges,
+/// which viewers blend over the others (COLOR_0 with alpha). Positions are float32, texture coordinates normalized 16-bit,
+/// indices 16-bit for primitives with less than 65,536 vertices, otherwise 32-bit. The file keeps unused vertices, but not parts
+/// without triangles, nor textures that only such parts use.
 ///
 /// textures  one JPEG or PNG file for each part of the mesh
-/// Raises mismatch for another number of textures; invalid_data if the mesh is empty, has a coordinate that is not finite, a
-/// texture coordinate outside [0, 1] or an index out of range, or if a texture is no complete JPEG or PNG file; invalid_option
-/// for an attribute with another name, number of channels or number of values than vertex_attribute says; too_large beyond 4 GB.
+///
+/// Raises mismatch for another number of textures and for columns of different lengths; invalid_data if the mesh is empty, has a
+/// coordinate that is not finite, a texture coordinate outside [0, 1] or an index out of range, or if a texture is not a
+/// complete JPEG or PNG file; invalid_option for an attribute that violates vertex_attribute; too_large beyond 4 GB.
 buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const std::span<const std::byte>> textures,
                              const glb_options& options = {});
 
-/// The same of a mesh with one texture.
+/// Encodes a mesh with one texture.
 inline buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const std::byte> texture,
                                     const glb_options& options = {}) {
     return encode_glb(mesh, std::span(&texture, 1), options);
 }
 
-/// The same with pixels as texture, H x W x 3, which become a PNG file by encode_plain_png(). A JPEG encoder of yours makes files
-/// a fifth as large.
+/// Encodes a mesh with a texture of H x W x 3 pixels, stored as PNG by encode_plain_png(). Files from your own JPEG encoder are
+/// about a fifth as large.
 inline buffer<std::byte> encode_glb(const textured_mesh& mesh, image_view<const std::uint8_t> texture,
                                     const glb_options& options = {}) {
     return encode_glb(mesh, encode_plain_png(texture), options);
@@ -82,27 +86,12 @@ inline buffer<std::byte> encode_glb(const textured_mesh& mesh, image_view<const 
 
 namespace detail {
 
-template <class Mesh>
-void check_triangles_of_file(const Mesh& mesh) {
-    LDI_ASSERT(mesh.positions.size() == 3 * mesh.vertex_count() && mesh.triangles.size() % 3 == 0);
-    LDI_ASSERT(mesh.texture_coordinates.size() == 2 * mesh.vertex_count());
-    const auto broken = [](const char* expected, const std::string& found) {
-        raise(error_code::invalid_data, "encode_glb", expected, found);
-    };
-    for (float p : mesh.positions)
-        if (!std::isfinite(p)) broken("finite positions", detail::to_text(p));
-    for (float t : mesh.texture_coordinates)
-        if (!(t >= 0 && t <= 1)) broken("texture coordinates in [0, 1]", detail::to_text(t));
-    for (std::uint32_t i : mesh.triangles)
-        if (i >= mesh.vertex_count())
-            broken("indices of vertices", std::to_string(i) + " of " + std::to_string(mesh.vertex_count()) + " vertices");
-}
-
 inline void check_contents(const textured_mesh& mesh, std::span<const std::span<const std::byte>> textures) {
     if (mesh.triangles.empty()) raise(error_code::invalid_data, "encode_glb", "a mesh with triangles", "none");
-    check_triangles_of_file(mesh);
-    check_triangles_of_file(mesh.soft_edges);
-    check_parts(mesh, textures.size());
+    check_mesh(mesh, textures.size());
+    for (const buffer<float>* coordinates : {&mesh.texture_coordinates, &mesh.soft_edges.texture_coordinates})
+        for (const float t : *coordinates)
+            if (!(t >= 0 && t <= 1)) raise(error_code::invalid_data, "encode_glb", "texture coordinates in [0, 1]", to_text(t));
     for (const std::span<const std::byte>& texture : textures) {
         if (!is_jpeg(texture) && !is_png(texture))
             raise(error_code::invalid_data, "encode_glb", "a JPEG or PNG file as texture", describe_format(texture));
@@ -118,9 +107,9 @@ inline void check_attributes(const textured_mesh& mesh, const buffer<vertex_attr
         const vertex_attribute& a = attributes[i];
         const auto is_allowed = [](char c) { return (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_'; };
         if (a.name.size() < 2 || a.name.size() > 64 || a.name[0] != '_' || !std::all_of(a.name.begin(), a.name.end(), is_allowed))
-            refuse(a, "a name of an underscore, then up to 63 capital letters, digits and underscores", "others");
+            refuse(a, "an underscore, then up to 63 capital letters, digits and underscores as name", "another name");
         for (std::size_t k = 0; k < i; ++k)
-            if (attributes[k].name == a.name) refuse(a, "a name for each attribute", "the same name twice");
+            if (attributes[k].name == a.name) refuse(a, "unique names of attributes", "a duplicate name");
         if (a.channels < 1 || a.channels > 4) refuse(a, "1 to 4 channels", std::to_string(a.channels));
         if (a.values.size() != mesh.vertex_count() * a.channels)
             refuse(a, "one row per vertex",
@@ -134,21 +123,21 @@ inline void check_attributes(const textured_mesh& mesh, const buffer<vertex_attr
 
 namespace detail::glb {
 
-/// A camera at the origin, looking along -z as glTF's do by themselves.
+/// Adds a camera at the origin that looks along -z, the default pose of glTF.
 inline void add_camera(json_text& json, const pinhole_camera& photo, const contents& c) {
     LDI_ASSERT(photo.width > 0 && photo.height > 0 && photo.focal_length > 0);
     double highest = -std::numeric_limits<double>::infinity(), lowest = -highest;
     for (const geometry& g : c.parts)
         if (!g.is_strip()) highest = (std::max)(highest, g.highest[2]), lowest = (std::min)(lowest, g.lowest[2]);
     const double nearest = -highest, farthest = (std::max)(0.0, -lowest);
-    // Room to move forward and back.
+    // Leaves room to move forward and back.
     const double z_near = nearest > 0 ? 0.1 * nearest : 0.01, z_far = (std::max)(10 * farthest, 100 * z_near);
     json.add(R"("cameras":[{"perspective":{"aspectRatio":)", nearest_double(photo.width) / photo.height);
     json.add(R"(,"yfov":)", 2 * std::atan(0.5 * photo.height / double{photo.focal_length}));
     json.add(R"(,"zfar":)", z_far, R"(,"znear":)", z_near, R"(},"type":"perspective"}],)");
 }
 
-/// Text as a JSON string.
+/// Quotes text as a JSON string.
 inline std::string json_string(std::string_view text) {
     std::string result = "\"";
     for (const char c : text) {
@@ -164,7 +153,7 @@ inline std::string json_string(std::string_view text) {
     return result + '"';
 }
 
-/// Facts that glTF has no field for, as the scene's extras; nothing if there are none.
+/// Adds data that glTF has no field for as the scene's extras; nothing if there are none.
 inline void add_extras(json_text& json, const glb_options& options) {
     const char* before = R"("extras":{)";
     const auto add = [&](std::string_view name, const auto& value) {
@@ -176,11 +165,12 @@ inline void add_extras(json_text& json, const glb_options& options) {
         add("focal_length_35mm",
             shortest(options.camera->focal_length / focal_length_from_35mm(1.0F, options.camera->width, options.camera->height)));
     if (options.motion) add("motion", shortest(*options.motion)), add("nearest", shortest(options.range.z_near));
+    if (options.motion && options.is_past_frame) add("past_frame", std::string_view("true"));
     if (!options.source.empty()) add("source", std::string_view(json_string(options.source)));
     if (before[0] == ',') json.add("},");
 }
 
-/// The description of the file. Members are in alphabetical order, as most writers of glTF have them.
+/// Writes the JSON of the file. Members are in alphabetical order, as in most glTF writers.
 inline buffer<char> describe(const contents& c, const glb_options& options) {
     json_text json;
     json.add("{");
@@ -197,7 +187,7 @@ inline buffer<char> describe(const contents& c, const glb_options& options) {
         json.add(R"({"bufferView":)", c.view_of_texture(t), R"(,"mimeType":")",
                  is_png(c.textures[t]) ? "image/png" : "image/jpeg", R"("})");
     });
-    // The texture as it is, unlit; not metal where a viewer knows no unlit materials.
+    // Unlit materials show the texture unchanged. Viewers without unlit materials show it as not metallic.
     json.add(R"(],"materials":[)");
     add_list(c.parts.size(), [&](std::size_t p) {
         json.add("{", c.parts[p].is_strip() ? R"("alphaMode":"BLEND",)" : "",
@@ -217,7 +207,7 @@ inline buffer<char> describe(const contents& c, const glb_options& options) {
     });
     json.add(R"(]}],"nodes":[{"mesh":0,"name":"3D photo"})");
     if (options.camera) json.add(R"(,{"camera":0,"name":"photo camera"})");
-    // Linear filters, with mip maps; nothing repeats beyond the edges.
+    // Linear filters with mip maps; textures do not repeat beyond their edges.
     json.add(R"(],"samplers":[{"magFilter":9729,"minFilter":9987,"wrapS":33071,"wrapT":33071}],"scene":0,"scenes":[{)");
     add_extras(json, options);
     json.add(R"("nodes":)", options.camera ? "[0,1]" : "[0]", R"(}],"textures":[)");
@@ -226,7 +216,7 @@ inline buffer<char> describe(const contents& c, const glb_options& options) {
     return json.text();
 }
 
-/// Fills a file from front to back, little-endian as glTF demands.
+/// Fills a file from front to back, little-endian as glTF requires.
 class writer {
 public:
     explicit writer(std::byte* to) : to_(to) {}

@@ -1,5 +1,5 @@
-// The file formats of pictures that ldi reads. Each can be switched off, so that a service reads only what it expects, and no
-// decoder sees a file that it need not see.
+// File formats of pictures that ldi reads. Each can be disabled, so that a service reads only the formats it expects and no
+// other decoder sees untrusted files.
 #pragma once
 
 #include <ldi/base/config.hpp>
@@ -15,13 +15,13 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 enum class picture_format { jpeg, png, gif, bmp, heif, webp, tiff, pfm, npy };
 
-/// Names in the order of the enumeration. HEIC and AVIF files are both heif.
+/// Names in the order of the enumeration. heif includes HEIC and AVIF files.
 inline constexpr std::array<std::string_view, 9> picture_format_names = {"jpeg", "png",  "gif", "bmp", "heif",
                                                                          "webp", "tiff", "pfm", "npy"};
 
 constexpr std::string_view to_string(picture_format format) { return picture_format_names[static_cast<std::size_t>(format)]; }
 
-/// A set of formats; all of them unless it is made of some.
+/// A set of formats; by default all of them.
 class picture_formats {
 public:
     constexpr picture_formats() = default;
@@ -31,7 +31,7 @@ public:
 
     constexpr bool contains(picture_format format) const { return (bits_ & bit(format)) != 0; }
 
-    /// Names with commas between them: "jpeg,png". Nothing where a name is unknown.
+    /// Parses names separated by commas, such as "jpeg,png". Empty if a name is unknown.
     static std::optional<picture_formats> parse(std::string_view names) {
         picture_formats result{};
         result.bits_ = 0;
@@ -47,7 +47,7 @@ public:
         }
     }
 
-    /// "jpeg, png"
+    /// Lists the names, such as "jpeg, png".
     std::string text() const {
         std::string result;
         for (std::size_t i = 0; i < picture_format_names.size(); ++i)

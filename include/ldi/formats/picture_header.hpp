@@ -1,4 +1,4 @@
-// The facts about a picture file that its first bytes and its header state, and ways to read them.
+// Header data of a picture file, and functions to read headers.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -16,20 +16,20 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// The facts of a complete file.
+/// Header data of a complete file.
 struct picture_header {
     picture_format format = picture_format::jpeg;
-    std::size_t width = 0, height = 0;              ///< as stored, in pixels
-    std::size_t bits = 8;                           ///< of a sample: 8 or 16; PNG's 1, 2 and 4 are decoded to 8
-    std::size_t memory_per_pixel = 0;               ///< upper bound of the bytes that decoding takes
-    double more_memory = 0;                         ///< bytes that it takes beside, whatever the number of pixels
-    std::size_t max_growth = 0;                     ///< bytes that a buffer of a PNG file's decoder may grow to
-    std::size_t scanned_channels = 0;               ///< how often decoding passes through the picture, counted for each channel
-    std::span<const std::byte> exif;                ///< a TIFF structure; empty if there is none
-    std::span<const std::byte> profile_chunk;       ///< PNG's iCCP; empty if there is none
-    buffer<std::span<const std::byte>> extensions;  ///< JPEG's APP1 and APP2 segments, in their order
-    bool has_alpha = false;                         ///< of WebP
-    std::size_t end = 0;                            ///< behind the picture: phones append others to a JPEG file
+    std::size_t width = 0, height = 0;              ///< stored size in pixels
+    std::size_t bits = 8;                           ///< bits per sample, 8 or 16; PNG's 1, 2 and 4 are decoded to 8
+    std::size_t memory_per_pixel = 0;               ///< upper bound of the decoder's memory in bytes per pixel
+    double more_memory = 0;                         ///< additional bytes, independent of the number of pixels
+    std::size_t max_growth = 0;                     ///< maximum size in bytes to which a buffer of the PNG decoder may grow
+    std::size_t scanned_channels = 0;               ///< number of passes over the picture, summed over the channels
+    std::span<const std::byte> exif;                ///< a TIFF structure; empty if absent
+    std::span<const std::byte> profile_chunk;       ///< PNG's iCCP; empty if absent
+    buffer<std::span<const std::byte>> extensions;  ///< JPEG's APP1 and APP2 segments, in order
+    bool has_alpha = false;                         ///< WebP only
+    std::size_t end = 0;  ///< offset of the first byte after the picture; phones append further pictures to JPEG files
 };
 
 inline unsigned byte_at(std::span<const std::byte> bytes, std::size_t i) { return std::to_integer<unsigned>(bytes[i]); }
@@ -50,7 +50,7 @@ inline std::uint32_t big_endian_32(std::span<const std::byte> bytes, std::size_t
     return big_endian_16(bytes, i) << 16 | big_endian_16(bytes, i + 2);
 }
 
-/// Whether `text` is at offset i.
+/// Whether `text` occurs at offset i.
 inline bool has_text(std::span<const std::byte> bytes, std::size_t i, std::string_view text) {
     return bytes.size() >= i + text.size() && std::memcmp(bytes.data() + i, text.data(), text.size()) == 0;
 }
@@ -60,7 +60,7 @@ inline bool is_gif(std::span<const std::byte> bytes) { return has_text(bytes, 0,
 inline bool is_webp(std::span<const std::byte> bytes) { return has_text(bytes, 0, "RIFF") && has_text(bytes, 8, "WEBP"); }
 inline bool is_png(std::span<const std::byte> bytes) { return has_text(bytes, 0, "\x89PNG\r\n\x1A\n"); }
 
-/// The two letters alone are those of many a text.
+/// Whether the file is a BMP. Many texts start with the two letters BM, so reserved fields are checked as well.
 inline bool is_bmp(std::span<const std::byte> bytes) {
     return has_text(bytes, 0, "BM") && bytes.size() >= 18 && byte_at(bytes, 15) == 0 && byte_at(bytes, 16) == 0 &&
            byte_at(bytes, 17) == 0;
@@ -72,7 +72,7 @@ inline bool is_tiff(std::span<const std::byte> bytes) {
            has_text(bytes, 0, "MM\0+"sv);
 }
 
-/// Whether it is HEIC or AVIF, by the brands that a file says it follows.
+/// Whether the file is HEIC or AVIF, by the brands that it declares.
 inline bool is_heif(std::span<const std::byte> bytes) {
     if (bytes.size() < 16 || !has_text(bytes, 4, "ftyp")) return false;
     const std::size_t end = (std::min)(std::size_t{big_endian_32(bytes, 0)}, (std::min)(bytes.size(), std::size_t{256}));
@@ -82,7 +82,7 @@ inline bool is_heif(std::span<const std::byte> bytes) {
     return false;
 }
 
-/// A name for what the first bytes say, as error messages need it: "a GIF file".
+/// Describes a format by the first bytes of a file for error messages: "a GIF file".
 inline std::string describe_format(std::span<const std::byte> bytes) {
     struct signature {
         std::size_t offset;

@@ -1,7 +1,7 @@
-// Writes PNG files with the standard library alone, so that a texture needs no encoder. Filters rows and codes their bytes with
-// one Huffman code, without searching for repetitions. Photographs become 4 to 15 % larger than with libpng (io/picture.hpp),
-// flat pictures many times larger. Stored blocks would need less code, but double the file: 166 instead of 82 kB for the crop
-// examples/learn/archway.ppm. PNG: ISO/IEC 15948; zlib: RFC 1950; deflate: RFC 1951.
+// Writes PNG files with the standard library alone, so that a texture requires no encoder. Filters rows and codes their bytes
+// with one Huffman code, without a search for repetitions. Photographs become 4 to 15 % larger than with libpng
+// (io/picture.hpp), flat pictures many times larger. Stored blocks would need less code, but double the file: 166 instead of 82
+// kB for the crop examples/learn/archway.ppm. PNG: ISO/IEC 15948; zlib: RFC 1950; deflate: RFC 1951.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -19,20 +19,21 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A PNG file of an H x W x 1 or H x W x 3 picture of at least one pixel. Raises too_large beyond 1 GB.
+/// Encodes a picture of H x W x 1 or H x W x 3, at least one pixel, as PNG. Raises too_large beyond 1 GB.
 buffer<std::byte> encode_plain_png(image_view<const std::uint8_t> picture);
 
 namespace detail::plain_png {
 
 /// Symbols are the bytes and the end of the data.
 inline constexpr std::size_t symbols = 257, end_of_data = 256;
-inline constexpr int longest_code = 15;
+inline constexpr int max_code_length = 15;
 
-/// The neighbor whose value is nearest to left + upper - upper left.
+/// Returns the neighbor closest to left + upper - upper left.
 inline int paeth(int left, int upper, int upper_left) {
     const int to_left = std::abs(upper - upper_left), to_upper = std::abs(left - upper_left);
     const int to_upper_left = std::abs(left + upper - 2 * upper_left);
@@ -40,44 +41,54 @@ inline int paeth(int left, int upper, int upper_left) {
     return to_upper <= to_upper_left ? upper : upper_left;
 }
 
-/// Row y after PNG's filter 0 to 4: the differences to what the neighbors predict. Returns the sum of their sizes.
-inline std::size_t filter_row(image_view<const std::uint8_t> picture, std::size_t y, int filter, std::byte* to) {
+/// Applies PNG's filter 0 to 4 to row y: stores the differences to the prediction from the neighbors. Returns the sum of their
+/// absolute values.
+template <int filter>
+std::size_t filter_row(image_view<const std::uint8_t> picture, std::size_t y, std::byte* to) {
     const std::size_t channels = picture.channels(), values = picture.width() * channels;
     const std::uint8_t *const row = picture.row(y), *const above = y == 0 ? nullptr : picture.row(y - 1);
     std::size_t sum = 0;
     for (std::size_t i = 0; i < values; ++i) {
         const int left = i < channels ? 0 : row[i - channels], upper = above == nullptr ? 0 : above[i];
         const int upper_left = above == nullptr || i < channels ? 0 : above[i - channels];
-        const int predicted[] = {0, left, upper, (left + upper) / 2, paeth(left, upper, upper_left)};
-        const std::uint8_t difference = static_cast<std::uint8_t>(row[i] - predicted[filter]);
+        const int predicted = filter == 0   ? 0
+                              : filter == 1 ? left
+                              : filter == 2 ? upper
+                              : filter == 3 ? (left + upper) / 2
+                                            : paeth(left, upper, upper_left);
+        const std::uint8_t difference = static_cast<std::uint8_t>(row[i] - predicted);
         to[i] = std::byte{difference};
         sum += difference < 128 ? difference : 256U - difference;
     }
     return sum;
 }
 
-/// All rows, each with the number of the filter that makes it smallest before it.
+/// Filters all rows. Each starts with the number of the filter that minimizes its sum.
 inline buffer<std::byte> filtered(image_view<const std::uint8_t> picture) {
     const std::size_t values = picture.width() * picture.channels();
     buffer<std::byte> result(picture.height() * (values + 1), unset), tried(values, unset);
     for (std::size_t y = 0; y < picture.height(); ++y) {
         std::byte* const row = result.data() + y * (values + 1);
         std::size_t smallest = SIZE_MAX;
-        for (std::uint8_t filter = 0; filter <= 4; ++filter) {
-            const std::size_t sum = filter_row(picture, y, filter, tried.data());
-            if (sum >= smallest) continue;
+        const auto try_filter = [&]<int filter>(std::integral_constant<int, filter>) {
+            const std::size_t sum = filter_row<filter>(picture, y, tried.data());
+            if (sum >= smallest) return;
             smallest = sum;
             row[0] = std::byte{filter};
             std::memcpy(row + 1, tried.data(), values);
-        }
+        };
+        const auto try_all = [&]<int... filters>(std::integer_sequence<int, filters...>) {
+            (try_filter(std::integral_constant<int, filters>{}), ...);
+        };
+        try_all(std::make_integer_sequence<int, 5>{});
     }
     return result;
 }
 
-/// Lengths of Huffman's code for symbols that occur so often, at least two of them at all; 0 for one that does not occur.
+/// Computes the lengths of a Huffman code from symbol counts, at least two of them positive; 0 for symbols that do not occur.
 inline std::array<int, symbols> huffman_lengths(const std::array<std::size_t, symbols>& counts) {
     struct node {
-        std::size_t count, symbol;  // a leaf's symbol
+        std::size_t count, symbol;  // leaves only
         std::size_t parent;
     };
     std::array<node, 2 * symbols> nodes;
@@ -86,7 +97,7 @@ inline std::array<int, symbols> huffman_lengths(const std::array<std::size_t, sy
         if (counts[s] > 0) nodes[leaves++] = {counts[s], s, 0};
     std::sort(nodes.data(), nodes.data() + leaves,
               [](const node& a, const node& b) { return std::pair(a.count, a.symbol) < std::pair(b.count, b.symbol); });
-    // Inner nodes come into being in ascending order, too.
+    // Inner nodes are created in ascending order, too.
     std::size_t next_leaf = 0, next_inner = leaves, count = leaves;
     const auto take_smallest = [&] {
         const bool is_leaf = next_inner == count || (next_leaf < leaves && nodes[next_leaf].count <= nodes[next_inner].count);
@@ -107,21 +118,21 @@ inline std::array<int, symbols> huffman_lengths(const std::array<std::size_t, sy
     return lengths;
 }
 
-/// Lengths of at most 15 bits, as deflate has them.
+/// Computes code lengths of at most 15 bits, the limit of deflate.
 inline std::array<int, symbols> code_lengths(std::array<std::size_t, symbols> counts) {
     for (;;) {
         const std::array<int, symbols> lengths = huffman_lengths(counts);
-        if (*std::max_element(lengths.begin(), lengths.end()) <= longest_code) return lengths;
-        for (std::size_t& count : counts) count = (count + 1) / 2;  // evens them out; what occurs goes on to occur
+        if (*std::max_element(lengths.begin(), lengths.end()) <= max_code_length) return lengths;
+        for (std::size_t& count : counts) count = (count + 1) / 2;  // makes the counts more even; none becomes 0
     }
 }
 
-/// The lowest 32 bits of a number, highest byte first.
+/// Writes the lowest 32 bits of a number, highest byte first.
 inline void put_big_endian(std::byte* to, std::size_t value) {
     for (int i = 0; i < 4; ++i) to[i] = static_cast<std::byte>(value >> (24 - 8 * i) & 255);
 }
 
-/// Writes numbers of a few bits into bytes, lowest bit first.
+/// Packs numbers of a few bits into bytes, lowest bit first.
 class bit_writer {
 public:
     explicit bit_writer(buffer<std::byte>& to) : to_(to) {}
@@ -131,7 +142,7 @@ public:
         for (waiting_bits_ += count; waiting_bits_ >= 8; waiting_bits_ -= 8, waiting_ >>= 8)
             to_.push_back(static_cast<std::byte>(waiting_ & 255));
     }
-    /// The last bits, and zeros up to a whole byte.
+    /// Writes the last bits, padded with zeros to a whole byte.
     void finish() { put(0, (8 - waiting_bits_) % 8); }
 
 private:
@@ -140,18 +151,18 @@ private:
     int waiting_bits_ = 0;
 };
 
-/// Codes go out highest bit first.
+/// Reverses a code, because deflate stores codes highest bit first.
 inline std::uint32_t reversed(std::uint32_t code, int bits) {
     std::uint32_t result = 0;
     for (int bit = 0; bit < bits; ++bit) result |= (code >> bit & 1) << (bits - 1 - bit);
     return result;
 }
 
-/// Codes of the lengths, as deflate numbers them: shorter ones first, among equals by symbol.
+/// Assigns codes by length as deflate does: shorter codes first, equal lengths in the order of symbols.
 inline std::array<std::uint32_t, symbols> codes_of(const std::array<int, symbols>& lengths) {
     std::array<std::uint32_t, symbols> codes{};
     std::uint32_t code = 0;
-    for (int length = 1; length <= longest_code; ++length, code <<= 1)
+    for (int length = 1; length <= max_code_length; ++length, code <<= 1)
         for (std::size_t s = 0; s < symbols; ++s)
             if (lengths[s] == length) codes[s] = reversed(code++, length);
     return codes;
@@ -167,9 +178,9 @@ inline void append_compressed(std::span<const std::byte> bytes, buffer<std::byte
 
     to.push_back(std::byte{0x78}), to.push_back(std::byte{0x01});
     bit_writer writer(to);
-    writer.put(0b101, 3);  // the last block, with a code of its own
-    // 257 lengths, and 1 of a code for repetitions that is not used; they are numbers of 4 bits, all but 16, 17 and 18 equally
-    // long.
+    writer.put(0b101, 3);  // marks the last block, with a Huffman code of its own
+    // 257 lengths, and 1 length of an unused code for repetitions. A length is a number of 4 bits: the code for lengths has
+    // equal length for all symbols except 16, 17 and 18.
     writer.put(0, 5), writer.put(0, 5), writer.put(15, 4);
     for (int i = 0; i < 19; ++i) writer.put(i < 3 ? 0 : 4, 3);
     for (const int length : lengths) writer.put(reversed(static_cast<std::uint32_t>(length), 4), 4);
@@ -212,10 +223,10 @@ inline buffer<std::byte> encode_plain_png(image_view<const std::uint8_t> picture
     std::memcpy(file.data(), signature.data(), signature.size());
     append_chunk(file, "IHDR", [&] {
         const std::size_t begin = file.size();
-        file.resize(begin + 13);  // the last three are 0: the only compression, the only filters, not interlaced
+        file.resize(begin + 13);  // the last three bytes are 0: the only compression, the only filter method, not interlaced
         put_big_endian(file.data() + begin, picture.width());
         put_big_endian(file.data() + begin + 4, picture.height());
-        file[begin + 8] = std::byte{8};                                                            // bits
+        file[begin + 8] = std::byte{8};                                                            // bit depth
         file[begin + 9] = std::byte{picture.channels() == 3 ? std::uint8_t{2} : std::uint8_t{0}};  // RGB or gray
     });
     append_chunk(file, "IDAT", [&] { append_compressed(filtered(picture), file); });

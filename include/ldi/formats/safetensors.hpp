@@ -1,6 +1,6 @@
-// Reads safetensors files (https://huggingface.co/docs/safetensors) from memory: eight bytes of header length, a JSON header with
-// the type, the shape and the place of every tensor, then the values, little-endian. Files are not trusted.
-// io/safetensors_file.hpp reads them by name.
+// Reads safetensors files (https://huggingface.co/docs/safetensors) from memory: eight bytes of header length, a JSON header
+// with type, shape and byte range of every tensor, then the values, little-endian. Files are untrusted. io/safetensors_file.hpp
+// loads them from disk.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -22,17 +22,20 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// bytes  the whole file: tensors of types F32, F16, BF16, I32, I8 and U8, whose values fill it without gap or overlap
-/// where  names the file in messages
+/// Decodes all tensors. Half-precision numbers become float. Allocates nothing before the header is checked against the file's
+/// size.
 ///
-/// Half-precision numbers become float. Nothing is allocated before the header has shown that the file holds it.
-/// Raises invalid_data, too_large (header above 4 MiB) and unsupported (type); they name the tensor.
+/// bytes  the whole file: tensors of types F32, F16, BF16, I32, I8 and U8, whose values fill it without gap or overlap
+/// where  name of the file in messages
+///
+/// Raises invalid_data, too_large (header above 4 MiB) and unsupported (type), naming the tensor.
 named_tensors decode_safetensors(std::span<const std::byte> bytes, const std::string& where = "safetensors file");
 
 namespace detail {
 
-/// what  "a depth network": the kind of file that `expected` for `key` in the metadata tells of
-/// Raises mismatch where the metadata have nothing or something else for it.
+/// Raises mismatch unless the metadata have the value `expected` for `key`.
+///
+/// what  kind of file for the message, for example "a depth network"
 inline void check_metadata(const named_tensors& file, const std::string& what, const std::string& key,
                            const std::string& expected) {
     const auto found = file.metadata.find(key);
@@ -61,7 +64,7 @@ inline float float_from_bits(std::uint32_t bits) {
     return value;
 }
 
-/// IEEE half precision: a sign, 5 bits of exponent, 10 of fraction.
+/// Converts IEEE half precision: a sign, 5 bits of exponent, 10 of fraction.
 inline float half_to_float(std::uint32_t half) {
     const std::uint32_t sign = (half & 0x8000) << 16, exponent = (half >> 10) & 31, fraction = half & 1023;
     if (exponent == 31) return float_from_bits(sign | 0x7F800000 | (fraction << 13));
@@ -77,7 +80,7 @@ buffer<Scalar> decoded(std::span<const std::byte> bytes, std::size_t scalar_byte
     return values;
 }
 
-/// Bytes of one value; 0 for a type that is not read.
+/// Bytes of one value; 0 for an unsupported type.
 inline std::size_t scalar_size(std::string_view type) {
     if (type == "F32" || type == "I32") return 4;
     if (type == "F16" || type == "BF16") return 2;
@@ -103,12 +106,11 @@ struct entry {
     std::size_t begin = 0, end = 0;
 };
 
-/// One line of the header, each part checked against the rest and against the size of the data.
+/// Reads one entry of the header and checks its parts against each other and against the size of the data.
 inline entry checked_entry(const std::string& name, const json_value& line, std::size_t data_bytes, const std::string& where) {
     const auto here = [&] { return where + ", tensor " + printable(name); };
     const auto part = [&](const char* key, bool is_right_kind) {
-        if (!is_right_kind)
-            raise(error_code::invalid_data, here(), std::string(key) + " as the format has it", "another or none");
+        if (!is_right_kind) raise(error_code::invalid_data, here(), "a valid " + std::string(key), "an invalid or missing one");
     };
     const auto sizes = [&](const char* key, const json_value& values, std::size_t max_count) {
         part(key, values.kind == json_kind::array);
@@ -121,7 +123,7 @@ inline entry checked_entry(const std::string& name, const json_value& line, std:
         return result;
     };
     part("dtype", line.kind == json_kind::object);
-    json_value type, shape, place;  // in one walk: a header may have a hundred thousand lines
+    json_value type, shape, place;  // one walk, because a header may have a hundred thousand entries
     int members = 0;
     for_each_member(line, [&](const std::string& key, const json_value& value) {
         ++members;
@@ -146,7 +148,7 @@ inline entry checked_entry(const std::string& name, const json_value& line, std:
     std::size_t needed = scalar_bytes;
     for (std::size_t length : result.shape) {
         if (length != 0 && needed > (std::numeric_limits<std::size_t>::max)() / length)
-            raise(error_code::too_large, here(), "a shape that fits into memory", shape_text(result.shape));
+            raise(error_code::too_large, here(), "a shape that fits in memory", shape_text(result.shape));
         needed *= length;
     }
     if (needed != result.end - result.begin)
@@ -158,11 +160,11 @@ inline entry checked_entry(const std::string& name, const json_value& line, std:
 
 inline decltype(named_tensors::metadata) checked_metadata(const json_value& line, const std::string& where) {
     if (line.kind != json_kind::object)
-        raise(error_code::invalid_data, where, "metadata that is a JSON object", "something else");
+        raise(error_code::invalid_data, where, "metadata that are a JSON object", "another value");
     decltype(named_tensors::metadata) result;
     for_each_member(line, [&](const std::string& key, const json_value& value) {
         if (value.kind != json_kind::string)
-            raise(error_code::invalid_data, where, "metadata that is text", "something else for " + printable(key));
+            raise(error_code::invalid_data, where, "metadata that are text", "another value for " + printable(key));
         result.emplace(key, unescaped(value.text));
     });
     return result;
@@ -177,7 +179,7 @@ inline named_tensors decode_safetensors(std::span<const std::byte> bytes, const 
     const std::uint64_t header_bytes = little_endian(bytes.data(), 4) | (std::uint64_t{little_endian(bytes.data() + 4, 4)} << 32);
     if (header_bytes > bytes.size() - 8)
         raise(error_code::invalid_data, where, "a header of " + std::to_string(header_bytes) + " bytes",
-              std::to_string(bytes.size() - 8) + " bytes in all");
+              std::to_string(bytes.size() - 8) + " bytes in total");
     if (header_bytes > max_header_bytes)
         raise(error_code::too_large, where, "a header of at most " + std::to_string(max_header_bytes) + " bytes",
               std::to_string(header_bytes));
@@ -196,14 +198,14 @@ inline named_tensors decode_safetensors(std::span<const std::byte> bytes, const 
             entries.push_back(checked_entry(name, line, data.size(), where));
     });
 
-    // Tensors that fill the data without gap or overlap can't add up to more memory than the file itself announces.
+    // Tensors that fill the data without gap or overlap cannot need more memory than the size of the file.
     std::sort(entries.begin(), entries.end(),
               [](const entry& a, const entry& b) { return std::pair(a.begin, a.end) < std::pair(b.begin, b.end); });
     std::size_t filled = 0;
     for (const entry& e : entries) {
         if (e.begin != filled)
             raise(error_code::invalid_data, where + ", tensor " + detail::printable(e.name),
-                  "values from byte " + std::to_string(filled) + " on, where those before end",
+                  "values from byte " + std::to_string(filled) + ", the end of the previous tensor",
                   "byte " + std::to_string(e.begin));
         filled = e.end;
     }

@@ -1,5 +1,5 @@
-// Reads a depth network from the bytes of a safetensors file as examples/training/tiefenrausch_small/export.py writes it: a small
-// student of the published network, in the same arithmetic. io/tiefenrausch_file.hpp reads it by name.
+// Reads a depth network from the bytes of a safetensors file that examples/training/tiefenrausch_small/export.py wrote: a small
+// student of the published network with the same arithmetic. io/tiefenrausch_file.hpp loads it from disk.
 #pragma once
 
 #include <ldi/formats/safetensors.hpp>
@@ -16,7 +16,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// A size that a weight file names, if it does.
+/// Reads an image size from the metadata; `otherwise` if absent.
 inline std::size_t size_in(const named_tensors& file, const char* key, std::size_t otherwise) {
     const auto found = file.metadata.find(key);
     if (found == file.metadata.end()) return otherwise;
@@ -31,11 +31,11 @@ inline std::size_t size_in(const named_tensors& file, const char* key, std::size
 
 }  // namespace detail
 
-/// "output" in the metadata names the kind of result, "disparity" or "log disparity"; "details_long_side" and
-/// "layout_long_side" give depth_network_sizes that differ from the paper's.
+/// Decodes a depth network. "output" in the metadata is the kind of result, "disparity" or "log disparity"; "details_long_side"
+/// and "layout_long_side" are optional values of depth_network_sizes.
 ///
-/// Raises those of decode_safetensors(), read_quantized_network() and tiefenrausch; mismatch where the metadata tell of another
-/// network.
+/// Raises the errors of decode_safetensors(), read_quantized_network() and tiefenrausch; mismatch if the metadata describe
+/// another network.
 inline tiefenrausch decode_tiefenrausch(std::span<const std::byte> bytes, const std::string& where = "weights",
                                         isa target = best_isa()) {
     const named_tensors file = decode_safetensors(bytes, where);

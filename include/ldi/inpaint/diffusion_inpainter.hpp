@@ -1,5 +1,5 @@
-// Inpainting without a network: colors diffuse isotropically over the links of the layered image, from what is known into what
-// is not. Smooth, fast, and blind to texture.
+// Inpainting without a network: colors diffuse isotropically over the links of the layered image, from known to unknown pixels.
+// Smooth and fast, but without texture.
 #pragma once
 
 #include <ldi/base/executor.hpp>
@@ -18,10 +18,10 @@ struct diffusion_inpainter {
     /// Gauss-Seidel rounds on each level of the multigrid.
     int rounds = 6;
 
-    /// layers  in canonical order; the color of every pixel whose known_column is 0 is set. A surface without any known pixel
-    ///         gets the mean of the known colors next to unknown ones elsewhere.
+    /// Inpaints every pixel whose known_column is 0. A surface without any known pixel gets the mean of the known colors next to
+    /// unknown pixels elsewhere. Linear time; 4 bytes per pixel and up to 200 per unknown pixel.
     ///
-    /// Linear time; 4 bytes per pixel and up to 200 per unknown one.
+    /// layers  in canonical order
     template <has_columns<color_column, known_column> Layers, executor Executor = const serial_executor>
     void inpaint(Layers& layers, const progress_listener& progress = {}, Executor&& = {}) const {
         detail::diffuse_unknown<3>(

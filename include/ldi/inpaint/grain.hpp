@@ -1,11 +1,11 @@
-// Grain for inpainted pixels. An inpainter returns the mean of all plausible colors, and a mean is smooth: beside sand, leaves or
-// film grain it looks blurred. add_grain() adds noise as strong as the photo's fine detail nearby, and next to none in smooth
+// Grain for inpainted pixels. An inpainter returns the mean of all plausible colors, and a mean is smooth: beside sand, leaves
+// or film grain it looks blurred. add_grain() adds noise as strong as the photo's fine detail nearby, and almost none in smooth
 // areas such as a sky. Video codecs do the same ("film grain synthesis" of AV1). Not in the paper.
 //
-// The strength is measured near the known pixels next to unknown ones, a few pixels away from silhouettes, which lenses and JPEG
-// smear: how far a pixel's brightness is from the mean of its neighbors. It diffuses over the links of the layered image into
-// what is unknown; more exactly, its square root does, so that a few edges among smooth pixels count for little. The noise
-// depends on a pixel's position alone: a result is always the same.
+// The strength is the difference between a pixel's brightness and the mean of its neighbors. It is measured at known pixels near
+// unknown ones, a few pixels away from silhouettes, which lenses and JPEG blur. Its square root, which reduces the influence of
+// a few edges among smooth pixels, diffuses over the links of the layered image to the unknown pixels. The noise depends only on
+// a pixel's position, so results are deterministic.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -27,10 +27,10 @@
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct grain_options {
-    /// Standard deviation of the grain, relative to that of the photo's own detail around it if that were noise; 0 for none. Less
-    /// than 1 looks better, because a photo's texture is not all noise; 0.6 was chosen by eye.
+    /// Standard deviation of the grain, relative to the high-frequency content of the surrounding photo; 0 disables grain.
+    /// Values below 1 look better, because part of that content is texture; 0.6 was chosen by eye.
     float strength = 0.6F;
-    /// Noise counts up to this standard deviation, in gray levels of 255: stronger detail is an edge.
+    /// Maximum standard deviation that counts as noise, in gray levels of 255: stronger detail is an edge.
     float limit = 20.0F;
     /// Gauss-Seidel rounds on each level of the diffusion.
     int rounds = 4;
@@ -38,23 +38,23 @@ struct grain_options {
 
 namespace detail {
 
-/// Noise of a position, the same on every layer: mean 0, variance 1, close to normal, independent of other positions'.
+/// Noise at a position, the same on every layer: mean 0, variance 1, approximately normal, independent of other positions.
 inline float grain_at(std::int32_t x, std::int32_t y) {
     const std::uint32_t h = hash(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y));
-    const float sum = nearest_float((h & 255) + (h >> 8 & 255) + (h >> 16 & 255) + (h >> 24));  // of four dice
-    return (sum - 510.0F) / 147.8F;  // their mean, 4 * 127.5, and deviation, sqrt(4 * (256^2 - 1) / 12)
+    const float sum = nearest_float((h & 255) + (h >> 8 & 255) + (h >> 16 & 255) + (h >> 24));  // sum of four uniform bytes
+    return (sum - 510.0F) / 147.8F;  // minus the mean, 4 * 127.5; divided by the deviation, sqrt(4 * (256^2 - 1) / 12)
 }
 
-/// The photo's grain at its known pixels.
+/// Measures the photo's grain at known pixels.
 class grain_meter {
 public:
     /// color, known  the columns of a layered image with this graph
     grain_meter(const graph_view& g, array_view<const std::uint8_t> color, array_view<const std::uint8_t> known)
         : graph_(g), color_(color), known_(known) {}
 
-    /// Detail at the known pixel `smeared` steps beyond `pixel`, away from an unknown pixel, or at the last known one before
-    /// that: the difference between its brightness and the mean of its neighbors. Counts the left and right neighbors, and the
-    /// upper and lower ones, only if both are known, so that a ramp has no detail. 0 without such a pair.
+    /// Returns the detail at the known pixel `smeared` steps from `pixel` toward side s, away from an unknown pixel, or at the
+    /// last known pixel before. Detail is the difference between its brightness and the mean of its neighbors. Left and right
+    /// neighbors count only if both are known, as do upper and lower ones, so that a ramp has no detail. 0 without any pair.
     float detail_at(std::int32_t pixel, side s) const {
         for (int step = 0; step < smeared; ++step)
             if (const std::int32_t next = known_neighbor(pixel, s); next != no_pixel) pixel = next;
@@ -68,12 +68,13 @@ public:
         return count > 0.0F ? std::abs(brightness(pixel) - sum / count) : 0.0F;
     }
 
-    /// The squared mean of the roots of details for normal noise of deviation 1: (E |d|^0.5)^2 = 0.676 of d's deviation, which is
-    /// that of a pixel less the mean of four, sqrt(1 + 1/4).
+    /// Squared mean of the roots of details, for normal noise of deviation 1: (E |d|^0.5)^2 = 0.676 of the deviation of d, the
+    /// difference between a pixel and the mean of four, sqrt(1 + 1/4).
     static constexpr float of_unit_noise = 0.756F;
 
 private:
-    static constexpr int smeared = 3;  // pixels; chosen by trial: wide enough for a lens and JPEG, narrow enough for small things
+    // in pixels; tuned by experiment: more than the blur of lens and JPEG, but less than small objects
+    static constexpr int smeared = 3;
 
     std::int32_t known_neighbor(std::int32_t pixel, side s) const {
         const std::int32_t found = graph_.neighbor(pixel, s);
@@ -101,16 +102,16 @@ inline void check_options(const grain_options& options) {
     check_option("grain_options, limit", options.limit, 0.0F, 255.0F);
 }
 
-/// Strength of the photo's detail around each unknown pixel, as the standard deviation of equally strong noise in gray levels.
-/// One value per unknown pixel, in their order.
+/// Estimates the photo's detail around each unknown pixel, as the standard deviation of equally strong noise in gray levels.
+/// Returns one value per unknown pixel, in their order.
 ///
-/// limit   above 0; detail counts up to this
+/// limit   above 0; maximum detail
 /// rounds  Gauss-Seidel rounds on each level of the diffusion
 template <has_columns<color_column, known_column> Layers>
 buffer<float> detail_around_unknown(const Layers& layers, float limit, int rounds) {
     const grain_meter meter(layers.topology(), layers.template column<color_column>(), layers.template column<known_column>());
     buffer<float> result;
-    std::uint8_t root = 0;  // of the noise around, relative to the limit
+    std::uint8_t root = 0;  // square root of the surrounding noise relative to the limit
     diffuse_unknown<1>(
         layers.topology(), layers.template column<known_column>(), rounds,
         [&](std::int32_t pixel, side s) {
@@ -128,11 +129,10 @@ buffer<float> detail_around_unknown(const Layers& layers, float limit, int round
 
 }  // namespace detail
 
-/// Lays grain over every pixel whose known_column is 0; all others stay as they are.
+/// Adds grain to every pixel whose known_column is 0; all others do not change. Raises invalid_option unless the strength is in
+/// [0, 100] and the limit in [0, 255].
 ///
-/// layers  in canonical order, with a color everywhere
-///
-/// Raises invalid_option for a strength that is not in [0, 100], and for a limit that is not in [0, 255].
+/// layers  in canonical order, all pixels with colors
 template <has_columns<color_column, known_column> Layers>
 void add_grain(Layers& layers, const grain_options& options = {}) {
     detail::check_options(options);

@@ -1,7 +1,7 @@
-// Unmixes the colors of two surfaces next to a silhouette, where the lens, resampling, and depth edges that are off by a pixel
-// mix them. The paper marks a margin of the foreground for inpainting (Figure "atlas": the light blue pixels). Here, the colors
-// themselves tell which pixels are mixed. Each mixed pixel gets the color of its own surface, or becomes unknown where that
-// surface has only a small share. Where both surfaces look alike, a fixed margin of the foreground becomes unknown.
+// Unmixes the colors of two surfaces next to a silhouette, where the lens, resampling, and inaccurate depth edges mix them. The
+// paper marks a margin of the foreground for inpainting (Figure "atlas": the light blue pixels). Here, the colors themselves
+// determine which pixels are mixed. Each mixed pixel gets the color of its own surface, or becomes unknown if that surface has
+// only a small share. Where both surfaces look alike, a fixed margin of the foreground becomes unknown.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -16,22 +16,23 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Margins hold up to a long side of 1536 pixels, the paper's size, and grow with the photo beyond.
+/// Margins apply to photos with a long side of up to 1536 pixels, the paper's size, and grow in proportion for larger photos.
 struct mixed_color_options {
-    /// Where both surfaces look alike, the foreground's colors are refilled within this many pixels of the silhouette.
+    /// Foreground colors are refilled within this many pixels of the silhouette where both surfaces look alike.
     int foreground_margin = 2;
-    /// The background's colors are always refilled within this many. The paper marks the foreground only. Without a margin here,
-    /// the hidden surface would be continued with what the lens smeared over the background, and with what an edge of depth that
-    /// is off leaves of the foreground there. On the views of bench/quality the first pixel gains 0.08 dB over leaving it where
-    /// it looks unmixed; on six stereo pairs a second one costs 0.23 dB.
+    /// Background colors are always refilled within this many pixels of the silhouette. The paper marks only the foreground.
+    /// Without this margin, the hidden surface would continue the lens blur on the background, and the foreground colors that an
+    /// inaccurate depth edge leaves there. On the views of bench/quality, the first pixel gains 0.08 dB compared to refilling
+    /// only where colors look mixed; on six stereo pairs, a second pixel costs 0.23 dB.
     int background_margin = 1;
-    /// Where the two surfaces differ, mixed colors are searched within this share of the photo's long side on either side of the
-    /// silhouette, and within at least two pixels. 0 turns the search off.
+    /// Maximum distance of mixed colors from a silhouette between surfaces that differ, as a share of the photo's long side, but
+    /// at least two pixels. 0 disables the search.
     float reach = 4.0F / 1536.0F;
     /// Minimum Euclidean RGB distance of colors that count as different, 0 to 255 per channel.
     float contrast = 40.0F;
@@ -39,15 +40,15 @@ struct mixed_color_options {
 
 namespace detail {
 
-// Marks the pixels within `margin` steps of `edge` over links as unknown, except those that would have no known pixel behind them
-// to be refilled from: a thin rod keeps its colors.
+// Marks the pixels within `margin` steps of `edge` over links as unknown, except those without a known pixel behind them that
+// could refill them: a thin rod keeps its colors.
 template <class Layers>
 void mark_margin(Layers& layers, const buffer<std::int32_t>& edge, int margin) {
     const auto known = layers.template column<known_column>();
     const auto& g = layers.topology();
     enum class mark : std::uint8_t { none, visited, refillable };
     buffer<mark> marks(known.size());
-    // rings[d]: the known pixels d steps away from the edge
+    // rings[d]: known pixels at a distance of d steps from the edge
     buffer<buffer<std::int32_t>> rings(1);
     const auto visit = [&](std::int32_t pixel, buffer<std::int32_t>& ring) {
         if (known[pixel] == 0 || marks[pixel] != mark::none) return;
@@ -56,14 +57,15 @@ void mark_margin(Layers& layers, const buffer<std::int32_t>& edge, int margin) {
     };
     for (std::int32_t pixel : edge) visit(pixel, rings[0]);
     for (int d = 0; d < margin; ++d) {
-        if (rings.back().empty()) return;  // nothing known lies behind
+        if (rings.back().empty()) return;  // no known pixel lies behind
         buffer<std::int32_t> next;
         for (std::int32_t pixel : rings.back())
             for (side s : all_sides)
                 if (const std::int32_t neighbor = g.neighbor(pixel, s); neighbor != no_pixel) visit(neighbor, next);
         rings.push_back(std::move(next));
     }
-    // The outermost ring is known for certain. Inwards, a pixel becomes unknown if one step outwards there is such a pixel.
+    // The outermost ring stays known. From there inward, a pixel becomes unknown if its outward neighbor stays known or is
+    // refillable.
     for (std::int32_t pixel : rings.back()) marks[pixel] = mark::refillable;
     for (std::size_t d = rings.size() - 1; d-- > 0;) {
         buffer<std::int32_t> accepted;
@@ -80,13 +82,13 @@ void mark_margin(Layers& layers, const buffer<std::int32_t>& edge, int margin) {
         for (std::int32_t pixel : rings[d]) known[pixel] = 0;
 }
 
-/// Counts of pixels for a photo of this size.
+/// Scales a number of pixels to the size of the photo.
 inline int scaled_to_photo(int pixels, const graph_view& g) {
     const float scale = nearest_float((std::max)(g.width(), g.height())) / 1536.0F;
     return scale > 1.0F ? static_cast<int>(std::lround(scale * nearest_float(pixels))) : pixels;
 }
 
-/// Width of the band that is searched for mixed colors, in pixels.
+/// Width in pixels of the band that is searched for mixed colors.
 inline int band_width(float reach, const graph_view& g) {
     const float pixels = reach * nearest_float((std::max)(g.width(), g.height()));
     return reach > 0 ? static_cast<int>((std::max)(std::lround(pixels), 2L)) : 0;
@@ -99,8 +101,8 @@ public:
     color_cleaner(Layers& layers, const silhouette_band& band, const buffer<mixture>& mixtures)
         : layers_(layers), band_(band), mixtures_(mixtures), known_(layers.template column<known_column>()) {}
 
-    /// Mixed are the pixels that touch the silhouette, and what is linked to them through mixed ones: farther away, a color that
-    /// looks like a mixture is the surface's own.
+    /// Cleans the pixels that touch the silhouette if they are mixed, and pixels linked to them through mixed pixels. Farther
+    /// away, a color that looks mixed is the surface's own color.
     void clean() {
         const buffer<silhouette_band::place>& places = band_.places();
         buffer<std::uint8_t> reached(places.size(), 0);
@@ -119,8 +121,9 @@ public:
     }
 
 private:
-    /// Foreground pixels are cleaned below this share of their own color. Background pixels are refilled above this share of the
-    /// foreground's color: refilling loses texture, and smaller shares are invisible. Both by trial.
+    /// Foreground pixels are cleaned if their share of their own color is below this. Background pixels are refilled if their
+    /// share of foreground color is above this: refilling loses texture, and smaller shares are invisible. Both tuned by
+    /// experiment.
     static constexpr float pure_foreground = 0.8F, pure_background = 0.4F;
 
     bool is_pure(std::int32_t place) const {
@@ -128,8 +131,8 @@ private:
         return band_.places()[place].in_front ? alpha >= pure_foreground : alpha <= pure_background;
     }
 
-    /// The color of the pixel's own surface O that, with the sample of the other surface, comes nearest to the pixel's color C
-    /// and to the sample of its own: the minimum of |C - a O - (1 - a) other|^2 + |O - sample|^2 / 4.
+    /// Estimates the color O of the pixel's own surface from the pixel's color C, the sample of the own surface and the sample
+    /// of the other surface: the minimum of |C - a O - (1 - a) other|^2 + |O - sample|^2 / 4.
     void clean(std::int32_t place) {
         const mixture& m = mixtures_[place];
         const bool in_front = band_.places()[place].in_front;
@@ -167,13 +170,17 @@ private:
 
 }  // namespace detail
 
-/// layers  every pixel with a missing link inside the photo lies on a silhouette
+/// Cleans the colors beside silhouettes, or marks them as unknown. Call it before expand(). Sets the matte column if there is
+/// one.
 ///
-/// Cleans the colors beside silhouettes, or marks them as unknown. Call it before expand(). Sets the matte column, if there is
-/// one. Raises invalid_option. Time is linear but for sorting the pixels beside silhouettes; up to 150 bytes per pixel, where all
-/// lie there.
+/// layers  every pixel with a missing link inside the photo lies on a silhouette
+/// shares  H x W, of the surface in front, as in decided_depth, where they are known; may be empty
+///
+/// Raises invalid_option. Time is linear except for sorting the pixels beside silhouettes; up to 150 bytes per pixel, if all lie
+/// beside silhouettes.
 template <payload_column... Columns>
-void unmix_colors(single_layer<Columns...>& layers, const mixed_color_options& options = {}) {
+void unmix_colors(single_layer<Columns...>& layers, const mixed_color_options& options = {},
+                  std::span<const std::uint8_t> shares = {}) {
     static_assert(has_columns<single_layer<Columns...>, color_column, disparity_column, known_column>);
     if (options.foreground_margin < 0 || options.background_margin < 0 || !(options.reach >= 0 && options.reach <= 1) ||
         !(options.contrast > 0))
@@ -192,7 +199,7 @@ void unmix_colors(single_layer<Columns...>& layers, const mixed_color_options& o
     detail::mark_margin(layers, foreground, detail::scaled_to_photo(options.foreground_margin, g));
     detail::mark_margin(layers, background, detail::scaled_to_photo(options.background_margin, g));
 
-    detail::local_matte mixed(g, band, layers.template column<color_column>());
+    detail::local_matte mixed(g, band, layers.template column<color_column>(), shares);
     mixed.smooth(2);
     detail::color_cleaner(layers, band, mixed.mixtures()).clean();
     if constexpr (has_column<single_layer<Columns...>, matte_column>)

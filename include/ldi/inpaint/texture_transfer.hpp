@@ -1,11 +1,12 @@
-// Texture for inpainted pixels, from the photo itself. An inpainter that returns the mean of all that a color might be returns no
-// texture. The high frequencies of known pixels of the same surface, near the silhouette, are added to its answer: those of the
-// places that look like the answer when both are blurred (after Yi et al., "Contextual Residual Aggregation for Ultra
-// High-Resolution Image Inpainting", 2020). Grain (inpaint/grain.hpp) only where no place does. Not in the paper.
+// Texture for inpainted pixels, copied from the photo. An inpainter that returns the mean of all plausible colors returns no
+// texture. This stage adds the high frequencies of known pixels of the same surface, near the silhouette. Sources are those
+// pixels whose blurred surroundings are similar to the blurred inpainted colors (after Yi et al., "Contextual Residual
+// Aggregation for Ultra High-Resolution Image Inpainting", 2020). Where no source is similar, it adds grain (inpaint/grain.hpp).
+// Not in the paper.
 //
-// High frequencies have a mean of zero and no edges that must meet, so patches may end anywhere: there are no seams to blend, and
-// no averages that would lose strength. What is stronger than the photo's detail around the hole is held back: an edge, a leaf
-// before the sky.
+// High frequencies have a mean of zero and no edges that must meet, so patches may end anywhere: no seams need blending, and no
+// averaging reduces the strength. Detail stronger than the photo's detail around the hole is limited, for example an edge, or a
+// leaf in front of the sky.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -13,10 +14,12 @@
 #include <ldi/core/graph.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/inpaint/detail/texture_cells.hpp>
+#include <ldi/inpaint/detail/texture_looks.hpp>
 #include <ldi/inpaint/detail/texture_search.hpp>
 #include <ldi/inpaint/grain.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -24,15 +27,15 @@
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct texture_options {
-    /// Relative to the texture of the photo; 0 for none, which leaves grain.
+    /// Strength relative to the texture of the photo; 0 leaves only grain.
     float strength = 1.0F;
-    /// No pixel's texture is stronger than this many times the photo's detail around; it comes near to it gradually. A large
-    /// number copies edges, too.
+    /// Limit of a pixel's texture, as a multiple of the photo's detail around it, approached gradually. A large number also
+    /// copies edges.
     float crest = 4.0F;
-    /// Texture comes from known pixels up to this many steps over links from an inpainted one.
+    /// Maximum steps over links from an inpainted pixel to the known pixels that are sources.
     int reach = 32;
-    /// Mean difference of the blurred colors, in gray levels, up to which a place counts as alike. From there to twice as much,
-    /// texture fades into grain.
+    /// Mean difference of blurred colors, in gray levels, up to which a source counts as similar. Between this value and twice
+    /// this value, texture fades to grain.
     float tolerance = 13.0F;
     /// Rounds of the search; its direction alternates.
     int rounds = 2;
@@ -40,52 +43,51 @@ struct texture_options {
 
 namespace detail {
 
-/// Finds a source of texture for each unknown pixel, and the detail to add from it.
+/// Three channels of color.
+using texture_color = std::array<float, 3>;
+
+/// Finds a source of texture for each unknown pixel, and the detail to copy from it.
 class texture_transfer {
 public:
     /// color, known  the columns of a layered image with this graph
     texture_transfer(const graph_view& g, array_view<const std::uint8_t> color, array_view<const std::uint8_t> known,
                      const texture_options& options)
-        : options_(options), cells_(find_texture_cells(g, known, options.reach, margin)) {
-        buffer<texture_color> blurred(cells_.pixel.size(), unset);
-        for (std::int32_t cell = 0; cell < cells_.count(); ++cell)
-            for (std::size_t c = 0; c < 3; ++c)
-                blurred[cell][c] = color.data()[3 * std::ptrdiff_t{cells_.pixel[cell]} + static_cast<std::ptrdiff_t>(c)];
-        fine_ = blurred;
-        blur_cells(cells_, blurred, 1);
-        for (std::int32_t cell = 0; cell < cells_.count(); ++cell)
-            for (std::size_t c = 0; c < 3; ++c) fine_[cell][c] -= blurred[cell][c];
-        blur_cells(cells_, blurred, 3);
-        looks_ = describe_cells(cells_, blurred);
-        source_ = texture_search(g, cells_, looks_, options.reach).run(options.rounds);
-    }
+        : options_(options),
+          cells_(find_texture_cells(g, known, options.reach, margin)),
+          looks_(look_at(cells_, color)),
+          source_(texture_search(g, cells_, looks_.surroundings, options.reach).run(options.rounds)) {}
 
     const texture_cells& cells() const { return cells_; }
 
     /// Similarity of a cell and its source, 0 to 1.
     float likeness(std::int32_t cell) const {
         if (source_[cell] == no_pixel) return 0.0F;
-        const float difference = nearest_float(difference_of(looks_[cell], looks_[source_[cell]])) / nearest_float(tap_values);
+        const float difference = nearest_float(difference_of(looks_.surroundings[cell], looks_.surroundings[source_[cell]])) /
+                                 nearest_float(tap_values);
         if (difference <= options_.tolerance) return 1.0F;
-        return (std::max)(2.0F - difference / options_.tolerance, 0.0F);  // a tolerance of 0 leaves only what is equal
+        return (std::max)(2.0F - difference / options_.tolerance, 0.0F);  // a tolerance of 0 accepts only equal surroundings
     }
 
-    /// The texture of an unknown cell, none if it has no source. `noise`: the photo's detail around it.
+    /// Returns the texture of an unknown cell, zero if it has no source.
+    ///
+    /// noise  the photo's detail around it
     texture_color texture(std::int32_t cell, float noise) const {
         if (source_[cell] == no_pixel) return {};
-        texture_color result = fine_[source_[cell]];
+        texture_color result;
         const float most = options_.crest * noise;
-        for (float& value : result) value *= options_.strength * (most > 0.0F ? most / (most + std::abs(value)) : 0.0F);
+        for (std::size_t c = 0; c < 3; ++c) {
+            const float value = nearest_float(looks_.detail[source_[cell]][c]) / 16.0F;
+            result[c] = value * (options_.strength * (most > 0.0F ? most / (most + std::abs(value)) : 0.0F));
+        }
         return result;
     }
 
 private:
-    static constexpr int margin = 3;  // what blurring and the taps around the last sources need, nearly
+    static constexpr int margin = 3;  // approximate width for the blur and the taps around the outermost sources
 
     texture_options options_;
     texture_cells cells_;
-    buffer<texture_color> fine_;  // high frequencies
-    buffer<texture_surroundings> looks_;
+    texture_looks looks_;
     buffer<std::int32_t> source_;
 };
 
@@ -99,15 +101,16 @@ inline void check_options(const texture_options& options) {
 
 }  // namespace detail
 
-/// Adds texture to every pixel whose known_column is 0, and grain where nothing known is like it; all others stay as they are.
+/// Adds texture to every pixel whose known_column is 0, and grain where no known texture is similar; all other pixels do not
+/// change.
 ///
-/// layers  in canonical order, with a color everywhere
-/// grain   also says how the photo's detail is measured: with a limit of 0 nothing is added. A texture strength of 0 leaves
-/// add_grain()
+/// layers  in canonical order, all pixels with colors
+/// grain   also determines how the photo's detail is measured: with a limit of 0, nothing is added. A texture strength of 0 is
+///         equivalent to add_grain()
 ///
-/// Raises invalid_option as add_grain() does, and for a strength, crest or tolerance that is not in [0, 100], [0, 1000] or [0,
-/// 255], a reach that is not in [1, 200], or rounds that are not in [1, 60]. Linear time; up to 150 bytes per pixel, where all
-/// are unknown or near.
+/// Raises invalid_option as add_grain() does, and for a strength, crest or tolerance outside [0, 100], [0, 1000] or [0, 255], a
+/// reach outside [1, 200], or rounds outside [1, 60]. Linear time; up to 80 bytes per pixel, if all are unknown or near unknown
+/// pixels.
 template <has_columns<color_column, known_column> Layers>
 void add_texture(Layers& layers, const texture_options& options = {}, const grain_options& grain = {}) {
     detail::check_options(options);

@@ -1,7 +1,7 @@
-// Keeps traces of the foreground (fuzz, hair, a rim) off hidden surfaces. Silhouettes of coarse depth maps are off by up to a few
-// samples, so such traces stay on the background beside them, and inpainting would continue them. Most of these pixels are true
-// background colors in plain view, so refilling all of them would blur the photo. Instead, mark_uncertain_rims() makes them
-// unknown while hidden surfaces get their colors. restore_rims() then restores those that differ from the surface in front.
+// Keeps traces of the foreground (fuzz, hair, a rim) off hidden surfaces. Silhouettes of coarse depth maps are off by up to a
+// few samples, so such traces remain on the background beside them, and inpainting would continue them. Most of these pixels are
+// true background colors in plain view, so refilling all of them would blur the photo. Instead, mark_uncertain_rims() makes them
+// unknown while hidden surfaces are colored. restore_rims() then restores those that differ from the surface in front.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -18,12 +18,12 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A pixel's data for restore_rims().
 struct uncertain_rim {
-    std::array<std::uint8_t, 3> color;  ///< of the pixel itself
-    std::array<float, 3> foreground;    ///< of the surface in front of it, 0 to 255
+    std::array<std::uint8_t, 3> color;  ///< color of the pixel itself
+    std::array<float, 3> foreground;    ///< color of the surface in front of it, 0 to 255
     bool is_distinguishable;            ///< whether the surface in front looks different, so that `foreground` is reliable
 };
 
-/// 0, or 1 + the pixel's index in the list of mark_uncertain_rims().
+/// 0, or 1 + the pixel's index in the result of mark_uncertain_rims().
 struct rim_column {
     using scalar = std::int32_t;
     static constexpr std::size_t channels = 1;
@@ -32,9 +32,9 @@ struct rim_column {
 
 namespace detail {
 
-/// Position of `color` on the line from `from` (0) to `to` (1), possibly outside of both; 0 where both look alike.
+/// Position of `color` on the line from `from` (0) to `to` (1), possibly outside of both; 0 if both look alike.
 inline float share_of_way(const std::uint8_t* color, const std::uint8_t* from, const float* to) {
-    constexpr float min_contrast = 40.0F;  // as in mixed_color_options
+    constexpr float min_contrast = 40.0F;  // default of mixed_color_options::contrast
     float along = 0, squared = 0;
     for (std::size_t c = 0; c < 3; ++c) {
         const float start = static_cast<float>(from[c]), way = to[c] - start;
@@ -45,13 +45,13 @@ inline float share_of_way(const std::uint8_t* color, const std::uint8_t* from, c
 
 }  // namespace detail
 
-/// Marks the known pixels of the background within `width` pixels of silhouettes as unknown, except those that would have no
-/// known pixel behind them. Call it after unmix_colors() and before expand().
+/// Marks the known background pixels within `width` pixels of silhouettes as unknown, except those without a known pixel behind
+/// them. Call it after unmix_colors() and before expand(). Sets the rim column and returns the list that its values refer to, in
+/// the order of the pixels.
 ///
 /// layers  every pixel with a missing link inside the photo lies on a silhouette
 ///
-/// Sets the rim column and returns the list that it refers to, in the order of the pixels. Linear time, whatever the width; up to
-/// 150 bytes per pixel, where all lie within it.
+/// Linear time, for any width; up to 150 bytes per pixel, if all lie within it.
 template <payload_column... Columns>
 buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int width) {
     static_assert(has_columns<single_layer<Columns...>, color_column, disparity_column, known_column, rim_column>);
@@ -64,7 +64,7 @@ buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int 
     band.sample(layers.template column<color_column>(), 0.0F);
     buffer<std::int32_t> edge;
     for (const detail::silhouette_side& s : band.sides()) edge.push_back(s.back);
-    // Pixels that unmix_colors() changed at the silhouette are unknown already. The margin begins behind them.
+    // Pixels that unmix_colors() changed at the silhouette are already unknown. The margin starts behind them.
     const buffer<std::uint8_t> before(known.begin(), known.end());
     std::fill(known.begin(), known.end(), std::uint8_t{1});
     detail::mark_margin(layers, edge, width);
@@ -73,7 +73,7 @@ buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int 
             const detail::silhouette_band::place& nearest = band.places()[band.find(i)];
             const detail::silhouette_side& s = band.sides()[nearest.side];
             const auto color = layers.template at<color_column>(i);
-            // A narrow surface between two others may be the near one at the nearest silhouette.
+            // A narrow surface between two others may be the nearer one at the nearest silhouette.
             rims.push_back({{color[0], color[1], color[2]}, s.foreground, s.can_tell && !nearest.in_front});
             rim_of[i] = rims.count();
         }
@@ -82,9 +82,9 @@ buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int 
     return rims;
 }
 
-/// Restores the colors of the pixels that mark_uncertain_rims() marked, which become known again, unless their own color has an
-/// eighth or more of the foreground in it: on the way from the color that inpainting gave them, which continues the background,
-/// to the foreground's. (The eighth was found by trial.)
+/// Restores the colors of the pixels that mark_uncertain_rims() marked, and makes them known again, unless their own color
+/// contains an eighth or more of the foreground, measured on the line from the inpainted color, which continues the background,
+/// to the foreground's color. (The eighth was tuned by experiment.)
 template <has_columns<color_column, known_column, rim_column> Layers>
 void restore_rims(Layers& layers, std::span<const uncertain_rim> rims) {
     const auto rim_of = layers.template column<rim_column>();

@@ -1,5 +1,6 @@
-// Reads a quantized network from the two Caffe2 files it is published in, as the paper's authors publish Tiefenrausch:
-// NAME.pb has the operators, NAME_init.pb the weights. Needs protozero, a header-only reader of protocol buffers, and exceptions.
+// Reads a quantized network from two Caffe2 files, the format in which the paper's authors published Tiefenrausch: NAME.pb
+// contains the operators, NAME_init.pb the weights. Requires protozero, a header-only reader of protocol buffers, and
+// exceptions.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -20,13 +21,16 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// network  the bytes of NAME.pb: Int8Quantize, then Int8Conv, Int8Add and Int8ResizeNearest, then Int8Dequantize
-/// weights  the bytes of NAME_init.pb
-/// network_file, weight_file  what messages call them
+/// Reads a network from two Caffe2 files.
 ///
-/// Raises an error that names the operator or tensor if a file is damaged or holds something that ldi cannot run. The files are
-/// not trusted: memory stays within a small multiple of their size. What the description says still goes through the checks of
-/// quantized_network.
+/// network                    the bytes of NAME.pb: Int8Quantize, then Int8Conv, Int8Add and Int8ResizeNearest, then
+///                            Int8Dequantize
+/// weights                    the bytes of NAME_init.pb
+/// network_file, weight_file  names of the files in messages
+///
+/// Raises an error that names the operator or tensor if a file is damaged or contains something that ldi cannot run. The files
+/// are untrusted: memory stays within a small multiple of their size. The description is not complete until quantized_network
+/// has checked it.
 inline network_description read_caffe2(std::span<const std::uint8_t> network, std::span<const std::uint8_t> weights,
                                        const std::string& network_file = "network file",
                                        const std::string& weight_file = "weight file");
@@ -84,7 +88,7 @@ private:
             raise(error_code::unsupported, op.where(), "Int8GivenTensorFill or Int8GivenIntTensorFill", printable(message.type));
         }
         if (found != count)
-            raise(error_code::mismatch, op.where(), std::to_string(count) + " values, as the shape says", std::to_string(found));
+            raise(error_code::mismatch, op.where(), std::to_string(count) + " values for the shape", std::to_string(found));
         if (!constants_.emplace(op.output(), std::move(c)).second)
             raise(error_code::invalid_data, op.where(), "a name used once", "a second tensor of that name");
     }
@@ -94,7 +98,7 @@ private:
         std::int64_t count = 1;
         for (std::int64_t side : shape) {
             if (side < 1 || side > most || count * side > most)
-                op.fail("shape", "sides of 1 or more, 2^31 values at most", "others");
+                op.fail("shape", "positive sides, at most 2^31 values", "an invalid shape");
             count *= side;
         }
         return static_cast<std::uint64_t>(count);
@@ -163,7 +167,7 @@ private:
         c.weight_quantization = weights.values;
         check_bias(op, c, bias, outputs);
         c.bias = std::move(bias.integers);
-        // Only the weights of the first layer state the photo's number of channels.
+        // Only the weights of the first layer determine the photo's number of channels.
         if (c.input == 0) result_.input_channels = static_cast<std::size_t>(c.depthwise ? outputs : inputs);
         return c;
     }
@@ -202,7 +206,8 @@ private:
         return found->second;
     }
 
-    /// Weights serve one operator each, so that a small file cannot describe a large network.
+    /// Finds a tensor of the weight file. Each tensor may be used only once, so that a small file cannot describe a large
+    /// network.
     constant& take_constant(const checked_operator& op, std::size_t input) {
         const auto found = constants_.find(op.input(input));
         if (found == constants_.end())
@@ -218,8 +223,8 @@ private:
 
     const network_message& network_;
     const std::string &network_file_, &weight_file_;
-    std::string_view image_;                           ///< the tensor that holds the photo
-    std::map<std::string_view, std::size_t> tensors_;  ///< name to number
+    std::string_view image_;                           ///< name of the tensor that contains the photo
+    std::map<std::string_view, std::size_t> tensors_;  ///< name to index
     std::map<std::string_view, constant> constants_;
     network_description result_;
     bool is_complete_ = false;

@@ -1,5 +1,5 @@
-// Depth maps that people have: PNG of 8 or 16 bits, JPEG companions, PFM and NPY, of disparity or meters, with holes. They all
-// become one thing: disparity, larger nearer, up to a positive scale and a shift, NaN where the file knows nothing.
+// Reads depth maps in common formats: 8- or 16-bit PNG, JPEG companions, PFM and NPY, of disparity or meters, with holes. The
+// result is always disparity: larger is nearer, known up to a positive scale and a shift, NaN for unknown pixels.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -26,9 +26,9 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The quantity that a stored value grows with.
+/// Meaning of a stored value.
 enum class depth_map_kind {
-    disparity,  ///< nearness, up to a scale and a shift (1 / distance, stereo disparity, what a network gives)
+    disparity,  ///< nearness, up to a scale and a shift (1 / distance, stereo disparity, output of a network)
     meters,     ///< distance from the camera; 0 and below is invalid
 };
 
@@ -36,35 +36,34 @@ struct depth_map_options {
     depth_map_kind kind = depth_map_kind::disparity;
     bool white_is_near = true;  ///< false: disparity whose smallest values are nearest (Lens Blur companions). Not for meters.
     bool invalid_zero = false;  ///< a stored 0 means unknown (16-bit PNG files of sensors and stereo benchmarks)
-    float scale = 1;            ///< multiplies every stored value; 0.001 for meters stored as millimeters. Positive.
+    float scale = 1;            ///< factor of every stored value; 0.001 for meters stored as millimeters. Positive.
     picture_limits limits = {.max_pixels = 64'000'000};
-    picture_formats formats = {};  ///< those that are read
+    picture_formats formats = {};  ///< formats that may be read
 };
 
-/// Decodes a depth map in memory: gray PNG (a value is 0 to 255, or 0 to 65,535 in 16-bit files), gray JPEG, PFM, or NPY of
-/// float32 or float64 (H x W, also with axes of length 1 before or behind). Color files whose channels agree count as gray;
-/// alpha and EXIF orientation are ignored.
+/// Decodes a depth map in memory: gray PNG (values 0 to 255, or 0 to 65,535 in 16-bit files), gray JPEG, PFM, or NPY of float32
+/// or float64 (H x W, with any axes of length 1 before or after). Color files whose channels agree count as gray; alpha and EXIF
+/// orientation are ignored.
 ///
-/// Returns H x W x 1 disparity, larger nearer; in 1 / meter for depth_map_kind::meters. NaN where the file holds none: NaN,
-/// infinity, and 0 as the options have it.
-/// Raises unsupported, invalid_data, too_large, invalid_option.
+/// Returns H x W x 1 disparity, larger is nearer; in 1 / meter for depth_map_kind::meters. NaN for unknown pixels: NaN,
+/// infinity, and 0 if the options say so. Raises unsupported, invalid_data, too_large, invalid_option.
 image<float> decode_depth_map(std::span<const std::byte> bytes, const depth_map_options& options = {},
                               const std::string& where = "depth map");
 
-/// The size of a depth map, and the memory that decode_depth_map() and then fill_invalid() take. Raises what decode_depth_map()
-/// raises for a header.
+/// Returns the size of a depth map, and the memory that decode_depth_map() followed by fill_invalid() needs. Raises the errors
+/// of decode_depth_map() for a header.
 decoding_estimate estimate_depth_map(std::span<const std::byte> bytes, const depth_map_options& options = {},
                                      const std::string& where = "depth map");
 
-/// decode_depth_map() of a file; also raises file_access.
+/// Loads a depth map from a file as decode_depth_map() does; also raises file_access.
 image<float> load_depth_map(const std::filesystem::path& path, const depth_map_options& options = {});
 
-/// Gives every NaN pixel the value of the nearest valid one, counted in steps up, down, left and right; among equally near ones
-/// the choice is fixed. Raises invalid_data if no pixel is valid.
+/// Fills every NaN pixel with the value of the nearest valid pixel, by the number of steps up, down, left and right; ties are
+/// broken deterministically. Raises invalid_data if no pixel is valid.
 image<float> fill_invalid(image<float> depth_map, const std::string& where = "depth map");
 
-/// Averages the known pixels of blocks until the map has at most max_pixels pixels. No stage works on more than 4096 x 4096, and
-/// each copies the map.
+/// Averages the known pixels of blocks until the map has at most max_pixels pixels. Stages copy the map and work on at most
+/// 4096 x 4096 pixels, so a larger map only costs memory.
 image<float> shrink_depth_map(image<float> depth_map, std::size_t max_pixels = 32'000'000);
 
 /// Checks that a depth map can belong to a photo: their sizes may differ, their proportions by at most 2 %. Raises mismatch.
@@ -84,7 +83,7 @@ void check_fits(const image<float>& depth_map, const Picture& photo, const std::
 
 namespace detail {
 
-/// The values of a gray PNG or JPEG file. Raises as decode_depth_map() does.
+/// Decodes the values of a gray PNG or JPEG file. Raises the errors of decode_depth_map().
 template <class Sample>
 image<float> decode_gray_as(std::span<const std::byte> bytes, const picture_header& header, const std::string& where) {
     const decoded_picture<Sample> picture = decode_picture<Sample>(bytes, header, where);
@@ -95,8 +94,8 @@ image<float> decode_gray_as(std::span<const std::byte> bytes, const picture_head
         for (std::size_t i = 0; i < count; ++i, sample += picture.channels) result.data()[i] = sample[0];
         return result;
     }
-    // Gray saved as color differs between channels by what JPEG loses; a color-mapped picture of depth differs by
-    // far more. The limit, 3 % of the full range on average, was chosen by trial.
+    // In gray saved as color, channels differ by JPEG's losses; in a color-mapped picture of depth, they differ by far more. The
+    // limit, 3 % of the full range on average, was tuned by experiment.
     double difference = 0;
     for (std::size_t i = 0; i < count; ++i, sample += picture.channels) {
         result.data()[i] = sample[1];
@@ -112,8 +111,8 @@ inline image<float> decode_gray(std::span<const std::byte> bytes, const picture_
                              : decode_gray_as<std::uint8_t>(bytes, header, where);
 }
 
-/// Reads a header, and takes what the map needs up to its end: beside its samples, floats, and as much again to turn the map or
-/// to fill its holes.
+/// Reads a header and charges the memory for the map: its samples, floats, and as many floats again to rotate the map or to fill
+/// its holes.
 inline picture_header take_depth_header(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where) {
     picture_header header;
     if (is_pfm(bytes))
@@ -154,10 +153,10 @@ inline image<float> decode_depth_map(std::span<const std::byte> bytes, const dep
         v *= options.scale;
         if (is_meters) v = v > 0 && std::isfinite(v) ? 1 / v : invalid;
         if (!std::isfinite(v)) v = invalid;
-        largest = (std::max)(largest, v), smallest = (std::min)(smallest, v);  // keep what they are where v is NaN
+        largest = (std::max)(largest, v), smallest = (std::min)(smallest, v);  // do not change if v is NaN
     }
     if (options.kind == depth_map_kind::disparity && !options.white_is_near) {
-        // The difference of two floats may exceed their range; that of their halves never does.
+        // The difference of two floats may overflow; the difference of their halves never does.
         const float factor = std::isfinite(largest - smallest) ? 1.0F : 0.5F;
         for (float& v : values) v = factor * largest - factor * v;
     }

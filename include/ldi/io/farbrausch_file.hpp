@@ -1,15 +1,16 @@
-// Reads the inpainting network by name.
+// Loads the inpainting network from a file.
 #pragma once
 
 #include <ldi/formats/farbrausch.hpp>
 #include <ldi/io/file.hpp>
 
 #include <filesystem>
+#include <optional>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Raises file_access, and what decode_farbrausch() raises.
-inline farbrausch load_farbrausch(const std::filesystem::path& path, arithmetic kind = arithmetic::float32) {
+/// Loads an inpainting network with the rules of decode_farbrausch(). Raises file_access and the errors of decode_farbrausch().
+inline farbrausch load_farbrausch(const std::filesystem::path& path, std::optional<arithmetic> kind = arithmetic::float32) {
     return decode_farbrausch(read_file(path), path.string(), kind);
 }
 

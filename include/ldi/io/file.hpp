@@ -22,15 +22,16 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// All bytes of a file.
+/// Reads all bytes of a file.
 ///
-/// max_bytes  a longer file raises error_code::too_large, before more than this is in memory
-/// Raises file_access where the file can't be opened or read, or is a folder; unavailable, too_large.
+/// max_bytes  a longer file raises error_code::too_large before more than this is in memory
+///
+/// Raises file_access if the file can't be opened or read, or is a folder; unavailable, too_large.
 std::vector<std::byte> read_file(const std::filesystem::path& path, std::size_t max_bytes = std::size_t{1} << 30);
 
-/// Writes a file, or replaces it: into a temporary file `.ldi-NUMBER.tmp` in the same folder, which is renamed when its content
-/// is on the disk. Follows symbolic links and keeps permissions. Other hard links to a replaced file keep the old content.
-/// Devices and pipes are written to directly.
+/// Writes or replaces a file: writes a temporary file `.ldi-NUMBER.tmp` in the same folder, and renames it when its content is
+/// on the disk. Follows symbolic links and keeps permissions. Other hard links to a replaced file keep the old content. Writes
+/// directly to devices and pipes.
 ///
 /// Raises file_access, unavailable, and invalid_option for an empty name; then the old file is unchanged, and the temporary file
 /// is removed.
@@ -38,10 +39,11 @@ void write_file(const std::filesystem::path& path, std::span<const std::byte> by
 
 /// Waits until the content of a file, or the names in a folder, are on the disk. Does nothing on systems without fsync().
 /// Returns 0 or an error number.
+/// Returns 0 or an error number.
 int synchronize(const std::filesystem::path& path);
 
-/// Target of a path through symbolic links. The target need not exist yet; if its folder does not exist, returns the path of the
-/// target as far as it was resolved.
+/// Resolves symbolic links. The target need not exist; if its folder does not exist, returns the target as far as it was
+/// resolved.
 std::filesystem::path follow_links(std::filesystem::path path);
 
 inline std::vector<std::byte> read_file(const std::filesystem::path& path, std::size_t max_bytes) {
@@ -52,7 +54,7 @@ inline std::vector<std::byte> read_file(const std::filesystem::path& path, std::
     std::ifstream file(path, std::ios::binary);
     if (!file) raise_system_error(errno, path, "a readable file");
 
-    // The reported size saves copies, but only bytes that were read count: pipes and growing files have no size.
+    // The reported size saves copies, but only bytes actually read count: pipes and growing files have no reliable size.
     constexpr std::size_t chunk = std::size_t{1} << 16;
     const auto too_large = [&] {
         raise(error_code::too_large, path.string(), "at most " + std::to_string(max_bytes) + " bytes", "more");
@@ -61,7 +63,7 @@ inline std::vector<std::byte> read_file(const std::filesystem::path& path, std::
     if (std::filesystem::is_regular_file(status)) {
         const std::uintmax_t size = std::filesystem::file_size(path, ignored);
         if (!ignored && size > max_bytes) too_large();
-        if (!ignored) bytes.reserve(static_cast<std::size_t>(size) + chunk);  // the last read asks for a chunk beyond the end
+        if (!ignored) bytes.reserve(static_cast<std::size_t>(size) + chunk);  // the last read requests a chunk beyond the end
     }
     for (;;) {
         const std::size_t used = bytes.size();
@@ -79,7 +81,7 @@ inline int synchronize([[maybe_unused]] const std::filesystem::path& path) {
     const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
     if (file < 0) return last_error();
     int failure = ::fsync(file) == 0 ? 0 : last_error();
-    if (failure == EINVAL || failure == ENOTSUP) failure = 0;  // this file system can't
+    if (failure == EINVAL || failure == ENOTSUP) failure = 0;  // not supported by this file system
     ::close(file);
     return failure;
 #else
@@ -90,7 +92,7 @@ inline int synchronize([[maybe_unused]] const std::filesystem::path& path) {
 inline std::filesystem::path follow_links(std::filesystem::path path) {
     std::error_code failure;
     for (int links = 0; links < 40 && std::filesystem::is_symlink(std::filesystem::symlink_status(path, failure)); ++links)
-        path = path.parent_path() / std::filesystem::read_symlink(path, failure);  // an absolute link replaces the whole
+        path = path.parent_path() / std::filesystem::read_symlink(path, failure);  // an absolute link replaces the whole path
     const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
     const std::filesystem::path real = std::filesystem::canonical(folder, failure);
     return failure ? path : real / path.filename();
@@ -104,11 +106,11 @@ inline int write_bytes(const std::filesystem::path& path, std::span<const std::b
     std::ofstream file(path, std::ios::binary | std::ios::trunc);
     if (!file) return last_error();
     file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-    file.close();  // a full disk may show only here
+    file.close();  // a full disk may be detected only here
     return file ? 0 : last_error();
 }
 
-/// A name that no file in the folder has.
+/// Returns a name that no file in the folder has.
 inline std::filesystem::path temporary_name(const std::filesystem::path& folder) {
     std::random_device random;
     std::string digits;

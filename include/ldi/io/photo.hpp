@@ -1,5 +1,5 @@
-// Photos: JPEG, PNG, GIF, BMP, HEIC, AVIF, WebP and TIFF files, upright and as 8-bit sRGB whatever they hold. The lens, where
-// EXIF names it, comes along, since the field of view decides how far apart in space two pixels lie.
+// Reads photos from JPEG, PNG, GIF, BMP, HEIC, AVIF, WebP and TIFF files: upright, always as 8-bit sRGB. Also reads the lens
+// from EXIF, because the field of view determines the distance in space between two pixels.
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -35,7 +35,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A photo as a person sees it.
+/// A photo as it is displayed.
 struct photo {
     image<std::uint8_t> color;               ///< H x W x 3: red, green, blue, sRGB
     std::optional<float> focal_length_35mm;  ///< EXIF FocalLengthIn35mmFilm, in millimeters; see focal_length_from_35mm()
@@ -43,42 +43,42 @@ struct photo {
 
 struct photo_options {
     picture_limits limits = {};
-    picture_formats formats = {};  ///< those that are read, of the photo and of the depth inside it
+    picture_formats formats = {};  ///< formats that may be read, for the photo and for the depth inside it
 };
 
 inline namespace LDI_READERS {
 
-/// Decodes a JPEG, PNG, GIF or BMP file in memory; also HEIC, AVIF, WebP and TIFF, where ldi::io was configured with their
+/// Decodes a JPEG, PNG, GIF or BMP file in memory; also HEIC, AVIF, WebP and TIFF if ldi::io was configured with their
 /// libraries.
 ///
-/// The EXIF orientation is applied. Colors become sRGB, by the file's profile (ICC; Display P3 and BT.2020 by their number),
-/// where ldi::io has Little CMS. Gray becomes RGB, Adobe CMYK and YCCK too (without a profile); of 16 bits the upper 8 are kept;
-/// what is transparent is laid on white. An animated GIF gives its first frame, an animated PNG its default picture, which is its
-/// first frame in most. Gain maps
-/// (Ultra HDR, HEIC) are left alone: the photo is as an ordinary screen shows it.
+/// Applies the EXIF orientation. If ldi::io has Little CMS, converts colors to sRGB from the file's profile (ICC; Display P3 and
+/// BT.2020 by number). Converts gray, and Adobe CMYK and YCCK without a profile, to RGB, keeps the upper 8 of 16 bits, and
+/// composites transparent pixels on white. Reads the first frame of an animated GIF and the default picture of an animated PNG,
+/// usually its first frame. Ignores gain maps (Ultra HDR, HEIC): the photo is as on an ordinary screen.
 ///
-/// where  the name that errors give the data
-/// Raises unsupported (another format, which the message names, or one that is switched off), invalid_data (empty, cut off or
-/// damaged), too_large, out_of_memory.
+/// where  name of the data in errors
+///
+/// Raises unsupported (another format, which the message names, or a disabled one), invalid_data (empty, truncated or damaged),
+/// too_large, out_of_memory.
 photo decode_photo(std::span<const std::byte> bytes, const photo_options& options = {}, const std::string& where = "photo");
 
-/// The size of a photo, and the memory that decode_photo() takes. Raises what decode_photo() raises for a header.
+/// Returns the size of a photo, and the memory that decode_photo() needs. Raises the errors of decode_photo() for a header.
 decoding_estimate estimate_photo(std::span<const std::byte> bytes, const photo_options& options = {},
                                  const std::string& where = "photo");
 
-/// decode_photo() of a file; also raises file_access.
+/// Loads a photo from a file as decode_photo() does; also raises file_access.
 photo load_photo(const std::filesystem::path& path, const photo_options& options = {});
 
 }  // inline namespace
 
 namespace detail {
 
-/// `value` seen through `alpha` on white.
+/// Composites `value` with opacity `alpha` on white.
 inline std::uint8_t over_white(unsigned value, unsigned alpha) {
     return static_cast<std::uint8_t>((value * alpha + 255 * (255 - alpha) + 127) / 255);
 }
 
-/// H x W x 3, upright, the profile not yet applied.
+/// Returns H x W x 3, upright, before color conversion.
 inline image<std::uint8_t> upright_color(const stored_photo& photo) {
     const decoded_picture<std::uint8_t>& stored = photo.picture;
     const upright_order order = make_upright(photo.orientation, stored.height, stored.width);
@@ -100,7 +100,7 @@ inline image<std::uint8_t> upright_color(const stored_photo& photo) {
     return color;
 }
 
-/// Facts about a file that stb_image decodes. Raises invalid_data, unsupported.
+/// Reads the header of a file for stb_image. Raises invalid_data, unsupported.
 inline picture_header read_plain_header(std::span<const std::byte> bytes, const std::string& where) {
     if (is_gif(bytes)) return read_gif_header(bytes, where);
     return is_bmp(bytes) ? read_bmp_header(bytes, where) : read_picture_header(bytes, where);
@@ -110,7 +110,9 @@ inline bool is_plain(std::span<const std::byte> bytes) {
     return is_jpeg(bytes) || is_png(bytes) || is_gif(bytes) || is_bmp(bytes);
 }
 
-/// header  of a JPEG, PNG, GIF or BMP file, whose memory has been granted
+/// Decodes a JPEG, PNG, GIF or BMP file.
+///
+/// header  header of the file; its memory must have been granted
 inline stored_photo decode_plain(std::span<const std::byte> bytes, const picture_header& header, const std::string& where) {
     stored_photo photo;
     photo.picture = decode_picture<std::uint8_t>(bytes, header, where);
@@ -125,7 +127,7 @@ inline stored_photo decode_plain(std::span<const std::byte> bytes, const picture
 
 namespace detail::inline LDI_READERS {
 
-/// Raises the error for a file that is no photo, or none that this build reads.
+/// Raises the error for a file that is not a photo, or of a format that this build does not read.
 [[noreturn]] inline void refuse_format(std::span<const std::byte> bytes, const std::string& where) {
     const char* expected =
         "a JPEG"
@@ -145,7 +147,8 @@ namespace detail::inline LDI_READERS {
     raise(bytes.empty() ? error_code::invalid_data : error_code::unsupported, where, expected, found);
 }
 
-/// The header of the photo; takes from the budget what decoding it takes, but for a color profile. Raises as decode_photo() does.
+/// Reads the header of the photo and charges the cost of decoding it, except for a color profile. Raises the errors of
+/// decode_photo().
 inline picture_header take_photo_header(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where) {
     picture_header header;
     if (is_plain(bytes)) {
@@ -173,7 +176,7 @@ inline picture_header take_photo_header(std::span<const std::byte> bytes, decodi
     refuse_format(bytes, where);
 }
 
-/// By what the first bytes say. Raises as decode_photo() does.
+/// Decodes a photo by the format of its first bytes. Raises the errors of decode_photo().
 inline stored_photo decode_stored(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where) {
 #if defined(LDI_WITH_LIBHEIF)
     if (is_heif(bytes)) return decode_heif(bytes, budget, where);

@@ -1,8 +1,8 @@
-// Photos together with the depth that they bring along: inside the file, as phones write it, or in a file beside it.
+// Reads photos together with depth that is stored in the file, as phones do, or in a second file beside it.
 //
-// Inside JPEG: GDepth, Dynamic Depth and Apple's (where ldi::io has pugixml); inside HEIC and AVIF: the auxiliary picture
-// (libheif and pugixml); in PNG: the right half, where it is gray and the left is not; beside any photo, `photo_depth.png` and
-// the like, as Facebook's 3D photos had it.
+// Depth in JPEG: GDepth, Dynamic Depth and Apple's format (requires pugixml). In HEIC and AVIF: the auxiliary picture (requires
+// libheif and pugixml). In PNG: the right half, if it is gray and the left half is not. Beside any photo: `photo_depth.png` and
+// similar names, as in Facebook's 3D photos.
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -36,45 +36,44 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Depth that came with a photo.
+/// Depth that belongs to a photo.
 struct photo_depth {
-    image<float> disparity;              ///< h x w x 1, upright, larger is nearer; NaN where nothing is known; see fill_invalid()
-    bool is_inverse_depth = false;       ///< 1 / distance up to a factor; else up to a shift, too
+    image<float> disparity;              ///< h x w x 1, upright, larger is nearer; NaN for unknown pixels; see fill_invalid()
+    bool is_inverse_depth = false;       ///< 1 / distance up to a factor; false: also up to a shift
     bool is_metric = false;              ///< 1 / distance in meters
-    bool is_white_near_a_guess = false;  ///< nothing says which end is near: see agreement()
-    std::string source;                  ///< in words, "GDepth, RangeInverse", or the path of the file
+    bool is_white_near_a_guess = false;  ///< the file does not state which end is near: see agreement()
+    std::string source;                  ///< description, such as "GDepth, RangeInverse", or the path of the file
 };
 
 struct photo_with_depth {
     ldi::photo photo;
     std::optional<photo_depth> depth;
-    std::string refused;  ///< an error's text, where there was depth that could not be used; the photo is good without
+    std::string refused;  ///< text of the error if depth could not be used; the photo is still valid
 };
 
-/// The Pearson correlation of two maps of one photo, which may have different sizes; 0 where a map is the same everywhere. Where
-/// it is below 0 for a depth map and what a network estimates, black is near in the map.
+/// Returns the Pearson correlation of two maps of one photo, which may differ in size; 0 if a map is constant. A negative
+/// correlation between a depth map and a network's estimate means that black is near in the map.
 inline float agreement(const image<float>& a, const image<float>& b);
 
-/// A file beside the photo whose name says that it is the photo's depth map, `photo_depth.png` for `photo.jpg`; empty if there is
-/// none.
+/// Finds the depth map beside a photo by its name, `photo_depth.png` for `photo.jpg`; empty if there is none.
 inline std::filesystem::path depth_map_beside(const std::filesystem::path& photo);
 
-/// Turns a map round, so that what was nearest is farthest.
+/// Inverts a map: the nearest values become the farthest.
 inline void turn_round(image<float>& disparity);
 
 inline namespace LDI_READERS {
 
-/// decode_photo(), and the depth inside the file. Raises what decode_photo() raises.
+/// Decodes a photo and the depth inside the file. Raises the errors of decode_photo().
 photo_with_depth decode_photo_with_depth(std::span<const std::byte> bytes, const photo_options& options = {},
                                          const std::string& where = "photo");
 
-/// The size of a photo, and the memory that decode_photo_with_depth() takes, with depth inside that fill_invalid() then fills.
-/// Raises what decode_photo_with_depth() raises for a header.
+/// Returns the size of a photo, and the memory that decode_photo_with_depth() followed by fill_invalid() needs. Raises the
+/// errors of decode_photo_with_depth() for a header.
 decoding_estimate estimate_photo_with_depth(std::span<const std::byte> bytes, const photo_options& options = {},
                                             const std::string& where = "photo");
 
-/// decode_photo_with_depth() of a file. A depth map beside it, such as `photo_depth.png` for `photo.jpg`, goes before what is
-/// inside. Also raises file_access.
+/// Loads a photo from a file as decode_photo_with_depth() does. A depth map beside it, such as `photo_depth.png` for
+/// `photo.jpg`, takes precedence over depth inside. Also raises file_access.
 photo_with_depth load_photo_with_depth(const std::filesystem::path& path, const photo_options& options = {});
 
 }  // inline namespace
@@ -82,7 +81,7 @@ photo_with_depth load_photo_with_depth(const std::filesystem::path& path, const 
 // ----------------------------------------------------------------------------------------------------------------------------
 
 inline float agreement(const image<float>& a, const image<float>& b) {
-    constexpr std::size_t samples = 64;  // to each side
+    constexpr std::size_t samples = 64;  // along each side
     double count = 0, a_sum = 0, b_sum = 0, aa = 0, bb = 0, ab = 0;
     const auto sample = [](const image<float>& map, std::size_t y, std::size_t x) {
         return double{map.row((2 * y + 1) * map.height() / (2 * samples))[(2 * x + 1) * map.width() / (2 * samples)]};
@@ -116,7 +115,7 @@ inline std::filesystem::path depth_map_beside(const std::filesystem::path& photo
 
 namespace detail {
 
-/// Runs `read`, which sets result.depth. An error of it goes to result.refused, and the depth with it.
+/// Runs `read`, which sets result.depth. If it raises an error, stores the text in result.refused and discards the depth.
 template <class Read>
 void try_depth(photo_with_depth& result, const std::string& where, Read&& read) {
     try {
@@ -128,7 +127,7 @@ void try_depth(photo_with_depth& result, const std::string& where, Read&& read) 
         if (std::none_of(map.begin(), map.end(), is_valid))
             raise(error_code::invalid_data, where, "at least one valid depth", "none");
     } catch (const error& e) {
-        if (e.code() == error_code::out_of_memory) throw;  // the same may succeed later
+        if (e.code() == error_code::out_of_memory) throw;  // the same call may succeed later
         result.depth.reset();
         result.refused = e.what();
     }
@@ -138,7 +137,7 @@ void try_depth(photo_with_depth& result, const std::string& where, Read&& read) 
 
 namespace detail::inline LDI_READERS {
 
-/// The depth inside a JPEG, HEIC or AVIF file.
+/// Finds the depth inside a JPEG, HEIC or AVIF file.
 inline std::optional<photo_depth> find_depth_inside([[maybe_unused]] std::span<const std::byte> bytes,
                                                     [[maybe_unused]] decoding_budget& budget,
                                                     [[maybe_unused]] const std::string& where) {
@@ -161,7 +160,7 @@ inline std::optional<photo_depth> find_depth_inside([[maybe_unused]] std::span<c
     return std::nullopt;
 }
 
-/// Takes from the budget what find_depth_inside() takes.
+/// Charges the cost of find_depth_inside().
 inline void take_depth_inside([[maybe_unused]] std::span<const std::byte> bytes, [[maybe_unused]] decoding_budget& budget,
                               [[maybe_unused]] const std::string& where) {
 #if defined(LDI_WITH_PUGIXML)
@@ -177,7 +176,7 @@ inline void take_depth_inside([[maybe_unused]] std::span<const std::byte> bytes,
 #endif
 }
 
-/// Bytes for a picture's left half in color, its right half as floats, and as many floats again to fill holes.
+/// Bytes for the left half of a picture in color, its right half as floats, and as many floats again to fill holes.
 inline double memory_of_halves(std::size_t height, std::size_t width) {
     return nearest_double(height) * nearest_double(width) / 2 * (3 + 2 * sizeof(float));
 }
@@ -200,7 +199,7 @@ inline photo_with_depth decode_photo_with_depth(std::span<const std::byte> bytes
         result.depth = photo_depth{detail::take_columns<float>(both, half, half, 1), false, false, true, "the right half"};
         return result;
     }
-    budget.lower_max_pixels(depth_map_options().limits.max_pixels);  // a depth map needs no more
+    budget.lower_max_pixels(depth_map_options().limits.max_pixels);  // depth maps have a lower pixel limit than photos
     detail::try_depth(result, where, [&] { result.depth = detail::find_depth_inside(bytes, budget, where); });
     return result;
 }

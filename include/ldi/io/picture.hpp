@@ -1,11 +1,17 @@
-// Writes pictures: JPEG for the atlas, PNG for data that must stay exact.
+// Writes pictures: JPEG for the atlas, PNG for data that must remain exact.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/core/image.hpp>
-#include <ldi/io/detail/stb_image_write.hpp>
+#include <ldi/io/detail/readers.hpp>
 #include <ldi/io/file.hpp>
+
+#if defined(LDI_WITH_LIBJPEG)
+#include <ldi/io/detail/jpeg_encoder.hpp>
+#else
+#include <ldi/io/detail/stb_image_write.hpp>
+#endif
 
 #include <png.h>
 
@@ -19,25 +25,31 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A JPEG file of an H x W x 1 or H x W x 3 image, each side 1 to 65,535 pixels, below 2 GB in memory. Color has half the
-/// resolution (4:2:0) at quality 90 and below.
+inline namespace LDI_READERS {
+
+/// Encodes H x W x 1 or H x W x 3 values as JPEG, each side 1 to 65,500 pixels, below 2 GB in memory. Color has half the
+/// resolution (4:2:0) at quality 90 and below. Uses libjpeg, or stb_image_write if ldi::io was configured without libjpeg; the
+/// sizes of the files differ by half a percent.
 ///
 /// quality  1 to 100
+///
 /// Raises invalid_option, too_large.
-std::vector<std::byte> encode_jpeg(const image<std::uint8_t>& picture, int quality = 85);
+std::vector<std::byte> encode_jpeg(image_view<const std::uint8_t> picture, int quality = 85);
 
-/// A PNG file of an H x W x 1 or H x W x 3 image. Raises too_large.
-std::vector<std::byte> encode_png(const image<std::uint8_t>& picture);
-
-/// A 16-bit gray PNG file of an H x W x 1 image, as depth maps are kept. Raises too_large.
-std::vector<std::byte> encode_png(const image<std::uint16_t>& picture);
-
-/// encode_jpeg() to a file; also raises file_access.
-inline void save_jpeg(const std::filesystem::path& path, const image<std::uint8_t>& picture, int quality = 85) {
+/// Encodes an image with encode_jpeg() and writes it to a file; also raises file_access.
+inline void save_jpeg(const std::filesystem::path& path, image_view<const std::uint8_t> picture, int quality = 85) {
     write_file(path, encode_jpeg(picture, quality));
 }
 
-/// encode_png() to a file; also raises file_access.
+}  // inline namespace
+
+/// Encodes an H x W x 1 or H x W x 3 image as PNG. Raises too_large.
+std::vector<std::byte> encode_png(image_view<const std::uint8_t> picture);
+
+/// Encodes an H x W x 1 image as 16-bit gray PNG, the format of depth maps. Raises too_large.
+std::vector<std::byte> encode_png(image_view<const std::uint16_t> picture);
+
+/// Encodes an image with encode_png() and writes it to a file; also raises file_access.
 template <class Scalar>
 void save_png(const std::filesystem::path& path, const image<Scalar>& picture) {
     write_file(path, encode_png(picture));
@@ -46,21 +58,23 @@ void save_png(const std::filesystem::path& path, const image<Scalar>& picture) {
 namespace detail {
 
 template <class Scalar>
-std::vector<std::byte> encode_png_as(const image<Scalar>& picture, png_uint_32 format) {
+std::vector<std::byte> encode_png_as(image_view<const Scalar> picture, png_uint_32 format) {
     LDI_ASSERT(picture.height() > 0 && picture.width() > 0);
     const auto too_large = [&](const char* reason) {
         raise(error_code::too_large, "encode_png", "a picture that fits in a PNG file",
               std::to_string(picture.width()) + " x " + std::to_string(picture.height()) + " pixels: " + reason);
     };
-    if (picture.width() > 0x7FFFFFFF / 6 || picture.height() > 0x7FFFFFFF) too_large("a side too long");
+    if (picture.row_stride() > 0x7FFFFFFF / 2 || picture.width() > 0x7FFFFFFF / 6 || picture.height() > 0x7FFFFFFF)
+        too_large("a side too long");
     png_image description = {};
     description.version = PNG_IMAGE_VERSION;
     description.width = static_cast<png_uint_32>(picture.width());
     description.height = static_cast<png_uint_32>(picture.height());
     description.format = format;
-    png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(description);  // an upper bound, so that one pass of compression is enough
+    png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(description);  // an upper bound, so that one compression pass is enough
     std::vector<std::byte> bytes(size);
-    if (png_image_write_to_memory(&description, bytes.data(), &size, 0, picture.data(), 0, nullptr) == 0) {
+    if (png_image_write_to_memory(&description, bytes.data(), &size, 0, picture.data(),
+                                  static_cast<png_int_32>(picture.row_stride()), nullptr) == 0) {
         for (const char* const said : {"nsufficient memory", "ut of memory"})
             if (std::strstr(description.message, said) != nullptr) out_of_memory();
         too_large(description.message);
@@ -72,33 +86,44 @@ std::vector<std::byte> encode_png_as(const image<Scalar>& picture, png_uint_32 f
 
 }  // namespace detail
 
-inline std::vector<std::byte> encode_jpeg(const image<std::uint8_t>& picture, int quality) {
+inline namespace LDI_READERS {
+
+inline std::vector<std::byte> encode_jpeg(image_view<const std::uint8_t> picture, int quality) {
     LDI_ASSERT(picture.channels() == 1 || picture.channels() == 3);
     LDI_ASSERT(picture.height() > 0 && picture.width() > 0);
+    constexpr std::size_t max_side = 65500;  // limit of libjpeg
     if (quality < 1 || quality > 100) raise(error_code::invalid_option, "JPEG quality", "1 to 100", std::to_string(quality));
-    // The encoder counts samples in int.
-    if (picture.height() > 65535 || picture.width() > 65535 || picture.size() > std::size_t{(std::numeric_limits<int>::max)()})
-        raise(error_code::too_large, "encode_jpeg", "sides of at most 65535 pixels, and below 2 GB in memory",
+    if (picture.height() > max_side || picture.width() > max_side ||
+        picture.height() * picture.width() * picture.channels() >
+            std::size_t{(std::numeric_limits<int>::max)()})  // stb_image_write counts samples in int
+        raise(error_code::too_large, "encode_jpeg", "sides of at most 65500 pixels, and below 2 GB in memory",
               std::to_string(picture.width()) + " x " + std::to_string(picture.height()));
+#if defined(LDI_WITH_LIBJPEG)
+    return detail::jpeg_encoder().encode(picture, quality);
+#else
+    const image<std::uint8_t> without_gaps(picture);
     std::vector<std::byte> bytes;
     const auto append = [](void* to, void* data, int size) {
-        // Not insert(): g++ 12 takes what it inlines there for an overflow, and says so in the user's build.
+        // insert() would cause a false warning of an overflow from g++ 12 in the user's build.
         std::vector<std::byte>& all = *static_cast<std::vector<std::byte>*>(to);
         const std::size_t used = all.size(), added = static_cast<std::size_t>(size);
         all.resize(used + added);
         if (added > 0) std::memcpy(all.data() + used, data, added);
     };
     detail::stb::stbi_write_jpg_to_func(append, &bytes, static_cast<int>(picture.width()), static_cast<int>(picture.height()),
-                                        static_cast<int>(picture.channels()), picture.data(), quality);
+                                        static_cast<int>(picture.channels()), without_gaps.data(), quality);
     return bytes;
+#endif
 }
 
-inline std::vector<std::byte> encode_png(const image<std::uint8_t>& picture) {
+}  // inline namespace
+
+inline std::vector<std::byte> encode_png(image_view<const std::uint8_t> picture) {
     LDI_ASSERT(picture.channels() == 1 || picture.channels() == 3);
     return detail::encode_png_as(picture, picture.channels() == 3 ? PNG_FORMAT_RGB : PNG_FORMAT_GRAY);
 }
 
-inline std::vector<std::byte> encode_png(const image<std::uint16_t>& picture) {
+inline std::vector<std::byte> encode_png(image_view<const std::uint16_t> picture) {
     LDI_ASSERT(picture.channels() == 1);
     return detail::encode_png_as(picture, PNG_FORMAT_LINEAR_Y);
 }

@@ -1,4 +1,4 @@
-// Loads the depth network as its authors published it: https://github.com/facebookresearch/one_shot_3d_photography, folder model.
+// Loads the depth network that its authors published: https://github.com/facebookresearch/one_shot_3d_photography, folder model.
 #pragma once
 
 #include <ldi/io/caffe2.hpp>
@@ -13,8 +13,9 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// folder  holds tiefenrausch.pb and tiefenrausch_init.pb
-/// Raises file_access, and what read_caffe2() and tiefenrausch raise.
+/// Loads the published depth network. Raises file_access and the errors of read_caffe2() and tiefenrausch.
+///
+/// folder  contains tiefenrausch.pb and tiefenrausch_init.pb
 inline tiefenrausch load_tiefenrausch(const std::filesystem::path& folder) {
     const std::filesystem::path network_file = folder / "tiefenrausch.pb", weight_file = folder / "tiefenrausch_init.pb";
     const std::vector<std::byte> network = read_file(network_file), weights = read_file(weight_file);

@@ -1,4 +1,4 @@
-// Reads safetensors files by name.
+// Loads safetensors files.
 #pragma once
 
 #include <ldi/formats/safetensors.hpp>
@@ -8,7 +8,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Raises file_access, and those of decode_safetensors().
+/// Loads all tensors of a file. Raises file_access and the errors of decode_safetensors().
 inline named_tensors load_safetensors(const std::filesystem::path& path) {
     return decode_safetensors(read_file(path), path.string());
 }

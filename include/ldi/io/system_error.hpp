@@ -1,4 +1,4 @@
-// Errors of the operating system, from errno, as ldi::error.
+// Converts errors of the operating system, from errno, to ldi::error.
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -11,12 +11,12 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The operating system's message.
+/// Returns the operating system's message.
 inline std::string system_reason(int error_number) {
     return error_number == 0 ? std::string("an input or output error") : std::generic_category().message(error_number);
 }
 
-/// Whether the same call may succeed later with the same arguments: the disk was full, say.
+/// Whether the same call may succeed later with the same arguments, for example after the disk was full.
 inline bool may_succeed_later(int error_number) {
     switch (error_number) {
         case ENOSPC:
@@ -35,13 +35,13 @@ inline bool may_succeed_later(int error_number) {
     }
 }
 
-/// Raises unavailable where the call may succeed later, else file_access.
+/// Raises unavailable if the call may succeed later, else file_access.
 [[noreturn]] inline void raise_system_error(int error_number, const std::filesystem::path& where, std::string_view expected) {
     raise(may_succeed_later(error_number) ? error_code::unavailable : error_code::file_access, where.string(), expected,
           error_number == ENOENT ? "no such file" : "an error: " + system_reason(error_number));
 }
 
-/// errno after a failure; EIO where the standard library did not set it.
+/// Returns errno after a failure; EIO if the standard library did not set it.
 inline int last_error() { return errno == 0 ? EIO : errno; }
 
 }}  // namespace ldi

@@ -1,5 +1,4 @@
-// Addition of two 8-bit tensors, each in its own quantization. One file of add_u8/ for each instruction set, all with equal
-// results.
+// Adds two 8-bit tensors, each in its own quantization. Each instruction set has a file in add_u8/; all results are equal.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -20,7 +19,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The kernel of each instruction set.
+/// One kernel per instruction set.
 inline constexpr add_u8_kernel add_u8_kernels[] = {
 #if LDI_HAS_X86_KERNELS
     {isa::avx2, false, avx2::add_u8},
@@ -36,7 +35,7 @@ inline constexpr add_u8_kernel add_u8_kernels[] = {
 };
 static_assert(find_kernel(add_u8_kernels, isa::scalar).set == isa::scalar);
 
-/// result[i] = a[i] + b[i]. The result may be a or b itself, but may not overlap them otherwise.
+/// Adds two tensors: result[i] = a[i] + b[i]. The result may be a or b itself, but must not overlap them partially.
 inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                    std::uint8_t* result) {
     find_kernel(add_u8_kernels, sum.target).run(sum, a, b, count, result);
@@ -44,14 +43,13 @@ inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std
 
 namespace detail {
 
-/// 0, 1, ... 255.
 inline constexpr std::array<std::uint8_t, 256> all_bytes = [] {
     std::array<std::uint8_t, 256> bytes{};
     std::iota(bytes.begin(), bytes.end(), std::uint8_t{0});
     return bytes;
 }();
 
-/// Whether the float form with these constants gives what the integer form does, for `a` and every b.
+/// Whether the float form with these constants equals the integer form for `a` and every b.
 inline bool is_exact(const add_u8_constants& sum, std::uint8_t a, const buffer<std::uint8_t>& expected) {
     std::uint8_t as[256], found[256];
     std::memset(as, a, sizeof as);
@@ -59,8 +57,8 @@ inline bool is_exact(const add_u8_constants& sum, std::uint8_t a, const buffer<s
     return std::memcmp(found, expected.data() + a * 256, 256) == 0;
 }
 
-/// Whether it does for all pairs of values. `suspect` is the value on which the last candidate failed: testing it first refutes
-/// most candidates.
+/// Whether the float form equals the integer form for all pairs of values. `suspect` is the value on which the last candidate
+/// failed; testing it first rejects most candidates early.
 inline bool is_exact(const add_u8_constants& sum, const buffer<std::uint8_t>& expected, std::uint8_t& suspect) {
     if (!is_exact(sum, suspect, expected)) return false;
     for (const std::uint8_t a : all_bytes)
@@ -73,7 +71,9 @@ inline bool is_exact(const add_u8_constants& sum, const buffer<std::uint8_t>& ex
 
 }  // namespace detail
 
-/// target  to prepare for. If no float form agrees with the integer form on all 65,536 pairs, `result.target` is scalar
+/// Prepares an addition for add_u8().
+///
+/// target  to prepare for. If no float form agrees with the integer form on all 65,536 pairs, the result's `target` is scalar
 inline add_u8_constants prepare_add_u8(isa target, const quantized_addition& exact) {
     const add_u8_kernel& kernel = find_kernel(add_u8_kernels, target);
     add_u8_constants sum{kernel.set, exact};
@@ -82,8 +82,8 @@ inline add_u8_constants prepare_add_u8(isa target, const quantized_addition& exa
     expected.reserve(65536);
     for (const std::uint8_t a : detail::all_bytes)
         for (const std::uint8_t b : detail::all_bytes) expected.push_back(add_quantized(a, b, exact));
-    // Some of the 65,536 sums lie closer to a tie than float can resolve. A few constants beside the exact ones still agree on
-    // all.
+    // Some of the 65,536 sums lie closer to a tie than float can resolve, so the exact constants may fail. Some constants close
+    // to them still agree on all pairs.
     const double unit = std::ldexp(1.0, -exact.shift);
     const float a_scale = static_cast<float>(exact.a_multiplier * unit), b_scale = static_cast<float>(exact.b_multiplier * unit);
     const double offset = exact.bias * unit + exact.zero_point;

@@ -1,5 +1,6 @@
-// Area averaging of 8-bit images in float: every pixel of the result is the mean of the rectangle of the source that it covers.
-// Horizontally, then vertically, and rounded half to even: the order that the published depth network's input was made in.
+// Area averaging of 8-bit images in float: each pixel of the result is the mean of the source rectangle that it covers. The mean
+// runs horizontally, then vertically, and is rounded half to even. The input of the published depth network was made in this
+// order.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -17,18 +18,18 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// One direction: the source pixels that each result pixel covers, and the share of each.
+/// One direction: the source pixels that each result pixel covers, and their weights.
 struct area_weights {
     struct cover {
-        std::size_t first = 0;   ///< pixel of the source
-        std::size_t count = 0;   ///< of pixels
-        std::size_t weight = 0;  ///< of the first pixel, in `weights`
+        std::size_t first = 0;   ///< first source pixel
+        std::size_t count = 0;   ///< number of source pixels
+        std::size_t weight = 0;  ///< index of the first pixel's weight in `weights`
     };
-    buffer<cover> covers;   ///< one for each pixel of the result
-    buffer<float> weights;  ///< those of a cover add up to 1
+    buffer<cover> covers;   ///< one per result pixel
+    buffer<float> weights;  ///< sum 1 for each cover
 };
 
-/// Lengths are at least 1 and their product is below 2^63.
+/// Computes the weights of one direction. Lengths are at least 1 and their product is below 2^63.
 inline area_weights make_area_weights(std::size_t source_length, std::size_t result_length) {
     LDI_ASSERT(source_length > 0 && result_length > 0);
     // In units of 1 / (source_length * result_length), the borders of source and result pixels are integers.
@@ -47,8 +48,8 @@ inline area_weights make_area_weights(std::size_t source_length, std::size_t res
     return made;
 }
 
-// A fused multiply-add would change the last bit of some sums on machines that have it. Do not compile this with clang's
-// -ffp-contract=fast or any compiler's -ffast-math: they override it.
+// A fused multiply-add would change the last bit of some sums on machines that have it. clang's -ffp-contract=fast and
+// -ffast-math of any compiler override this pragma: do not compile with them.
 #if defined(__clang__) && LDI_HAS_EXTENSIONS
 #define LDI_NO_FUSED_MULTIPLY_ADD _Pragma("clang fp contract(off)")
 #else
@@ -64,7 +65,8 @@ namespace detail {
 inline float area_share(float weight, float value) {
     LDI_NO_FUSED_MULTIPLY_ADD
 #if !LDI_HAS_EXTENSIONS
-    return static_cast<float>(double{weight} * double{value});  // exact in double: fused with a sum, it would be the same
+    // exact in double, so fusing the product with a sum changes nothing
+    return static_cast<float>(double{weight} * double{value});
 #else
     return weight * value;
 #endif
@@ -72,7 +74,7 @@ inline float area_share(float weight, float value) {
 
 }  // namespace detail
 
-/// Adds `weight` times the horizontally averaged `source` to `sums`.
+/// Adds the horizontally averaged `source`, times `weight`, to `sums`.
 ///
 /// source  pixels x channels      sums  covers x channels
 inline void add_area_row(const area_weights& horizontal, const std::uint8_t* source, std::size_t channels, float weight,
@@ -96,7 +98,7 @@ inline void add_area_row(const area_weights& horizontal, const std::uint8_t* sou
 #endif
 #undef LDI_NO_FUSED_MULTIPLY_ADD
 
-/// One row of the result.
+/// Computes one row of the result.
 ///
 /// source  H x W x C       result  horizontal.covers x C
 inline void area_resize_row(const area_weights& horizontal, const area_weights& vertical, std::size_t y,
@@ -106,11 +108,14 @@ inline void area_resize_row(const area_weights& horizontal, const area_weights& 
     const area_weights::cover& rows = vertical.covers[y];
     for (std::size_t i = 0; i < rows.count; ++i)
         add_area_row(horizontal, source.row(rows.first + i), channels, vertical.weights[rows.weight + i], sums.data());
-    for (std::size_t i = 0; i < sums.size(); ++i) result[i] = static_cast<std::uint8_t>(std::lrint(sums[i]));
+    // Rounds half to even without a call of std::lrint(): floats of this size have no fractional bits.
+    constexpr float ones = 0x1.8p23F;
+    for (std::size_t i = 0; i < sums.size(); ++i)
+        result[i] = static_cast<std::uint8_t>(static_cast<std::int32_t>((sums[i] + ones) - ones));
 }
 
-/// Resizes an image. An enlarged image consists of rectangles of equal color, mixed at their borders. Raises
-/// error_code::invalid_data if the source or the result has no pixel.
+/// Resizes an image by averaging over areas. An enlarged image consists of rectangles of equal color, mixed at their borders.
+/// Raises error_code::invalid_data if the source or the result has no pixel.
 template <executor Executor = const serial_executor>
 image<std::uint8_t> area_resize(image_view<const std::uint8_t> source, std::size_t result_height, std::size_t result_width,
                                 Executor&& threads = {}) {
@@ -118,9 +123,14 @@ image<std::uint8_t> area_resize(image_view<const std::uint8_t> source, std::size
         raise(error_code::invalid_data, "area_resize", "a source and a result with at least one pixel",
               std::to_string(source.height()) + " x " + std::to_string(source.width()) + " and " + std::to_string(result_height) +
                   " x " + std::to_string(result_width));
+    image<std::uint8_t> result(result_height, result_width, source.channels(), unset);
+    if (source.height() == result_height && source.width() == result_width) {
+        for (std::size_t y = 0; y < result_height; ++y)
+            std::copy_n(source.row(y), result_width * source.channels(), result.row(y));
+        return result;
+    }
     const area_weights horizontal = make_area_weights(source.width(), result_width);
     const area_weights vertical = make_area_weights(source.height(), result_height);
-    image<std::uint8_t> result(result_height, result_width, source.channels(), unset);
     parallel_for(threads, result_height, 8, [&](std::size_t first, std::size_t last) {
         buffer<float> sums;
         for (std::size_t y = first; y < last; ++y) area_resize_row(horizontal, vertical, y, source, sums, result.row(y));

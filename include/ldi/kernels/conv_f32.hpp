@@ -1,9 +1,9 @@
-// k x k convolution of float32 values whose window is k pieces of contiguous memory: pixels of an image row, or pixels gathered
-// side by side. One file of conv_f32/ for each instruction set.
+// k x k convolution of float32 values. A window is k pieces of contiguous memory: pixels of an image row, or gathered pixels.
+// Each instruction set has a file in conv_f32/.
 //
-// The order of summation depends neither on the number of pixels in a call nor on their stride. So on one instruction set, a
-// pixel's result has the same bits however the caller splits the pixels into calls. Instruction sets agree to rounding: some fuse
-// multiplication and addition.
+// The order of summation depends neither on the number of pixels per call nor on their stride. On one instruction set, a pixel's
+// result therefore has the same bits for every way to split pixels into calls. Instruction sets agree to rounding, because some
+// fuse multiplication and addition.
 #pragma once
 
 #include <ldi/kernels/conv_f32/avx2.hpp>
@@ -19,7 +19,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The kernel of each instruction set.
+/// One kernel per instruction set.
 inline constexpr conv_f32_kernel conv_f32_kernels[] = {
 #if LDI_HAS_X86_KERNELS
     {isa::avx2, avx2::pack_conv_f32, avx2::conv_f32},
@@ -35,10 +35,12 @@ inline constexpr conv_f32_kernel conv_f32_kernels[] = {
 };
 static_assert(find_kernel(conv_f32_kernels, isa::scalar).set == isa::scalar);
 
-/// target   to pack for, one that is_available()
+/// Packs weights for conv_f32().
+///
+/// target   instruction set to pack for; must be available (is_available())
 /// weights  outputs x rows x inputs, row-major, finite
 /// bias     outputs
-/// rows     pieces of contiguous memory that hold one pixel's inputs: k for a k x k convolution, each with k pixels
+/// rows     pieces of contiguous memory per pixel: k for a k x k convolution, each with k pixels
 inline conv_f32_weights pack_conv_f32(isa target, std::span<const float> weights, std::span<const float> bias, std::size_t rows,
                                       activation after) {
     LDI_ASSERT(!bias.empty() && rows >= 1 && weights.size() % (bias.size() * rows) == 0);
@@ -53,11 +55,11 @@ inline conv_f32_weights pack_conv_f32(isa target, std::span<const float> weights
     return packed;
 }
 
-/// result = activation(sum of weight * input * ratio + bias)
+/// Computes result = activation(sum of weight * input * ratio + bias).
 ///
-/// rows          start of each of the first pixel's pieces of `inputs` values
+/// rows          addresses of the first pixel's pieces, each of weights.inputs values
 /// pixel_stride  distance between the pieces of adjacent pixels, in values
-/// ratios        one per pixel; nullptr stands for ones
+/// ratios        one per pixel; nullptr means 1
 /// result        pixels x outputs, row-major; must not overlap the input
 inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                      const float* ratios, float* result) {

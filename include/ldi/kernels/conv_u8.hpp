@@ -1,8 +1,8 @@
-// k x k convolution of unsigned bytes: kernels/conv_f32.hpp in a quarter of the memory, with every stored value rounded to 8
-// bits. One file of conv_u8/ for each instruction set, all with equal results.
+// k x k convolution of unsigned bytes: like kernels/conv_f32.hpp with a quarter of the memory, every stored value rounded to 8
+// bits. Each instruction set has a file in conv_u8/; all results are equal.
 //
-// A byte x of an input stands for (x - zero point) * its scale. Sums are exact; scale, ratio, bias and activation are float32,
-// and every instruction set uses the same fused multiply-adds.
+// An input byte x represents (x - zero point) * scale. Sums are exact. Scale, ratio, bias and activation are float32, and every
+// instruction set computes the same fused multiply-adds.
 #pragma once
 
 #include <ldi/kernels/conv_u8/avx2.hpp>
@@ -21,7 +21,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The kernel of each instruction set.
+/// One kernel per instruction set.
 inline constexpr conv_u8_kernel conv_u8_kernels[] = {
 #if LDI_HAS_X86_KERNELS
     {isa::avx2, avx2::pack_conv_u8, avx2::conv_u8<std::uint8_t>, avx2::conv_u8<float>},
@@ -38,13 +38,15 @@ inline constexpr conv_u8_kernel conv_u8_kernels[] = {
 };
 static_assert(find_kernel(conv_u8_kernels, isa::scalar).set == isa::scalar);
 
-/// target             to pack for, one that is_available()
+/// Packs weights for conv_u8().
+///
+/// target             instruction set to pack for; must be available (is_available())
 /// weights            outputs x rows x inputs, row-major, at most max_conv_u8_weight in absolute value; rows x inputs at most
 ///                    max_conv_u8_inputs
-/// zero_points        of the inputs of one piece
-/// scales, bias       outputs: the factor of a sum and the value added to the product, in units of the result's scale
-/// rows               pieces of contiguous memory that hold one pixel's inputs: k for a k x k convolution, each with k pixels
-/// result_zero_point  of results that are bytes
+/// zero_points        one per input of a piece
+/// scales, bias       outputs: factor of the sum, then summand, in units of the result's scale
+/// rows               pieces of contiguous memory per pixel: k for a k x k convolution, each with k pixels
+/// result_zero_point  zero point of results that are bytes
 inline conv_u8_weights pack_conv_u8(isa target, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
                                     std::span<const float> scales, std::span<const float> bias, std::size_t rows,
                                     activation after, std::uint8_t result_zero_point) {
@@ -64,12 +66,12 @@ inline conv_u8_weights pack_conv_u8(isa target, std::span<const std::int8_t> wei
     return packed;
 }
 
-/// result = activation(sum of weight * (input - zero point) * (scale * ratio) + bias); for bytes plus the result's zero point,
-/// rounded half to even and clamped
+/// Computes result = activation(sum of weight * (input - zero point) * (scale * ratio) + bias). For bytes, adds the result's
+/// zero point, rounds half to even and clamps.
 ///
-/// rows          start of each of the first pixel's pieces of `inputs` values
+/// rows          addresses of the first pixel's pieces, each of weights.inputs values
 /// pixel_stride  distance between the pieces of adjacent pixels, in values
-/// ratios        one per pixel; nullptr stands for ones
+/// ratios        one per pixel; nullptr means 1
 /// result        pixels x outputs, row-major, std::uint8_t or float; must not overlap the input
 template <class Result>
 void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,

@@ -1,6 +1,6 @@
-// Depthwise 3 x 3 convolution of 8-bit activations, requantized to 8 bits, one row of the result at a time. It can read its
-// input enlarged by repetition, without anybody having to write that out. One file of depthwise_u8/ for each
-// instruction set, all with equal results.
+// Depthwise 3 x 3 convolution of 8-bit activations, requantized to 8 bits, one row of the result per call. The input can be
+// enlarged by repeating pixels, and the enlarged image is never stored. Each instruction set has a file in depthwise_u8/; all
+// results are equal.
 #pragma once
 
 #include <ldi/kernels/depthwise_u8/avx2.hpp>
@@ -16,7 +16,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The kernel of each instruction set.
+/// One kernel per instruction set.
 inline constexpr depthwise_u8_kernel depthwise_u8_kernels[] = {
 #if LDI_HAS_X86_KERNELS
     {isa::avx2, avx2::pack_depthwise_u8, avx2::depthwise_u8},
@@ -32,11 +32,13 @@ inline constexpr depthwise_u8_kernel depthwise_u8_kernels[] = {
 };
 static_assert(find_kernel(depthwise_u8_kernels, isa::scalar).set == isa::scalar);
 
-/// target            as for pack_gemm_u8()
-/// weights           channels x 3 x 3, row-major
-/// bias              channels, in units of input scale * weight scale; |bias| must be below 2^30
-/// stride            1 or 2
-/// input_zero_point  of the activations, and the value of pixels outside the image
+/// Packs weights for depthwise_u8().
+///
+/// target             as for pack_gemm_u8()
+/// weights            channels x 3 x 3, row-major
+/// bias               channels, in units of input scale * weight scale; |bias| must be below 2^30
+/// stride             1 or 2
+/// input_zero_point   zero point of the activations, and the value of pixels outside the image
 inline depthwise_u8_weights pack_depthwise_u8(isa target, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
                                               std::span<const std::int32_t> bias, std::size_t stride,
                                               std::uint8_t input_zero_point, const requantization& output) {
@@ -58,8 +60,10 @@ inline std::size_t depthwise_result_width(const depthwise_u8_weights& weights, s
     return (width * repeat - 1) / weights.stride + 1;
 }
 
-/// rows    the rows above, at and below the result's row, width x channels each; nullptr for a row outside the image. Vertically
-///         the choice of rows does what stride and repeat do horizontally
+/// Computes one row of the result.
+///
+/// rows    the rows above, at and below the result's row, width x channels each; nullptr for a row outside the image. The caller
+///         applies stride and repeat vertically by its choice of rows
 /// repeat  1 to 4: repetitions of each pixel
 /// result  depthwise_result_width() x channels; must not overlap the rows
 inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,

@@ -1,6 +1,6 @@
-// Matrix product of 8-bit activations and 8-bit weights, requantized to 8 bits: the 1 x 1 convolution, and any dense k x k one,
-// whose windows are k stretches of image rows and need no copying. One file of gemm_u8/ for each instruction set, all with equal
-// results.
+// Matrix product of 8-bit activations and 8-bit weights, requantized to 8 bits. It computes 1 x 1 convolutions, and dense k x k
+// convolutions whose windows are k stretches of image rows, read without copying. Each instruction set has a file in gemm_u8/;
+// all results are equal.
 #pragma once
 
 #include <ldi/kernels/gemm_u8/avx2.hpp>
@@ -17,7 +17,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The kernel of each instruction set.
+/// One kernel per instruction set.
 inline constexpr gemm_u8_kernel gemm_u8_kernels[] = {
 #if LDI_HAS_X86_KERNELS
     {isa::avx2, 1, avx2::pack_gemm_u8, avx2::gemm_u8},
@@ -34,12 +34,14 @@ inline constexpr gemm_u8_kernel gemm_u8_kernels[] = {
 };
 static_assert(find_kernel(gemm_u8_kernels, isa::scalar).set == isa::scalar);
 
-/// target            to pack for. Where it cannot be exact (weights beyond 8 signed bits for VNNI and NEON; on x86 no
-///                   float form of the requantization), the function packs for a slower set: `result.target`
-/// weights           outputs x segments x inputs, row-major
-/// bias              outputs, in units of input scale * weight scale
-/// segments          pieces of contiguous memory that hold one pixel's inputs: 1, or k for a k x k convolution; at most 7
-/// input_zero_point  of the activations
+/// Packs weights for gemm_u8().
+///
+/// target             instruction set to pack for. If it cannot be exact (weights beyond 8 signed bits for VNNI and NEON; on x86
+///                    no float form of the requantization), the function packs for a slower set, the result's `target`
+/// weights            outputs x segments x inputs, row-major
+/// bias               outputs, in units of input scale * weight scale
+/// segments           pieces of contiguous memory per pixel: 1, or k for a k x k convolution; at most 7
+/// input_zero_point   zero point of the activations
 ///
 /// For every output, `510 * sum |weight - zero point| + |bias|` must be below 2^31, so that no order of summation overflows.
 inline gemm_u8_weights pack_gemm_u8(isa target, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
@@ -60,8 +62,11 @@ inline gemm_u8_weights pack_gemm_u8(isa target, std::span<const std::uint8_t> we
     return packed;
 }
 
-/// segments      start of each of the first pixel's pieces of `inputs` values; 3 more bytes behind each pixel's must be readable
-/// pixel_stride  distance between adjacent pixels' segments, in bytes
+/// Computes the requantized matrix product.
+///
+/// segments      addresses of the first pixel's pieces, each of weights.inputs values; 3 more bytes after each piece must be
+///               readable
+/// pixel_stride  distance between the pieces of adjacent pixels, in bytes
 /// result        pixels x outputs, row-major; must not overlap the input
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {

@@ -1,10 +1,11 @@
-// The instruction sets that kernels/ has code for: one row of `instruction_sets` each. Packing weights chooses one at run time.
-// All of them give the same bits, but for float32. The environment variable LDI_ISA forces one by its name, for tests and
-// benchmarks. To add a set, add a row here, a file in the folder of each family that it makes faster, and a row in that family's
-// table (see kernels/gemm_u8.hpp). README.md beside this file has the matrix.
+// The instruction sets that kernels/ has code for, one row of `instruction_sets` each. Packing weights selects one at run time.
+// All sets return the same bits, except for float32. The environment variable LDI_ISA forces a set by its name, for tests and
+// benchmarks. To add a set, add a row here, a file in the folder of each family that it accelerates, and a row in that family's
+// table (see kernels/gemm_u8.hpp). kernels/README.md has the matrix.
 #pragma once
 
 #include <ldi/base/error.hpp>
+#include <ldi/kernels/cpu_feature.hpp>
 #include <ldi/kernels/detail/cpu_features.hpp>
 
 #include <array>
@@ -18,20 +19,20 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 enum class isa {
     scalar,            ///< portable C++, and the reference in tests
     avx2,              ///< AVX2 and FMA
-    avx_vnni,          ///< AVX2 with VNNI's products of bytes in 256 bits: Intel's client processors since Alder Lake
+    avx_vnni,          ///< AVX2 and 256-bit VNNI (products of bytes): Intel's client processors since Alder Lake
     avx512vnni,        ///< AVX-512 F, BW, VL and VNNI
     neon_dot_product,  ///< 64-bit Arm with the dot product extension
-    wasm_simd128,      ///< WebAssembly's 128-bit vectors: the compiler's flags decide for the whole module
+    wasm_simd128,      ///< WebAssembly's 128-bit vectors; a compiler flag enables them for the whole module
 };
 
 struct instruction_set {
     isa id;
     std::string_view name;             ///< value of LDI_ISA
-    std::array<cpu_feature, 4> needs;  ///< all of them
-    isa otherwise;                     ///< stands in where a family has no kernel for this set
+    std::array<cpu_feature, 4> needs;  ///< required features
+    isa otherwise;                     ///< replaces this set in families that have no kernel for it
 };
 
-/// Slowest first.
+/// All sets, slowest first.
 inline constexpr std::array instruction_sets{
     instruction_set{isa::scalar, "scalar", {}, isa::scalar},
     instruction_set{isa::avx2, "avx2", {cpu_feature::avx2, cpu_feature::fma}, isa::scalar},
@@ -49,17 +50,18 @@ constexpr const instruction_set& find_instruction_set(isa id) {
     return instruction_sets.front();
 }
 
-/// The value of LDI_ISA that names the set.
+/// Returns the name that LDI_ISA accepts for the set.
 constexpr std::string_view to_string(isa set) { return find_instruction_set(set).name; }
 
-/// Whether this processor, this operating system and this build of ldi support it.
+/// Whether the processor, the operating system and this build of ldi support the set.
 inline bool is_available(isa set) {
     for (const cpu_feature feature : find_instruction_set(set).needs)
         if (!detail::has_feature(feature)) return false;
     return true;
 }
 
-/// The one that LDI_ISA names, else the fastest available. Raises an error if LDI_ISA names one that is not available here.
+/// Returns the set that LDI_ISA names, else the fastest available one. Raises an error if LDI_ISA names a set that is not
+/// available.
 inline isa best_isa() {
     const char* const forced = std::getenv("LDI_ISA");
     const std::string_view name = forced == nullptr ? std::string_view() : std::string_view(forced);
@@ -75,7 +77,7 @@ inline isa best_isa() {
     return best;
 }
 
-/// The row of a family's table for this set, or for the set that stands in for it. Every table has a row for scalar.
+/// Finds the row of a family's table for this set, or for the set that replaces it. Every table has a row for scalar.
 template <class Kernel, std::size_t rows>
 constexpr const Kernel& find_kernel(const Kernel (&table)[rows], isa wanted) {
     for (isa set = wanted;; set = find_instruction_set(set).otherwise)

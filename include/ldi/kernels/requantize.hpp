@@ -1,6 +1,6 @@
 // Exact integer requantization of an int32 accumulator, or of the sum of two 8-bit tensors, to 8 bits. The arithmetic is that of
-// QNNPACK, the engine of the published depth network, so results equal the published ones bit for bit. Every instruction set must
-// give the values of the functions here.
+// QNNPACK, the engine of the published depth network, so results equal the published ones bit for bit. Every instruction set
+// must return the values of these functions.
 #pragma once
 
 #include <ldi/base/config.hpp>
@@ -12,7 +12,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The meaning of an 8-bit value q: `(q - zero_point) * scale`.
+/// Meaning of an 8-bit value q: `(q - zero_point) * scale`.
 struct quantization {
     float scale = 1;
     std::uint8_t zero_point = 0;
@@ -20,14 +20,15 @@ struct quantization {
     friend bool operator==(const quantization&, const quantization&) = default;
 };
 
-/// From an int32 accumulator to 8 bits: multiply by `multiplier * 2^-31 * 2^-shift`, add the zero point, clamp to 0..255.
+/// Converts an int32 accumulator to 8 bits: multiplies by `multiplier * 2^-31 * 2^-shift`, adds the zero point, clamps to
+/// 0..255.
 struct requantization {
     std::int32_t multiplier = 0;  ///< 24 significant bits, in [2^30, 2^31)
     std::int32_t shift = 0;       ///< 0..31
     std::int32_t zero_point = 0;  ///< 0..255
 };
 
-/// Two 8-bit tensors to their sum in 8 bits.
+/// Adds two 8-bit tensors with an 8-bit result.
 struct quantized_addition {
     std::int32_t a_multiplier = 0, b_multiplier = 0;  ///< 0..2^22, the larger at least 2^21
     std::int32_t bias = 0;                            ///< subtracts both zero points
@@ -43,7 +44,9 @@ inline std::int32_t biased_exponent(float value) {
     return static_cast<std::int32_t>((bits >> 23) & 0xFF);
 }
 
-/// value / 2^shift, rounded to nearest, halves away from zero; `shift` in 0..31.
+/// Returns value / 2^shift, rounded to nearest, halves away from zero.
+///
+/// shift  0..31
 inline std::int32_t rounding_shift(std::int32_t value, std::int32_t shift) {
     const std::int32_t mask = static_cast<std::int32_t>((std::uint32_t{1} << shift) - 1);
     const std::int32_t remainder = (value & mask) - (value < 0 ? 1 : 0);
@@ -56,9 +59,11 @@ inline std::uint8_t offset_and_clamp(std::int32_t value, std::int32_t zero_point
 
 }  // namespace detail
 
-/// Whether make_requantization() accepts this scale: it must lie in [2^-32, 1).
+/// Whether make_requantization() accepts this scale: it must be in [2^-32, 1).
 inline bool is_requantization_scale(float scale) { return scale >= 0x1p-32F && scale < 1.0F; }
 
+/// Computes the integer form of a scale.
+///
 /// scale  input scale * weight scale / output scale, computed in float
 inline requantization make_requantization(float scale, std::uint8_t zero_point) {
     LDI_ASSERT(is_requantization_scale(scale));
@@ -81,7 +86,7 @@ inline bool are_addition_ratios(float a_ratio, float b_ratio) {
     return a_ratio > 0 && b_ratio > 0 && larger >= 0x1p-10F && larger < 0x1p8F;
 }
 
-/// For `y = a + b`, each in its own quantization.
+/// Computes the constants of `y = a + b`, each in its own quantization.
 inline quantized_addition make_quantized_addition(quantization a, quantization b, quantization y) {
     const float a_ratio = a.scale / y.scale, b_ratio = b.scale / y.scale;
     LDI_ASSERT(are_addition_ratios(a_ratio, b_ratio));

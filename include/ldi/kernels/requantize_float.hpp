@@ -1,7 +1,7 @@
 // Requantization in float arithmetic with the same 8-bit values as the integer form of kernels/requantize.hpp, at a third of its
 // cost in vectors. The integer form is monotonic and has at most 256 values, so at most 255 thresholds define it. A float form
-// that agrees on both sides of each threshold agrees everywhere. The exact constants miss a few thresholds by one; moved by a few
-// units in the last place, they miss none.
+// that agrees on both sides of each threshold agrees everywhere. The exact constants miss a few thresholds by one; constants
+// that differ by a few units in the last place miss none.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -18,7 +18,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// An integral float plus the zero point, clamped to 0..255.
+/// Adds the zero point to an integral float and clamps to 0..255.
 inline std::uint8_t offset_and_clamp(float value, std::int32_t zero_point) {
     const float clamped = (std::min)((std::max)(value, nearest_float(-zero_point)), nearest_float(255 - zero_point));
     return static_cast<std::uint8_t>(static_cast<std::int32_t>(clamped) + zero_point);
@@ -26,8 +26,8 @@ inline std::uint8_t offset_and_clamp(float value, std::int32_t zero_point) {
 
 }  // namespace detail
 
-/// `clamp(trunc(fma(float(acc), scale, acc < 0 ? -offset : offset)) + zero_point)`: one rounding, one truncation. With scale and
-/// offset both negated it is the same function of `-acc`.
+/// Computes `clamp(trunc(fma(float(acc), scale, acc < 0 ? -offset : offset)) + zero_point)`: one rounding, one truncation. With
+/// scale and offset both negated, it is the same function of `-acc`.
 struct float_requantization {
     float scale = 0, offset = 0;
     std::int32_t zero_point = 0;
@@ -39,8 +39,8 @@ struct float_requantization {
     }
 };
 
-/// The same for machines without a fused multiply-add: `clamp(round_to_even(float(acc) * scale + (acc < 0 ? -offset : offset)) +
-/// zero_point)`, the product rounded to float, then the sum.
+/// The form for machines without a fused multiply-add: `clamp(round_to_even(float(acc) * scale + (acc < 0 ? -offset : offset)) +
+/// zero_point)`, with the product rounded to float, then the sum.
 struct unfused_requantization {
     float scale = 0, offset = 0;
     std::int32_t zero_point = 0;
@@ -54,14 +54,14 @@ struct unfused_requantization {
 
 namespace detail {
 
-/// The accumulators on both sides of every threshold, and the ends of their range.
+/// Lists the accumulators on both sides of every threshold, and the ends of their range.
 inline buffer<std::int32_t> requantization_checkpoints(const requantization& r) {
     constexpr std::int32_t least = (std::numeric_limits<std::int32_t>::min)(), most = (std::numeric_limits<std::int32_t>::max)();
     buffer<std::int32_t> points{least, most};
     const auto result_at = [&r](std::int64_t point) { return requantize(static_cast<std::int32_t>(point), r); };
     std::int64_t below = least;  // requantizes to less than `value`
     for (int value = requantize(least, r) + 1; value <= requantize(most, r); ++value) {
-        // Thresholds lie about 1 / scale apart: the search for the next one starts there and doubles its step.
+        // Thresholds are about 1 / scale apart. The search for the next one starts at the last one and doubles its step.
         std::int64_t above = below, step = 1;
         while (result_at(above) < value) {
             below = above;
@@ -78,7 +78,7 @@ inline buffer<std::int32_t> requantization_checkpoints(const requantization& r) 
     return points;
 }
 
-/// A form near `scale` and `offset` that agrees with the integer form on every accumulator, if one exists.
+/// Searches close to `scale` and `offset` for a form that agrees with the integer form on every accumulator.
 template <class Form>
 std::optional<Form> search_float_form(const requantization& r, double offset) {
     const buffer<std::int32_t> points = requantization_checkpoints(r);
@@ -88,7 +88,7 @@ std::optional<Form> search_float_form(const requantization& r, double offset) {
 
     const float scale = static_cast<float>(std::ldexp(nearest_double(r.multiplier), -31 - r.shift));
     const float unit = scale - std::nextafter(scale, 0.0F);
-    std::size_t suspect = 0;  // the point on which the last candidate failed refutes most others
+    std::size_t suspect = 0;  // the point on which the last candidate failed; tested first, it rejects most others
     for (int offset_step = 0; offset_step <= 128; ++offset_step)
         for (int scale_step = -3; scale_step <= 3; ++scale_step) {
             const int signed_step = offset_step % 2 == 0 ? offset_step / 2 : -(offset_step + 1) / 2;
@@ -103,12 +103,12 @@ std::optional<Form> search_float_form(const requantization& r, double offset) {
     return std::nullopt;
 }
 
-/// Shift of the thresholds toward zero by the first of the integer form's two roundings.
+/// Distance by which the first of the integer form's two roundings moves the thresholds toward zero.
 inline double threshold_shift(const requantization& r) { return std::ldexp(1.0, -r.shift - 1); }
 
 }  // namespace detail
 
-/// Empty if no float form near the exact scale agrees with the integer form on every accumulator.
+/// Returns the float form, or nothing if no form near the exact scale agrees with the integer form on every accumulator.
 inline std::optional<float_requantization> find_float_requantization(const requantization& r) {
     return detail::search_float_form<float_requantization>(r, 0.5 + detail::threshold_shift(r));
 }

@@ -1,5 +1,5 @@
-// From charts to a textured triangle mesh (paper, section "Meshing"): chart polygons are simplified and triangulated in 2D, then
-// every vertex is lifted along its ray according to its disparity.
+// Builds a textured triangle mesh from charts (paper, section "Meshing"): chart polygons are simplified and triangulated in 2D,
+// then every vertex is lifted along its ray to its depth.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -29,19 +29,19 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// Finds the pixel of a chart at a corner of the lattice.
+/// Finds the pixel of a chart that touches a corner of the lattice.
 class pixel_finder {
 public:
     pixel_finder(const graph_view& g, array_view<const float> disparity)
         : graph_(g), disparity_(disparity), shown_(g.position_count(), {-1, no_pixel}) {}
 
-    /// The chart to search from now on.
+    /// Selects the chart to search.
     void show(const chart& c) {
         ++chart_;
         for (const std::int32_t pixel : c.pixels) shown_[graph_.position_of(pixel)] = {chart_, pixel};
     }
 
-    /// The one nearest in disparity of the chart's pixels around the corner (x, y).
+    /// Returns the chart's pixel around the corner (x, y) that is nearest in disparity.
     std::int32_t find(std::int32_t x, std::int32_t y, float disparity) const {
         std::int32_t best = no_pixel;
         float best_difference = 0;
@@ -66,12 +66,13 @@ private:
     buffer<occupant> shown_;
 };
 
-/// Lifts the vertices of charts and strings the charts together to one mesh.
+/// Lifts the vertices of all charts and appends the charts to one mesh.
 class mesh_assembler {
 public:
     template <class Layers>
     mesh_assembler(const Layers& layers, const photo_facts& facts, const flat_mesh& flat, const texture_atlas& atlas)
         : facts_(facts),
+          camera_(facts.layers_camera()),
           flat_(flat),
           u_scale_(1.0F / nearest_float(atlas.color.width())),
           v_scale_(1.0F / nearest_float(atlas.color.height())),
@@ -109,13 +110,13 @@ public:
 
     void add_soft_edges(const chart_set& charts, const texture_atlas& atlas, const visible_surfaces& seen,
                         const soft_edge_options& options) {
-        // In GLB files; a texel's are what JPEG at quality 85 takes where there is little to see, and an edge's what it adds.
+        // Bytes in GLB files. A texel costs what JPEG at quality 85 needs in smooth areas; an edge costs what the strip adds.
         constexpr float vertex_bytes = 16, triangle_bytes = 6, texel_bytes = 0.06F, edge_bytes = 56;
         const float bytes = vertex_bytes * nearest_float(mesh_.vertex_count()) +
                             triangle_bytes * nearest_float(mesh_.triangle_count()) +
                             texel_bytes * nearest_float(atlas.color.size() / 3);
-        soft_edge_builder builder(flat_, seen, facts_.surface, facts_.camera, facts_.range, options);
-        builder.choose(static_cast<std::size_t>(options.largest_share * bytes / edge_bytes));
+        soft_edge_builder builder(flat_, seen, facts_.surface, camera_, facts_.range, options);
+        builder.choose(static_cast<std::size_t>(options.max_share * bytes / edge_bytes));
         for (std::int32_t p = 0; p < flat_.outlines.pieces.count(); ++p) {
             const std::int32_t c = flat_.outlines.pieces[p].right_chart;
             const std::array<std::int32_t, 2> to_atlas{atlas.placements[c].x - charts.charts[c].x,
@@ -129,15 +130,16 @@ public:
 
 private:
     void add_position(const outline_corner& corner) {
-        // Hidden surfaces that go on beneath the farthest ones (expand) lie behind them, but not by much.
+        // expand() continues hidden surfaces beneath the farthest surface. They lie behind it, but by a limited distance.
         const float least = 0.9F * facts_.range.inverse_depth(0);
         const float inverse_depth = (std::max)(facts_.range.inverse_depth((std::min)(corner.disparity, 1.0F)), least);
         const std::array<float, 3> point =
-            facts_.camera.unproject(nearest_float(corner.x), nearest_float(corner.y), 1.0F / inverse_depth);
+            camera_.unproject(nearest_float(corner.x), nearest_float(corner.y), 1.0F / inverse_depth);
         mesh_.positions.append(point.begin(), point.end());
     }
 
-    /// A corner is lifted once and copied from then on, so that charts meet exactly whatever the compiler does with floats.
+    /// Lifts each corner once and copies it afterwards, so that charts meet exactly, even if the compiler changes float
+    /// arithmetic.
     void add_outline_position(std::int32_t corner) {
         std::int32_t& first_coordinate = first_coordinate_[corner];
         if (first_coordinate < 0) {
@@ -149,20 +151,21 @@ private:
     }
 
     const photo_facts& facts_;
+    pinhole_camera camera_;  ///< camera of the lattice, which includes the margin
     const flat_mesh& flat_;
     float u_scale_, v_scale_;
-    buffer<std::int32_t> first_coordinate_;  ///< of each corner, in mesh_.positions, or -1
+    buffer<std::int32_t> first_coordinate_;  ///< per corner: index in mesh_.positions, or -1
     pixel_finder finder_;
     textured_mesh mesh_;
 };
 
-/// The nearest surfaces, as the photo's camera sees them.
+/// Projects the nearest surfaces to the photo's camera.
 template <has_columns<disparity_column, matte_column> Layers>
 visible_surfaces find_visible(const Layers& layers) {
     const auto& g = layers.topology();
     const std::size_t rows = static_cast<std::size_t>(g.height()), columns = static_cast<std::size_t>(g.width());
     visible_surfaces seen{image<float>(rows, columns, 1), image<std::uint8_t>(rows, columns, 1)};
-    std::fill_n(seen.disparity.data(), seen.disparity.size(), -std::numeric_limits<float>::infinity());
+    std::fill_n(seen.disparity.data(), seen.disparity.size(), visible_surfaces::nothing);
     const auto disparity = layers.template column<disparity_column>();
     for (std::int32_t i = 0; i < g.count(); ++i) {
         const std::size_t position = g.position_of(i);
@@ -175,35 +178,37 @@ visible_surfaces find_visible(const Layers& layers) {
 
 }  // namespace detail
 
-/// Makes the mesh of a layered image, as the photo's camera sees it over its range of distances.
+/// Builds the mesh of a layered image in the space of the photo's camera.
 ///
-/// layers  in canonical order; disparities are limited to [0, 1], but for surfaces a little behind the farthest. Edges along
+/// layers  in canonical order; disparities are limited to [0, 1], except for surfaces slightly behind the farthest. Edges along
 ///         silhouettes are soft if there is a matte column
-/// facts   camera, range and surface rule are read
+/// facts   camera, margin, range and surface rule are used
 /// charts  a partition of the pixels (make_charts)
-/// atlas   of these charts
-/// Raises invalid_option, and mismatch where inputs don't fit together.
+/// atlas   texture atlas of these charts
 ///
-/// Charts share no vertices, because each has its own place in the atlas. Where two charts meet, both have vertices with bitwise
-/// equal positions, and the same edges between them. Linear time except for sorting, simplification, and the number of edges that
-/// cross one scanline. 30 bytes per pixel, up to 100 where most surfaces are single pixels.
+/// Raises invalid_option, and mismatch if inputs don't fit together.
+///
+/// Charts share no vertices, because each chart has its own position in the atlas. Where two charts meet, both have vertices
+/// with bitwise equal positions, and the same edges between them. Linear time except for sorting, simplification, and the number
+/// of edges that cross one scanline. 30 bytes per pixel, up to 100 if most surfaces are single pixels.
 template <has_columns<disparity_column> Layers, executor Executor = const serial_executor>
 textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const chart_set& charts, const texture_atlas& atlas,
                          const mesh_options& options = {}, Executor&& threads = {}) {
     const auto& g = layers.topology();
-    const pinhole_camera& camera = facts.camera;
+    const pinhole_camera camera = facts.layers_camera();
     const buffer<chart_placement>& placements = atlas.placements;
     if (camera.width != g.width() || camera.height != g.height() || placements.size() != charts.charts.size())
         raise(error_code::mismatch, "build_mesh",
               "a camera of " + std::to_string(g.width()) + "x" + std::to_string(g.height()) + " and " +
                   std::to_string(charts.charts.size()) + " placements",
               std::to_string(camera.width) + "x" + std::to_string(camera.height) + " and " + std::to_string(placements.size()));
+    detail::check_charts(charts, layers.size(), "build_mesh");
     const soft_edge_options& soft = options.soft_edges;
-    if (!(soft.min_width >= 0 && soft.max_width >= soft.min_width && soft.max_width <= 64 && soft.largest_share >= 0))
-        raise(error_code::invalid_option, "soft_edge_options",
-              "widths from 0 to 64, the least not above the most, a share of 0 or more",
-              detail::to_text(soft.min_width) + ", " + detail::to_text(soft.max_width) + " and " +
-                  detail::to_text(soft.largest_share));
+    if (!(soft.min_width >= 0 && soft.max_width >= soft.min_width && soft.max_width <= 64 && soft.max_share >= 0))
+        raise(
+            error_code::invalid_option, "soft_edge_options",
+            "widths from 0 to 64, the least not above the most, a share of 0 or more",
+            detail::to_text(soft.min_width) + ", " + detail::to_text(soft.max_width) + " and " + detail::to_text(soft.max_share));
     const flat_mesh flat = build_flat_mesh(layers, facts.range, charts, options, threads);
 
     detail::mesh_assembler assembler(layers, facts, flat, atlas);

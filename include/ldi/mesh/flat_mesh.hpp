@@ -1,4 +1,4 @@
-// Meshes charts in the plane: outlines, simplified so that none crosses itself, studs, triangles (paper, section "Meshing",
+// Meshes charts in the plane: outlines, simplified without self-intersections, studs, triangles (paper, section "Meshing",
 // Figure "meshing" a to d).
 #pragma once
 
@@ -27,13 +27,13 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Silhouettes of what is in front fade out over a strip of this width, in pixels (soft_edges.hpp).
+/// Options of soft edges: silhouettes of foreground surfaces fade out over a strip this wide, in pixels (soft_edges.hpp).
 struct soft_edge_options {
     float min_width = 1.0F;  ///< 0: edges are hard
-    float max_width = 3.0F;  ///< where the matte carries farther; less than the atlas has padding
-    /// The strip takes at most about this share of the bytes that mesh and texture take in a file. Where that is not enough, it
-    /// runs along the largest steps in disparity.
-    float largest_share = 0.08F;
+    float max_width = 3.0F;  ///< width where the matte extends farther; less than the padding of the atlas
+    /// Maximum share of the strip in the bytes of mesh and texture in a file, approximately. If this is not enough for all
+    /// silhouettes, the largest steps in disparity get a strip.
+    float max_share = 0.08F;
 };
 
 struct mesh_options {
@@ -42,12 +42,12 @@ struct mesh_options {
     soft_edge_options soft_edges;
 };
 
-/// The triangles of one chart, in the plane of the photo.
+/// Triangles of one chart, in the plane of the photo.
 struct chart_mesh {
-    buffer<std::int32_t> outline;        ///< its first vertices: indices of corners in chart_outlines, loop by loop
-    std::int32_t first_stud_vertex = 0;  ///< its other vertices: stud_set::vertices from here on
+    buffer<std::int32_t> outline;  ///< outline vertices, which come first: indices of corners in chart_outlines, loop by loop
+    std::int32_t first_stud_vertex = 0;  ///< first of the stud vertices: index into stud_set::vertices
     std::int32_t stud_vertex_count = 0;
-    buffer<std::uint32_t> triangles;  ///< F x 3 indices into the two, counter-clockwise on screen
+    buffer<std::uint32_t> triangles;  ///< F x 3 indices into outline vertices, then stud vertices; counter-clockwise on screen
 };
 
 /// Results of all steps before lifting, for inspection and tests.
@@ -55,8 +55,8 @@ struct flat_mesh {
     chart_outlines outlines;
     stud_set studs;
     buffer<chart_mesh> charts;
-    /// Simplified outline pieces with a chart on one side only: piece p has the corners
-    /// open_corners[first_open_corner[p] .. first_open_corner[p + 1]). Other pieces have none.
+    /// Simplified outline pieces with a chart on one side only. Piece p has the corners open_corners[first_open_corner[p] ..
+    /// first_open_corner[p + 1]); pieces between two charts have none.
     buffer<std::int32_t> open_corners, first_open_corner;
 };
 
@@ -67,14 +67,14 @@ flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const 
 
 namespace detail {
 
-/// Checks and triangulates charts, one after the other.
+/// Checks and triangulates charts one after the other.
 class chart_mesher {
 public:
     chart_mesher(flat_mesh& flat, const simplified_boundary& boundary, const chart_set& charts)
         : flat_(flat), boundary_(boundary), charts_(charts) {}
 
-    /// Puts the edges that must be split for the outline of chart c not to cross itself into `to_split`. With `only_fresh` it is
-    /// known that edges that are not from the last split don't cross each other.
+    /// Stores in `to_split` the edges of chart c that must be split so that its outline does not cross itself. With
+    /// `only_fresh`, edges older than the last split are known not to cross each other.
     void find_crossings(std::int32_t c, bool only_fresh, buffer<boundary_split>& to_split) {
         to_split.clear();
         outline_.assign(flat_.outlines, boundary_, charts_.charts[c], c);
@@ -86,7 +86,7 @@ public:
         const polygon& shape = outline_.shape;
         std::int32_t v = 0;
         for (std::int32_t l = flat_.outlines.first_loop[c]; l < flat_.outlines.first_loop[c + 1]; ++l) {
-            // A loop that is hardly more than a slit can turn inside out without crossing anything.
+            // A narrow loop, almost a slit, can turn inside out without a crossing.
             std::int64_t twice_area = 0;
             const std::int32_t loop_start = v;
             std::int32_t next = v;
@@ -102,14 +102,14 @@ public:
         }
     }
 
-    /// Sets flat.charts[c]; or else puts what must be split first into `to_split`.
+    /// Sets flat.charts[c], or stores in `to_split` the edges to split first.
     void triangulate(std::int32_t c, buffer<boundary_split>& to_split) {
         to_split.clear();
         outline_.assign(flat_.outlines, boundary_, charts_.charts[c], c);
         outline_.add_studs(flat_.studs, charts_.charts[c], c);
         if (const std::optional<polygon_conflict> conflict = triangulator_(outline_.shape, triangles_)) {
             for (std::int32_t v : conflict->edges) blame(v, to_split);
-            // If that is not enough, the cause lies elsewhere in the chart.
+            // If no edge can be blamed, the cause lies elsewhere in the chart.
             for (std::int32_t v = 0, all = to_split.empty() ? outline_.shape.outline_count : 0; v < all; ++v) blame(v, to_split);
             if (to_split.empty())
                 raise(error_code::mismatch, "build_mesh", "charts with at most one pixel at a position",
@@ -126,7 +126,7 @@ public:
     }
 
 private:
-    /// Answers what the crossing finder finds with splits.
+    /// Converts faults from the crossing finder to splits.
     struct crossing_report {
         const chart_mesher& mesher;
         buffer<boundary_split>& to_split;
@@ -145,7 +145,7 @@ private:
         void spike(std::int32_t v) { mesher.blame(v, to_split), mesher.blame(mesher.finder_.before(v), to_split); }
     };
 
-    /// Splits the edge after v where it is farthest from its corners.
+    /// Splits the edge after v at its farthest skipped corner.
     void blame(std::int32_t v, buffer<boundary_split>& to_split) const {
         if (v >= outline_.shape.outline_count) return;
         const boundary_edge e = outline_.edges[v];
@@ -153,8 +153,8 @@ private:
         if (first < last) to_split.push_back({e, boundary_.farthest_left_out(e)});
     }
 
-    /// Splits each of two edges at the ends of the other: if the outline runs back along itself, because the chart has a slit,
-    /// both sides must keep the same corners. Returns false if neither passes the other's ends.
+    /// Splits each of two edges at the ends of the other. If the outline runs back along itself, because the chart has a slit,
+    /// both sides must keep the same corners. Returns false if neither edge passes an end of the other.
     bool align(std::int32_t v, std::int32_t w, buffer<boundary_split>& to_split) const {
         bool aligned = false;
         for (const auto& [edge, other] : {std::pair{v, w}, std::pair{w, v}}) {
@@ -190,9 +190,9 @@ public:
     outline_repair(flat_mesh& flat, simplified_boundary& boundary, const chart_set& charts, Executor& threads)
         : flat_(flat), boundary_(boundary), charts_(charts), threads_(threads), to_split_(charts.charts.size()) {}
 
-    /// Sets flat.charts. An outline, once simplified, can cross itself. Then the edges in question are split, and the charts on
-    /// both sides are checked again. Detailed outlines never cross, so this ends. The triangulation has the last word, but it
-    /// stops at the first conflict, so most crossings are found and repaired before.
+    /// Sets flat.charts. A simplified outline can cross itself. The code then splits the affected edges and checks the charts on
+    /// both sides again. This ends, because fully detailed outlines never cross. The triangulation makes the final decision, but
+    /// it stops at the first conflict, so crossing_finder first finds and repairs most crossings.
     void triangulate_all() {
         buffer<std::int32_t> open;
         for (std::int32_t c = 0; c < charts_.charts.count(); ++c) open.push_back(c);
@@ -221,7 +221,7 @@ private:
         });
     }
 
-    /// Makes the splits that the charts in `indices` asked for, and returns the charts on both sides of them.
+    /// Makes the splits that the charts in `indices` requested, and returns the charts on both sides of them.
     buffer<std::int32_t> split(const buffer<std::int32_t>& indices) {
         buffer<boundary_split> splits;
         for (std::int32_t c : indices) splits.insert(splits.end(), to_split_[c].begin(), to_split_[c].end());

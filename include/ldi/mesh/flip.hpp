@@ -1,5 +1,5 @@
-// Flips edges of a triangulation until it is constrained Delaunay (C. L. Lawson 1977): the sweep leaves fans of slivers, along
-// which disparity would be interpolated between vertices that have nothing to do with each other.
+// Flips edges of a triangulation until it is constrained Delaunay (C. L. Lawson 1977). The sweep leaves fans of slivers, which
+// would interpolate disparity between unrelated vertices.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -12,8 +12,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Flips every edge whose two opposite angles sum to more than 180 degrees, except edges of the polygon's chains. Angles are
-/// compared in integers.
+/// Flips every edge whose two opposite angles sum to more than 180 degrees, except edges of the polygon's chains. Compares
+/// angles with integers.
 inline void flip_to_delaunay(std::span<const lattice_point> points, triangulation& t, buffer<std::int32_t>& stack);
 
 namespace detail {
@@ -24,7 +24,7 @@ constexpr std::int32_t next_half_edge(std::int32_t h) { return h % 3 == 2 ? h - 
 inline void flip(triangulation& t, std::int32_t h) {
     const std::int32_t m = t.mates[h];
     const std::int32_t h1 = next_half_edge(h), h2 = next_half_edge(h1), m1 = next_half_edge(m), m2 = next_half_edge(m1);
-    // a -> d -> c takes the place of the first triangle, b -> c -> d that of the second.
+    // a -> d -> c replaces the first triangle, b -> c -> d the second.
     t.triangles[h1] = t.triangles[m2];
     t.triangles[m1] = t.triangles[h2];
     const auto connect = [&](std::int32_t from, std::int32_t to) {
@@ -49,7 +49,7 @@ inline void flip_to_delaunay(std::span<const lattice_point> points, triangulatio
     int shift = 0;  // keeps products of four coordinate differences within 64 bits
     for (; extent > 1 << 14; extent >>= 1) ++shift;
     shift *= 2;
-    // Flips with shifted angles are not sure to end by themselves. The limit only has to be far above what is ever needed.
+    // With shifted angles, flips are not proven to terminate. This limit is far above any practical number.
     std::size_t flips_left = 64 * t.triangles.size();
     while (!stack.empty() && flips_left > 0) {
         const std::int32_t h = stack.back();
@@ -61,12 +61,12 @@ inline void flip_to_delaunay(std::span<const lattice_point> points, triangulatio
                             d = points[t.triangles[m2]];
         const std::int64_t ca_x = a.x - c.x, ca_y = a.y - c.y, cb_x = b.x - c.x, cb_y = b.y - c.y;
         const std::int64_t da_x = a.x - d.x, da_y = a.y - d.y, db_x = b.x - d.x, db_y = b.y - d.y;
-        // sin(angle at c + angle at d), the angles between 0 and 180 degrees; negative beyond 180.
+        // sin(angle at c + angle at d), the angles between 0 and 180 degrees; negative if their sum exceeds 180.
         const std::int64_t cos_c = (ca_x * cb_x + ca_y * cb_y) >> shift, cos_d = (da_x * db_x + da_y * db_y) >> shift;
         const std::int64_t sin_c = (cb_x * ca_y - cb_y * ca_x) >> shift, sin_d = (da_x * db_y - da_y * db_x) >> shift;
         const std::int64_t orientation = sin_c * cos_d + cos_c * sin_d;
         if (!(cos_c < 0 && cos_d < 0) && (cos_c >= 0 && cos_d >= 0 ? true : orientation >= 0)) continue;
-        // Only a strictly convex quadrilateral has another diagonal.
+        // Only a strictly convex quadrilateral has a second diagonal.
         if (detail::turn(c, a, d) >= 0 || detail::turn(d, b, c) >= 0) continue;
         detail::flip(t, h);
         --flips_left;

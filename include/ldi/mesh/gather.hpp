@@ -1,4 +1,4 @@
-// A column of a layered image at the vertices of its mesh: how payload of the caller's leaves the library.
+// Transfers a column of a layered image to the vertices of its mesh: the output of the caller's own columns.
 #pragma once
 
 #include <ldi/base/array_view.hpp>
@@ -8,6 +8,7 @@
 #include <ldi/core/layered_image.hpp>
 #include <ldi/mesh/textured_mesh.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -18,14 +19,14 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// The pixels of one surface around a corner of the lattice, up to four.
+/// Up to four pixels of one surface around a corner of the lattice.
 struct corner_pixels {
     std::array<std::int32_t, 4> pixels{};
     std::size_t count = 0;
 };
 
-/// Those that links around the corner (x, y) reach from `pixel`, which comes first; `pixel` alone if it does not touch the
-/// corner.
+/// Collects the pixels that links around the corner (x, y) reach from `pixel`, including `pixel` itself, which comes first. If
+/// `pixel` does not touch the corner, the result is `pixel` alone.
 inline corner_pixels pixels_around_corner(const graph_view& g, std::int32_t pixel, std::int32_t x, std::int32_t y) {
     corner_pixels around;
     const auto add = [&](std::int32_t p) { around.pixels[around.count++] = p; };
@@ -44,31 +45,35 @@ inline corner_pixels pixels_around_corner(const graph_view& g, std::int32_t pixe
 
 }  // namespace detail
 
-/// Returns V x channels scalars: the column's `at_vertex` rule over the pixels of the vertex's surface around it.
+/// Returns V x channels scalars: at each vertex, the column's `at_vertex` rule combines the surrounding pixels of the vertex's
+/// surface.
 ///
-/// mesh    of build_mesh(), from these layers
-/// camera  that took the photo (photo_facts::camera)
+/// mesh    result of build_mesh() for these layers
+/// camera  camera of the photo (photo_facts::camera)
 ///
-/// Raises mismatch if the mesh refers to pixels that the layers don't have. Linear time.
+/// Raises mismatch if the mesh refers to pixels outside the layers. Linear time.
 template <payload_column Column, has_column<Column> Layers>
 buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& layers, const pinhole_camera& camera) {
     using scalar = typename Column::scalar;
     const graph_view g = layers.topology();
+    const pinhole_camera lattice{g.width(), g.height(), camera.focal_length};  // includes photo_facts::margin
+    if (mesh.pixels.size() != mesh.vertex_count())
+        raise(error_code::mismatch, "gather", "a pixel for each of " + std::to_string(mesh.vertex_count()) + " vertices",
+              std::to_string(mesh.pixels.size()) + " pixels");
     buffer<scalar> result(mesh.pixels.size() * Column::channels, unset);
     for (std::size_t v = 0; v < mesh.pixels.size(); ++v) {
         if (mesh.pixels[v] < 0 || mesh.pixels[v] >= g.count())
             raise(error_code::mismatch, "gather", "vertices of " + std::to_string(g.size()) + " pixels",
                   "pixel " + std::to_string(mesh.pixels[v]));
         const float* position = mesh.positions.data() + 3 * v;
-        const std::array<float, 2> seen = camera.project({position[0], position[1], position[2]});
+        const std::array<float, 2> seen = lattice.project({position[0], position[1], position[2]});
         const detail::corner_pixels around = detail::pixels_around_corner(
             g, mesh.pixels[v], static_cast<std::int32_t>(std::lround(seen[0])), static_cast<std::int32_t>(std::lround(seen[1])));
-        for (std::size_t c = 0; c < Column::channels; ++c) {
-            std::array<scalar, 4> values{};
-            for (std::size_t i = 0; i < around.count; ++i) values[i] = layers.template at<Column>(around.pixels[i])[c];
-            result[v * Column::channels + c] =
-                detail::vertex_value<Column>(array_view<const scalar>(values.data(), around.count));
-        }
+        std::array<scalar, 4 * Column::channels> values{};
+        for (std::size_t i = 0; i < around.count; ++i)
+            std::copy_n(layers.template at<Column>(around.pixels[i]).data(), Column::channels, &values[i * Column::channels]);
+        const auto at_vertex = detail::vertex_values<Column>({{values.data(), around.count * Column::channels}});
+        std::copy(at_vertex.begin(), at_vertex.end(), result.data() + v * Column::channels);
     }
     return result;
 }

@@ -1,5 +1,5 @@
-// The mesh of a layered image with the textures that texture/sheets.hpp draws: the same vertices and triangles, with other
-// texture coordinates.
+// Moves the mesh of a layered image to the textures that texture/sheets.hpp draws: vertices and triangles stay, texture
+// coordinates change.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -20,14 +20,14 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// Texture coordinates on the sheets.
+/// Converts texture coordinates from the atlas to sheets.
 class sheet_coordinates {
 public:
     sheet_coordinates(const chart_set& charts, const texture_atlas& atlas, const sheet_layout& layout)
         : charts_(charts), atlas_(atlas), layout_(layout) {}
 
-    /// chart          that the vertex belongs to
-    /// u, v           in the atlas
+    /// chart  chart of the vertex
+    /// u, v   coordinates in the atlas
     std::array<float, 2> moved(std::int32_t chart, float u, float v) const {
         const sheet_placement& place = layout_.placements[chart];
         if (place.sheet == 0) return {u, v};
@@ -52,19 +52,24 @@ private:
 
 }  // namespace detail
 
-/// mesh    of these charts and this atlas (build_mesh)
-/// layout  for the same (lay_out_sheets); the result has a part for each of its sizes
-/// Raises mismatch where they don't fit together. Vertices of a part, and its triangles, stay in their order.
+/// Returns the mesh with texture coordinates on the sheets, one part per texture. Vertices and triangles of a part keep their
+/// order.
+///
+/// mesh    result of build_mesh() for these charts and this atlas
+/// layout  result of lay_out_sheets() for these charts and this atlas
+///
+/// Raises mismatch if they don't fit together.
 inline textured_mesh move_to_sheets(const textured_mesh& mesh, const chart_set& charts, const texture_atlas& atlas,
                                     const sheet_layout& layout) {
     if (!mesh.parts.empty() || mesh.pixels.size() != mesh.vertex_count() || atlas.placements.size() != charts.charts.size() ||
         layout.placements.size() != charts.charts.size() || layout.sizes.empty())
-        raise(error_code::mismatch, "move_to_sheets", "a mesh of one texture, and a layout for its charts", "others");
+        raise(error_code::mismatch, "move_to_sheets", "a mesh with one texture, and a layout for its charts",
+              "inputs that don't fit together");
     const detail::sheet_coordinates coordinates(charts, atlas, layout);
     const auto chart_of = [&](std::size_t vertex) { return charts.chart_of[mesh.pixels[vertex]]; };
     const auto sheet_of = [&](std::size_t vertex) { return static_cast<std::size_t>(layout.placements[chart_of(vertex)].sheet); };
 
-    // Counting sort by sheet: the index of each sheet's next vertex and triangle.
+    // Counting sort by sheet: `next` holds the index of each sheet's next vertex and triangle.
     buffer<mesh_part> next(layout.sizes.size() + 1);
     for (std::size_t v = 0; v < mesh.vertex_count(); ++v) ++next[sheet_of(v) + 1].first_vertex;
     for (std::size_t i = 0; i < mesh.triangles.size(); i += 3) ++next[sheet_of(mesh.triangles[i]) + 1].first_triangle;

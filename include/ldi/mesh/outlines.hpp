@@ -1,5 +1,5 @@
-// The outlines of charts as closed polygons with vertices at the corners between pixels (paper, section "Meshing", Figure
-// "meshing" a), cut into pieces that neighboring charts share.
+// Outlines of charts as closed polygons with vertices at the corners between pixels (paper, section "Meshing", Figure "meshing"
+// a), divided into pieces that neighboring charts share.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -16,54 +16,55 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Stands for the other side of a silhouette or of the photo's border.
+/// Represents the other side of a silhouette or of the photo's border.
 inline constexpr std::int32_t no_chart = -1;
 
-/// A point between pixels. Corners of linked pixels at one lattice point are one corner, whatever chart the pixels belong to.
+/// A point between pixels. Linked pixels at one lattice point share one corner, even if they belong to different charts.
 struct outline_corner {
-    std::int32_t x, y;  ///< lattice point; pixel (x, y) has it as its top left corner
-    float disparity;    ///< the average over the pixels that share the corner
+    std::int32_t x, y;  ///< lattice point: the top left corner of pixel (x, y)
+    float disparity;    ///< average over the pixels that share the corner
 };
 
-/// A stretch of boundary along which one chart lies on the right and one chart, or none, on the left. Pieces end where three or
-/// more charts meet, where silhouettes begin or end, at the corners of the photo and where an outline reaches its border.
+/// A stretch of boundary with one chart on its right and one chart, or none, on its left. Pieces end where three or more charts
+/// meet, where silhouettes begin or end, at the corners of the photo, and where an outline reaches the photo's border.
 struct boundary_piece {
-    std::int32_t right_chart;  ///< the chart on the right hand
-    std::int32_t left_chart;   ///< the chart on the left hand, or no_chart
+    std::int32_t right_chart;  ///< chart on the right
+    std::int32_t left_chart;   ///< chart on the left, or no_chart
     std::int32_t start, end;   ///< indices of corners; equal if the piece is a closed loop
-    std::int32_t first_inner;  ///< the corners in between are corners[first_inner .. first_inner + inner_count)
+    std::int32_t first_inner;  ///< corners between start and end: corners[first_inner .. first_inner + inner_count)
     std::int32_t inner_count;
 };
 
-/// One piece as a chart's outline runs through it: forward for the chart on its right, backward for the chart on its left.
+/// A piece as part of a chart's outline: forward for the chart on its right, backward for the chart on its left.
 struct outline_step {
     std::int32_t piece;
     bool reversed;
 };
 
-/// The outlines of all charts. Each chart has one or more loops, outer ones clockwise as seen in the photo and holes
-/// counter-clockwise: the chart lies to the right. Where an outline touches itself it visits the corner once for each part.
+/// Outlines of all charts. Each chart has one or more loops, outer loops clockwise as seen in the photo and holes
+/// counter-clockwise: the chart lies to the right. Where an outline touches itself, it visits the corner once for each part.
 struct chart_outlines {
     buffer<outline_corner> corners;
     buffer<boundary_piece> pieces;
-    buffer<outline_step> steps;            ///< loop by loop
-    buffer<std::int32_t> first_step;       ///< loop l has steps [first_step[l], first_step[l + 1])
-    buffer<std::int64_t> loop_area;        ///< in pixels: positive for outer loops, else not
-    buffer<std::int32_t> first_loop;       ///< chart c has loops [first_loop[c], first_loop[c + 1])
-    buffer<std::uint8_t> boundary_sides;   ///< K: bits 0 to 3 say where up, right, down, left leaves the pixel's chart
-    buffer<std::int32_t> boundary_pixels;  ///< the pixels for which a bit is set, ascending
+    buffer<outline_step> steps;       ///< steps of all loops, loop by loop
+    buffer<std::int32_t> first_step;  ///< loop l has steps [first_step[l], first_step[l + 1])
+    buffer<std::int64_t> loop_area;   ///< area in pixels: positive for outer loops, otherwise negative or 0
+    buffer<std::int32_t> first_loop;  ///< chart c has loops [first_loop[c], first_loop[c + 1])
+    /// K: bits 0 to 3 are set if the side up, right, down, left of the pixel is a boundary of its chart
+    buffer<std::uint8_t> boundary_sides;
+    buffer<std::int32_t> boundary_pixels;  ///< pixels with any bit set, ascending
 };
 
 /// Traces the outlines of all charts.
 ///
 /// g          in canonical order (raises mismatch if not)
 /// disparity  K values
-/// charts     a partition of the pixels; no two pixels of a chart lie at one position
+/// charts     a partition of the pixels; no two pixels of a chart share a position
 chart_outlines trace_outlines(const graph_view& g, std::span<const float> disparity, const chart_set& charts);
 
 namespace detail {
 
-/// Finds the pieces one by one, from either side, then strings them together to loops.
+/// Finds the pieces one by one, from either side, then connects them to loops.
 class outline_tracer {
 public:
     outline_tracer(const graph_view& g, std::span<const float> disparity, const chart_set& charts, chart_outlines& result)
@@ -115,7 +116,7 @@ public:
 
 private:
     struct piece_ends {
-        pixel_side first, last;  // seen from the chart on the right
+        pixel_side first, last;  // as seen from the chart on the right
     };
     struct junction {
         std::int64_t key;
@@ -135,7 +136,7 @@ private:
     bool is_traced(pixel_side e) const { return (result_.boundary_sides[e.pixel] & side_bit(e.side + 4)) != 0; }
     void set_traced(pixel_side e) { result_.boundary_sides[e.pixel] |= side_bit(e.side + 4); }
 
-    /// The chart across a boundary side. Without one, a negative number: one for silhouettes and one for each border of the
+    /// Returns the chart across a boundary side, or a negative number: one value for silhouettes and one for each border of the
     /// photo.
     std::int32_t partner(pixel_side e) const {
         const std::int32_t n = walk_.neighbor(e.pixel, e.side);
@@ -147,12 +148,12 @@ private:
         return on_border ? -2 - e.side : no_chart;
     }
 
-    /// The part of a loop's area that a piece adds if the loop runs through it forward: all that lies to the left of it.
+    /// Signed area to the left of a piece, which is the piece's share in the area of a loop that runs through it forward.
     std::int64_t area_swept(const boundary_piece& piece) const {
         const outline_corner* before = &result_.corners[piece.start];
         std::int64_t area = 0;
         const auto advance = [&](const outline_corner& to) {
-            area += std::int64_t{before->x} * (to.y - before->y);  // steps follow the lattice, so this is exact
+            area += std::int64_t{before->x} * (to.y - before->y);  // exact, because steps follow the lattice
             before = &to;
         };
         for (std::int32_t i = 0; i < piece.inner_count; ++i) advance(result_.corners[piece.first_inner + i]);
@@ -160,9 +161,9 @@ private:
         return area;
     }
 
-    /// The loops of all charts, in no particular order, each with its steps one after the other.
+    /// Finds the loops of all charts, in arbitrary order, each with its steps in sequence.
     void find_loops(buffer<loop>& loops, buffer<outline_step>& steps) const {
-        // A half is a piece in one direction: 2 * piece forward, 2 * piece + 1 backward. It is found by its first side.
+        // Half 2 * piece is a piece in forward direction, half 2 * piece + 1 backward. The first side of a half identifies it.
         buffer<std::pair<std::int64_t, std::int32_t>> first_sides;
         first_sides.reserve(2 * ends_.size());
         for (std::int32_t p = 0; p < ends_.count(); ++p) {
@@ -208,7 +209,8 @@ private:
             mean = {};
             const pixel_side following = walk_.next(last, visit);
             if (partner(following) != other) break;
-            // The other side sees the same two sides in a row, or a third chart or a silhouette begins here.
+            // The piece continues if the other chart has the same two sides in a row. Otherwise a third chart or a silhouette
+            // begins here.
             if (other >= 0 && !(walk_.next(walk_.twin(following), visit) == walk_.twin(last))) break;
             forward_.push_back({x, y, mean.value()});
             last = following;

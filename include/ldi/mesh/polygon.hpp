@@ -1,5 +1,5 @@
-// Polygons with holes and inner polylines, and their triangulations: what the sweep (triangulate.hpp) takes and makes.
-// Coordinates are integers, so every question about them has an exact answer in 64 bits.
+// Polygons with holes and inner polylines, and their triangulations: input and output of the sweep (triangulate.hpp).
+// Coordinates are integers, so every geometric predicate is exact in 64 bits.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -14,29 +14,29 @@ struct lattice_point {
     friend bool operator==(const lattice_point&, const lattice_point&) = default;
 };
 
-/// At most 2^24 vertices in chains. A vertex is followed by `next`, or nothing (-1). Closed chains are outlines: the interior
-/// lies to the right (y downwards: outer loops clockwise, holes counter-clockwise). Open chains and single vertices must lie in
-/// the interior.
+/// Chains with at most 2^24 vertices. `next` is the vertex after each vertex, or -1 at the end of a chain. Closed chains are
+/// outlines: the interior lies to the right (y downward: outer loops clockwise, holes counter-clockwise). Open chains and single
+/// vertices must lie in the interior.
 ///
-/// An outline may touch itself in vertices and along whole edges, from outside. Such a vertex is listed once for each part of the
-/// interior that meets there, as a walk along the inside of the outline finds it.
+/// An outline may touch itself in vertices and along whole edges, from outside. Such a vertex is listed once for each part of
+/// the interior that meets there, in the order of a walk along the inside of the outline.
 struct polygon {
     buffer<lattice_point> points;
     buffer<std::int32_t> next;
-    std::int32_t outline_count = 0;  ///< vertices [0, outline_count) are those of closed chains, the rest those of open ones
+    std::int32_t outline_count = 0;  ///< vertices [0, outline_count) belong to closed chains, the others to open chains
 
     void clear() { points.clear(), next.clear(), outline_count = 0; }
 };
 
-/// F triangles. Half-edge 3 f + i runs from vertex i of triangle f to the one after it.
+/// F triangles. Half-edge 3 f + i runs from vertex i of triangle f to its next vertex.
 struct triangulation {
     buffer<std::uint32_t> triangles;  ///< F x 3 vertex indices, counter-clockwise on screen
-    buffer<std::int32_t> mates;       ///< F x 3: the half-edge on the other side, or -1 where the edge belongs to a chain
+    buffer<std::int32_t> mates;       ///< F x 3: the opposite half-edge, or -1 if the edge belongs to a chain
 };
 
 namespace detail {
 
-/// The order of the sweep: from top to bottom, then from left to right.
+/// Whether the sweep reaches a before b: from top to bottom, then from left to right.
 inline bool above(lattice_point a, lattice_point b) { return a.y != b.y ? a.y < b.y : a.x < b.x; }
 
 /// Positive if a, b, c turn right on screen.
@@ -44,7 +44,7 @@ inline std::int64_t turn(lattice_point a, lattice_point b, lattice_point c) {
     return std::int64_t{b.x - a.x} * (c.y - b.y) - std::int64_t{b.y - a.y} * (c.x - b.x);
 }
 
-/// A vertex of a polygon as a number that sorts by y, then x: y, x and vertex in 20, 20 and 24 bits.
+/// Encodes a vertex as a number that sorts by y, then x: y, x and vertex in 20, 20 and 24 bits.
 inline std::uint64_t polygon_event(lattice_point p, std::int32_t vertex) {
     constexpr std::int32_t offset = 1 << 19;
     const std::int64_t event = std::int64_t{p.y + offset} << 44 | std::int64_t{p.x + offset} << 24 | vertex;

@@ -1,5 +1,5 @@
-// Simplifies the boundaries of charts after Douglas and Peucker (paper, section "Meshing", Figure "meshing" b). A piece that two
-// charts share is simplified once, so both have the same vertices along it and fit together without cracks.
+// Simplifies the boundaries of charts after Douglas and Peucker (paper, section "Meshing", Figure "meshing" b). A piece between
+// two charts is simplified once, so both charts have the same vertices along it and fit together without cracks.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -21,16 +21,16 @@
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct simplify_options {
-    /// Largest distance of a corner from the simplified boundary, in pixels. 0 only drops corners inside straight stretches.
+    /// Maximum distance of a corner from the simplified boundary, in pixels. 0 drops only corners inside straight stretches.
     float tolerance = 1.0F;
-    /// Largest difference between the disparity of a corner and that of the simplified boundary: a shared boundary bends where
-    /// its surface does.
+    /// Maximum difference between the disparity of a corner and of the simplified boundary, so that a boundary bends where its
+    /// surface bends.
     float disparity_tolerance = 0.01F;
-    /// Largest shift of the texture along an edge when it is drawn, in pixels (depth_range::texture_shift).
+    /// Maximum shift of the texture along an edge when it is drawn, in pixels (depth_range::texture_shift).
     float texture_tolerance = 0.5F;
 };
 
-/// One edge of the simplified boundary: from corner number `index` of what is left of a piece to the one after it.
+/// An edge of the simplified boundary: from the kept corner number `index` of a piece to the next kept corner.
 struct boundary_edge {
     std::int32_t piece, index;
     friend bool operator<(const boundary_edge& a, const boundary_edge& b) {
@@ -39,7 +39,7 @@ struct boundary_edge {
     friend bool operator==(const boundary_edge&, const boundary_edge&) = default;
 };
 
-/// A corner to split an edge of the simplified boundary at.
+/// A corner at which to split an edge of the simplified boundary.
 struct boundary_split {
     boundary_edge edge;
     std::int32_t corner;
@@ -49,8 +49,8 @@ struct boundary_split {
     friend bool operator==(const boundary_split&, const boundary_split&) = default;
 };
 
-/// The rest of every piece: indices of corners, from the start of the piece to its end, both included. Single edges can be
-/// split where a simplified outline would cross itself.
+/// Kept corners of every piece: indices of corners, from the start of the piece to its end, both included. split() refines
+/// single edges if a simplified outline would cross itself.
 class simplified_boundary {
 public:
     /// Raises invalid_option if a tolerance is negative. `outlines` must outlive the result.
@@ -61,16 +61,18 @@ public:
         return {first, first + stretches_[piece].count};
     }
 
-    /// The corners that an edge leaves out: all indices from `first` to before `second`.
+    /// Range of the corners that an edge skips: all indices from `first` to before `second`.
     std::pair<std::int32_t, std::int32_t> left_out(boundary_edge edge) const;
 
-    /// The farthest of the corners that an edge skips. The edge must skip at least one.
+    /// Returns the farthest of the corners that an edge skips. The edge must skip at least one.
     std::int32_t farthest_left_out(boundary_edge edge) const;
 
-    /// Splits edges, all at once, at corners that they skip. `splits` are sorted and different.
+    /// Splits edges, all at once, at corners that they skip.
+    ///
+    /// splits  sorted, without duplicates
     void split(std::span<const boundary_split> splits);
 
-    /// Whether an edge came from the last split.
+    /// Whether the last split created an edge.
     bool is_fresh(boundary_edge edge) const {
         const stretch& r = stretches_[edge.piece];
         return r.split == splits_ && fresh_[r.first + edge.index] != 0;
@@ -79,27 +81,27 @@ public:
 private:
     struct stretch {
         std::int32_t first, count;
-        std::int32_t split;  ///< number of the split that made it
+        std::int32_t split;  ///< number of the split that created it
     };
 
     const outline_corner& corner(std::int32_t id) const { return outlines_.corners[id]; }
     const chart_outlines& outlines_;
     buffer<std::int32_t> kept_;
-    buffer<std::uint8_t> fresh_;  ///< for each element of kept_, whether the edge that begins there is new in its split
+    buffer<std::uint8_t> fresh_;  ///< per element of kept_: whether the edge that starts there is new in its split
     buffer<stretch> stretches_;
     std::int32_t splits_ = 0;
 };
 
 namespace detail {
 
-/// Marks what Douglas-Peucker keeps of a polyline, its ends included. A corner's error is its distance to the segment in units of
-/// the tolerance, or that of its disparity in units of the other, whichever is larger. A segment without such errors that shifts
-/// the texture too far is cut in the middle.
+/// Marks the points of a polyline that Douglas-Peucker keeps, including both ends. The error of a corner is the larger of two
+/// ratios: its distance to the segment over the tolerance, and its difference in disparity over disparity_tolerance. A segment
+/// without errors above 1 that shifts the texture too far is split in the middle.
 inline void douglas_peucker(const buffer<outline_corner>& points, const simplify_options& options, const depth_range& range,
                             buffer<std::uint8_t>& keep, buffer<std::pair<std::int32_t, std::int32_t>>& stack) {
     keep.assign(points.size(), 0);
     keep.front() = keep.back() = 1;
-    // A tolerance of zero still lets go of points on the segment itself, to within the rounding of the arithmetic below.
+    // A tolerance of zero still drops points on the segment itself, up to the rounding errors below.
     const float inverse_tolerance = 1.0F / (std::max)(options.tolerance, 1e-3F);
     const float inverse_disparity_tolerance = 1.0F / (std::max)(options.disparity_tolerance, 1e-6F);
     stack.assign(1, {0, points.count() - 1});
@@ -174,7 +176,7 @@ inline std::int32_t simplified_boundary::farthest_left_out(boundary_edge edge) c
     const std::int32_t at = stretches_[edge.piece].first + edge.index;
     const outline_corner &a = corner(kept_[at]), &b = corner(kept_[at + 1]);
     const std::int64_t dx = b.x - a.x, dy = b.y - a.y;
-    // Corners on the edge itself are all equally far; then the middle one is as good as any.
+    // Corners on the edge itself are equally far; the middle one is then a good choice.
     std::int32_t farthest = first + (last - first) / 2;
     std::int64_t distance = 0;
     for (std::int32_t c = first; c < last; ++c) {

@@ -1,8 +1,8 @@
-// Soft edges: a thin translucent strip along the silhouettes of what is in front. It begins at the edge of the mesh, half
+// Soft edges: a narrow translucent strip along the silhouettes of foreground surfaces. It starts at the edge of the mesh, half
 // opaque, and fades out over a pixel or two at the same distance, with colors from the padding of the atlas, which continues the
-// surface's. Where the photo's colors reach farther, as those of hair do, the strip does too (inpaint/mixed_colors.hpp has the
-// matte). Zitnick et al., High-Quality Video View Interpolation Using a Layered Representation (SIGGRAPH 2004), blend such
-// strips.
+// surface. Where the photo's foreground colors extend farther, as with hair, the strip is wider (inpaint/mixed_colors.hpp
+// computes the matte). Zitnick et al., High-Quality Video View Interpolation Using a Layered Representation (SIGGRAPH 2004),
+// blend such strips.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -23,20 +23,21 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Columns of the pixels in sight from the photo's camera, by their positions.
+/// Columns of the pixels visible from the photo's camera, by lattice position.
 struct visible_surfaces {
-    image<float> disparity;     ///< H x W x 1
+    static constexpr float nothing = -std::numeric_limits<float>::infinity();
+    image<float> disparity;     ///< H x W x 1; `nothing` past the end of all surfaces
     image<std::uint8_t> matte;  ///< H x W x 1
 };
 
-/// Makes the strip of one mesh, piece by piece.
+/// Builds the strip of one mesh, piece by piece.
 class soft_edge_builder {
 public:
     soft_edge_builder(const flat_mesh& flat, const visible_surfaces& seen, surface_rule surface, const pinhole_camera& camera,
                       const depth_range& range, const soft_edge_options& options)
         : flat_(flat), seen_(seen), surface_(surface), camera_(camera), range_(range), options_(options) {}
 
-    /// Chooses the edges of the mesh that get a strip: of those on silhouettes, `count` with the largest steps.
+    /// Selects the silhouette edges that get a strip: the `count` edges with the largest steps in disparity.
     void choose(std::size_t count) {
         buffer<float> steps;
         min_step_ = 0;
@@ -50,8 +51,10 @@ public:
         min_step_ = count > 0 ? steps[steps.size() - count] : std::numeric_limits<float>::infinity();
     }
 
-    /// to_atlas  from the lattice to texels
-    /// scale     from texels to texture coordinates
+    /// Adds the strip along a piece.
+    ///
+    /// to_atlas  offset from the lattice to texels
+    /// scale     factor from texels to texture coordinates
     void add_piece(std::int32_t piece, std::array<std::int32_t, 2> to_atlas, std::array<float, 2> scale) {
         to_atlas_ = to_atlas, scale_ = scale;
         load(piece);
@@ -59,7 +62,7 @@ public:
         add_quads();
     }
 
-    /// From far to near.
+    /// Returns the strip, sorted from far to near.
     soft_edge_strip finish() {
         std::sort(quads_.begin(), quads_.end(), [](const quad& a, const quad& b) {
             return a.disparity != b.disparity ? a.disparity < b.disparity : a.a < b.a;
@@ -79,22 +82,23 @@ private:
     struct vector {
         float x = 0, y = 0;
     };
-    /// The mesh ends where a pixel belongs to it by half. With more than that, outlines swell: on the views of bench/quality, 255
-    /// instead costs 0.8 dB within two pixels of them.
+    /// Opacity where the mesh ends: a pixel there belongs to it by half. Higher values swell outlines: on the views of
+    /// bench/quality, 255 costs 0.8 dB within two pixels of them.
     static constexpr std::uint8_t opacity_at_edge = 128;
     static constexpr std::uint32_t no_vertex = ~std::uint32_t{0};
 
     const outline_corner& corner(std::int32_t i) const { return flat_.outlines.corners[corners_[i]]; }
     std::int32_t edge_count() const { return (std::max)(corners_.count() - 1, 0); }
 
-    /// The disparity seen at a position, or that of nothing.
+    /// Returns the disparity visible at a position, or `nothing` outside the photo.
     float seen_at(std::int32_t x, std::int32_t y, float nothing) const {
         const bool inside = x >= 0 && y >= 0 && x < camera_.width && y < camera_.height;
-        return inside ? seen_.disparity(y, x) : nothing;
+        const float seen = inside ? seen_.disparity(y, x) : nothing;
+        return seen == visible_surfaces::nothing ? nothing : seen;
     }
 
-    /// The step in disparity from a corner to the farthest that is seen beside it; 0 where something nearer is seen, or nothing
-    /// that is another surface.
+    /// Returns the step in disparity from a corner to the farthest surface visible beside it; 0 if a nearer surface is visible,
+    /// or no other surface.
     float step_at(const outline_corner& c) const {
         float nearest = c.disparity, farthest = c.disparity;
         for (const std::int32_t y : {c.y - 1, c.y})
@@ -106,7 +110,7 @@ private:
         return is_in_front ? c.disparity - farthest : 0.0F;
     }
 
-    /// Finds the steps and normals of a piece's edges.
+    /// Computes the steps and normals of a piece's edges.
     void load(std::int32_t piece) {
         corners_.assign(flat_.open_corners.begin() + flat_.first_open_corner[piece],
                         flat_.open_corners.begin() + flat_.first_open_corner[piece + 1]);
@@ -128,7 +132,7 @@ private:
 
     bool is_soft(std::int32_t edge) const { return steps_[edge] > 0 && steps_[edge] >= min_step_; }
 
-    /// The share of the foreground in what is seen behind it, summed up from the edge outwards.
+    /// Integrates the matte from the edge outward: the share of the foreground in the colors behind it.
     float matte_beyond(const outline_corner& c, vector normal) const {
         float sum = 0;
         for (float t = 0.5F; t < options_.max_width; t += 1.0F) {
@@ -141,7 +145,7 @@ private:
         return sum;
     }
 
-    /// Finds the strip's outer end for each corner of its inner side.
+    /// Computes the strip's outer end for each corner of its inner side.
     void find_rims() {
         rims_.assign(corners_.size(), vector{});
         const std::int32_t last = edge_count();
@@ -152,7 +156,7 @@ private:
             const float squared = sum.x * sum.x + sum.y * sum.y;
             if (squared < 0.5F) continue;  // a spike
             const vector normal{sum.x / std::sqrt(squared), sum.y / std::sqrt(squared)};
-            // A share that falls evenly from 1 to 0 adds up to half of the width that it falls over.
+            // A share that falls linearly from 1 to 0 integrates to half of its width.
             const float width = std::clamp(2.0F * matte_beyond(corner(i), normal), options_.min_width, options_.max_width);
             const float miter = (std::min)(2.0F / std::sqrt(squared), 1.5F);
             rims_[i] = {width * miter * normal.x, width * miter * normal.y};
@@ -170,7 +174,7 @@ private:
         }
     }
 
-    /// The vertices on the edge and on the rim; where the strip tapers off, both are one.
+    /// Returns the vertices on the edge and on the rim; equal where the strip tapers off.
     std::pair<std::uint32_t, std::uint32_t> vertices_at(std::int32_t i) {
         auto& [inner, outer] = vertices_[i];
         if (inner != no_vertex) return vertices_[i];
@@ -199,10 +203,10 @@ private:
     std::array<float, 2> scale_{};
     bool is_closed_ = false;
     float min_step_ = 0;
-    buffer<std::int32_t> corners_;  // of the piece
-    buffer<float> steps_;           // of its edges; 0 where none is in front of another surface
-    buffer<vector> normals_;        // of its edges, outwards
-    buffer<vector> rims_;           // of its corners: from there to the end of the strip
+    buffer<std::int32_t> corners_;  // corners of the piece
+    buffer<float> steps_;           // steps of its edges; 0 without another surface behind the edge
+    buffer<vector> normals_;        // outward normals of its edges
+    buffer<vector> rims_;           // per corner: offset to the outer end of the strip
     buffer<std::pair<std::uint32_t, std::uint32_t>> vertices_;
     buffer<quad> quads_;
     soft_edge_strip strip_;

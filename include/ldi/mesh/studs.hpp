@@ -1,12 +1,12 @@
 // Studs: vertical polylines inside charts that carry the interior vertices (paper, section "Meshing", Figure "meshing" c).
 //
-// As in the paper, studs stand as evenly as possible between the left and right end of a chart, and the triangulation keeps their
-// edges. Three things differ. Vertices are not evenly spaced but lie where disparity bends along the stud: with even spacing the
-// error is several times as large at the same number of triangles. Single vertices stand between the studs where disparity bends
-// along evenly spaced rows. Without them everything upright and narrower than the distance between studs would be lost; they
-// reduce the error by a quarter at the same number of vertices. Finally, no vertex lies near the outline: the sweep that
-// triangulates (triangulate.hpp) ties the first and last vertex of a stud to vertices of the outline, so outlines need no extra
-// ones.
+// As in the paper, studs are distributed evenly between the left and right end of a chart, and the triangulation keeps their
+// edges. Three things differ. First, the vertices of a stud are not evenly spaced but lie where disparity bends: with even
+// spacing the error is several times as large for the same number of triangles. Second, single vertices lie between the studs
+// where disparity bends along evenly spaced rows. Without them, everything upright and narrower than the distance between studs
+// would be lost; they reduce the error by a quarter for the same number of vertices. Third, no vertex lies near the outline: the
+// sweep that triangulates (triangulate.hpp) connects the first and last vertex of a stud to vertices of the outline, so outlines
+// need no extra vertices.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -35,16 +35,16 @@
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct stud_options {
-    /// The distance aimed at between studs, and between the rows with single vertices, in pixels; at least 1. Trades triangles
-    /// for accuracy, as the tolerance does; both were chosen by trial.
+    /// Target distance between studs, and between the rows with single vertices, in pixels; at least 1. Trades triangles for
+    /// accuracy, as the tolerance does; both were tuned by experiment.
     std::int32_t spacing = 24;
-    /// Largest error of disparity interpolated between two vertices along a stud or row.
+    /// Maximum error of disparity interpolated between two vertices along a stud or row.
     float disparity_tolerance = 0.006F;
-    /// No vertex has a pixel of another chart or surface within this many pixels, so studs keep clear of simplified outlines; and
-    /// no single vertex lies this near to a stud. More than the tolerance of outlines; at most 64.
+    /// Minimum distance in pixels from a vertex to other charts and surfaces, so that studs keep clear of simplified outlines,
+    /// and from a single vertex to a stud. Must be larger than the tolerance of outlines; at most 64.
     std::int32_t clearance = 4;
-    /// Largest shift of the texture over a triangle when it is drawn, in pixels (depth_range::texture_shift). On slanted surfaces
-    /// studs and their vertices stand closer for it, though not closer than twice the clearance.
+    /// Maximum shift of the texture over a triangle when it is drawn, in pixels (depth_range::texture_shift). On slanted
+    /// surfaces this moves studs and their vertices closer together, but not closer than twice the clearance.
     float texture_tolerance = 0.5F;
 };
 
@@ -55,29 +55,28 @@ struct stud_set {
     buffer<std::int32_t> first_stud;    ///< chart c has studs [first_stud[c], first_stud[c + 1])
 };
 
-/// Places the studs of all charts.
+/// Places the studs of all charts. Raises invalid_option.
 ///
 /// layers    in canonical order
 /// charts    a partition of the pixels (make_charts)
-/// outlines  of these charts (trace_outlines)
-/// Raises invalid_option.
+/// outlines  outlines of these charts (trace_outlines)
 template <has_columns<disparity_column> Layers>
 stud_set make_studs(const Layers& layers, const depth_range& range, const chart_set& charts, const chart_outlines& outlines,
                     const stud_options& options = {});
 
 namespace detail {
 
-/// Reads disparity along studs and rows in one pass over the rows of charts, in the order in which pixels lie in memory.
+/// Reads disparity along studs and rows in one pass over the rows of charts, in memory order.
 class stud_sampler {
 public:
     enum presence : std::uint8_t { absent, continued, begun };  // begun: not connected to the row above
 
-    /// Column k of a chart has one sample for each row of the chart's bounding box.
+    /// Lines of a chart. Each line has one sample for each row of the chart's bounding box.
     struct columns {
         even_lines lines;
         std::size_t first_sample;
     };
-    /// A vertex between the studs.
+    /// A vertex between studs.
     struct single {
         std::int32_t chart;
         outline_corner vertex;
@@ -108,7 +107,7 @@ public:
         present.assign(total, absent);
         std::int32_t begin = 0;
         for (std::int32_t pixel : outlines_.boundary_pixels) {
-            // A row of one chart: pixels begin to end - 1. In canonical order they lie side by side.
+            // A row of one chart: pixels begin to end - 1, adjacent in memory because of the canonical order.
             const std::uint8_t at_pixel = sides_[pixel];
             if ((at_pixel & side_bit(3)) != 0) begin = pixel;
             if ((at_pixel & side_bit(1)) == 0) continue;
@@ -120,17 +119,18 @@ public:
         }
     }
 
-    /// The index of a sample: row `row` of column k, counted from the chart's first sample.
+    /// Index of a sample: row `row` of column k, relative to the chart's first sample.
     static std::size_t sample_offset(const chart& box, std::int32_t k, std::int32_t row) {
         return static_cast<std::size_t>(std::int64_t{k} * box.height + row);
     }
 
 private:
-    /// The distance between studs at which drawing keeps nine tenths of the chart's texture within its tolerance. All of it would
-    /// let a single crease decide for the whole chart; the share was chosen by trial.
+    /// Spacing between studs at which drawing keeps nine tenths of the chart's texture within its tolerance. With all of it, a
+    /// single crease would determine the spacing of the whole chart; the share was tuned by experiment.
     std::int32_t spacing_for(const chart& c, const depth_range& range) {
-        // About a thousand slopes tell as much as all: on 121 charts of 17 photos the spacing is off by 0.4 of 24 pixels on
-        // average, in an eighth of the time that 16,000 take. Each is taken over 8 pixels, at least 61 apart, by trial.
+        // About a thousand slopes suffice: on 121 charts of 17 photos, the spacing differs by 0.4 of 24 pixels on average from
+        // that of 16,000 slopes, in an eighth of the time. Each slope spans 8 pixels, at least 61 apart; both were tuned by
+        // experiment.
         constexpr std::int32_t reach = 8;
         const std::int32_t stride = (std::max)(61, c.pixels.count() / 1024);
         shifts_.clear();
@@ -178,7 +178,7 @@ private:
         });
     }
 
-    /// Disparity on the left side of a pixel that continues the row of the pixel before it.
+    /// Returns the disparity at the left side of a pixel that continues the row of the previous pixel.
     float between(std::int32_t pixel) const { return 0.5F * (disparity_[pixel - 1] + disparity_[pixel]); }
 
     graph_view g_;
@@ -191,7 +191,7 @@ private:
     bend_finder find_bends_;
 };
 
-/// Turns what was sampled into studs, chart by chart.
+/// Converts samples to studs, chart by chart.
 class stud_placer {
 public:
     stud_placer(const stud_sampler& sampled, const stud_options& options, const depth_range& range)
@@ -212,7 +212,7 @@ public:
     stud_set finish() { return std::move(result_); }
 
 private:
-    /// Connected rows of a column, for one stud. The rows of the columns to the left and right lie `height` samples away.
+    /// Connected rows of a column, for one stud. The samples of the adjacent columns are `height` elements away.
     struct stretch {
         const float* samples;
         const std::uint8_t* present;
@@ -228,7 +228,8 @@ private:
             if (s.present[s.begin] == stud_sampler::absent) continue;
             while (s.end < s.height && s.present[s.end] == stud_sampler::continued) ++s.end;
             if (s.end - s.begin < 2 * options_.clearance) continue;
-            // Vertices lie between rows. The ends, near the outline, only serve to measure the others.
+            // Vertices lie between rows. The ends are too close to the outline to become vertices, but their samples limit the
+            // error.
             profile_.assign(1, s.samples[s.begin]);
             for (std::int32_t row = s.begin + 1; row < s.end; ++row)
                 profile_.push_back(0.5F * (s.samples[row - 1] + s.samples[row]));
@@ -243,8 +244,8 @@ private:
         }
     }
 
-    /// The shift of the texture along the stud from one place of its profile to another, or, if larger, towards the columns to
-    /// the left and right from there.
+    /// Returns the larger shift of the texture: along the stud between two indices of its profile, or toward the adjacent
+    /// columns at these indices.
     float texture_shift(const stretch& s, std::int32_t a, std::int32_t b) const {
         const float length = nearest_float(b - a);
         float shift = range_.texture_shift(length, profile_[a], profile_[b]);

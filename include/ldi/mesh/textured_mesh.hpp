@@ -1,52 +1,52 @@
-// The result of the whole way from photo to 3D photo: one mesh with one texture, or with several.
+// The mesh of a 3D photo, with one or several textures.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <string>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Translucent triangles along silhouettes, to be drawn after all others and in their order: from far to near. They hide nothing
-/// behind them from each other (no depth is written). Space as of the mesh that they belong to, and its first texture.
+/// Translucent triangles along silhouettes. Draw them after all other triangles and in their order, from far to near, without
+/// writing depth. They use the space and the first texture of their mesh.
 struct soft_edge_strip {
-    buffer<float> positions;            ///< W x 3
+    buffer<float> positions;            ///< W x 3 for W vertices
     buffer<float> texture_coordinates;  ///< W x 2
-    buffer<std::uint8_t> opacity;       ///< W, 0 to 255; 0 where nothing is left of the mesh
-    buffer<std::uint32_t> triangles;    ///< G x 3 indices of these vertices, counter-clockwise seen from the photo's camera
+    buffer<std::uint8_t> opacity;       ///< W, 0 to 255; 0 at the strip's outer end
+    buffer<std::uint32_t> triangles;    ///< G x 3 indices of these vertices, counter-clockwise as seen from the photo's camera
 
     std::size_t vertex_count() const { return opacity.size(); }
 };
 
-/// The beginning of the vertices and triangles that have one of several textures. They end where the next part begins.
+/// Start of the vertices and triangles that use one of several textures. They end at the start of the next part.
 struct mesh_part {
     std::size_t first_vertex = 0, first_triangle = 0;
 };
 
-/// V vertices, F triangles. Space and texture coordinates are glTF's.
+/// V vertices, F triangles. Space and texture coordinates follow glTF.
 struct textured_mesh {
     buffer<float> positions;            ///< V x 3; x right, y up, the photo's camera at the origin looking along -z
     buffer<float> texture_coordinates;  ///< V x 2, in [0, 1]; (0, 0) is the top left corner of the texture
-    buffer<std::int32_t> pixels;        ///< V; a pixel of the layered image that each vertex is a corner of or lies in
-    buffer<std::uint32_t> triangles;    ///< F x 3 vertex indices, counter-clockwise seen from the photo's camera
-    soft_edge_strip soft_edges = {};    ///< empty where edges are hard
-    /// Part t uses texture t. Parts share no vertices, and a part may have no triangles. Empty: one texture for the whole mesh.
+    buffer<std::int32_t> pixels;        ///< V; the pixel of the layered image that each vertex is a corner of or lies in
+    buffer<std::uint32_t> triangles;    ///< F x 3 vertex indices, counter-clockwise as seen from the photo's camera
+    soft_edge_strip soft_edges = {};    ///< empty if edges are hard
+    /// Part t uses texture t. Parts share no vertices; a part may have no triangles. Empty: one texture for the whole mesh.
     buffer<mesh_part> parts = {};
 
     std::size_t vertex_count() const { return positions.size() / 3; }
     std::size_t triangle_count() const { return triangles.size() / 3; }
-    /// The number of textures.
     std::size_t part_count() const { return (std::max)(parts.size(), std::size_t{1}); }
-    /// Part t for t < part_count(), and the end of the last one for t = part_count().
+    /// Returns part t for t < part_count(), and the end of the last part for t = part_count().
     mesh_part part(std::size_t t) const {
         if (t == part_count()) return {vertex_count(), triangle_count()};
         return parts.empty() ? mesh_part{} : parts[t];
     }
-    /// Whether anything has texture t.
+    /// Whether any triangle uses texture t.
     bool uses_texture(std::size_t t) const {
         return part(t).first_triangle < part(t + 1).first_triangle || (t == 0 && !soft_edges.triangles.empty());
     }
@@ -54,9 +54,29 @@ struct textured_mesh {
 
 namespace detail {
 
-/// Raises mismatch where a mesh has another number of textures, invalid_data where its parts or their triangles don't fit
-/// together.
-inline void check_parts(const textured_mesh& mesh, std::size_t textures) {
+/// Checks the vertices and triangles of a mesh or a strip of soft edges. Raises the same errors as check_mesh().
+template <class Mesh>
+void check_triangles(const Mesh& mesh) {
+    const std::size_t count = mesh.vertex_count();
+    if (mesh.positions.size() != 3 * count || mesh.texture_coordinates.size() != 2 * count || mesh.triangles.size() % 3 != 0)
+        raise(error_code::mismatch, "mesh", "3 coordinates and 2 texture coordinates per vertex, 3 vertices per triangle",
+              std::to_string(mesh.positions.size()) + ", " + std::to_string(mesh.texture_coordinates.size()) + " and " +
+                  std::to_string(mesh.triangles.size()) + " numbers");
+    for (const std::uint32_t vertex : mesh.triangles)
+        if (vertex >= count)
+            raise(error_code::invalid_data, "mesh", "vertices below " + std::to_string(count),
+                  "vertex " + std::to_string(vertex));
+    for (const buffer<float>* values : {&mesh.positions, &mesh.texture_coordinates})
+        for (const float value : *values)
+            if (!std::isfinite(value))
+                raise(error_code::invalid_data, "mesh", "finite coordinates", "an infinite coordinate or NaN");
+}
+
+/// Raises mismatch unless the mesh has `textures` textures and as many texture coordinates as vertices. Raises invalid_data for
+/// coordinates that are not finite, for indices out of range, and for parts that do not fit together.
+inline void check_mesh(const textured_mesh& mesh, std::size_t textures) {
+    check_triangles(mesh);
+    check_triangles(mesh.soft_edges);
     if (mesh.part_count() != textures)
         raise(error_code::mismatch, "mesh", std::to_string(mesh.part_count()) + " textures", std::to_string(textures));
     for (std::size_t t = 0; t < mesh.part_count(); ++t) {

@@ -1,7 +1,7 @@
 // Plane-sweep triangulation of polygons with holes and inner polylines (paper, section "Meshing", Figure "meshing" d; de Berg et
-// al., Computational Geometry, chapter 3). One sweep from top to bottom both cuts the polygon into monotone parts and
-// triangulates them: each part between two active edges keeps the chain of vertices that still wait for triangles. All decisions
-// are exact integer arithmetic, and the same sweep finds out whether the polygon crosses or touches itself.
+// al., Computational Geometry, chapter 3). One sweep from top to bottom divides the polygon into monotone parts and triangulates
+// them: each part between two active edges keeps a chain of vertices that wait for their triangles. All decisions use exact
+// integer arithmetic, and the same sweep detects whether the polygon crosses or touches itself.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -17,17 +17,17 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The reason that a polygon can't be triangulated: some of these edges, known by the vertices at which they begin, cross or
-/// touch at a place where they must not.
+/// A reason why a polygon can't be triangulated: some of these edges, identified by their first vertices, cross or touch where
+/// they must not.
 struct polygon_conflict {
     buffer<std::int32_t> edges;
 };
 
-/// Triangulates polygons. Keep one to reuse its memory.
+/// Triangulates polygons. Keep an object to reuse its memory.
 class triangulator {
 public:
-    /// Every vertex is used, every edge of a chain is an edge of a triangle, no triangle is degenerate. If the polygon is not
-    /// one, says where; `result` is of no use then.
+    /// Triangulates a polygon. Every vertex is used, every edge of a chain is an edge of a triangle, and no triangle is
+    /// degenerate. Returns the conflict if the polygon crosses or touches itself; `result` is then invalid.
     std::optional<polygon_conflict> operator()(const polygon& shape, triangulation& result);
 
 private:
@@ -35,15 +35,15 @@ private:
     struct active_edge {
         lattice_point upper, lower;
         std::int32_t upper_vertex, lower_vertex;
-        std::int32_t edge;  ///< the vertex at which it begins
+        std::int32_t edge;  ///< vertex at which the edge begins in the polygon
         bool interior_left, interior_right;
-        detail::waiting_chain part{};  ///< of the part to the right; only if interior_right
+        detail::waiting_chain part{};  ///< chain of the part to the right; only if interior_right
     };
-    /// A point that the sweep has reached. The edges that end there stand side by side in the status.
+    /// A point that the sweep has reached. The edges that end there are adjacent in the status.
     struct swept_point {
         lattice_point at;
-        std::size_t first_event, last_event;       ///< its vertices: events_[first_event .. last_event)
-        std::size_t first_ending = 0, ending = 0;  ///< its edges: status_[first_ending .. first_ending + ending)
+        std::size_t first_event, last_event;       ///< vertices: events_[first_event .. last_event)
+        std::size_t first_ending = 0, ending = 0;  ///< ending edges: status_[first_ending .. first_ending + ending)
         bool interior_left = false, interior_right = false;
 
         std::size_t last_ending() const { return first_ending + ending; }
@@ -54,7 +54,7 @@ private:
     void collect_events(const polygon& shape);
     std::optional<polygon_conflict> sweep_point(const polygon& shape, swept_point& p, triangulation& result);
 
-    // The steps of sweep_point. Each that returns a bool returns false if the polygon is in conflict with itself here.
+    // Steps of sweep_point. A bool result is false if the polygon is in conflict with itself at this point.
     std::optional<polygon_conflict> collect_edges(const polygon& shape, swept_point& p);
     void start_edge(const polygon& shape, std::int32_t from, std::int32_t to);
     bool find_ending_edges(swept_point& p) const;
@@ -64,11 +64,11 @@ private:
     void replace_edges(const swept_point& p);
     polygon_conflict conflict_at(const polygon& shape, const swept_point& p) const;
 
-    buffer<std::uint64_t> events_;  ///< vertices by y, then x
-    buffer<std::int32_t> before_;   ///< the vertex whose next is this one
+    buffer<std::uint64_t> events_;  ///< vertices sorted by y, then x
+    buffer<std::int32_t> before_;   ///< predecessor of each vertex in its polygon
     detail::waiting_chains chains_;
     buffer<active_edge> status_;    ///< edges that cross the sweep line, from left to right
-    buffer<active_edge> starting_;  ///< edges that begin at the point being swept, from left to right
+    buffer<active_edge> starting_;  ///< edges that begin at the current point, from left to right
 };
 
 inline std::optional<polygon_conflict> triangulator::operator()(const polygon& shape, triangulation& result) {
@@ -104,7 +104,7 @@ inline std::optional<polygon_conflict> triangulator::sweep_point(const polygon& 
     return std::nullopt;
 }
 
-/// Counts the edges that end here and files those that begin.
+/// Counts the edges that end here and records those that begin.
 inline std::optional<polygon_conflict> triangulator::collect_edges(const polygon& shape, swept_point& p) {
     starting_.clear();
     for (std::size_t event = p.first_event; event < p.last_event; ++event) {
@@ -125,14 +125,14 @@ inline std::optional<polygon_conflict> triangulator::collect_edges(const polygon
     return std::nullopt;
 }
 
-/// Files the edge from -> to under the edges that begin at its upper end.
+/// Adds the edge from -> to to the edges that begin at its upper end.
 inline void triangulator::start_edge(const polygon& shape, std::int32_t from, std::int32_t to) {
     const lattice_point a = shape.points[from], b = shape.points[to];
     const bool downwards = detail::above(a, b), inner = from >= shape.outline_count;
     const active_edge e{downwards ? a : b,  downwards ? b : a,  downwards ? from : to, downwards ? to : from, from,
                         inner || downwards, inner || !downwards};
-    // Of two collinear, overlapping edges, the one with the interior on its left counts as left: the gap between them is empty
-    // and outside.
+    // If two collinear edges overlap, the one with the interior on its left sorts first: the gap between them is empty and
+    // outside.
     const auto left_of = [](const active_edge& f, const active_edge& g) {
         const std::int64_t t = detail::turn(f.lower, f.upper, g.lower);
         return t != 0 ? t > 0 : f.interior_left && !g.interior_left;
@@ -142,7 +142,7 @@ inline void triangulator::start_edge(const polygon& shape, std::int32_t from, st
     starting_.insert(starting_.begin() + place, e);
 }
 
-/// The edges that end here must be all those in the status between the one that passes on the left and the one on the right.
+/// Finds the edges that end here. They must fill the status between the nearest passing edges on the left and right.
 inline bool triangulator::find_ending_edges(swept_point& p) const {
     const active_edge* const first =
         std::partition_point(status_.begin(), status_.end(), [&](const active_edge& e) { return is_right_of(p.at, e); });
@@ -156,8 +156,8 @@ inline bool triangulator::find_ending_edges(swept_point& p) const {
     return true;
 }
 
-/// Interior and exterior must alternate across the new edges as they did across the old ones, and what is one part of the
-/// interior at this point must be one vertex.
+/// Checks that interior and exterior alternate across the new edges as across the old ones, and that each part of the interior
+/// at this point has one vertex.
 inline bool triangulator::interior_alternates(const swept_point& p) const {
     bool interior = p.interior_left;
     for (const active_edge& e : starting_) {
@@ -174,7 +174,7 @@ inline bool triangulator::interior_alternates(const swept_point& p) const {
     return true;
 }
 
-/// Triangulates the rest of the parts between two edges that end here.
+/// Completes the triangles of the parts between two edges that end here.
 inline bool triangulator::end_parts(const swept_point& p, triangulation& result) {
     for (std::size_t i = p.first_ending; i + 1 < p.last_ending(); ++i) {
         if (!status_[i].interior_right) continue;
@@ -186,8 +186,8 @@ inline bool triangulator::end_parts(const swept_point& p, triangulation& result)
     return true;
 }
 
-/// The parts to the left and to the right go on below this point. Where no edge begins they become one; where none ends and there
-/// is only one, it is divided.
+/// Continues the parts to the left and right below this point. If no edge begins, they become one; if no edge ends and there is
+/// only one part, it is divided.
 inline bool triangulator::continue_parts(const swept_point& p, triangulation& result) {
     const bool ends = p.ending > 0, begins = !starting_.empty();
     if (!ends && !begins && !p.interior_left) return false;
@@ -197,7 +197,7 @@ inline bool triangulator::continue_parts(const swept_point& p, triangulation& re
     const std::int32_t right_vertex = ends     ? status_[p.last_ending() - 1].lower_vertex
                                       : begins ? starting_.back().upper_vertex
                                                : left_vertex;
-    // If the interior is one part above this point, or one below it, then it has one vertex here.
+    // If the interior is one part above or below this point, it has one vertex here.
     if (p.interior_left && (!ends || !begins) && left_vertex != right_vertex) return false;
     if (p.interior_left && begins && starting_.front().upper_vertex != left_vertex) return false;
     if (p.interior_right && begins && starting_.back().upper_vertex != right_vertex) return false;
@@ -207,7 +207,7 @@ inline bool triangulator::continue_parts(const swept_point& p, triangulation& re
     if (p.interior_right && ends) right = status_[p.last_ending() - 1].part;
     std::int32_t diagonal = -1;
     if (p.interior_left && !ends) {
-        // Inside a part: the last vertex that was added to its chain sees this one.
+        // Inside a part: the last vertex added to its chain is visible from this one.
         right = chains_.divide(left);
         diagonal = chains_.add_link();
     }
@@ -224,7 +224,7 @@ inline bool triangulator::continue_parts(const swept_point& p, triangulation& re
     return true;
 }
 
-/// Puts the edges that begin in the place of those that end.
+/// Replaces the edges that end by those that begin.
 inline void triangulator::replace_edges(const swept_point& p) {
     const std::size_t replaced = (std::min)(p.ending, starting_.size());
     active_edge* const place = status_.begin() + p.first_ending;
@@ -235,8 +235,8 @@ inline void triangulator::replace_edges(const swept_point& p) {
         status_.insert(place + replaced, starting_.begin() + replaced, starting_.end());
 }
 
-/// All edges that meet at a point, those that pass it next to its place in the status, and those next to where its edges really
-/// are.
+/// Collects all edges that meet at a point, those that pass it next to its place in the status, and those next to the actual
+/// position of its edges.
 inline polygon_conflict triangulator::conflict_at(const polygon& shape, const swept_point& p) const {
     polygon_conflict conflict;
     const auto add = [&](std::int32_t vertex) {

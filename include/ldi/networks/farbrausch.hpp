@@ -1,7 +1,7 @@
-// Farbrausch, the inpainting network of the paper (section "LDI Inpainting"): a partial-convolution U-Net trained on images and
-// run on the links of a layered image. examples/training/farbrausch/README.md says what it computes, step by step;
-// io/farbrausch_file.hpp loads it from a file. The full-size PartialConv, which the paper compares it with, is another
-// architecture on the same layers (networks/inpainting_architecture.hpp).
+// Farbrausch, the inpainting network of the paper (section "LDI Inpainting"): a partial-convolution U-Net, trained on images and
+// run on the links of a layered image. examples/training/farbrausch/README.md describes the network step by step;
+// io/farbrausch_file.hpp loads its weights. The same class runs PartialConv, the full-size network that the paper compares with
+// (networks/inpainting_architecture.hpp).
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -31,38 +31,45 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A color_inpainter (photo3d.hpp). All members are const and keep no state: one object serves any number of threads at once.
+/// Inpaints colors; a color_inpainter (photo3d.hpp). All members are const and stateless: any number of threads may share an
+/// object.
 class farbrausch {
 public:
+    /// Checks and packs the weights.
+    ///
     /// weights  for each stage `encoder.I.weight`, outputs x inputs x k x k, and `encoder.I.bias`, batch normalization folded
-    ///          in; the same for `decoder.I`, which reads the channels of the coarser level first, then the encoder's. For int8
-    ///          also `input.range`, `encoder.I.range` and, but for the last, `decoder.I.range`: the least and the greatest value
-    ///          to be told apart, which examples/training/farbrausch/export.py finds
-    /// kind     the numbers it computes with
+    ///          in; the same for `decoder.I`, which reads the channels of the coarser level first, then the encoder's. Int8 also
+    ///          requires `input.range`, `encoder.I.range` and, except for the last, `decoder.I.range`: the minimum and maximum
+    ///          of the quantized values, which examples/training/farbrausch/export.py measures
+    /// kind     the number format of the computation
     /// target   the instruction set to pack weights for; results agree to rounding
     ///
-    /// Raises mismatch, naming the tensor that is missing, of another type or shape, or one too many; invalid_data for weights
-    /// that are not finite; unsupported for an architecture out of bounds.
+    /// Raises mismatch, naming the tensor, if a tensor is missing, unexpected, or of another type or shape; invalid_data for
+    /// weights that are not finite; unsupported for an architecture out of bounds.
     explicit farbrausch(const named_tensors& weights, inpainting_architecture architecture = {},
                         arithmetic kind = arithmetic::float32, isa target = best_isa());
 
-    /// layers  in canonical order; the color of every pixel whose known_column is 0 is set
-    /// progress  is told of stage "color inpainting"
+    /// Inpaints every pixel whose known_column is 0.
+    ///
+    /// layers    in canonical order
+    /// progress  receives the stage "color inpainting"
     template <has_columns<color_column, known_column> Layers, executor Executor = const serial_executor>
     void inpaint(Layers& layers, const progress_listener& progress = {}, Executor&& threads = {}) const;
 
+    /// Returns the image with every unknown color inpainted. The image counts as a single, fully linked layer.
+    ///
     /// color  H x W x 3, red, green, blue, 0 to 255
     /// known  H x W x 1, 0 where the color is to be inpainted
-    /// Returns the image with every color that is not known inpainted: the same network on a single, fully linked layer.
     template <executor Executor = const serial_executor>
     image<std::uint8_t> inpaint(image_view<const std::uint8_t> color, image_view<const std::uint8_t> known,
                                 const progress_listener& progress = {}, Executor&& threads = {}) const;
 
-    /// The network's own result, not clamped: for each pixel whose place in `wanted` is not 0, in their order, red, green and
-    /// blue, in [0, 1] as it learned them. Of a surface where nothing is known: one color, with masked colors black.
+    /// Unclamped output of the network: red, green, blue in about [0, 1] for each pixel with wanted[i] != 0, in order. A surface
+    /// without any known pixel gets one constant color (black with masked colors).
     ///
-    /// wanted  K, one per pixel; not 0 wherever known_column is 0
-    /// The bits of a pixel's result do not depend on which others are wanted.
+    /// wanted  K, one per pixel; must be nonzero wherever known_column is 0
+    ///
+    /// A pixel's bits do not depend on which other pixels are wanted.
     template <has_columns<color_column, known_column> Layers, executor Executor = const serial_executor>
     buffer<float> colors(const Layers& layers, std::span<const std::uint8_t> wanted, const progress_listener& progress = {},
                          Executor&& threads = {}) const;
@@ -75,7 +82,7 @@ private:
 
     std::size_t depth() const { return architecture_.channels.size(); }
 
-    /// The last layer's results, in rows of `decoded` of level 0.
+    /// Runs all layers. Returns the output of the last layer, in the rows of `decoded` of level 0.
     template <class Weights, executor Executor, class Report>
     buffer<float> run_layers(const detail::farbrausch_convolutions<Weights>& layers, detail::network_input input,
                              buffer<detail::farbrausch_level>& levels, Executor& threads, Report&& report) const;
@@ -103,7 +110,7 @@ buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint
     const array_view<const std::uint8_t> color = layers.template column<color_column>();
     const array_view<const std::uint8_t> known = layers.template column<known_column>();
     detail::network_input input;
-    buffer<float> fill;  // what the last layer's results are added to
+    buffer<float> fill;  // base color that the network's output is added to
     if (architecture_.missing == missing_colors::masked) {
         input = detail::masked_input(color, known, levels[0].read);
     } else {
@@ -114,10 +121,10 @@ buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint
     }
     for (detail::farbrausch_level& level : levels) {
         level.average = level.average_coarse = {};
-        level.above = {};
+        level.above = {}, level.read = {};
     }
 
-    // Progress by multiplications, roughly: the fine levels take most of the time.
+    // Equal steps per layer, although the fine levels cost most of the time.
     float done = 0.2F;
     const float step = (1.0F - done) / detail::nearest_float(2 * depth());
     const auto report = [&] { progress.report(stage_name, done = (std::min)(done + step, 1.0F)); };

@@ -1,10 +1,10 @@
-// The architectures of the inpainting networks that a file of weights may hold (networks/farbrausch.hpp): Farbrausch, and the
-// full-size PartialConv that the paper compares it with. And the arithmetic to run them in.
+// Architectures of inpainting networks that networks/farbrausch.hpp runs: Farbrausch, and the full-size PartialConv that the
+// paper compares it with.
 //
-// Both are U-Nets of partial convolutions. Encoder stage i reads level i of a layered image and gives `channels[i]` on the next,
-// coarser one: stride 2, ReLU. The decoder goes back: a 3 x 3 convolution at each level reads what is below it, upsampled, and
-// then what the encoder read there; it gives as many channels as the latter has, through a leaky ReLU, and in the end red, green,
-// blue.
+// Both are U-Nets of partial convolutions. Encoder stage i (stride 2, ReLU) reads level i of a layered image and computes
+// `channels[i]` channels on the next, coarser level. Each decoder stage is a 3 x 3 convolution: it reads the upsampled result of
+// the coarser level and the encoder's input of this level, and computes as many channels as that input has, with a leaky ReLU.
+// The last stage computes red, green, blue.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -21,20 +21,20 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Treatment of pixels without a color.
 enum class missing_colors {
-    filled,  ///< a smooth fill replaces them, a fourth input channel marks them, and the network's result is added to the fill
-    masked,  ///< partial convolutions skip them; a layer has a result wherever its window has a value
+    filled,  ///< a smooth fill replaces them, a fourth input channel marks them, and the network's output is added to the fill
+    masked,  ///< partial convolutions skip them; a layer has a result wherever its window contains a value
 };
 
-/// The facts about a network that come with its weights. The defaults are Farbrausch as examples/training/farbrausch trains it:
-/// 0.38 M weights, 2.67 G multiplications at 512 x 512.
+/// Properties of a network that are stored with its weights. The defaults are Farbrausch as examples/training/farbrausch trains
+/// it: 0.38 M weights, 2.67 G multiplications at 512 x 512.
 struct inpainting_architecture {
-    buffer<std::size_t> channels{20, 40, 56, 72, 80};  ///< of each encoder stage's result
-    buffer<std::int32_t> kernels{7, 5, 5, 3, 3};       ///< of each encoder stage; the decoder's are 3
-    int growth = 4;                                    ///< passes that carry fills on at the coarsest level
-    float leak = 0.2F;                                 ///< of the decoder's activation, below 0
+    buffer<std::size_t> channels{20, 40, 56, 72, 80};  ///< outputs of each encoder stage
+    buffer<std::int32_t> kernels{7, 5, 5, 3, 3};       ///< kernel size of each encoder stage; the decoder's kernel size is 3
+    int growth = 4;                                    ///< passes that spread fills on the coarsest level
+    float leak = 0.2F;                                 ///< negative slope of the decoder's activation
     missing_colors missing = missing_colors::filled;
 
-    /// Channels that encoder stage i reads: of the network's input, or of the stage before.
+    /// Input channels of encoder stage i.
     std::size_t inputs(std::size_t i) const {
         if (i > 0) return channels[i - 1];
         return missing == missing_colors::filled ? 4 : 3;
@@ -51,14 +51,13 @@ inline inpainting_architecture partial_convolution_architecture() {
             .missing = missing_colors::masked};
 }
 
-/// The numbers that a network computes with. Inpainted colors differ from those in float32 by less than can be seen:
-/// bench/README.md has figures.
+/// Number format of a network's computation. The formats' inpainted colors differ invisibly: see bench/README.md.
 enum class arithmetic {
     float32,
-    int8,  ///< values of 8 bits, weights of 7: faster, for weights that come with the ranges of values
+    int8,  ///< 8-bit values and 7-bit weights: faster, but requires weights with value ranges
 };
 
-/// The name as options of programs spell it.
+/// Returns the format's name in command-line options.
 constexpr std::string_view to_string(arithmetic kind) {
     switch (kind) {
         case arithmetic::float32: return "float32";
@@ -69,8 +68,9 @@ constexpr std::string_view to_string(arithmetic kind) {
 
 namespace detail {
 
-/// file  it comes from, for messages; may be empty
 /// Raises unsupported for an architecture out of bounds.
+///
+/// file  name for error messages; may be empty
 inline void check_architecture(const inpainting_architecture& a, const std::string& file) {
     constexpr std::size_t max_levels = 8, max_filters = 1024;
     constexpr int max_growth = 64;
@@ -85,10 +85,10 @@ inline void check_architecture(const inpainting_architecture& a, const std::stri
     for (const std::size_t count : a.channels)
         expect(count >= 1 && count <= max_filters, "channels", "1 to 1024 each", std::to_string(count));
     for (const std::int32_t size : a.kernels)
-        expect(size >= 3 && size <= largest_kernel_size && size % 2 == 1, "kernels", "odd numbers from 3 to 15",
+        expect(size >= 3 && size <= max_kernel_size && size % 2 == 1, "kernels", "odd numbers from 3 to 15",
                std::to_string(size));
     expect(a.growth >= 0 && a.growth <= max_growth, "growth", "0 to 64", std::to_string(a.growth));
-    expect(a.leak >= 0.0F && a.leak <= 1.0F, "leak", "0 to 1", std::to_string(a.leak));
+    expect(a.leak >= 0.0F && a.leak <= 1.0F, "leak", "0 to 1", to_text(a.leak));
 }
 
 }  // namespace detail

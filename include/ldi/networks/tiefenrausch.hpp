@@ -1,6 +1,6 @@
-// Tiefenrausch, the depth network of the paper (section "Depth Estimation"), with the weights its authors published, and any
-// other that takes a photo to disparity of the same size in 8 bits: examples/models has one. Build it from what
-// io/caffe2.hpp or nn/dense/quantized_weights.hpp reads.
+// Runs Tiefenrausch, the depth network of the paper (section "Depth Estimation"), or any other network that maps a photo to
+// 8-bit disparity of the same size. io/caffe2.hpp reads the published weights, nn/dense/quantized_weights.hpp those in
+// examples/models.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -26,30 +26,35 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The meaning of a depth network's result.
+/// Meaning of a depth network's output.
 enum class network_output {
-    log_disparity,  ///< its logarithm, as the published network: known up to a factor of disparity
-    disparity,      ///< disparity itself, 0 infinitely far: known up to scale, and up to shift as far as one can guess
+    log_disparity,  ///< logarithm of disparity, as in the published network; disparity is known up to a factor
+    disparity,      ///< disparity, 0 at infinity; known up to scale and a rough shift
 };
 
-/// The long sides that a photo has where a depth network sees it, in pixels, multiples of 32. The paper's network sees it once.
+/// Long sides, in pixels, to which a photo is resized for a depth network. Multiples of 32. The paper's network runs once per
+/// photo.
 struct depth_network_sizes {
-    std::size_t details = 384;  ///< and the result's
-    /// If not 0, the network sees the mirrored photo at this size, too, and how things lie is the mean of both (what is coarser
-    /// than 16 samples of the result).
+    std::size_t details = 384;  ///< size of the main pass and of the result
+    /// If not 0, a second pass at this size reads the mirrored photo, and structures coarser than 16 samples of the result
+    /// become the mean of both passes.
     std::size_t layout = 0;
 };
 
-/// Estimates disparity from one photo. All members are const and keep no state: one object serves any number of threads at once.
+/// Estimates disparity from one photo. All members are const and stateless: any number of threads may share an object.
 class tiefenrausch {
 public:
-    static constexpr std::size_t long_side = 384;  ///< of the image that the paper's network sees
-    static constexpr std::size_t alignment = 32;   ///< each side is a multiple of this: the network halves its input five times
+    static constexpr std::size_t long_side = 384;  ///< input size of the paper's network
+    /// sides are multiples of this number, because the network halves its input five times
+    static constexpr std::size_t alignment = 32;
 
+    /// Packs the network.
+    ///
     /// target  the instruction set to pack weights for; results do not depend on it
-    /// sizes   at which disparity() shows a photo to the network
-    /// Raises an error if the network is not one that turns a color image into a single channel of the same size, or if a size is
-    /// no multiple of 32 up to 4096.
+    /// sizes   input sizes of disparity()
+    ///
+    /// Raises an error unless the network maps a color image to one channel of the same size and the sizes are multiples of 32
+    /// up to 4096.
     explicit tiefenrausch(const network_description& description, isa target = best_isa(),
                           network_output output = network_output::log_disparity, depth_network_sizes sizes = {})
         : network_(description, target), output_(output), sizes_(sizes) {
@@ -72,9 +77,9 @@ public:
 
     depth_network_sizes sizes() const { return sizes_; }
 
-    /// The size that a photo is brought to: each side is rounded down to a multiple of 32, at least 32.
+    /// Returns the size to which a photo is resized: each side rounded down to a multiple of 32, at least 32.
     ///
-    /// to  the long side, a multiple of 32, in pixels
+    /// to  the long side in pixels, a multiple of 32
     static tensor_size network_size(tensor_size photo, std::size_t to = long_side) {
         const std::size_t longer = (std::max)(photo.height, photo.width);
         const auto side = [&](std::size_t length) {
@@ -84,8 +89,9 @@ public:
         return {side(photo.height), side(photo.width)};
     }
 
+    /// Resizes a photo to network_size() by averaging over areas.
+    ///
     /// photo  H x W x 3, red, green, blue, 0 to 255
-    /// Returns the photo at network_size(), averaged over areas.
     template <executor Executor>
     static image<std::uint8_t> resize_for_network(image_view<const std::uint8_t> photo, Executor& threads,
                                                   std::size_t to = long_side) {
@@ -95,9 +101,10 @@ public:
         return area_resize(photo, size.height, size.width, threads);
     }
 
-    /// rgb       H' x W' x 3, 0 to 255, both sides multiples of 32
+    /// Runs the network once. Returns H' x W' x 1 in the quantization level_quantization().
+    ///
+    /// rgb               H' x W' x 3, 0 to 255, both sides multiples of 32
     /// progress, memory  as in quantized_network::run
-    /// Returns the network's own result, H' x W' x 1: log disparity in the quantization level_quantization().
     template <executor Executor, class Progress = quantized_network::ignore_progress>
     image<std::uint8_t> levels(const image<std::uint8_t>& rgb, Executor& threads, Progress&& progress = {},
                                std::span<std::byte> memory = {}) const {
@@ -105,7 +112,7 @@ public:
         return network_.run(quantized_color(rgb), threads, progress, memory);
     }
 
-    /// The same, layer by layer.
+    /// Same as levels(), but layer by layer.
     ///
     /// observe  as in quantized_network::run_observed
     template <executor Executor, class Observe>
@@ -114,17 +121,19 @@ public:
         return network_.run_observed(quantized_color(rgb), threads, observe);
     }
 
-    /// As quantized_network::describe_steps().
+    /// Same as quantized_network::describe_steps().
     buffer<quantized_network::step_description> describe_steps(tensor_size rgb) const { return network_.describe_steps(rgb); }
 
     isa target() const { return network_.target(); }
 
-    /// Bytes that levels() works in, beside its input and its result.
+    /// Working memory of levels() in bytes, without its input and its result.
     std::size_t working_bytes(tensor_size rgb, std::size_t threads) const { return network_.working_bytes(rgb, threads); }
 
-    /// photo   H x W x 3, red, green, blue, 0 to 255, of any size
-    /// progress  is told of stage "depth estimation"
-    /// Returns H' x W' x 1, H' x W' as network_size() says for sizes().details: positive, larger is nearer, known up to a factor.
+    /// Estimates disparity: positive, larger is nearer, known up to a factor. Returns H' x W' x 1, with H' x W' = network_size()
+    /// for sizes().details.
+    ///
+    /// photo     H x W x 3, red, green, blue, 0 to 255, of any size
+    /// progress  receives the stage "depth estimation"
     template <executor Executor = const serial_executor>
     image<float> disparity(image_view<const std::uint8_t> photo, const progress_listener& progress = {},
                            Executor&& threads = {}) const {
@@ -143,7 +152,7 @@ public:
         return details;
     }
 
-    /// The disparities that the values of levels() stand for, same shape.
+    /// Converts results of levels() to disparity. Same shape.
     image<float> disparity_of(const image<std::uint8_t>& levels) const {
         const std::array<float, 256> table = disparity_table();
         image<float> result(levels.height(), levels.width(), levels.channels(), unset);
@@ -151,7 +160,7 @@ public:
         return result;
     }
 
-    /// Color as the first layer reads it: in [0, 1], in the quantization of the network's input. Same shape as `rgb`.
+    /// Quantizes color in [0, 1] as the network's input. Same shape as `rgb`.
     image<std::uint8_t> quantized_color(const image<std::uint8_t>& rgb) const {
         const quantization q = network_.input_quantization();
         std::array<std::uint8_t, 256> table{};
@@ -166,8 +175,8 @@ public:
 
     quantization level_quantization() const { return network_.output_quantization(); }
 
-    /// The ratio of neighboring values of disparity(): a difference of this size may be rounding, not an edge. Where steps are
-    /// equal in disparity itself, their ratio is that of the two nearest values.
+    /// Ratio of two consecutive values of disparity(); a difference of this size may be rounding, not an edge. For networks with
+    /// equal steps in disparity, the ratio of the two largest values.
     float quantization_step() const {
         const std::array<float, 256> table = disparity_table();
         return output_ == network_output::log_disparity ? detail::exponential(level_quantization().scale)
@@ -176,7 +185,7 @@ public:
 
 private:
     static constexpr std::size_t max_long_side = 4096;
-    static constexpr float max_scale = 0.25F;  ///< disparity would leave the range of float beyond it
+    static constexpr float max_scale = 0.25F;  ///< a larger scale would exceed the range of float
 
     /// Share of the detail pass in the time of both passes.
     float details_share() const {
@@ -190,7 +199,7 @@ private:
                   std::to_string(rgb.height()) + " x " + std::to_string(rgb.width()) + " x " + std::to_string(rgb.channels()));
     }
 
-    /// The disparity that each 8-bit result of the network stands for. None is 0 or less: half a step stands for all of these.
+    /// Disparity of each 8-bit output. Outputs at or below 0 become half a step, so that disparity is positive.
     std::array<float, 256> disparity_table() const {
         const quantization q = level_quantization();
         std::array<float, 256> table{};

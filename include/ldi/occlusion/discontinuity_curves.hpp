@@ -1,12 +1,14 @@
-// Depth discontinuities of a lifted photo, grouped into curves, with the lines at their ends that hidden surfaces must not grow
-// past (paper, section "Occluded Surface Hallucination", and Figure "depth_expand").
+// Groups depth discontinuities of a lifted photo into curves, and computes the lines at their ends that hidden surfaces must not
+// cross (paper, section "Occluded Surface Hallucination", and Figure "depth_expand").
 //
 // A discontinuity runs along the sides of pixels, between the corners of the lattice. Where three or more sides with a
-// discontinuity meet in a corner there is a junction, and curves end; but where only two depths meet, two curves pass each other.
+// discontinuity meet in a corner, there is a junction, and curves end. Where only two depths meet, two curves pass each other
+// instead.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/disjoint_sets.hpp>
+#include <ldi/base/error.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/depth/discontinuity.hpp>
@@ -16,23 +18,24 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct curve_options {
-    /// Groups of curves that meet, and branches that end in nothing, are spurious if they have fewer pixel sides than this:
-    /// nothing grows behind them, and close_spurious_discontinuities() closes them. The paper drops every curve that is shorter;
-    /// but between two junctions of a good silhouette that would bridge it.
-    std::size_t shortest_length = 20;
-    /// The direction of a curve at its end is taken over this many pixel sides.
+    /// Groups of connected curves, and branches with a free end, are spurious if they have fewer pixel sides than this: nothing
+    /// grows behind them, and close_spurious_discontinuities() closes them. The paper drops every shorter curve; between two
+    /// junctions of a valid silhouette, this would bridge the silhouette.
+    std::size_t min_length = 20;
+    /// Number of pixel sides over which the direction of a curve at its end is measured.
     std::size_t tangent_length = 20;
 };
 
-/// A half line that the hidden surface behind a curve must not cross: it starts at the curve's end, perpendicular to the curve,
-/// and points behind the front surface. All in lattice coordinates, where pixel (x, y) covers [x, x + 1) x [y, y + 1).
+/// A half line that the hidden surface behind a curve must not cross. It starts at the curve's end, is perpendicular to the
+/// curve, and points behind the front surface. In lattice coordinates, where pixel (x, y) covers [x, x + 1) x [y, y + 1).
 struct growth_constraint {
-    float x, y;                              ///< the curve's end
+    float x, y;                              ///< end of the curve
     float outward_x, outward_y;              ///< unit vector along the curve, out of its end
     float perpendicular_x, perpendicular_y;  ///< unit vector along the half line
 };
@@ -46,9 +49,9 @@ struct discontinuity_curve {
 
 namespace detail::curves {
 
-// For every curve, the number of sides of all curves that it hangs together with through junctions.
+// For every curve, counts the sides of all curves connected to it through junctions.
 inline buffer<std::size_t> group_lengths(const buffer<trace>& traces) {
-    buffer<std::pair<std::int32_t, std::int32_t>> ends;  // a corner, and the curve that ends there
+    buffer<std::pair<std::int32_t, std::int32_t>> ends;  // a corner, and a curve that ends there
     for (std::int32_t i = 0; i < traces.count(); ++i)
         if (!traces[i].is_closed) ends.emplace_back(traces[i].corners.front(), i), ends.emplace_back(traces[i].corners.back(), i);
     std::sort(ends.begin(), ends.end());
@@ -63,14 +66,31 @@ inline buffer<std::size_t> group_lengths(const buffer<trace>& traces) {
 
 }  // namespace detail::curves
 
-/// surface  the rule that lift() linked the layer by
+namespace detail {
+
+/// Raises mismatch unless the curves separate neighboring pixels of this layer.
+inline void check_curves(std::span<const discontinuity_curve> curves, const graph_view& g, const char* where) {
+    for (const discontinuity_curve& c : curves)
+        for (const discontinuity& d : c.sides) {
+            const bool is_inside = d.back >= 0 && d.front >= 0 && d.back < g.count() && d.front < g.count();
+            if (!is_inside || g.x()[d.back] + step_x(d.towards_front) != g.x()[d.front] ||
+                g.y()[d.back] + step_y(d.towards_front) != g.y()[d.front])
+                raise(error_code::mismatch, where, "curves of this layer", "curves of another one");
+        }
+}
+
+}  // namespace detail
+
+/// Finds the discontinuity curves of a layer, in a deterministic order.
 ///
-/// Curves between a midground and what is in front of it are constrained where they end in a junction: the farthest of the
-/// surfaces that meet may grow freely under all others. Other ends are not constrained, as they are in the paper: the step at a
-/// curve's end is as large as the threshold, and a camera that moves along the curve sees past the end. Curves come in a fixed
-/// order. Time is linear, but for sorting the ends of curves; 5 bytes per pixel, 16 per pixel side and 500 per curve.
+/// surface  the rule by which lift() linked the layer
+///
+/// A curve between a midground and the surface in front of it is constrained where it ends in a junction, so that the farthest
+/// of the meeting surfaces can grow under all others. Other ends are not constrained, unlike in the paper: the step at a curve's
+/// end is as large as the threshold, and a camera that moves along the curve sees past the end. Time is linear, except for
+/// sorting the ends of curves; 5 bytes per pixel, 16 per pixel side and 500 per curve.
 template <payload_column... Columns>
-buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns...>& layer, surface_rule surface,
+buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns...>& layer, surface_rule surface = {},
                                                       const curve_options& options = {}) {
     static_assert(has_columns<single_layer<Columns...>, disparity_column>);
     const auto disparity = layer.template column<disparity_column>();
@@ -78,7 +98,7 @@ buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns
     const auto& g = layer.topology();
     detail::curves::tracer tracer(g.width(), g.height(), disparity.data(), surface,
                                   [&](std::int32_t pixel, side s) { return g.neighbor(pixel, s) == no_pixel; });
-    tracer.prune_spurs(options.shortest_length);
+    tracer.prune_spurs(options.min_length);
     const detail::curves::corner_map& corners = tracer.corners();
 
     const auto is_constrained = [&](std::int32_t corner, const discontinuity& last) {
@@ -109,7 +129,7 @@ buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns
     tracer.for_each_curve([&](detail::curves::trace t) { traces.push_back(std::move(t)); });
     const buffer<std::size_t> lengths = detail::curves::group_lengths(traces);
     for (std::size_t i = 0; i < traces.size(); ++i) {
-        if (lengths[i] < options.shortest_length) continue;
+        if (lengths[i] < options.min_length) continue;
         detail::curves::trace& t = traces[i];
         discontinuity_curve curve;
         curve.is_closed = t.is_closed;

@@ -25,10 +25,10 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct expand_options {
     /// Maximum parallax between the nearest and the farthest surface, as a share of the photo's longer side, 0 to 1
-    /// (render/motion.hpp). A step in disparity uncovers its share of that, and the surface behind it grows as far. (The paper
-    /// grows surfaces by 50 pixels, whatever the step and the camera.)
+    /// (render/motion.hpp). A step in disparity uncovers a proportional part of it, and the surface behind the step grows by
+    /// this distance. (The paper grows all surfaces by 50 pixels.)
     float motion = 0.08F;
-    /// Maximum growth of a surface in pixels. Where it is the tighter limit, views from within `motion` show gaps.
+    /// Maximum growth of a surface in pixels. If this is the tighter limit, views within `motion` show gaps.
     int iterations = 4096;
 };
 
@@ -36,7 +36,7 @@ struct expand_options {
 template <payload_column... Columns>
 struct expanded_layers {
     layered_image<Columns...> layers;
-    /// Camera motion up to which the hidden surfaces reach (photo_facts::motion): that of the options, or less where
+    /// Camera motion for which the hidden surfaces suffice (photo_facts::motion): expand_options::motion, or less if
     /// expand_options::iterations is the tighter limit.
     float motion = 0.0F;
 };
@@ -50,7 +50,7 @@ public:
         : pixels_(std::move(base), disparity), surface_(surface), curves_(curves), reach_(disparity.size(), 0.0F) {
         const float pixels_per_disparity = motion * nearest_float((std::max)(pixels_.width(), pixels_.height()));
         const float margin = half_pixels + mesh_pixels + mesh_disparity * pixels_per_disparity;
-        max_dive_ = 1 + static_cast<std::int32_t>(std::ceil(2.0F * surface.largest_step * pixels_per_disparity));
+        max_dive_ = 1 + static_cast<std::int32_t>(std::ceil(2.0F * surface.max_step * pixels_per_disparity));
         const auto raise_reach = [&](std::int32_t back, float step) {
             if (step > 0.0F) reach_[back] = (std::max)(reach_[back], step * pixels_per_disparity + margin);
         };
@@ -62,7 +62,7 @@ public:
         }
         for (const discontinuity_curve& curve : curves)
             for (const growth_constraint& c : curve.constraints) {
-                // Past the end of the midground, the camera sees the surface behind it. The nearest front there sets the
+                // Past the end of the midground, the camera sees the surface behind it. The nearest front there determines the
                 // parallax.
                 const float front = nearest_front(curve, c, disparity);
                 const std::int32_t x = static_cast<std::int32_t>(c.x), y = static_cast<std::int32_t>(c.y);
@@ -82,7 +82,7 @@ public:
 
     hidden_pixels& pixels() { return pixels_; }
 
-    /// Iterations after which nothing grows: in four directions, growth takes up to sqrt(2) of them per pixel.
+    /// Maximum number of iterations: in four directions, growth needs up to sqrt(2) iterations per pixel.
     int max_iterations() const {
         float farthest = 0.0F;
         for (const float f : farthest_) farthest = (std::max)(farthest, f);
@@ -102,13 +102,13 @@ public:
     }
 
 private:
-    // From the middle of a pixel at the silhouette to the edge of the last one that is uncovered, even if only in part.
+    // Distance from the center of a pixel at the silhouette to the edge of the last pixel that is at least partly uncovered.
     static constexpr float half_pixels = 1.5F;
-    // Errors of the mesh that its tolerances allow (mesh/simplify.hpp, mesh/studs.hpp): both outlines are a pixel off, and
-    // disparities on either side a few hundredths.
+    // Errors that the tolerances of the mesh allow (mesh/simplify.hpp, mesh/studs.hpp): both outlines are off by a pixel, and
+    // disparities on either side by some hundredths.
     static constexpr float mesh_pixels = 2.0F, mesh_disparity = 0.02F;
 
-    // The mesh smooths outlines: a side is seen with the disparities of sides up to so far along the curve.
+    // Sides within this distance along the curve, whose disparities the mesh mixes because it smooths outlines.
     static constexpr std::int32_t smoothing = 8;
 
     struct front_pixel {
@@ -116,7 +116,7 @@ private:
         std::int32_t pixel;
     };
 
-    // Grows `pixel` one step to side `s`: links it to the surface that is there already, or makes a pixel.
+    // Grows `pixel` one step to side `s`: links it to an existing pixel of its surface, or makes a pixel.
     void grow(std::size_t curve, std::int32_t pixel, side s) {
         if (pixels_.neighbor(pixel, s) != no_pixel) return;
         const std::int32_t x = pixels_.x(pixel) + step_x(s), y = pixels_.y(pixel) + step_y(s);
@@ -124,8 +124,8 @@ private:
         const float source = pixels_.disparity(pixel);
         const std::int32_t position = pixels_.position(x, y);
 
-        // The paper's average of the neighbors: on each side the pixel of this surface, if there is one that is free to be
-        // linked. The new pixel's origin is that of the neighbor whose reach goes farthest beyond it.
+        // As in the paper, the disparity is the average of the neighbors: on each side, the pixel of this surface that is free
+        // to be linked, if one exists. The new pixel's origin is that of the neighbor whose reach extends farthest beyond it.
         std::int32_t neighbors[4], origin = no_pixel;
         float sum = 0.0F, count = 0.0F, room = 0.0F;
         for (int i = 0; i < 4; ++i) {
@@ -140,15 +140,14 @@ private:
         }
         if (origin == no_pixel) return;
 
-        for (std::int32_t there = position; there != no_pixel; there = pixels_.next_at_position(there)) {
-            if (pixels_.neighbor(there, opposite(s)) != no_pixel) continue;
-            if (!surface_.same_surface(pixels_.disparity(there), source)) continue;
-            pixels_.link(pixel, s, there);  // fronts that meet
-            return;
-        }
-        const float average = sum / count, created = below_others(position, average);
+        const meeting met = meet_others(pixel, s, position);
+        if (met == meeting::ends) return;
+        const float average = sum / count,
+                    created = (std::min)(average, pixels_.disparity(position) - min_gap * surface_.max_step);
+        if (lies_on_another(position, created)) return;
         if (!may_link(created, source)) return;
-        const std::int32_t dive = dive_of(pixel) + (created < average || dive_of(pixel) > 0 ? 1 : 0);
+        const bool dives = created < average || met == meeting::goes_beneath || dive_of(pixel) > 0;
+        const std::int32_t dive = dive_of(pixel) + (dives ? 1 : 0);
         if (dive > max_dive_) return;
         const std::int32_t made = pixels_.add(position, created, origin);
         dives_.push_back(dive);
@@ -158,43 +157,59 @@ private:
         created_.push_back({curve, made});
     }
 
-    // A surface that comes as near to another as the threshold, and cannot be linked to it, goes on beneath it for as many pixels
-    // as a camera can see into the gap. Otherwise there would be a hole between its end and the other surface.
-    float below_others(std::int32_t position, float disparity) const {
-        const float step = min_gap * surface_.largest_step;
-        disparity = (std::min)(disparity, pixels_.disparity(position) - step);
-        bool is_free = false;
-        while (!is_free) {
-            is_free = true;
-            for (std::int32_t there = position; there != no_pixel; there = pixels_.next_at_position(there)) {
-                if (!surface_.same_surface(pixels_.disparity(there), disparity)) continue;
-                disparity = pixels_.disparity(there) - step;
-                is_free = false;
-            }
+    enum class meeting { none, ends, goes_beneath };
+
+    // Joins hidden surfaces at similar depth. If the surface of `pixel` meets another surface, links the two. If the other
+    // surface already has a neighbor on that side, this surface ends there, or continues beneath it for as many pixels as a
+    // camera can see into the gap between them.
+    meeting meet_others(std::int32_t pixel, side s, std::int32_t position) {
+        std::int32_t other = no_pixel;
+        float nearest = max_link * surface_.max_step;
+        meeting result = meeting::none;
+        for (std::int32_t there = position; there != no_pixel; there = pixels_.next_at_position(there)) {
+            const float step = pixels_.disparity(there) - pixels_.disparity(pixel);
+            if (std::abs(step) > (there == position ? surface_.max_step : nearest)) continue;
+            if (pixels_.neighbor(there, opposite(s)) == no_pixel)
+                other = there, nearest = std::abs(step);
+            else if (there != position && result != meeting::ends)
+                result = step > resting_step * surface_.max_step ? meeting::goes_beneath : meeting::ends;
         }
-        return disparity;
+        if (other == no_pixel) return result;
+        pixels_.link(pixel, s, other);
+        return meeting::ends;
     }
-    bool may_link(float a, float b) const { return std::abs(a - b) <= (1.0F + min_gap) * surface_.largest_step; }
-    static constexpr float min_gap = 1.001F;  // in thresholds
+
+    // Whether another hidden surface lies at this disparity, within the threshold. A hidden surface that comes within the
+    // threshold of the photo's surface but cannot be linked to it continues beneath it, for as many pixels as a camera can see
+    // into the gap: otherwise there would be a hole between them. It stops at another hidden surface, which closes the gap, too.
+    bool lies_on_another(std::int32_t position, float disparity) const {
+        for (std::int32_t there = pixels_.next_at_position(position); there != no_pixel; there = pixels_.next_at_position(there))
+            if (surface_.same_surface(pixels_.disparity(there), disparity)) return true;
+        return false;
+    }
+    bool may_link(float a, float b) const { return std::abs(a - b) <= max_link * surface_.max_step; }
+    // As multiples of the threshold. A surface ends at another one that is nearer by up to resting_step; with 1.2, some
+    // photographs had holes.
+    static constexpr float min_gap = 1.001F, max_link = 1.0F + min_gap, resting_step = 1.1F;
     std::int32_t dive_of(std::int32_t pixel) const {
         const std::int32_t hidden = pixel - reach_.count();
         return hidden < 0 ? 0 : dives_[hidden];
     }
 
-    // Remaining growth of the surface at `origin` beyond (x, y), in pixels; negative where it may not reach (x, y).
+    // Returns the remaining growth of the surface at `origin` beyond (x, y), in pixels; negative if it may not reach (x, y).
     float room_beyond(std::int32_t origin, std::int32_t x, std::int32_t y) const {
         if (!(reach_[origin] > 0.0F)) return -1.0F;
         const float dx = nearest_float(x - pixels_.x(origin)), dy = nearest_float(y - pixels_.y(origin));
         return reach_[origin] - std::sqrt(dx * dx + dy * dy);
     }
 
-    // The pixel next to (x, y) on side `s`, with no neighbor there yet, that is nearest in disparity to `source` and within the
-    // threshold of it.
+    // Returns the pixel next to (x, y) on side `s` that is free to be linked to (x, y) and is nearest in disparity to `source`;
+    // no_pixel if none may be linked to `source`.
     std::int32_t free_neighbor(std::int32_t x, std::int32_t y, side s, float source) const {
         const std::int32_t u = x + step_x(s), v = y + step_y(s);
         if (!pixels_.inside(u, v)) return no_pixel;
         std::int32_t best = no_pixel;
-        float best_difference = surface_.largest_step;
+        float best_difference = max_link * surface_.max_step;
         for (std::int32_t there = pixels_.position(u, v); there != no_pixel; there = pixels_.next_at_position(there)) {
             const float difference = std::abs(pixels_.disparity(there) - source);
             if (difference > best_difference || pixels_.neighbor(there, opposite(s)) != no_pixel) continue;
@@ -203,7 +218,7 @@ private:
         return best;
     }
 
-    // Largest disparity in front of the part of a curve whose hidden surface reaches the given end.
+    // Returns the largest disparity in front of the part of a curve whose hidden surface reaches the given end.
     float nearest_front(const discontinuity_curve& curve, const growth_constraint& end, array_view<const float> disparity) const {
         float nearest = 0.0F;
         for (const discontinuity& d : curve.sides)
@@ -214,7 +229,7 @@ private:
         return std::hypot(nearest_float(pixels_.x(pixel)) + 0.5F - end.x, nearest_float(pixels_.y(pixel)) + 0.5F - end.y);
     }
 
-    // Maximum growth of the surface behind a curve near one of its ends.
+    // Returns the maximum growth of the surface behind a curve near one of its ends.
     float reach_near(const discontinuity_curve& curve, const growth_constraint& end) const {
         constexpr float vicinity = 20.0F;  // pixels
         float farthest = 0.0F;
@@ -224,8 +239,8 @@ private:
     }
 
     // Whether the center of (x, y) lies on the line at one of the curve's ends. The line is so wide that no step of one pixel
-    // leads across it, and as long as the surface grows from that end: what grows farther from elsewhere may pass it. That it
-    // starts 2 pixels before the curve's end was chosen by trial.
+    // crosses it, and as long as the surface grows from that end: surfaces that grow farther from elsewhere may pass it. It
+    // starts 2 pixels before the curve's end, a value tuned by experiment.
     bool crosses_constraint(std::size_t curve, std::int32_t x, std::int32_t y) const {
         constexpr float thickness = 1.5F;
         const buffer<growth_constraint>& constraints = curves_[curve].constraints;
@@ -243,28 +258,33 @@ private:
     surface_rule surface_;
     std::span<const discontinuity_curve> curves_;
     buffer<front_pixel> front_, created_;  // the newest pixels, curve by curve
-    buffer<float> reach_;                  // of each visible pixel: how far its surface grows from there, in pixels
-    buffer<float> farthest_;               // the largest of each curve
+    buffer<float> reach_;                  // per visible pixel: growth of its surface from there, in pixels
+    buffer<float> farthest_;               // maximum over each curve
     buffer<buffer<float>> constraint_lengths_;
-    std::int32_t max_dive_ = 0;   // pixels that a surface goes on beneath another
-    buffer<std::int32_t> dives_;  // of each hidden pixel: how many of them it has gone
+    std::int32_t max_dive_ = 0;   // maximum length in pixels of a surface's continuation beneath another
+    buffer<std::int32_t> dives_;  // per hidden pixel: length of this continuation so far
 };
 
 }  // namespace detail
 
-/// layer    as lift() makes it and close_spurious_discontinuities() leaves it
-/// surface  the rule that lift() linked it by
-/// curves   of the same layer
+/// Adds the surfaces that a camera in motion uncovers behind curves.
 ///
-/// Returns the same image with hidden pixels added, in canonical order. The disparity of a new pixel is the average of those that
-/// it grew from, and always farther than the photo's at that position by more than surface_rule::largest_step; every other column
-/// follows its own rule (new_pixel in core/columns.hpp). New links join pixels of one surface. A surface that can't be linked to
-/// another within the threshold goes on beneath it for a few pixels, so that no camera sees a gap between them; there neighbors
-/// differ by up to twice the threshold, and disparities may be a little below 0. `after_iteration(graph, disparity, first_new)`,
-/// if given, sees the unordered state after every iteration (for tests and pictures; it costs a copy each).
+/// layer    result of lift() after close_spurious_discontinuities()
+/// surface  rule that lift() linked the layer by
+/// curves   discontinuity curves of this layer; raises mismatch for curves of another layer
 ///
-/// At most 1 / surface_rule::largest_step surfaces lie at one position; noise at all scales adds five pixels per pixel of the
-/// photo, most photos less than a half. Time is linear in the pixels of the result; up to 110 bytes for each of them.
+/// Returns the same image with hidden pixels added, in canonical order. The disparity of a new pixel is the average of the pixels
+/// that it grew from, but farther than the photo's pixel at that position by more than surface_rule::max_step. All other columns
+/// follow their own rules (new_pixel in core/columns.hpp). New links join pixels that differ by up to twice the threshold, so
+/// that growing surfaces at similar depth become one. A surface that can't be linked to another continues beneath it for a few
+/// pixels, so that no camera sees a gap between them; disparities there may be slightly below 0.
+///
+/// `after_iteration(graph, disparity, first_new)`, if given, receives a copy of the unordered state after every iteration, for
+/// tests and pictures.
+///
+/// At most 1 / surface_rule::max_step surfaces lie at one position. Most photos add less than half a pixel per pixel of the
+/// photo; noise at all scales adds six. Time is linear in the number of pixels of the result; memory is up to 110 bytes per
+/// pixel.
 template <payload_column... Columns, class AfterIteration = std::nullptr_t>
 expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule surface,
                                    std::span<const discontinuity_curve> curves, const expand_options& options = {},
@@ -272,13 +292,14 @@ expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule 
     static_assert(has_columns<single_layer<Columns...>, disparity_column>);
     if (options.iterations < 0)
         raise(error_code::invalid_option, "expand_options::iterations", "0 or more", std::to_string(options.iterations));
+    detail::check_curves(curves, layer.topology(), "expand");
     if (!(options.motion >= 0 && options.motion <= 1))
         raise(error_code::invalid_option, "expand_options::motion", "0 to 1", detail::to_text(options.motion));
     expanded_layers<Columns...> result{detail::expansion_access::layers_of(std::move(layer)), options.motion};
     layered_image<Columns...>& layers = result.layers;
     std::optional<detail::expansion> expansion;
+    const array_view<const float> disparity = layers.template column<disparity_column>();
     const buffer<grown_piece> pieces = layers.grow([&](graph_builder base) {
-        const array_view<const float> disparity = layers.template column<disparity_column>();
         expansion.emplace(std::move(base), disparity, surface, curves, options.motion);
         const int last = (std::min)(options.iterations, expansion->max_iterations());
         for (int i = 0; i < last; ++i) {

@@ -1,5 +1,5 @@
-// Lifting: a photo and its disparity become a layered image with one layer (paper, section "Lifting to Layered Depth Image").
-// Neighbors are linked except across discontinuities.
+// Lifts a photo and its disparity to a layered image with one layer (paper, section "Lifting to Layered Depth Image"). Neighbors
+// are linked except across discontinuities.
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -7,6 +7,7 @@
 #include <ldi/base/printable.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
+#include <ldi/core/photo_facts.hpp>
 #include <ldi/core/surface.hpp>
 
 #include <cstddef>
@@ -43,40 +44,69 @@ inline void place_row(image_view<const float> disparity, std::int32_t y, surface
     right[stride - 1] = no_pixel;
 }
 
-}  // namespace detail
+/// Copies a disparity map. Raises invalid_data for values that are not finite or lie outside [0, 1] by more than rounding.
+inline buffer<float> checked_disparity(image_view<const float> disparity) {
+    constexpr float rounding = 1e-5F;
+    buffer<float> values;
+    values.reserve(disparity.height() * disparity.width());
+    for (std::size_t y = 0; y < disparity.height(); ++y) {
+        const float* row = disparity.row(y);
+        for (std::size_t x = 0; x < disparity.width(); ++x)
+            if (!(row[x] >= -rounding && row[x] <= 1.0F + rounding))
+                raise(error_code::invalid_data, "lift", "disparities in [0, 1]", to_text(row[x]));
+        values.append(row, row + disparity.width());
+    }
+    return values;
+}
 
-/// color      H x W x 3
-/// disparity  H x W x 1, in [0, 1], larger is nearer
-///
-/// surface    decides which neighbors are linked (photo_facts::surface)
-///
-/// Pixels are in canonical order, and every color is known. Raises error_code::mismatch if the images differ in size or have no
-/// pixel, error_code::too_large if they have 2^31 or more. Linear time; 32 bytes per pixel.
-template <executor Executor = const serial_executor>
-photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> disparity, surface_rule surface = {},
-                 Executor&& threads = {}) {
+template <payload_column Color, executor Executor>
+single_layer<Color, disparity_column, known_column, matte_column> lift_colors(image_view<const typename Color::scalar> color,
+                                                                              image_view<const float> disparity,
+                                                                              surface_rule surface, Executor& threads) {
     const std::size_t rows = disparity.height(), columns = disparity.width();
     if (color.height() != rows || color.width() != columns || color.channels() != 3 || disparity.channels() != 1 || rows == 0 ||
         columns == 0)
         raise(error_code::mismatch, "lift", "a photo H x W x 3 and a disparity map H x W x 1 of the same size",
-              detail::shape_text(color) + " and " + detail::shape_text(disparity));
+              shape_text(color) + " and " + shape_text(disparity));
     if (rows > std::size_t{(std::numeric_limits<std::int32_t>::max)()} / columns)
         raise(error_code::too_large, "lift", "fewer than 2^31 pixels", std::to_string(columns) + " x " + std::to_string(rows));
 
-    buffer<std::uint8_t> colors;
-    buffer<float> disparities;
-    colors.reserve(3 * rows * columns), disparities.reserve(rows * columns);
-    for (std::size_t y = 0; y < rows; ++y) {
-        colors.append(color.row(y), color.row(y) + 3 * columns);
-        disparities.append(disparity.row(y), disparity.row(y) + columns);
-    }
+    buffer<typename Color::scalar> colors;
+    colors.reserve(3 * rows * columns);
+    for (std::size_t y = 0; y < rows; ++y) colors.append(color.row(y), color.row(y) + 3 * columns);
+    buffer<float> disparities = checked_disparity(disparity);
     graph_builder g(static_cast<std::int32_t>(columns), static_cast<std::int32_t>(rows), rows * columns, unset);
     parallel_for(threads, rows, 16, [&](std::size_t first, std::size_t last) {
-        for (std::size_t y = first; y < last; ++y) detail::place_row(disparity, static_cast<std::int32_t>(y), surface, g);
+        for (std::size_t y = first; y < last; ++y) place_row(disparity, static_cast<std::int32_t>(y), surface, g);
     });
     buffer<std::uint8_t> known(rows * columns, 1), matte(rows * columns, 0);
-    return photo_layer(
-        photo_layers(std::move(g).build(), std::move(colors), std::move(disparities), std::move(known), std::move(matte)));
+    using layers = layered_image<Color, disparity_column, known_column, matte_column>;
+    return single_layer<Color, disparity_column, known_column, matte_column>(
+        layers(std::move(g).build(), std::move(colors), std::move(disparities), std::move(known), std::move(matte)));
+}
+
+}  // namespace detail
+
+/// Lifts a photo to a single layer. Pixels are in canonical order, and every color is known.
+///
+/// color      H x W x 3
+/// disparity  H x W x 1, in [0, 1], larger is nearer
+/// facts      properties of the photo; their surface rule decides which neighbors are linked
+///
+/// Raises error_code::mismatch if the images differ in size or have no pixel, error_code::invalid_data for a disparity outside
+/// [0, 1], error_code::too_large for 2^31 pixels or more. Linear time; 32 bytes per pixel.
+template <executor Executor = const serial_executor>
+photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> disparity, const photo_facts& facts = {},
+                 Executor&& threads = {}) {
+    return detail::lift_colors<color_column>(color, disparity, facts.surface, threads);
+}
+/// Lifts a photo with 16 bits per channel.
+template <executor Executor = const serial_executor>
+single_layer<color16_column, disparity_column, known_column, matte_column> lift(image_view<const std::uint16_t> color,
+                                                                                image_view<const float> disparity,
+                                                                                const photo_facts& facts = {},
+                                                                                Executor&& threads = {}) {
+    return detail::lift_colors<color16_column>(color, disparity, facts.surface, threads);
 }
 
 }}  // namespace ldi

@@ -1,4 +1,4 @@
-// The viewer's camera (paper, section "Viewing 3D Photos"): a pinhole camera that has left the place of the photo.
+// The viewer's camera (paper, section "Viewing 3D Photos"): a pinhole camera that can leave the photo's viewpoint.
 #pragma once
 
 #include <ldi/core/camera.hpp>
@@ -7,21 +7,27 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A camera with a place in the photo's space: glTF's, with the photo's camera at the origin looking along -z.
+/// A camera with a pose in the photo's space, which follows glTF: the photo's camera is at the origin and looks along -z.
 struct view {
     pinhole_camera camera;                   ///< size of the picture, focal length
-    std::array<float, 3> position{0, 0, 0};  ///< of the camera, in the photo's space
-    /// 3 x 3, row-major, orthonormal: from the camera's axes to the photo's.
+    std::array<float, 3> position{0, 0, 0};  ///< position of the camera in the photo's space
+    /// 3 x 3, row-major, orthonormal: rotates from the camera's axes to the photo's axes.
     std::array<float, 9> rotation{1, 0, 0, 0, 1, 0, 0, 0, 1};
+    /// Offset of the optical axis from the picture's center, in pixels to the right and down.
+    std::array<float, 2> lens_shift{0, 0};
 
-    /// A direction given in the camera's axes, in the photo's.
+    /// Position of the optical axis in the picture, in pixels.
+    float axis_x() const { return camera.center_x() + lens_shift[0]; }
+    float axis_y() const { return camera.center_y() + lens_shift[1]; }
+
+    /// Rotates a direction from the camera's axes to the photo's axes.
     std::array<float, 3> direction_to_photo(const std::array<float, 3>& d) const {
         const std::array<float, 9>& r = rotation;
         return {r[0] * d[0] + r[1] * d[1] + r[2] * d[2], r[3] * d[0] + r[4] * d[1] + r[5] * d[2],
                 r[6] * d[0] + r[7] * d[1] + r[8] * d[2]};
     }
 
-    /// A point of the photo's space as the camera sees it: in its axes, itself at the origin.
+    /// Transforms a point from the photo's space to the camera's space.
     std::array<float, 3> to_camera(const std::array<float, 3>& point) const {
         const std::array<float, 9>& r = rotation;
         const float x = point[0] - position[0], y = point[1] - position[1], z = point[2] - position[2];
@@ -29,8 +35,8 @@ struct view {
     }
 };
 
-/// The photo's camera moved within its image plane, not turned, so that points of `disparity` appear `pixels_right` and
-/// `pixels_down` from where the photo has them (negative: left, up). Farther points move less: by their depth's share.
+/// Moves the photo's camera within its image plane, without rotation, so that points of `disparity` shift by `pixels_right` and
+/// `pixels_down` on screen (negative: left, up). Points at other depths shift in inverse proportion to their depth.
 inline view moved_view(const pinhole_camera& camera, const depth_range& range, float disparity, float pixels_right,
                        float pixels_down = 0) {
     const float scale = range.depth(disparity) / camera.focal_length;

@@ -1,11 +1,12 @@
-// Camera paths: how a camera moves to show that a photo has depth (paper, section "Viewing 3D Photos"). All keep the middle of
-// the photo, at one depth, in the middle of the picture; nearer and farther surfaces move against it.
+// Camera paths that show a photo's depth (paper, section "Viewing 3D Photos"). All paths keep the middle of the photo, at one
+// depth, in the middle of the picture; nearer and farther surfaces move relative to it.
 #pragma once
 
 #include <ldi/base/error.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/base/printable.hpp>
 #include <ldi/core/camera.hpp>
+#include <ldi/core/photo_facts.hpp>
 #include <ldi/render/camera.hpp>
 #include <ldi/render/motion.hpp>
 
@@ -21,55 +22,63 @@
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 enum class camera_path : std::uint8_t {
-    circle,      ///< around the photo's place, within its image plane, clockwise from the right; ends where it starts
-    swing,       ///< from the photo's place to the right, to the left and back
-    zoom_in,     ///< from the photo's place towards the scene
-    dolly_zoom,  ///< towards the scene, the lens widening so that what is in focus keeps its size
+    circle,      ///< around the photo's viewpoint in its image plane, clockwise from the right; ends where it starts
+    swing,       ///< from the photo's viewpoint to the right, to the left and back
+    zoom_in,     ///< from the photo's viewpoint toward the scene
+    dolly_zoom,  ///< toward the scene while the lens widens, so that surfaces in focus keep their size
 };
 
-/// Defaults chosen by eye: enough motion to show depth, and not so much that the area past the photo's border comes into view.
+/// Defaults chosen by eye: enough motion to show depth, but not so much that the area beyond the photo's border becomes visible.
 struct path_options {
-    /// Maximum motion of the camera (render/motion.hpp). Hidden surfaces extend as far as expand_options::motion uncovers them.
+    /// Maximum motion of the camera (render/motion.hpp). Hidden surfaces extend as far as a motion of expand_options::motion
+    /// uncovers them.
     float motion = 0.08F;
-    /// Disparity of the surfaces that stay in place on screen, in [0, 1].
-    float focus_disparity = 0.5F;
-    /// zoom_in and dolly_zoom: the share of the distance to the nearest surface that the camera goes, unless `motion` ends it
-    /// before; below 1.
+    /// Disparity, in [0, 1], of the surfaces that stay in place on screen.
+    float focus_disparity = window_disparity;
+    /// zoom_in and dolly_zoom: distance to travel, as a share of the distance to the nearest surface; below 1. `motion` may
+    /// limit it further.
     float approach = 0.3F;
 };
 
-/// A camera that looks from one point at another, its picture's vertical upright in the photo. The points differ, and not in
-/// height alone.
+/// Returns a camera at `position` that looks at `target`, with the picture's vertical upright in the photo. The points must
+/// differ, and not only in height.
 view look_at(const pinhole_camera& camera, const std::array<float, 3>& position, const std::array<float, 3>& target);
 
-/// The view that a path has reached at `time`, from 0 at its start to 1 at its end. Raises invalid_option for options out of
-/// bounds.
+/// Returns the view from `position` through a window as large as the photo at the disparity `window`. The window fills the
+/// picture. The camera does not turn, so the view has no perspective distortion. The position must be in front of the window.
+view view_through_window(const pinhole_camera& camera, const depth_range& range, const std::array<float, 3>& position,
+                         float window = window_disparity);
+
+/// Returns the view at `time` on a path, from 0 at its start to 1 at its end. Raises invalid_option for options out of bounds.
 view view_on_path(camera_path path, const pinhole_camera& camera, const depth_range& range, float time,
                   const path_options& options = {});
 
-/// A place on a path of one's own.
+/// A point of a custom path.
 struct key_frame {
-    float time = 0;                          ///< rises from each key frame to the next
-    std::array<float, 3> position{0, 0, 0};  ///< of the camera, in the photo's space (core/camera.hpp)
-    std::array<float, 3> target{0, 0, -1};   ///< that the camera looks at
-    float zoom = 1;                          ///< above 0: multiplies the photo's focal length
+    float time = 0;                          ///< must increase from each key frame to the next
+    std::array<float, 3> position{0, 0, 0};  ///< position of the camera in the photo's space (core/camera.hpp)
+    std::array<float, 3> target{0, 0, -1};   ///< point that the camera looks at
+    float zoom = 1;                          ///< factor of the photo's focal length, above 0
 };
 
-/// The view that a smooth path through all key frames has reached at `time`: the cubic that passes through each with the slope
-/// between its neighbors (Catmull-Rom). Before the first and after the last it rests. Raises invalid_option if there is no key
-/// frame, times do not rise, or a zoom is not above 0. Positions that uncover too much are the caller's to draw back
-/// (within_motion).
+/// Returns the view at `time` on a smooth path through all key frames: the cubic that passes through each with the slope between
+/// its neighbors (Catmull-Rom). Before the first and after the last key frame the camera rests. Raises invalid_option if there
+/// is no key frame, times do not increase, or a zoom is not above 0. The result may lie outside the motion budget; callers clamp
+/// it with within_motion().
 view view_between(std::span<const key_frame> keys, const pinhole_camera& camera, float time);
 
-/// The part of the photo's picture, in the middle and of the same proportions, inside which none of the views sees past the
-/// photo's border, whatever lies there between disparity 0 and 1: its size over the photo's, in [0, 1]. The frame that hides the
-/// border.
-float frame_within(std::span<const view> views, const pinhole_camera& camera, const depth_range& range);
+/// Computes a frame that hides the end of the photo's surfaces: the largest centered part of the picture, with the same
+/// proportions, in which no view sees beyond the end, for any disparity from 0 to 1. Returns its size relative to the photo, in
+/// [0, 1].
+///
+/// past_border  motion for which surfaces continue past the photo's border (occlusion/past_frame.hpp); 0: they end there
+float frame_within(std::span<const view> views, const pinhole_camera& camera, const depth_range& range, float past_border = 0);
 
-/// The same view through a frame: what is in the middle `size` of its picture, at as many pixels.
+/// Crops a view to the middle `size` of its picture, with the same number of pixels.
 inline view framed(view from, float size) {
     LDI_ASSERT(size > 0);
     from.camera.focal_length /= size;
+    for (float& shift : from.lens_shift) shift /= size;
     return from;
 }
 
@@ -88,14 +97,14 @@ inline point3 cross(const point3& a, const point3& b) {
     return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
-/// Maximum distance that a camera may move in a direction, at most `most`.
+/// Maximum distance, up to `most`, that a camera may move in a direction.
 inline float reach_within_motion(const std::array<float, 3>& direction, const pinhole_camera& camera, const depth_range& range,
                                  float motion, float most) {
     const auto [x, y, z] = within_motion({most * direction[0], most * direction[1], most * direction[2]}, camera, range, motion);
     return std::hypot(x, y, z);
 }
 
-/// The value at `t` of the cubic over [0, 1] with the given ends and slopes (Hermite).
+/// Evaluates at `t` the cubic over [0, 1] with the given ends and slopes (Hermite).
 inline float cubic(float first, float last, float slope_first, float slope_last, float t) {
     const float s = 1 - t;
     return s * s * (1 + 2 * t) * first + t * t * (1 + 2 * s) * last + t * s * (s * slope_first - t * slope_last);
@@ -119,6 +128,18 @@ inline view look_at(const pinhole_camera& camera, const std::array<float, 3>& po
     return result;
 }
 
+inline view view_through_window(const pinhole_camera& camera, const depth_range& range, const std::array<float, 3>& position,
+                                float window) {
+    const float distance = range.depth(window), pixels = camera.focal_length / distance;
+    LDI_ASSERT(distance + position[2] > 0);
+    view result;
+    result.camera = camera;
+    result.position = position;
+    result.camera.focal_length = pixels * (distance + position[2]);
+    result.lens_shift = {pixels * position[0], -pixels * position[1]};
+    return result;
+}
+
 inline view view_on_path(camera_path path, const pinhole_camera& camera, const depth_range& range, float time,
                          const path_options& options) {
     if (!(options.motion >= 0 && options.motion <= 1) || !(options.focus_disparity >= 0 && options.focus_disparity <= 1) ||
@@ -131,17 +152,17 @@ inline view view_on_path(camera_path path, const pinhole_camera& camera, const d
     const float farthest_forward =
         detail::reach_within_motion({0, 0, -1}, camera, range, options.motion, options.approach * range.z_near);
     const float angle = 6.28318530718F * time;
-    const float forward = farthest_forward * 0.5F * (1 - std::cos(0.5F * angle));  // sets off and stops gently
-    const std::array<float, 3> target{0, 0, -focus};
+    const float forward = farthest_forward * 0.5F * (1 - std::cos(0.5F * angle));  // starts and stops gently
+    const auto through_window = [&](const std::array<float, 3>& position) {
+        return view_through_window(camera, range, position, options.focus_disparity);
+    };
     switch (path) {
-        case camera_path::circle: return look_at(camera, {radius * std::cos(angle), -radius * std::sin(angle), 0}, target);
-        case camera_path::swing: return look_at(camera, {radius * std::sin(angle), 0, 0}, target);
-        case camera_path::zoom_in: return look_at(camera, {0, 0, -forward}, target);
+        case camera_path::circle: return through_window({radius * std::cos(angle), -radius * std::sin(angle), 0});
+        case camera_path::swing: return through_window({radius * std::sin(angle), 0, 0});
+        case camera_path::zoom_in: return look_at(camera, {0, 0, -forward}, {0, 0, -focus});
         case camera_path::dolly_zoom: break;
     }
-    view result = look_at(camera, {0, 0, -forward}, target);
-    result.camera.focal_length *= (focus - forward) / focus;
-    return result;
+    return through_window({0, 0, -forward});
 }
 
 inline view view_between(std::span<const key_frame> keys, const pinhole_camera& camera, float time) {
@@ -149,7 +170,7 @@ inline view view_between(std::span<const key_frame> keys, const pinhole_camera& 
     for (std::size_t i = 0; i < keys.size(); ++i) {
         if (!(keys[i].zoom > 0)) raise(error_code::invalid_option, "key frame", "a zoom above 0", detail::to_text(keys[i].zoom));
         if (i > 0 && !(keys[i].time > keys[i - 1].time))
-            raise(error_code::invalid_option, "key frames", "times that rise",
+            raise(error_code::invalid_option, "key frames", "increasing times",
                   detail::to_text(keys[i - 1].time) + ", then " + detail::to_text(keys[i].time));
     }
     std::size_t i = 0;
@@ -174,30 +195,34 @@ inline view view_between(std::span<const key_frame> keys, const pinhole_camera& 
     return result;
 }
 
-inline float frame_within(std::span<const view> views, const pinhole_camera& camera, const depth_range& range) {
+inline float frame_within(std::span<const view> views, const pinhole_camera& camera, const depth_range& range,
+                          float past_border) {
     const float w = detail::nearest_float(camera.width), h = detail::nearest_float(camera.height);
-    // Whether (x, y) of a view shows a point of the photo if the surface there has this depth in the photo.
-    const auto sees_photo = [&](const view& v, float x, float y, float depth) {
-        const std::array<float, 3> ray =
-            v.direction_to_photo({x - v.camera.center_x(), v.camera.center_y() - y, -v.camera.focal_length});
+    // Whether pixel (x, y) of a view shows a point of the photo or of its continuation, if the surface there has this disparity.
+    // Along a ray, the position in the photo is linear in disparity, so tests at disparity 0, 1 and the window suffice.
+    const auto sees_photo = [&](const view& v, float x, float y, float disparity) {
+        const std::array<float, 3> ray = v.direction_to_photo({x - v.axis_x(), v.axis_y() - y, -v.camera.focal_length});
+        const float depth = range.depth(disparity);
         if (!(ray[2] < 0) || !(v.position[2] > -depth)) return false;
         const float scale = (-depth - v.position[2]) / ray[2];
         const std::array<float, 2> seen =
             camera.project({v.position[0] + scale * ray[0], v.position[1] + scale * ray[1], -depth});
-        return seen[0] >= -1e-3F * w && seen[0] <= 1.001F * w && seen[1] >= -1e-3F * h && seen[1] <= 1.001F * h;
+        const float grown = past_border * std::abs(disparity - window_disparity) * (std::max)(w, h);
+        const float more_x = grown + 1e-3F * w, more_y = grown + 1e-3F * h;
+        return seen[0] >= -more_x && seen[0] <= w + more_x && seen[1] >= -more_y && seen[1] <= h + more_y;
     };
     const auto is_inside = [&](float size) {
         for (const view& v : views)
             for (const float x : {-1.0F, 1.0F})
                 for (const float y : {-1.0F, 1.0F})
-                    for (const float depth : {range.z_near, range.z_far})
-                        if (!sees_photo(v, v.camera.center_x() * (1 + size * x), v.camera.center_y() * (1 + size * y), depth))
+                    for (const float disparity : {0.0F, window_disparity, 1.0F})
+                        if (!sees_photo(v, v.camera.center_x() * (1 + size * x), v.camera.center_y() * (1 + size * y), disparity))
                             return false;
         return true;
     };
     if (is_inside(1)) return 1;
     float inside = 0, outside = 1;
-    for (int step = 0; step < 20; ++step) {  // to a millionth, the precision of a float
+    for (int step = 0; step < 20; ++step) {  // to a millionth, about the precision of float
         const float middle = 0.5F * (inside + outside);
         (is_inside(middle) ? inside : outside) = middle;
     }

@@ -1,5 +1,5 @@
-// Colors for gaps: between surfaces that end too soon, and past the photo's border, a picture shows its farthest surfaces
-// continued instead of a background color.
+// Fills gaps with color. Between surfaces that end too soon, and beyond the photo's border, the picture continues its farthest
+// surfaces instead of showing a background color.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -17,15 +17,15 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Whether the background is seen anywhere.
+/// Whether the background is visible anywhere.
 inline bool has_gaps(const rendering& seen) {
     return std::any_of(seen.coverage.begin(), seen.coverage.end(), [](std::uint8_t share) { return share < 255; });
 }
 
-/// H x W x 3: the picture with every pixel replaced that is not fully covered. Each gap is filled by diffusion from its outline.
-/// A gap inside the picture takes its colors from the farther half of its outline. A gap at the picture's edge lies past the
-/// photo's border, where near surfaces continue, too, and takes them from all of its outline. For raster_options::backdrop. A
-/// rendering without a covered pixel gives black.
+/// Returns the picture, H x W x 3, with every incompletely covered pixel replaced, for raster_options::backdrop. Diffusion fills
+/// each gap from its outline. A gap inside the picture uses the colors of the farther half of its outline. A gap at the
+/// picture's edge lies beyond the photo's border, where near surfaces continue as well, and uses all of its outline. A rendering
+/// without a covered pixel becomes black.
 inline image<std::uint8_t> gap_colors(rendering seen);
 
 // ------------------------------------------------------------------------------------------------------------------------
@@ -45,7 +45,7 @@ public:
 private:
     struct cell {
         std::size_t place;
-        std::int32_t above;  // the cell there, no_cell where none is
+        std::int32_t above;  // cell of the pixel above, or no_cell
     };
     struct outline {
         float nearest = 0, farthest = std::numeric_limits<float>::infinity();  // inverse depths
@@ -61,7 +61,7 @@ private:
     }
     float inverse_depth(std::size_t place) const { return 1 / seen_.depth.data()[place]; }
 
-    /// Every pixel of a gap becomes a cell.
+    /// Makes a cell of every pixel of a gap.
     void find_gaps() {
         buffer<std::int32_t> above(width(), no_cell);
         for (std::size_t place = 0; place < seen_.coverage.size(); ++place) {
@@ -76,7 +76,7 @@ private:
         }
     }
 
-    /// Calls `visit(place)` with the covered pixels beside a place.
+    /// Calls `visit(place)` for the covered pixels next to a place.
     template <class Visit>
     void for_each_covered(std::size_t place, Visit&& visit) const {
         const auto look = [&](bool is_inside, std::size_t other) {
@@ -102,7 +102,7 @@ private:
 
     void diffuse() {
         constexpr int rounds = 8;
-        diffusion<3> solver;  // which counts cells from 1
+        diffusion<3> solver;  // numbers its cells from 1
         solver.start();
         for (std::int32_t i = 0; i < cells_.count(); ++i) {
             const auto [place, above] = cells_[i];
@@ -124,8 +124,8 @@ private:
 
     rendering& seen_;
     buffer<cell> cells_;
-    disjoint_sets gaps_;        // of cells beside each other
-    buffer<outline> outlines_;  // at a gap's first cell
+    disjoint_sets gaps_;        // sets of adjacent cells
+    buffer<outline> outlines_;  // outline of each gap, at the index of its first cell
 };
 
 }  // namespace detail

@@ -1,5 +1,5 @@
-// A layered image drawn as it is, without charts and simplification: every pixel a small square, bent to meet the pixels that it
-// is linked to and torn off from all others (the micro-polygons of the paper's section "Inpainting", under Results).
+// Draws a layered image directly, without charts and simplification. Every pixel becomes a small square that meets the pixels it
+// is linked to and is separate from all others (the micro-polygons of the paper's section "Inpainting", under Results).
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -13,14 +13,15 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Draws a layered image. Colors run smoothly over links, and are a pixel's own out to its edge where it has none; colors that
-/// are known and colors that are not never mix.
+/// Draws a layered image. Colors are interpolated across links and constant up to an edge without a link. Known and unknown
+/// colors never mix.
 ///
 /// range       distances of disparity 1 and 0
-/// taken_from  the camera whose pixels these are; its size is the lattice's
-/// from        where the picture is to be drawn from
+/// taken_from  camera of the layered image; its size is the lattice's size
+/// from        view to draw
 ///
-/// Pixels that reach nearer than options.z_near are left out. Raises mismatch if camera and lattice differ in size, invalid_data
+/// Omits pixels that reach nearer than options.z_near. Raises mismatch if camera and lattice differ in size, invalid_data if a
+/// disparity is not in front of the camera, invalid_option or too_large as rasterize() does.
 /// if a disparity is not in front of the camera, invalid_option or too_large as rasterize() does.
 template <has_columns<color_column, disparity_column, known_column> Layers, executor Executor = const serial_executor>
 rendering render_layers(const Layers& layers, const depth_range& range, const view& taken_from, const view& from,

@@ -1,5 +1,5 @@
-// Depth peeling: a layered image as another camera sees it, with everything that is hidden there too, as a layered image of that
-// camera (paper, section "Inpainting" under Results; Everitt, "Interactive Order-Independent Transparency", 2001).
+// Depth peeling: converts a layered image to a layered image of another camera, including everything hidden from that camera
+// (paper, section "Inpainting" under Results; Everitt, "Interactive Order-Independent Transparency", 2001).
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -23,17 +23,17 @@
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct peel_options {
-    float z_near = 0.01F;    ///< above 0; pixels that reach nearer than this are left out
-    bool both_sides = true;  ///< false: surfaces seen from behind are left out
+    float z_near = 0.01F;    ///< above 0; omits pixels that reach nearer
+    bool both_sides = true;  ///< false: omits surfaces seen from behind
 };
 
 namespace detail {
 
-/// A place at which the ray through the center of a pixel meets a surface.
+/// Intersection of a surface with the ray through the center of a pixel.
 struct fragment {
     std::int64_t position;  ///< y * width + x on the screen
     surface_triangle where;
-    double inverse_depth, u, v;  ///< u, v: on the pixel that `where` belongs to
+    double inverse_depth, u, v;  ///< u, v: coordinates within the pixel of `where`
 };
 
 /// Finds the fragments of one screen, band by band.
@@ -42,7 +42,7 @@ public:
     fragment_finder(const pixel_squares& squares, const pinhole_camera& screen, bool both_sides)
         : squares_(squares), width_(screen.width), height_(screen.height), both_sides_(both_sides) {}
 
-    /// By position, then nearest first.
+    /// Returns the fragments sorted by position, then nearest first.
     template <executor Executor>
     buffer<fragment> find_all(std::int32_t pixel_count, Executor& threads) const {
         const auto extent = [&](std::int32_t i) {
@@ -91,7 +91,7 @@ private:
     bool both_sides_;
 };
 
-/// The range, widened to hold all fragments. Rounding alone does not widen it.
+/// Widens the range to contain all fragments, unless the excess is only rounding.
 inline depth_range range_of(const buffer<fragment>& fragments, const depth_range& range) {
     const double first = 1.0 / range.z_near, last = 1.0 / range.z_far;
     double nearest = first, farthest = last;
@@ -104,7 +104,7 @@ inline depth_range range_of(const buffer<fragment>& fragments, const depth_range
     return result;
 }
 
-/// Links the pixels of neighboring positions that the surface leads to from one another. Pixel i is that of fragment i.
+/// Links pixels of neighboring positions if the surface connects them. Pixel i belongs to fragment i.
 inline void link_neighbors(graph_builder& g, const buffer<fragment>& fragments, const surface_walk& walk) {
     buffer<std::int32_t> start(g.position_count() + 1, 0);
     for (const fragment& f : fragments) ++start[f.position + 1];
@@ -123,7 +123,7 @@ inline void link_neighbors(graph_builder& g, const buffer<fragment>& fragments, 
         }
 }
 
-/// One linked pixel for each fragment.
+/// Makes one linked pixel per fragment.
 inline graph graph_of(const buffer<fragment>& fragments, const pinhole_camera& camera, const surface_walk& walk) {
     graph_builder g(camera.width, camera.height, fragments.size());
     for (std::int32_t i = 0; i < fragments.count(); ++i) {
@@ -160,17 +160,17 @@ struct peeled_layers {
     depth_range range;  ///< distances of its disparities 1 and 0
 };
 
-/// Every surface that the ray through the center of a pixel of `from` meets becomes a pixel there, any number of them at one
-/// position. Neighbors are linked where the surface leads from one to the other without a tear and without folding back, which
-/// is followed exactly: peeled from where it was taken, a layered image stays as it is.
+/// Converts layers to another camera. Every surface that the ray through the center of a pixel of `from` meets becomes a pixel,
+/// any number of them at one position. Neighbors are linked if the surface connects them without a tear and without folding
+/// back. This is exact: converting to the original camera changes nothing.
 ///
 /// range       distances of disparity 1 and 0
-/// taken_from  the camera whose pixels `layers` are; its size is the lattice's
-/// from        the camera whose pixels the result is
+/// taken_from  camera of `layers`; its size is the lattice's size
+/// from        camera of the result
 ///
-/// In canonical order, with all columns. Colors are interpolated as render_layers() does; every other column is what the nearest
-/// source pixel has. The range of distances of the result is `range`, or wider if the camera came nearer or went back. Raises as
-/// render_layers() does, and too_large if there are 2^31 pixels or more.
+/// The result is in canonical order and has all columns. Colors are interpolated as in render_layers(); every other column
+/// copies the nearest source pixel. The range of distances of the result is `range`, or wider if the camera moved closer or
+/// back. Raises the errors of render_layers(), and too_large for 2^31 pixels or more.
 template <payload_column... Columns, executor Executor = const serial_executor>
 peeled_layers<Columns...> peel(const layered_image<Columns...>& layers, const depth_range& range, const view& taken_from,
                                const view& from, const peel_options& options = {}, Executor&& threads = {}) {

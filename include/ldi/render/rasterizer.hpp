@@ -1,5 +1,5 @@
-// A software rasterizer: what a 3D photo looks like from another place (paper, section "Viewing 3D Photos"), and where it has
-// holes. It is exact rather than fast, the same on every machine and for any number of threads, so that tests can count its
+// A software rasterizer: draws a 3D photo from another viewpoint (paper, section "Viewing 3D Photos"), and shows where it has
+// holes. Exact rather than fast: the result is the same on every machine and for any number of threads, so that tests can count
 // pixels.
 #pragma once
 
@@ -26,30 +26,31 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct raster_options {
     std::int32_t samples = 1;                         ///< per pixel and axis, 1 to 8; more than 1 smooths edges
-    float z_near = 0.01F;                             ///< above 0; what is nearer than this depth is cut away
-    bool both_sides = true;                           ///< false: triangles that run clockwise on the screen are not drawn
-    std::array<std::uint8_t, 3> background{0, 0, 0};  ///< seen through holes
-    image_view<const std::uint8_t> backdrop{};        ///< H x W x 3: seen through holes in its place (gap_colors())
+    float z_near = 0.01F;                             ///< above 0; surfaces nearer than this depth are clipped
+    bool both_sides = true;                           ///< false: triangles that are clockwise on the screen are not drawn
+    std::array<std::uint8_t, 3> background{0, 0, 0};  ///< color of holes
+    image_view<const std::uint8_t> backdrop{};        ///< H x W x 3: replaces `background` in holes (gap_colors())
 };
 
 struct rendering {
-    image<std::uint8_t> color;     ///< H x W x 3: the mean of the pixel's samples
-    image<float> depth;            ///< H x W x 1: of the nearest sample, along the view's axis; infinity where there is none
-    image<std::uint8_t> coverage;  ///< H x W x 1: 0 in holes, 255 where every sample of the pixel is covered
+    image<std::uint8_t> color;     ///< H x W x 3: mean over the pixel's samples
+    image<float> depth;            ///< H x W x 1: depth of the nearest sample along the view's axis; infinity in holes
+    image<std::uint8_t> coverage;  ///< H x W x 1: 0 in holes, 255 if every sample of the pixel is covered
 };
 
-/// Draws a mesh with its textures, bilinear and perspective-correct. Where surfaces coincide the first triangle wins. Its soft
-/// edges are laid over what is behind them, and neither have depth nor cover anything.
+/// Draws a mesh with its textures, bilinear and perspective-correct. Where surfaces coincide, the first triangle wins. Soft
+/// edges are blended over the surfaces behind them; they affect neither depth nor coverage.
 ///
 /// textures  one for each part of the mesh, H x W x 3; the first row is at texture coordinate v = 0. Coordinates beyond [0, 1]
-///           repeat the rim
+///           repeat the edge
+///
 /// Raises mismatch or invalid_data if the mesh or a texture is malformed, invalid_option or too_large for the options and the
-/// view (the larger side times samples may be 2^19).
+/// view (the longer side times samples may be at most 2^19).
 template <executor Executor = const serial_executor>
 rendering rasterize(const textured_mesh& mesh, std::span<const image<std::uint8_t>> textures, const view& from,
                     const raster_options& options = {}, Executor&& threads = {});
 
-/// The same of a mesh with one texture.
+/// Draws a mesh with one texture.
 template <executor Executor = const serial_executor>
 rendering rasterize(const textured_mesh& mesh, const image<std::uint8_t>& texture, const view& from,
                     const raster_options& options = {}, Executor&& threads = {}) {
@@ -58,26 +59,8 @@ rendering rasterize(const textured_mesh& mesh, const image<std::uint8_t>& textur
 
 namespace detail {
 
-template <class Mesh>
-void check_triangles(const Mesh& mesh) {
-    const std::size_t count = mesh.vertex_count();
-    if (mesh.positions.size() != 3 * count || mesh.texture_coordinates.size() != 2 * count || mesh.triangles.size() % 3 != 0)
-        raise(error_code::mismatch, "mesh", "3 coordinates and 2 texture coordinates per vertex, 3 vertices per triangle",
-              std::to_string(mesh.positions.size()) + ", " + std::to_string(mesh.texture_coordinates.size()) + " and " +
-                  std::to_string(mesh.triangles.size()) + " numbers");
-    for (const std::uint32_t vertex : mesh.triangles)
-        if (vertex >= count)
-            raise(error_code::invalid_data, "mesh", "vertices below " + std::to_string(count),
-                  "vertex " + std::to_string(vertex));
-    for (const buffer<float>* values : {&mesh.positions, &mesh.texture_coordinates})
-        for (const float value : *values)
-            if (!std::isfinite(value)) raise(error_code::invalid_data, "mesh", "finite coordinates", "one that is not");
-}
-
 inline void check_drawable(const textured_mesh& mesh, std::span<const image<std::uint8_t>> textures) {
-    check_triangles(mesh);
-    check_triangles(mesh.soft_edges);
-    check_parts(mesh, textures.size());
+    check_mesh(mesh, textures.size());
     for (const image<std::uint8_t>& texture : textures) {
         if (texture.channels() == 3 && texture.size() > 0) continue;
         raise(error_code::mismatch, "texture", "3 channels and at least one pixel",
@@ -106,6 +89,8 @@ inline void check_raster_options(const view& from, const raster_options& options
                   std::to_string(backdrop.channels()));
 }
 
+/// Samples a texture.
+///
 /// u, v  texture coordinates
 inline std::array<std::uint8_t, 3> bilinear(const image<std::uint8_t>& texture, double u, double v) {
     const double last_x = nearest_double(texture.width() - 1), last_y = nearest_double(texture.height() - 1);
@@ -123,10 +108,10 @@ inline std::array<std::uint8_t, 3> bilinear(const image<std::uint8_t>& texture, 
     return result;
 }
 
-/// The samples of a few rows of pixels.
+/// Samples of some rows of pixels.
 struct sample_band {
     std::int64_t first_row = 0, last_row = 0, width = 0;  ///< in samples
-    buffer<float> inverse_depth;                          ///< 0 where nothing is
+    buffer<float> inverse_depth;                          ///< 0 in holes
     buffer<std::array<std::uint8_t, 3>> color;
 
     sample_band(std::pair<std::int64_t, std::int64_t> rows, std::int64_t samples_across, const raster_options& options)
@@ -140,7 +125,7 @@ struct sample_band {
                 std::copy_n(&options.backdrop(y / options.samples, x / options.samples), 3, color[i].begin());
     }
 
-    /// shade(u, v)  the color at texture coordinates
+    /// Draws a triangle. shade(u, v)  returns the color at texture coordinates
     template <class Shade>
     void draw(const screen_triangle& t, Shade&& shade) {
         const screen_values values(t);
@@ -155,7 +140,7 @@ struct sample_band {
         });
     }
 
-    /// Lays a translucent triangle over what is farther.
+    /// Blends a translucent triangle over the farther surfaces.
     template <class Shade>
     void blend(const screen_triangle& t, Shade&& shade) {
         const translucent_values values(t);
@@ -171,6 +156,8 @@ struct sample_band {
         });
     }
 
+    /// Averages the samples of each pixel.
+    ///
     /// n  samples per pixel and axis
     void resolve(std::int64_t n, rendering& result) const {
         for (std::int64_t y = first_row / n; y < last_row / n; ++y)
@@ -193,20 +180,21 @@ struct sample_band {
     }
 };
 
-/// The highest and the lowest place of something on the screen, in 1 / subsample_steps of a sample; nothing if top > bottom.
+/// Highest and lowest position of an object on the screen, in 1 / subsample_steps of a sample; empty if top > bottom.
 struct vertical_extent {
     std::int64_t top = 0, bottom = -1;
 };
 
-/// Rows of pixels per band: few enough to occupy many threads, and enough that few triangles touch two bands. Chosen by trial.
+/// Rows of pixels per band: few enough to occupy many threads, and enough that few triangles touch two bands. Tuned by
+/// experiment.
 inline constexpr std::int64_t rows_per_band = 16;
 
-/// Lists, for every band, the things that may touch it, in order: band b has list[start[b]] to list[start[b + 1] - 1].
+/// Lists for every band the objects that may touch it, in order: band b has list[start[b]] to list[start[b + 1] - 1].
 struct band_lists {
     buffer<std::size_t> start;
     buffer<std::int32_t> list;
 
-    /// extent(i)  the vertical_extent of thing i, of `count`
+    /// extent(i)  vertical_extent of object i of `count`
     template <class Extent>
     band_lists(std::int32_t count, Extent&& extent, std::int64_t rows, std::int64_t band_rows)
         : rows_(rows), band_rows_(band_rows) {
@@ -227,7 +215,7 @@ struct band_lists {
     }
 
     std::size_t band_count() const { return start.size() - 1; }
-    /// The rows [first, second) of a band.
+    /// Returns the rows [first, second) of a band.
     std::pair<std::int64_t, std::int64_t> rows_of(std::size_t band) const {
         const std::int64_t first = static_cast<std::int64_t>(band) * band_rows_;
         return {first, (std::min)(first + band_rows_, rows_)};
@@ -237,11 +225,11 @@ private:
     std::int64_t rows_, band_rows_;
 };
 
-/// Renders `count` things. Bands are the same for any number of threads, and each is drawn by one thread in the order of the
-/// things.
+/// Renders `count` objects. Bands do not depend on the number of threads, and one thread draws each band in the order of the
+/// objects.
 ///
-/// extent(i)      the vertical_extent of thing i
-/// draw(i, band)  draws it
+/// extent(i)      vertical_extent of object i
+/// draw(i, band)  draws object i into a band
 template <executor Executor, class Extent, class Draw>
 rendering draw_in_bands(const pinhole_camera& camera, const raster_options& options, std::int32_t count, Extent&& extent,
                         Draw&& draw, Executor& threads) {
@@ -269,7 +257,7 @@ rendering rasterize(const textured_mesh& mesh, std::span<const image<std::uint8_
     buffer<detail::screen_triangle> triangles;
     triangles.reserve(mesh.triangle_count());
     const detail::projection projection(from, options.samples, options.z_near);
-    buffer<std::int32_t> last_of_part;  // clipping may have made more of them
+    buffer<std::int32_t> last_of_part;  // end of each part in `triangles`; clipping can add triangles
     for (std::size_t t = 0; t < mesh.part_count(); ++t) {
         for (std::size_t i = mesh.part(t).first_triangle; i < mesh.part(t + 1).first_triangle; ++i)
             projection.append(mesh, i, options.both_sides, triangles);

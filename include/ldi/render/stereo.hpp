@@ -1,4 +1,4 @@
-// Pictures made from renderings: pairs for two eyes, and depth maps.
+// Pictures made from renderings: stereo pairs and depth maps.
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -12,20 +12,23 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <string>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The same view from `distance` to the right (negative: left) along its picture's horizontal, in the units of the photo's space:
-/// half the distance between two eyes for each.
-inline view beside(view from, float distance) {
+/// Moves a view sideways by `distance`, in units of the photo's space, to the right along its picture's horizontal (negative:
+/// left). For a stereo pair, move each eye by half the eye distance. Surfaces at the distance `window` keep their position in the
+/// picture.
+inline view beside(view from, float distance, float window = std::numeric_limits<float>::infinity()) {
     const std::array<float, 3> step = from.direction_to_photo({distance, 0, 0});
     for (std::size_t i = 0; i < 3; ++i) from.position[i] += step[i];
+    from.lens_shift[0] += from.camera.focal_length * distance / window;
     return from;
 }
 
-/// The distance between two eyes at which surfaces at the ends of the range move against each other, from one eye to the other,
-/// by `share` of the picture's width. A thirtieth is comfortable to look at.
+/// Returns the eye distance at which the parallax between the nearest and the farthest surface is `share` of the picture's
+/// width. A thirtieth is comfortable to view.
 inline float eye_distance(const pinhole_camera& camera, const depth_range& range, float share = 1.0F / 30.0F) {
     const float parallax = camera.focal_length * (range.inverse_depth(1) - range.inverse_depth(0));
     return parallax > 0 ? share * detail::nearest_float(camera.width) / parallax : 0.0F;
@@ -41,7 +44,7 @@ inline void check_pair(image_view<const std::uint8_t> left, image_view<const std
 
 }  // namespace detail
 
-/// H x 2W x 3: the left eye's picture on the left. Raises mismatch.
+/// Combines two pictures to H x 2W x 3, the left eye's picture on the left. Raises mismatch.
 inline image<std::uint8_t> side_by_side(image_view<const std::uint8_t> left, image_view<const std::uint8_t> right) {
     detail::check_pair(left, right);
     const std::size_t values = 3 * left.width();
@@ -53,8 +56,9 @@ inline image<std::uint8_t> side_by_side(image_view<const std::uint8_t> left, ima
     return result;
 }
 
-/// For glasses with red before the left eye and cyan before the right: red is the left picture's brightness (Rec. 601, which
-/// keeps colored things equally bright to both eyes; "half color"), green and blue are the right picture's. Raises mismatch.
+/// Combines two pictures for glasses with red at the left eye and cyan at the right. Red is the left picture's brightness (Rec.
+/// 601, which makes colored objects equally bright for both eyes; "half color"), green and blue are the right picture's. Raises
+/// mismatch.
 inline image<std::uint8_t> anaglyph(image_view<const std::uint8_t> left, image_view<const std::uint8_t> right) {
     detail::check_pair(left, right);
     image<std::uint8_t> result(right);
@@ -66,10 +70,10 @@ inline image<std::uint8_t> anaglyph(image_view<const std::uint8_t> left, image_v
     return result;
 }
 
-/// A rendering's depth as a depth map to be kept as 16-bit PNG: disparity, white near, from 1 at the far end of the range to
-/// 65,535 at the near end; 0 where nothing was drawn.
+/// Converts a rendering's depth to a 16-bit depth map: disparity, white near, from 1 at the far end of the range to 65,535 at
+/// the near end; 0 in holes.
 ///
-/// depth  H x W x 1, infinity where nothing is
+/// depth  H x W x 1, infinity in holes
 inline image<std::uint16_t> disparity_map(const image<float>& depth, const depth_range& range) {
     image<std::uint16_t> result(depth.height(), depth.width(), 1, unset);
     const float last = range.inverse_depth(0), span = range.inverse_depth(1) - last;

@@ -1,5 +1,4 @@
-// The texture atlas of a layered image: its charts, padded and packed into one picture (paper, section "Texture Atlas
-// Generation").
+// Texture atlas of a layered image: its charts, padded and packed in one picture (paper, section "Texture Atlas Generation").
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -20,20 +19,20 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct atlas_options {
     padding_options padding;
-    /// The atlas is at most this wide and high, in texels: what every GPU of the last ten years takes.
+    /// Maximum width and height of the atlas in texels: the limit of every GPU of the last ten years.
     std::int32_t max_side = 8192;
 };
 
 struct texture_atlas {
-    image<std::uint8_t> color;           ///< H x W x 3, sides multiples of 16; gray where no chart is
-    image<texel_kind> kind;              ///< H x W x 1: where each texel has its color from
+    image<std::uint8_t> color;           ///< H x W x 3, sides multiples of 16; gray outside charts
+    image<texel_kind> kind;              ///< H x W x 1: the origin of each texel's color
     buffer<chart_placement> placements;  ///< one per chart
-    float fill = 0;                      ///< the share of texels that belong to a pixel of the layered image
+    float fill = 0;                      ///< share of texels that belong to a pixel of the layered image
 };
 
 namespace detail {
 
-/// photo, refilled or occluded for each pixel.
+/// Classifies each pixel as photo, refilled or occluded.
 template <class Layers>
 buffer<texel_kind> pixel_kinds(const Layers& layers) {
     const auto& g = layers.topology();
@@ -54,15 +53,16 @@ buffer<texel_kind> pixel_kinds(const Layers& layers) {
 
 }  // namespace detail
 
-/// Packs, draws and pads all charts. Every pixel of `layers` has a color by now; known_column tells which are the photo's
-/// own, and only affects `kind`. Raises error_code::too_large if the charts do not fit, error_code::invalid_option for a
-/// filter padding below 1. Time is linear in pixels and texels but for packing, which grows with the number of charts times that
-/// of their different sizes; up to 32 bytes per pixel and per texel.
+/// Packs, draws and pads all charts. Every pixel of `layers` must have a color; known_column marks the photo's own colors, and
+/// only affects `kind`. Raises error_code::too_large if the charts do not fit, error_code::invalid_option for a filter padding
+/// below 1, error_code::mismatch for charts of another image. Linear time in pixels and texels, except for packing, which costs
+/// the number of charts times the number of their different sizes. Up to 32 bytes per pixel and per texel.
 template <has_columns<color_column, disparity_column, known_column> Layers, executor Executor = const serial_executor>
 texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const atlas_options& options = {},
                          Executor&& threads = {}) {
     const std::int32_t padding = options.padding.filter_padding;
     if (padding < 1) raise(error_code::invalid_option, "filter_padding", "at least 1", std::to_string(padding));
+    detail::check_charts(charts, layers.size(), "make_atlas");
 
     const auto blocks = [&](std::int32_t length) { return (length + 2 * padding + macroblock_side - 1) / macroblock_side; };
     buffer<rectangle_size> sizes;

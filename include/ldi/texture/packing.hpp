@@ -1,5 +1,5 @@
-// Packs rectangles into one sheet, or into several: a tree that splits free rectangles (paper, section "Texture Atlas
-// Generation", Packing; after blackpawn.com/texts/lightmaps). The unit is the caller's; the atlas packs in JPEG macroblocks.
+// Packs rectangles into one or several sheets by a tree that splits free rectangles (paper, section "Texture Atlas Generation",
+// Packing; after blackpawn.com/texts/lightmaps). The caller chooses the unit; the atlas packs in JPEG macroblocks.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -23,24 +23,24 @@ struct rectangle_size {
 };
 
 struct rectangle_corner {
-    std::int32_t x = 0, y = 0;  ///< of the top left corner
+    std::int32_t x = 0, y = 0;  ///< top left corner
 };
 
-/// The place of each rectangle, and the size of the sheet that holds them all.
+/// Position of each rectangle, and the size of the sheet that contains all of them.
 struct packing {
     rectangle_size sheet;
     buffer<rectangle_corner> corners;  ///< one per rectangle, in the caller's order
 };
 
-/// A sheet of fixed size that takes one rectangle after the other, each into the first free leaf of the tree that it fits.
-/// Only the free leaves are kept, from left to right: they are all that a search of the tree can end in.
+/// A sheet of fixed size. Inserts rectangles one by one, each into the first free leaf of the tree that fits. Only the free
+/// leaves are stored, from left to right, because every search of the tree ends in one of them.
 class packing_tree {
 public:
     explicit packing_tree(rectangle_size sheet) { leaves_ = {{{}, {}, 1}, {{}, sheet, none}}; }
 
-    /// Finds room for a rectangle; false if there is none.
+    /// Inserts a rectangle; returns false if there is no room.
     bool insert(rectangle_size size, rectangle_corner& corner) {
-        if (!(size == last_size_)) before_ = 0, last_size_ = size;  // for equal sizes, what was too small before still is
+        if (!(size == last_size_)) before_ = 0, last_size_ = size;  // leaves too small for an equal size are still too small
         while (leaves_[before_].next != none) {
             const std::size_t found = leaves_[before_].next;
             if (size.width <= leaves_[found].size.width && size.height <= leaves_[found].size.height) {
@@ -62,7 +62,7 @@ private:
         std::size_t next;
     };
 
-    /// Splits what the rectangle leaves over: first off the whole side where more is left, then the rest of the other.
+    /// Splits the rest of the leaf: first along the whole side with more space, then along the rest of the other side.
     void take(std::size_t found, rectangle_size size) {
         const leaf old = leaves_[found];
         const std::int32_t right = old.size.width - size.width, below = old.size.height - size.height;
@@ -70,7 +70,7 @@ private:
         const leaf beside{{old.corner.x + size.width, old.corner.y}, {right, vertically ? old.size.height : size.height}, none};
         const leaf under{{old.corner.x, old.corner.y + size.height}, {vertically ? size.width : old.size.width, below}, none};
         leaves_[before_].next = old.next;
-        // The leaf within the strip that the rectangle was cut from comes first in the tree.
+        // The leaf in the strip from which the rectangle was cut comes first in the tree.
         add(vertically ? beside : under);
         add(vertically ? under : beside);
     }
@@ -82,14 +82,14 @@ private:
         leaves_.push_back(l);
     }
 
-    buffer<leaf> leaves_;  // a linked list that starts at leaf 0, which is none itself
+    buffer<leaf> leaves_;  // a linked list that starts at leaf 0, a sentinel
     std::size_t before_ = 0;
     rectangle_size last_size_;
 };
 
 namespace detail {
 
-/// Large ones first: by the longer side, then by the shorter, then in the caller's order.
+/// Sorts by descending longer side, then shorter side, then in the caller's order.
 inline buffer<std::size_t> packing_order(std::span<const rectangle_size> sizes) {
     buffer<std::size_t> order(sizes.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
@@ -116,8 +116,8 @@ inline bool pack_into(std::span<const rectangle_size> sizes, std::span<const std
 
 }  // namespace detail
 
-/// Packs all rectangles, each at least 1 x 1, without turning them. Tries sheets from about 1:2 to 2:1 and keeps the smallest.
-/// Raises error_code::too_large if none up to max_side x max_side holds them.
+/// Packs all rectangles, each at least 1 x 1, without rotation. Tries sheets from about 1:2 to 2:1 and keeps the smallest.
+/// Raises error_code::too_large if no sheet up to max_side x max_side is large enough.
 inline packing pack(std::span<const rectangle_size> sizes, std::int32_t max_side) {
     if (sizes.empty()) return {};
     rectangle_size largest;
@@ -139,13 +139,13 @@ inline packing pack(std::span<const rectangle_size> sizes, std::int32_t max_side
         return true;
     };
     const double side = std::sqrt(detail::nearest_double(area));
-    // Widths over that of a square sheet without waste. On 17 photos with depth maps these 30 leave 2.8 % of the sheet empty and
-    // take 0.1 ms; steps twice as large leave 3.5 %, half as large 2.6 %, 0.85 to 1.2 leaves 4.4 %, a square alone 11 %, and 0.5
-    // to 2 gains nothing.
+    // Widths relative to a square sheet without waste. On 17 photos with depth maps, these 30 widths leave 2.8 % of the sheet
+    // empty and cost 0.1 ms. Steps twice as large leave 3.5 %, half as large 2.6 %; the range 0.85 to 1.2 leaves 4.4 %, a square
+    // alone 11 %; 0.5 to 2 gains nothing.
     for (double stretch = 0.7; stretch < 1.45; stretch += 0.025) {
         const std::int32_t width = (std::max)(static_cast<std::int32_t>(std::ceil(side * stretch)), largest.width);
         if (width > max_side) continue;
-        // The smallest height that works, by halving: whether one works is nearly, but not strictly, monotonic.
+        // Bisection for the smallest height that works. Success is nearly, but not strictly, monotonic in height.
         std::int32_t low = (std::max)(static_cast<std::int32_t>((area + width - 1) / width), largest.height);
         const std::int32_t below_best =
             best.corners.empty() ? max_side : static_cast<std::int32_t>((sheet_area(best.sheet) - 1) / width);
@@ -165,15 +165,15 @@ inline packing pack(std::span<const rectangle_size> sizes, std::int32_t max_side
     return best;
 }
 
-/// The place of each rectangle on one of several sheets, and how much of each sheet is used.
+/// Position of each rectangle on one of several sheets, and the used size of each sheet.
 struct sheet_packing {
     buffer<rectangle_size> sheets;
     buffer<std::int32_t> sheet_of;     ///< one per rectangle, in the caller's order
-    buffer<rectangle_corner> corners;  ///< the same
+    buffer<rectangle_corner> corners;  ///< one per rectangle, in the caller's order
 };
 
-/// Packs all rectangles, each at least 1 x 1, into as few sheets as it finds room on, the largest first. Raises
-/// error_code::too_large for a rectangle that is larger than a sheet.
+/// Packs all rectangles, each at least 1 x 1, on as few sheets as it can, the largest first. Raises error_code::too_large for a
+/// rectangle that is larger than a sheet.
 inline sheet_packing pack_on_sheets(std::span<const rectangle_size> sizes, std::int32_t max_side) {
     sheet_packing packed;
     packed.sheet_of.resize(sizes.size()), packed.corners.resize(sizes.size());

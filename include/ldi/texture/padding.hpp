@@ -1,6 +1,6 @@
-// Draws a chart into the atlas, and what surrounds it there (paper, section "Texture Atlas Generation", both paddings). Filter
-// padding, a few texels thick: copied from the neighboring chart where the surface goes on, diffused where it ends. Macroblock
-// padding: every 16 x 16 block that the padded chart touches is filled up by diffusion, because JPEG smears what a block mixes.
+// Draws a chart into the atlas with its padding (paper, section "Texture Atlas Generation", both paddings). Filter padding, a
+// few texels thick, is copied from the neighboring chart where the surface continues, and diffused where it ends. Macroblock
+// padding fills every 16 x 16 block that the padded chart touches by diffusion, because JPEG mixes the colors within a block.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -17,18 +17,18 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// JPEG codes color in square blocks with sides of this many texels (at 4:2:0, the default of encoders).
+/// Side in texels of the square blocks in which JPEG codes color (at 4:2:0, the default of encoders).
 inline constexpr std::int32_t macroblock_side = 16;
 
-/// The origin of a texel's color: the classes of the paper's Figure "atlas".
+/// Origin of a texel's color: the classes of the paper's Figure "atlas".
 enum class texel_kind : std::uint8_t {
-    empty,       ///< in no block of a chart
-    photo,       ///< a pixel that the photo shows
-    refilled,    ///< a pixel in front, but so close to a silhouette that its color was mixed and had to be inpainted
-    occluded,    ///< an inpainted pixel behind another
+    empty,       ///< outside the blocks of all charts
+    photo,       ///< a pixel visible in the photo
+    refilled,    ///< a foreground pixel so close to a silhouette that its color was mixed and had to be inpainted
+    occluded,    ///< an inpainted pixel behind another pixel
     copied,      ///< filter padding from the neighboring chart
     diffused,    ///< filter padding where the surface ends
-    macroblock,  ///< the rest of a chart's blocks
+    macroblock,  ///< the remaining texels of a chart's blocks
 };
 
 /// A rectangle of the atlas, in texels.
@@ -37,16 +37,16 @@ struct atlas_rectangle {
 };
 
 struct padding_options {
-    std::int32_t filter_padding = 4;  ///< thickness in texels, counted along rows and columns
-    int diffusion_rounds = 4;         ///< on each level, see diffusion.hpp
+    std::int32_t filter_padding = 4;  ///< thickness in texels, along rows and columns
+    int diffusion_rounds = 4;         ///< rounds per level (core/diffusion.hpp)
 };
 
-/// Draws and pads one chart after the other and keeps its memory for the next. One object serves one thread; charts whose
-/// rectangles share no texel may be drawn at the same time.
+/// Draws and pads charts one by one, and reuses its memory. One object serves one thread; several objects may draw charts at the
+/// same time if their rectangles share no texel.
 class chart_padder {
 public:
     /// kind_of  K: photo, refilled or occluded for each pixel
-    /// color   the atlas, H x W x 3
+    /// color    the atlas, H x W x 3
     /// kind     the atlas, H x W x 1, all `empty` before the first chart
     chart_padder(const graph_view& g, std::span<const std::uint8_t> colors, std::span<const texel_kind> kind_of,
                  image<std::uint8_t>& color, image<texel_kind>& kind)
@@ -57,8 +57,10 @@ public:
           kind_(kind.data()),
           stride_(static_cast<std::ptrdiff_t>(kind.width())) {}
 
-    /// room  the chart's blocks: all four numbers are multiples of 16, and every side of the chart is at least `filter_padding`
-    ///       texels away from its rim. Colors of texels that stay empty are left alone.
+    /// Draws and pads a chart.
+    ///
+    /// room  the chart's blocks: all four numbers are multiples of 16, and the chart is at least `filter_padding` texels away
+    ///       from every side. Colors of texels that remain empty do not change
     void draw(const chart& c, chart_placement placement, atlas_rectangle room, const padding_options& options) {
         draw_own(c, placement);
         find_border(c, placement);
@@ -69,7 +71,7 @@ public:
 private:
     struct border_texel {
         std::ptrdiff_t texel;
-        std::int32_t pixel;  // whose surface it shows; no_pixel beyond the surface's end
+        std::int32_t pixel;  // pixel whose surface it shows; no_pixel beyond the surface's end
     };
 
     std::ptrdiff_t texel_of(std::int32_t pixel, const chart& c, chart_placement placement) const {
@@ -78,12 +80,25 @@ private:
 
     std::ptrdiff_t step(side s) const { return step_y(s) * stride_ + step_x(s); }
 
-    void draw_own(const chart& c, chart_placement placement) {
-        for (std::int32_t pixel : c.pixels) {
-            const std::ptrdiff_t texel = texel_of(pixel, c, placement);
-            kind_[texel] = kind_of_[pixel];
-            copy_color(texel, pixel);
+    /// Calls `visit(pixel, texel, count)` for pixels that are consecutive in memory and in a row of the atlas.
+    template <class Visit>
+    void for_each_stretch(const chart& c, chart_placement placement, Visit&& visit) const {
+        for (std::size_t first = 0, last; first < c.pixels.size(); first = last) {
+            const std::int32_t pixel = c.pixels[first], x = graph_.x()[pixel], y = graph_.y()[pixel];
+            std::int32_t count = 1;
+            for (last = first + 1; last < c.pixels.size() && c.pixels[last] == pixel + count &&
+                                   graph_.x()[pixel + count] == x + count && graph_.y()[pixel + count] == y;
+                 ++last)
+                ++count;
+            visit(pixel, texel_of(pixel, c, placement), std::ptrdiff_t{count});
         }
+    }
+
+    void draw_own(const chart& c, chart_placement placement) {
+        for_each_stretch(c, placement, [&](std::int32_t pixel, std::ptrdiff_t texel, std::ptrdiff_t count) {
+            std::copy_n(kind_of_ + pixel, count, kind_ + texel);
+            std::copy_n(colors_ + 3 * std::ptrdiff_t{pixel}, 3 * count, color_ + 3 * texel);
+        });
     }
 
     void copy_color(std::ptrdiff_t texel, std::int32_t pixel) {
@@ -93,16 +108,26 @@ private:
 
     void find_border(const chart& c, chart_placement placement) {
         border_.clear();
-        for (std::int32_t pixel : c.pixels) {
-            const std::ptrdiff_t texel = texel_of(pixel, c, placement);
-            if (kind_[texel - 1] == texel_kind::empty || kind_[texel + 1] == texel_kind::empty ||
-                kind_[texel - stride_] == texel_kind::empty || kind_[texel + stride_] == texel_kind::empty)
-                border_.push_back({texel, pixel});
-        }
+        for_each_stretch(c, placement, [&](std::int32_t pixel, std::ptrdiff_t texel, std::ptrdiff_t count) {
+            constexpr std::ptrdiff_t block = 32;  // tests blocks of texels, because nearly none of them lies at the border
+            for (std::ptrdiff_t i = 0; i < count; i += block) {
+                const std::ptrdiff_t end = (std::min)(i + block, count);
+                int found = 0;
+                for (std::ptrdiff_t t = i; t < end; ++t) found |= static_cast<int>(is_at_border(texel + t));
+                for (std::ptrdiff_t t = i; found != 0 && t < end; ++t)
+                    if (is_at_border(texel + t)) border_.push_back({texel + t, pixel + static_cast<std::int32_t>(t)});
+            }
+        });
     }
 
-    /// One texel more of filter padding. Where two surfaces meet each gets half of the gap, and where one goes on that counts
-    /// more than that another ends.
+    /// Has no branches, so that the compiler can vectorize it.
+    bool is_at_border(std::ptrdiff_t texel) const {
+        const auto is_empty = [&](std::ptrdiff_t t) { return static_cast<int>(kind_[t] == texel_kind::empty); };
+        return (is_empty(texel - 1) | is_empty(texel + 1) | is_empty(texel - stride_) | is_empty(texel + stride_)) != 0;
+    }
+
+    /// Adds one texel of filter padding. Two surfaces that meet get half of the gap each. A surface that continues takes
+    /// precedence over one that ends.
     void grow_border() {
         next_border_.clear();
         for (const border_texel& b : border_) {
@@ -148,7 +173,7 @@ private:
         }
     }
 
-    /// Lists the blocks of one row of blocks that have unknown texels, and marks those.
+    /// Lists the blocks in one row of blocks that have unknown texels, and marks these texels.
     void find_open_blocks(atlas_rectangle room, std::int32_t y) {
         open_blocks_.clear();
         for (std::int32_t x = 0; x < room.width; x += macroblock_side) {
@@ -188,7 +213,7 @@ private:
     std::ptrdiff_t stride_;
     buffer<border_texel> border_, next_border_;
     diffusion<3> diffusion_;
-    buffer<std::ptrdiff_t> unknown_;  // the texel of each cell of the diffusion
+    buffer<std::ptrdiff_t> unknown_;  // texel of each diffusion cell
     buffer<std::int32_t> cell_above_, open_blocks_;
 };
 

@@ -1,4 +1,4 @@
-// Places of full-size charts on sheets (texture/sheets.hpp).
+// Layout of full-size charts on sheets (texture/sheets.hpp).
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -12,26 +12,35 @@
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct sheet_options {
-    /// A sheet is at most this wide and high, in texels; a multiple of 16. Telephones take 4096.
+    /// Maximum width and height of a sheet in texels; a multiple of 16. Phones support 4096.
     std::int32_t max_side = 4096;
-    /// Around charts, in pixels of the layered image; at least 1, and at most the atlas's filter padding.
+    /// Padding around charts, in pixels of the layered image; at least 1, and at most the atlas's filter padding.
     std::int32_t padding = 4;
+    /// Pixels of the layered image on each side beyond the photo's (photo_facts::margin).
+    std::int32_t margin = 0;
 };
 
-/// Along one direction: the pixels of the photo, which count more or less than those of the layered image.
+/// Scale along one direction: `photo` pixels of the photo cover the same length as `layers` pixels of the layered image within
+/// its margin. Positions in the layered image include the margin.
 struct sheet_scale {
+    /// `photo`: pixels of the photo; `layers`: pixels of the layered image without its margin
     std::int64_t photo = 1, layers = 1;
+    std::int32_t margin = 0;
 
-    /// A place of the layered image in the photo.
-    double in_photo(double place) const { return place * detail::nearest_double(photo) / detail::nearest_double(layers); }
-    /// A place of the photo in the layered image.
-    double in_layers(double place) const { return place * detail::nearest_double(layers) / detail::nearest_double(photo); }
-    /// The pixel of the layered image, below 0 or beyond the last maybe, in which the middle of a pixel of the photo lies.
-    std::int32_t pixel_of(std::int64_t photo_pixel) const { return floored((2 * photo_pixel + 1) * layers, 2 * photo); }
-    /// The pixel of the photo at whose place, or before, a pixel of the layered image begins.
-    std::int32_t first_at(std::int64_t pixel) const { return floored(pixel * photo, layers); }
-    /// The pixel of the photo that begins at the same place, or behind.
-    std::int32_t last_at(std::int64_t pixel) const { return -floored(-pixel * photo, layers); }
+    /// Position in the photo of a position in the layered image.
+    double in_photo(double place) const {
+        return (place - margin) * detail::nearest_double(photo) / detail::nearest_double(layers);
+    }
+    /// Position in the layered image of a position in the photo.
+    double in_layers(double place) const {
+        return place * detail::nearest_double(layers) / detail::nearest_double(photo) + margin;
+    }
+    /// Pixel of the layered image that contains the center of a photo pixel. May lie outside the layered image.
+    std::int32_t pixel_of(std::int64_t photo_pixel) const { return floored((2 * photo_pixel + 1) * layers, 2 * photo) + margin; }
+    /// Last photo pixel that starts at or before the start of a pixel of the layered image.
+    std::int32_t first_at(std::int64_t pixel) const { return floored((pixel - margin) * photo, layers); }
+    /// First photo pixel that starts at or after the start of a pixel of the layered image.
+    std::int32_t last_at(std::int64_t pixel) const { return -floored((margin - pixel) * photo, layers); }
 
 private:
     static std::int32_t floored(std::int64_t a, std::int64_t positive) {
@@ -39,17 +48,17 @@ private:
     }
 };
 
-/// The place of a chart.
+/// Position of a chart.
 struct sheet_placement {
-    std::int32_t sheet = 0;                 ///< 0: it stays in the atlas, and nothing else here counts
-    atlas_rectangle room = {};              ///< on the sheet
-    std::int32_t photo_x = 0, photo_y = 0;  ///< the pixel of the photo at the room's top left texel; it may lie outside
+    std::int32_t sheet = 0;                 ///< 0: the chart stays in the atlas, and the other members are unused
+    atlas_rectangle room = {};              ///< rectangle on the sheet
+    std::int32_t photo_x = 0, photo_y = 0;  ///< photo pixel at the room's top left texel; may lie outside the photo
 };
 
 struct sheet_layout {
     sheet_scale across, down;
     std::int32_t padding = 0;
-    buffer<rectangle_size> sizes;        ///< of all textures, in texels: the atlas, then the sheets
+    buffer<rectangle_size> sizes;        ///< sizes of all textures in texels: the atlas, then the sheets
     buffer<sheet_placement> placements;  ///< one per chart
 };
 

@@ -1,12 +1,13 @@
-// Full-size textures. Depth is coarser than the photo, so layered images stay small: at the photo's size they would cost time and
-// memory without a gain. Colors can be finer. draw_sheet() draws the charts that show the photo again, on separate sheets with
-// one texel per pixel of the photo. The atlas remains the texture of entirely hidden charts and of soft edges. Sheets are drawn
-// one at a time, so that only one needs to be in memory.
+// Full-size textures. Depth is coarser than the photo, so layered images stay small: at the photo's size they would cost time
+// and memory without a gain. Colors can be finer. draw_sheet() draws the charts that show the photo again, on separate sheets
+// with one texel per pixel of the photo. The atlas remains the texture of completely hidden charts and of soft edges. Sheets are
+// drawn one at a time, so that only one must be in memory.
 //
 //     made = make_photo3d(photo, estimator, inpainter, for_sheets(options, photo.height(), photo.width()));   // photo3d.hpp
-//     const sheet_layout layout = lay_out_sheets(made.layers, made.charts, made.atlas, photo.height(), photo.width());
+//     const sheet_layout layout = lay_out_sheets(made.layers, made.charts, made.atlas, photo.height(), photo.width(),
+//                                                {.margin = made.facts.margin});
 //     const textured_mesh mesh = move_to_sheets(made.mesh, made.charts, made.atlas, layout);   // mesh/move_to_sheets.hpp
-//     // its textures: made.atlas.color, then for each s from 1 to layout.sizes.size() - 1
+//     // textures of the mesh: made.atlas.color, then for each s from 1 to layout.sizes.size() - 1
 //     draw_sheet(layout, s, made.charts, made.atlas, made.photo, photo);
 #pragma once
 
@@ -33,36 +34,37 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// Raises mismatch if the atlas has no such padding around a chart.
+/// Raises mismatch unless the atlas has this padding around the chart.
 inline void check_padding(const chart& shape, chart_placement in_atlas, const texture_atlas& atlas, std::int32_t padding) {
     const std::int64_t right = std::int64_t{in_atlas.x} + shape.width + padding,
                        bottom = std::int64_t{in_atlas.y} + shape.height + padding;
     if (in_atlas.x < padding || in_atlas.y < padding || right > static_cast<std::int64_t>(atlas.kind.width()) ||
         bottom > static_cast<std::int64_t>(atlas.kind.height()))
-        raise(error_code::mismatch, "sheets", "an atlas of these charts with a padding of " + std::to_string(padding), "another");
+        raise(error_code::mismatch, "sheets", "an atlas of these charts with a padding of " + std::to_string(padding),
+              "another atlas");
 }
 
 }  // namespace detail
 
-/// The largest chart_options::max_side with which every chart finds room on a sheet.
+/// Returns the largest chart_options::max_side with which every chart fits on a sheet. Raises too_large if there is none.
 ///
 /// scale  pixels of the photo per pixel of the layered image, the larger of both directions
-/// Raises too_large if there is none.
-inline std::int32_t largest_chart_side(double scale, const sheet_options& options = {}) {
-    // Ends within a texel are rounded outwards.
+inline std::int32_t max_chart_side(double scale, const sheet_options& options = {}) {
+    // Edges inside a texel are rounded outward.
     const double side = std::floor(detail::nearest_double(options.max_side - 2) / scale) - 2.0 * options.padding;
     if (!(side >= 16))
-        raise(error_code::too_large, "largest_chart_side",
+        raise(error_code::too_large, "max_chart_side",
               "a scale at which charts of 16 pixels fit on sheets of " + std::to_string(options.max_side),
               detail::to_text(scale));
     return static_cast<std::int32_t>((std::min)(side, 1e6));
 }
 
-/// Gives every chart with a pixel that the photo shows room on a sheet, as large as the photo.
+/// Allocates room on a sheet, at the photo's size, for every chart with a pixel that the photo shows.
 ///
-/// layers         known_column tells which pixels the photo shows
-/// charts, atlas  of these layers
-/// photo_height, photo_width  of the photo that sheets will show
+/// layers                     known_column marks the pixels that the photo shows
+/// charts, atlas              made from these layers
+/// photo_height, photo_width  size of the photo for draw_sheet()
+///
 /// Raises invalid_option, mismatch for another atlas, and too_large for a chart that fits on no sheet.
 template <has_columns<known_column> Layers>
 sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const texture_atlas& atlas, std::size_t photo_height,
@@ -71,15 +73,18 @@ sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const
         raise(error_code::invalid_option, "sheet_options", "a side that is a multiple of 16, a padding of at least 1",
               std::to_string(options.max_side) + " and " + std::to_string(options.padding));
     const auto& g = layers.topology();
+    if (options.margin < 0 || 2 * std::int64_t{options.margin} >= (std::min)(g.width(), g.height()))
+        raise(error_code::mismatch, "lay_out_sheets", "a lattice with a photo inside its margin",
+              std::to_string(g.width()) + " x " + std::to_string(g.height()) + ", " + std::to_string(options.margin));
     if (atlas.placements.size() != charts.charts.size())
-        raise(error_code::mismatch, "lay_out_sheets", "an atlas of these charts", "another");
+        raise(error_code::mismatch, "lay_out_sheets", "an atlas of these charts", "another atlas");
     if (photo_height == 0 || photo_width == 0 || layers.size() == 0)
         raise(error_code::mismatch, "lay_out_sheets", "a photo and layers with at least one pixel",
               std::to_string(photo_height) + " x " + std::to_string(photo_width) + " and " + std::to_string(layers.size()));
     sheet_layout layout;
     layout.padding = options.padding;
-    layout.across = {static_cast<std::int64_t>(photo_width), g.width()};
-    layout.down = {static_cast<std::int64_t>(photo_height), g.height()};
+    layout.across = {static_cast<std::int64_t>(photo_width), g.width() - 2 * options.margin, options.margin};
+    layout.down = {static_cast<std::int64_t>(photo_height), g.height() - 2 * options.margin, options.margin};
     layout.sizes.push_back({static_cast<std::int32_t>(atlas.color.width()), static_cast<std::int32_t>(atlas.color.height())});
     layout.placements.resize(charts.charts.size());
 
@@ -111,15 +116,16 @@ sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const
     return layout;
 }
 
-/// Draws a sheet, H x W x 3, gray where no chart is. A texel in a pixel of the layered image that has the photo's color is the
-/// photo's own, unchanged. Beside silhouettes and where colors were changed it is the photo's without what that has of the other
-/// surface; where the photo shows something else, the atlas's color, smoothly enlarged.
+/// Draws a sheet, H x W x 3, gray outside charts. Where the layered image has the photo's color, the texels are the photo's own,
+/// unchanged. Beside silhouettes and where colors were changed, the neighboring surface's share is removed from the photo's
+/// color. Where the photo shows another surface, the texel is the atlas's color, enlarged by interpolation.
 ///
 /// sheet          1 to layout.sizes.size() - 1
-/// charts, atlas  that the sheets were laid out for
-/// worked_on      the photo as the layered image was made from, of its size
-/// photo          the same photo, of the size that the sheets were laid out for
-/// Raises mismatch where inputs don't fit together.
+/// charts, atlas  as for lay_out_sheets()
+/// worked_on      the photo from which the layered image was made, at the layered image's size
+/// photo          the same photo, at the size given to lay_out_sheets()
+///
+/// Raises mismatch if inputs don't fit together.
 template <executor Executor = const serial_executor>
 image<std::uint8_t> draw_sheet(const sheet_layout& layout, std::size_t sheet, const chart_set& charts, const texture_atlas& atlas,
                                image_view<const std::uint8_t> worked_on, image_view<const std::uint8_t> photo,
@@ -131,7 +137,7 @@ image<std::uint8_t> draw_sheet(const sheet_layout& layout, std::size_t sheet, co
     if (sheet < 1 || sheet >= layout.sizes.size() || layout.placements.size() != charts.charts.size() ||
         atlas.placements.size() != charts.charts.size() || !is_of(photo, layout.down.photo, layout.across.photo) ||
         !is_of(worked_on, layout.down.layers, layout.across.layers))
-        raise(error_code::mismatch, "draw_sheet", "a sheet, charts and pictures that it was laid out for", "others");
+        raise(error_code::mismatch, "draw_sheet", "a sheet, charts and pictures of this layout", "other inputs");
     const rectangle_size size = layout.sizes[sheet];
     image<std::uint8_t> drawn(static_cast<std::size_t>(size.height), static_cast<std::size_t>(size.width), 3, std::uint8_t{128});
     for (std::size_t c = 0; c < charts.charts.size(); ++c) {

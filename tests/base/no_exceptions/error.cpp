@@ -1,5 +1,5 @@
-// A program of its own, compiled with -fno-exceptions -fno-rtti: the handler is called with the four details of an error, and
-// ends the program. Exit code 0 means that it was; anything else, or an abort, that it was not.
+// A separate program, compiled with -fno-exceptions -fno-rtti: the handler is called with the four details of an error, and ends
+// the program. Exit code 0 means success; any other code, or an abort, means failure.
 
 #include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
@@ -26,8 +26,7 @@ namespace {
 
 void check_and_end(const ldi::error_details& details) {
     if (details.code != ldi::error_code::canceled || details.where != "coarsen") fail("the details are not the error's");
-    if (ldi::to_string(details) != "coarsen: expected to run to the end, found a request to stop (canceled)")
-        fail("wrong message");
+    if (ldi::to_string(details) != "coarsen: expected completion, found a request to stop (canceled)") fail("wrong message");
     std::exit(0);
 }
 }  // namespace

@@ -1,5 +1,5 @@
-// A program of its own, compiled with -fno-exceptions -fno-rtti: where the caller's memory has no more, the handler hears of it.
-// It jumps out, so that many places can be tried. Exit code 0 means that it was called at each of them.
+// A separate program, compiled with -fno-exceptions -fno-rtti: if the caller's memory is exhausted, the handler is called. It
+// jumps out, so that many allocations can be tested. Exit code 0 means that it was called for each of them.
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/memory.hpp>
@@ -21,11 +21,11 @@ bool is_message_right = true;
 
 void jump_out(const ldi::error_details& details) {
     is_message_right = is_message_right && details.code == ldi::error_code::out_of_memory &&
-                       ldi::to_string(details) == "memory: expected enough of it, found too little (out of memory)";
+                       ldi::to_string(details) == "memory: expected enough memory, found too little (out of memory)";
     std::longjmp(place, 1);
 }
 
-/// Gives out its bytes one after the other: a jump skips destructors, so what they would have given back is taken back at once.
+/// Allocates from one block. A jump skips destructors, so the memory that they would release is reclaimed at once.
 struct arena {
     static constexpr std::size_t capacity = std::size_t{1} << 20;
     alignas(64) std::byte bytes[capacity];
@@ -41,7 +41,7 @@ struct arena {
     static void release(void*, void*, std::size_t) {}
 };
 
-/// Whether all goes well with so many allocations.
+/// Whether everything succeeds with this number of allocations.
 bool is_enough(std::size_t calls) {
     static arena own;
     static const ldi::memory source{&own, &arena::allocate, &arena::release};

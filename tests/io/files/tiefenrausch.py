@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Writes the files beside it that tests/io/tiefenrausch_file.cpp compares with: a student of examples/training/tiefenrausch_small with
-few channels and random weights, quantised and exported as trained ones are, and what exact integers make of a photograph. Needs Debian's
+few channels and random weights, quantized and exported as trained ones are, and what exact integers make of a photograph. Needs Debian's
 python3-torch.
 
     tiefenrausch.py
@@ -16,7 +16,7 @@ TRAINING = FOLDER.parents[2] / "examples/training"
 sys.path[:0] = [str(TRAINING), str(TRAINING / "tiefenrausch_small")]
 import export  # noqa: E402
 import model  # noqa: E402
-import quantise  # noqa: E402
+import quantize  # noqa: E402
 from weight_files import write_safetensors  # noqa: E402
 
 torch.manual_seed(0)
@@ -24,8 +24,8 @@ model.STEM, model.CHANNELS_UP, model.RESIDUALS_UP = 4, (4, 5, 8, 8, 8, 8), (0, 1
 model.STAGES_DOWN = ((5, 1, (1,)), (6, 2, (2, 1)), (8, 2, (2,)), (8, 2, (2,)), (8, 2, (1,)), (8, 2, (2, 1)))
 student = model.Student().train()
 photo = F.interpolate(torch.rand(4, 3, 6, 8), (64, 96), mode="bilinear", align_corners=False).mul(255).round()
-student(photo / 255)  # for the normalisation's statistics
-net = quantise.Quantised(quantise.find_ranges(student.eval(), [photo / 255])).take(student).eval()
+student(photo / 255)  # for the normalization's statistics
+net = quantize.Quantized(quantize.find_ranges(student.eval(), [photo / 255])).take(student).eval()
 with torch.no_grad():
     for bias in net.biases.values():
         bias.add_(torch.randn_like(bias) * 0.05)

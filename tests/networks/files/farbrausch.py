@@ -4,9 +4,9 @@ makes of images with holes. Needs Debian's python3-torch and python3-opencv.
 
     farbrausch.py
 
-farbrausch_weights.safetensors   a network with few channels, random weights and random statistics in its normalisation, exported
+farbrausch_weights.safetensors   a network with few channels, random weights and random statistics in its normalization, exported
                                  as trained ones are
-farbrausch_*.safetensors         image and masks (channel, row, column), and the colours of the hole's pixels in their order
+farbrausch_*.safetensors         image and masks (channel, row, column), and the colors of the hole's pixels in their order
 """
 import pathlib
 import sys
@@ -104,11 +104,11 @@ def write_case(name, net, image, known, exists, with_fills=False):
     """known, exists: H x W of bool."""
     check_windows(exists, (3, 5, 7))
     known = known & exists
-    colours = image.float() / 255 * torch.from_numpy(exists)
+    colors = image.float() / 255 * torch.from_numpy(exists)
     as_mask = lambda mask: torch.from_numpy(mask.astype(np.float32))[None, None]  # noqa: E731
     with torch.no_grad():
-        output = net(colours, as_mask(known), as_mask(exists))[0].permute(1, 2, 0).numpy()
-        fill, tone = (part[0].permute(1, 2, 0).numpy() for part in model.smooth_fills(colours, as_mask(known), as_mask(exists)))
+        output = net(colors, as_mask(known), as_mask(exists))[0].permute(1, 2, 0).numpy()
+        fill, tone = (part[0].permute(1, 2, 0).numpy() for part in model.smooth_fills(colors, as_mask(known), as_mask(exists)))
     hole = exists & ~known
     tensors = {"image": image[0].numpy(), "known": known.astype(np.uint8), "exists": exists.astype(np.uint8), "output": output[hole]}
     if with_fills:

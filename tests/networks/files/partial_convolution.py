@@ -5,7 +5,7 @@ examples/training/partial_convolution.py makes of images with holes. Needs Debia
     partial_convolution.py
 
 partial_convolution_weights.safetensors   a network of all eight levels with few channels, random weights and random statistics in
-                                          its normalisation, exported as trained ones are
+                                          its normalization, exported as trained ones are
 partial_convolution_*.safetensors         as farbrausch.py writes them; of `full` the weights are the hashes of all 32.85 M indices
 """
 import farbrausch

@@ -42,7 +42,7 @@ ldi::convolution_description any_convolution(random_source& random, std::size_t 
     return c;
 }
 
-/// Layers of all kinds in random order, tensors read again by later additions.
+/// Layers of all kinds in random order, with tensors that later additions read again.
 ldi::network_description any_network(random_source& random, std::size_t layers) {
     ldi::network_description network;
     network.input_name = "input";
@@ -92,8 +92,8 @@ ldi::network_description any_network(random_source& random, std::size_t layers) 
     return network;
 }
 
-/// A dense convolution, then inverted residual blocks as the depth network has them: 1 x 1, perhaps enlarged, depthwise, 1 x 1,
-/// perhaps with one addition or two, some of them of tensors made long before.
+/// A dense convolution, then inverted residual blocks as in the depth network: 1 x 1, optionally enlarged, depthwise, 1 x 1,
+/// optionally with one or two additions, some of them of much earlier tensors.
 ldi::network_description network_of_blocks(random_source& random, std::size_t blocks) {
     ldi::network_description network{"input", random.size_in(1, 3), random.quantization(), {}, 0};
     struct tensor {
@@ -135,7 +135,7 @@ ldi::network_description network_of_blocks(random_source& random, std::size_t bl
     return network;
 }
 
-/// One operator by its definition: sums over coordinates, no packing, no tiles.
+/// Computes one operator by its definition: sums over coordinates, without packing or tiles.
 image<std::uint8_t> reference(const ldi::network_description& network, std::size_t index,
                               const std::vector<image<std::uint8_t>>& tensors) {
     const ldi::operator_description& op = network.operators[index];

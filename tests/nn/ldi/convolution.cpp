@@ -18,7 +18,7 @@ namespace {
 using floats = buffer<float>;
 using indices = buffer<std::int32_t>;
 
-/// A source with what it points to.
+/// A source and the memory that it refers to.
 struct input_tensor {
     floats values;
     std::size_t channels;
@@ -54,10 +54,10 @@ conv_f32_weights packed(const layer& l, isa target) {
 }
 
 struct value_and_scale {
-    double value, scale;  // scale: the sum of the absolute values of what was added
+    double value, scale;  // scale: sum of the absolute values of all summands
 };
 
-/// One output, from exploration and in double precision.
+/// Computes one output by exploration in double precision.
 value_and_scale by_definition(const graph_view& g, std::int32_t pixel, const layer& l, const std::vector<input_tensor>& tensors,
                               std::size_t output, bool is_partial, bool& is_masked) {
     const std::size_t elements = static_cast<std::size_t>(l.kernel_size * l.kernel_size);
@@ -127,7 +127,7 @@ std::size_t some_channels(std::mt19937& random, std::int32_t most) {
     return 1 + static_cast<std::size_t>(testing::below(random, most));
 }
 
-/// The whole result near the definition, a restricted plan's the same bits, on every instruction set.
+/// Checks the whole result against the definition, and that a restricted plan has the same bits, on every instruction set.
 void check_everywhere(const graph_view& g, const convolution_plan& plan, const indices& centers, const layer& l,
                       const std::vector<input_tensor>& tensors, bool is_partial, std::mt19937& random) {
     const indices subset = random_subset(random, plan.output_count);
@@ -183,7 +183,7 @@ TEST_CASE("a partial convolution is scaled by what is not masked, over all sourc
         const graph& g = layers.topology();
         const coarsened coarse = coarsen(g, orphan_rule::stay);
         std::vector<input_tensor> tensors;
-        if (testing::chance(random, 60)) {  // what lies above, upsampled
+        if (testing::chance(random, 60)) {  // upsampled from the coarser level
             const std::size_t channels = some_channels(random, 7), count = coarse.kept.size();
             tensors.push_back({random_floats(random, count * channels), channels, coarse.parent, {}});
             if (testing::chance(random, 50)) tensors.back().mask = random_mask(random, count);
@@ -295,7 +295,7 @@ TEST_CASE("a convolution of bytes is that of the numbers that they stand for") {
         const indices parents = coarsen(g, orphan_rule::stay).parent;
         const std::size_t above = some_channels(random, 7), beside = some_channels(random, 7);
         layer l = random_layer(random, 1 + 2 * testing::below(random, 4), above + beside, some_channels(random, 50));
-        // Whole numbers, of which the largest is 63 in every output: none of them is rounded.
+        // Integers, of which the largest is 63 in every output: none of them is rounded.
         for (float& w : l.weights) w = std::round(w * 63.0F);
         for (std::size_t o = 0; o < l.outputs; ++o) l.weights[o * l.weights.size() / l.outputs] = 63.0F;
         const quantized_source quantized[] = {{above, {0.5F, static_cast<std::uint8_t>(testing::below(random, 256))}},

@@ -26,7 +26,7 @@ convolution_layer random_layer(std::mt19937& random, std::size_t inputs, std::si
     return {random_floats(random, outputs * inputs * k * k), random_floats(random, outputs), options};
 }
 
-/// A U-Net of two levels, as a stranger would write it.
+/// A U-Net of two levels, as a user would write it.
 struct small_unet {
     convolution_layer encode, middle, decode, result;
 

@@ -11,7 +11,7 @@ using ldi::testing::random_layers;
 namespace {
 using indices = buffer<std::int32_t>;
 
-/// The windows of all outputs of a plan; of outputs that are not in the plan, nothing.
+/// Windows of all outputs of a plan; empty for outputs outside the plan.
 std::vector<indices> windows_of(const convolution_plan& plan) {
     std::vector<indices> windows(plan.output_count);
     const std::size_t k = static_cast<std::size_t>(plan.kernel_size);

@@ -112,7 +112,7 @@ TEST_CASE("maps of bytes are added in their quantizations, joined, and cut at th
                    coarse = random_bytes(half.kept.size(), 200), joined = random_bytes(a.pixels(), 10);
         const auto beside = add(a, b, sum), above = add(a, upsample(coarse, half.parent), sum);
         const auto both = concatenate({basic_feature_view<std::uint8_t>(a), basic_feature_view<std::uint8_t>(joined)});
-        const auto cut = relu_u8(a);
+        const auto cut = activate(a, relu);
         REQUIRE((beside.zero == 90 && both.channels == 6));
         for (std::int32_t i = 0; i < layers.topology().count(); ++i)
             for (std::size_t c = 0; c < 3; ++c) {
@@ -123,4 +123,16 @@ TEST_CASE("maps of bytes are added in their quantizations, joined, and cut at th
                 CHECK(cut.at(i)[c] == (std::max)(a.at(i)[c], std::uint8_t{10}));
             }
     });
+}
+
+TEST_CASE("quantize() rounds to the nearest byte and clamps, and dequantize() inverts it") {
+    feature_map x(2, 4);
+    const float values[] = {0.0F, 0.26F, -0.24F, 1000.0F, -1000.0F, std::nanf(""), INFINITY, 1.5F};
+    std::copy(std::begin(values), std::end(values), x.values.begin());
+    const quantization q{0.5F, 10};
+    const auto bytes = quantize(x, q);
+    CHECK(bytes.values == buffer<std::uint8_t>{10, 11, 10, 255, 0, 10, 255, 13});
+    CHECK(bytes.zero == 10);
+    CHECK(dequantize(bytes, q).values == buffer<float>{0.0F, 0.5F, 0.0F, 122.5F, -5.0F, 0.0F, 122.5F, 1.5F});
+    CHECK(quantize(dequantize(bytes, q), q).values == bytes.values);
 }

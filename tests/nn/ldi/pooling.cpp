@@ -60,7 +60,7 @@ TEST_CASE("on a grid pooling is that of images, over 2 x 2 pixels and what is le
 
 TEST_CASE("pooling does not mix two surfaces that a silhouette parts") {
     testing::sketched_graph g(make_grid(4, 2));
-    for (const std::int32_t i : {1, 5}) g.unlink(i, side::left);  // pixels 0 and 4 are a surface of their own
+    for (const std::int32_t i : {1, 5}) g.unlink(i, side::left);  // pixels 0 and 4 are a separate surface
     feature_map values(8, 1);
     for (std::int32_t i = 0; i < 8; ++i) values.at(i)[0] = i % 4 == 0 ? 100.0F : 1.0F;
     const coarsened half = coarsen(g);

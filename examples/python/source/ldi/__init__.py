@@ -1,14 +1,14 @@
 """Turns one photo into a 3D photo.
 
 The results are NumPy arrays over the library's own memory. photo3d() goes the whole way; clean_depth(), lift(), expand(), inpaint(),
-make_charts(), make_atlas() and make_mesh() are its stages, each a function from value to value.
+grow_past_frame(), make_charts(), make_atlas() and make_mesh() are its stages, each a function from value to value.
 """
-from ._api import clean_depth, depth_network, expand, inpaint, inpainting_network, lift, make_atlas, make_charts, make_mesh, photo3d, read_photo, write_png
+from ._api import clean_depth, depth_network, expand, grow_past_frame, inpaint, inpainting_network, lift, make_atlas, make_charts, make_mesh, photo3d, read_photo, write_png
 from ._errors import Error, FileError, InputError
 from ._ldi import Atlas, Chart, Charts, Curve, Depth, DepthNetwork, InpaintingNetwork, Layer, Layers, Mesh, Photo3D
 from ._ldi import version as __version__
 
 __all__ = [
     "Atlas", "Chart", "Charts", "Curve", "Depth", "DepthNetwork", "Error", "FileError", "InpaintingNetwork", "InputError", "Layer", "Layers", "Mesh", "Photo3D",
-    "clean_depth", "depth_network", "expand", "inpaint", "inpainting_network", "lift", "make_atlas", "make_charts", "make_mesh", "photo3d", "read_photo", "write_png",
+    "clean_depth", "depth_network", "expand", "grow_past_frame", "inpaint", "inpainting_network", "lift", "make_atlas", "make_charts", "make_mesh", "photo3d", "read_photo", "write_png",
 ]

@@ -118,7 +118,7 @@ def inpainting_network(path=None, *, arithmetic="float32"):
     return _network(InpaintingNetwork, _weights(path, b"farbrausch.safetensors"), arithmetic)
 
 
-def photo3d(photo, depth=None, *, depth_kind="disparity", depth_is_inverse=False, inpaint="network", long_side=1536, focal_length=26.0, motion=0.08, texture=1.0, grain=0.6, threads=0, progress=None):
+def photo3d(photo, depth=None, *, depth_kind="disparity", depth_is_inverse=False, inpaint="network", long_side=1536, focal_length=26.0, motion=0.08, frame="grow", texture=1.0, grain=0.6, threads=0, progress=None):
     """Turns a photo into a 3D photo.
 
     photo             H x W x 3 uint8; an array with rows in memory is not copied
@@ -131,6 +131,8 @@ def photo3d(photo, depth=None, *, depth_kind="disparity", depth_is_inverse=False
     long_side         larger photos are shrunk to this many pixels, 1 to 16384
     focal_length      35 mm equivalent, in millimeters
     motion            maximum parallax between the nearest and the farthest surface, as a share of the long side, 0 to 1
+    frame             "grow": surfaces go on past the photo's border as far as the motion uncovers them, and pages show the
+                      whole photo; "crop": they end there, and pages hide the border
     texture, grain    strength of the photo's texture and of noise on inpainted surfaces, 0 to 4
     threads           0: one per processor
     progress          called as progress(stage, fraction); an exception it raises ends the work, as Ctrl-C does
@@ -138,7 +140,7 @@ def photo3d(photo, depth=None, *, depth_kind="disparity", depth_is_inverse=False
     depth, is_metric, is_inverse = _depth(depth, depth_kind, depth_is_inverse)
     return _ldi.photo3d(
         photo, depth, is_metric, is_inverse, _inpainter(inpaint), _integer("long_side", long_side, 1, 16384), _number("focal_length", focal_length, 1, 10000),
-        _number("motion", motion, 0, 1), _number("texture", texture, 0, 4), _number("grain", grain, 0, 4), _threads(threads), _progress(progress))
+        _number("motion", motion, 0, 1), _choice("frame", frame, ("grow", "crop")) == "grow", _number("texture", texture, 0, 4), _number("grain", grain, 0, 4), _threads(threads), _progress(progress))
 
 
 def clean_depth(photo, depth=None, *, depth_kind="disparity", depth_is_inverse=False, long_side=1536, threads=0):
@@ -174,18 +176,26 @@ def inpaint(layers, inpaint="network", *, texture=1.0, grain=0.6, threads=0):
     return _ldi.inpaint(_instance("layers", layers, Layers), _inpainter(inpaint), _number("texture", texture, 0, 4), _number("grain", grain, 0, 4), _threads(threads))
 
 
+def grow_past_frame(layers):
+    """Stage 5: continues inpainted Layers past the photo's border, as far as their motion uncovers them. Returns new Layers with a margin.
+
+    Without it, surfaces end at the photo's border, as with photo3d(frame="crop").
+    """
+    return _ldi.grow_past_frame(_instance("layers", layers, Layers))
+
+
 def make_charts(layers):
-    """Stage 5: cuts Layers into Charts, in each of which no two pixels share a position."""
+    """Stage 6: cuts Layers into Charts, in each of which no two pixels share a position."""
     return _ldi.make_charts(_instance("layers", layers, Layers))
 
 
 def make_atlas(layers, charts, *, threads=0):
-    """Stage 6: packs Charts into one texture. Returns an Atlas."""
+    """Stage 7: packs Charts into one texture. Returns an Atlas."""
     return _ldi.make_atlas(_instance("layers", layers, Layers), _instance("charts", charts, Charts), _threads(threads))
 
 
 def make_mesh(layers, charts, atlas, *, threads=0):
-    """Stage 7: triangulates the charts and places their vertices in space. Returns a Mesh."""
+    """Stage 8: triangulates the charts and places their vertices in space. Returns a Mesh."""
     return _ldi.make_mesh(_instance("layers", layers, Layers), _instance("charts", charts, Charts), _instance("atlas", atlas, Atlas), _threads(threads))
 
 

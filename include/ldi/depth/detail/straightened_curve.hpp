@@ -1,5 +1,5 @@
 // The band of pixels around a discontinuity curve, straightened: one row per corner of the curve, from the back across the curve
-// to the front. Pixels outside the band's uncertain middle show the colors of both surfaces.
+// to the front. Pixels outside the band's uncertain middle have the colors of the two surfaces.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -19,16 +19,16 @@ struct point {
     float x = 0, y = 0;
 };
 
-// A curve as points of the plane, where pixel (x, y) covers [x, x + 1) x [y, y + 1), and where "across" is from back to front.
+// A curve as points in the plane, where pixel (x, y) covers [x, x + 1) x [y, y + 1). "Across" means from back to front.
 struct plane_curve {
-    buffer<point> corners;  // as traced
-    buffer<point> smooth;   // without the lattice's stairs; ends stay
+    buffer<point> corners;  // corners of the traced curve
+    buffer<point> smooth;   // without the lattice's stair steps; ends stay in place
     buffer<point> across;   // unit vectors
 };
 
-// reach  corners to either side that are averaged
+// reach  number of corners on either side to average
 inline plane_curve make_plane_curve(const trace& t, const corner_map& lattice, std::int32_t reach) {
-    const std::int32_t count = t.corners.count(), period = count - 1;  // a closed curve ends in the corner that it starts from
+    const std::int32_t count = t.corners.count(), period = count - 1;  // the last corner of a closed curve equals its first
     plane_curve result;
     for (std::int32_t corner : t.corners)
         result.corners.push_back({nearest_float(lattice.x(corner)), nearest_float(lattice.y(corner))});
@@ -51,7 +51,7 @@ inline plane_curve make_plane_curve(const trace& t, const corner_map& lattice, s
         result.smooth[k] = {sum.x / size, sum.y / size};
         result.across[k] = {front.x / length, front.y / length};
     }
-    // At the photo's border a curve slides along it, so that no corner of the band is left behind.
+    // At the photo's border a curve slides along the border, so that the band has no gap there.
     for (const std::int32_t k : {std::int32_t{0}, period}) {
         const std::int32_t corner = t.corners[k];
         if (t.is_closed || !lattice.on_border(corner)) continue;
@@ -85,7 +85,7 @@ struct color_model {
     std::array<float, 3> mean{}, precision{};
     float log_scale = 0;
 
-    // noise  standard deviation in gray levels that any surface has at least
+    // noise  minimum standard deviation of any surface, in gray levels
     color_model(const color_sums& of, float noise) {
         for (std::size_t c = 0; c < 3; ++c) {
             mean[c] = of.sum[c] / of.count;
@@ -107,7 +107,7 @@ struct color_model {
 // The rows of the band.
 class band {
 public:
-    // radius  pixels to either side that are uncertain; as many beyond them tell about front and back
+    // radius  number of uncertain pixels on either side; as many pixels beyond them are models of front and back
     band(const plane_curve& curve, const trace& t, image_view<const std::uint8_t> photo, image_view<const float> disparity,
          std::int32_t radius)
         : photo_(photo), disparity_(disparity), radius_(radius), width_(nearest_int(photo.width())) {
@@ -124,13 +124,13 @@ public:
 
     std::int32_t radius() const { return radius_; }
     std::int32_t size() const { return rows_.count(); }
-    // Cuts of row k that leave something of both surfaces: -back to front.
+    // Smallest cut of row k (-back to front) at which both surfaces remain.
     std::int32_t min_cut(std::int32_t k) const { return -rows_[k].back; }
     std::int32_t largest_cut(std::int32_t k) const { return rows_[k].front; }
     const color_sums& sums(std::int32_t k, bool of_front) const {
         return of_front ? rows_[k].front_colors : rows_[k].back_colors;
     }
-    // offset  from -2 radius to 2 radius - 1: between the cuts offset and offset + 1
+    // offset  from -2 radius to 2 radius - 1: the pixel between cuts `offset` and `offset` + 1
     const std::uint8_t* color(std::int32_t k, std::int32_t offset) const {
         const std::int32_t i = pixels_[static_cast<std::size_t>(k * 4 * radius_ + offset + 2 * radius_)];
         return i == no_pixel ? nullptr : photo_.row(i / width_) + 3 * (i % width_);
@@ -154,8 +154,8 @@ private:
         return static_cast<std::int32_t>(y) * width_ + static_cast<std::int32_t>(x);
     }
 
-    // Measures how far the front and back surfaces extend across the band, and averages their colors outside its middle. Thin
-    // objects have fewer pixels to average.
+    // Measures how far the front and back surfaces extend across the band, and averages their colors outside the uncertain
+    // middle. Thin objects have fewer pixels to average.
     void measure(std::int32_t k) {
         row& r = rows_[k];
         std::int32_t front = 0, back = 0;
@@ -165,7 +165,7 @@ private:
         const auto is_back = [&](std::int32_t offset) {
             return pixel(k, offset) != no_pixel && at(pixel(k, offset)) <= r.middle;
         };
-        // The smooth curve may leave a pixel of the other side beside itself.
+        // The pixels next to the smooth curve may belong to the other side.
         while (front < 2 * radius_ && (is_front(front) || front < 2)) ++front;
         while (back < 2 * radius_ && (is_back(-back - 1) || back < 2)) ++back;
         r.front = (std::min)(radius_, front / 2), r.back = (std::min)(radius_, back / 2);

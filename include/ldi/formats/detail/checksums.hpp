@@ -1,4 +1,4 @@
-// The checksums of PNG and zlib (ISO 3309 / RFC 1952 CRC-32, RFC 1950 Adler-32).
+// Checksums of PNG and zlib (CRC-32 of ISO 3309 / RFC 1952, Adler-32 of RFC 1950).
 #pragma once
 
 #include <ldi/base/config.hpp>
@@ -11,7 +11,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Row 0 is the remainder of each byte, row k of each byte that k zeros follow, so that eight bytes go at a time.
+/// Row k has the remainder of each byte followed by k zero bytes, so that the loop processes eight bytes at a time.
 using crc32_rows = std::array<std::array<std::uint32_t, 256>, 8>;
 
 inline crc32_rows make_crc32_rows() {
@@ -43,7 +43,7 @@ inline std::uint32_t crc32(std::span<const std::byte> bytes, std::uint32_t befor
 
 inline std::uint32_t adler32(std::span<const std::byte> bytes) {
     constexpr std::uint32_t modulus = 65521;
-    constexpr std::size_t max_at_once = 5552;  // before the second sum could exceed 32 bits
+    constexpr std::size_t max_at_once = 5552;  // a longer run could overflow the 32 bits of the second sum
     std::uint32_t sum = 1, sum_of_sums = 0;
     while (!bytes.empty()) {
         const std::size_t count = (std::min)(bytes.size(), max_at_once);

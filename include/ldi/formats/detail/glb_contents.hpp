@@ -1,4 +1,4 @@
-// The parts of a GLB file: its binary chunk, and the JSON that describes it (formats/glb.hpp).
+// Parts of a GLB file: its binary chunk, and the JSON that describes it (formats/glb.hpp).
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -13,21 +13,23 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <locale>
 #include <span>
-#include <sstream>
 #include <string>
 #include <string_view>
 #include <utility>
+#if !defined(__cpp_lib_to_chars)
+#include <locale>
+#include <sstream>
+#endif
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespace glb {
 
-// Numbers of glTF 2.0 and of its container.
+// Constants of glTF 2.0 and the GLB container.
 inline constexpr std::uint32_t magic = 0x46546C67, version = 2, json_chunk = 0x4E4F534A, binary_chunk = 0x004E4942;
 inline constexpr int vertices = 34962, indices = 34963;
 inline constexpr int unsigned_byte = 5121, unsigned_short = 5123, unsigned_int = 5125, float32 = 5126;
 
-/// Numbers and pieces of JSON one after another.
+/// Appends numbers and pieces of JSON to a text.
 class json_text {
 public:
     template <class... Parts>
@@ -38,12 +40,14 @@ public:
 
 private:
     void add_part(std::string_view part) { text_.append(part.begin(), part.end()); }
-    /// In the fewest digits that read back as the same number, with a point or an exponent. number  finite
+    /// Appends the fewest digits that read back as the same number.
+    ///
+    /// number  finite
     void add_part(double number) {
 #if defined(__cpp_lib_to_chars)
         std::array<char, 32> digits;
         const std::string_view text(digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), number).ptr);
-#else  // Emscripten: reads back as the same number, but takes 17 digits
+#else  // Emscripten has no std::to_chars for double; 17 digits also read back as the same number
         std::ostringstream stream;
         stream.imbue(std::locale::classic());
         stream.precision(std::numeric_limits<double>::max_digits10);
@@ -61,30 +65,30 @@ private:
     buffer<char> text_;
 };
 
-/// The value rounded to six decimal places.
+/// Rounds to six decimal places.
 inline double shortest(float value) { return std::round(1e6 * double{value}) / 1e6; }
 
-/// Values of the caller's at the vertices of a mesh.
+/// The caller's own values at the vertices of a mesh.
 struct own_attribute {
     std::string_view name;
     std::size_t channels = 1;
     std::span<const float> values;  ///< vertices x channels
 };
 
-/// The columns of a part of a mesh, or of its strip, as they stand in the file, in an order that aligns each to its scalars
-/// without padding.
+/// Columns of a part of a mesh, or of its strip, in the order of the file. The order aligns each column to its scalars without
+/// padding.
 struct geometry {
     std::span<const float> positions, texture_coordinates;
-    std::span<const std::uint8_t> opacity;  ///< of a strip; else empty
+    std::span<const std::uint8_t> opacity;  ///< opacity of a strip; otherwise empty
     std::span<const std::uint32_t> triangles;
-    std::uint32_t first_vertex = 0;  ///< that triangles count from
+    std::uint32_t first_vertex = 0;  ///< vertex that index 0 refers to
     buffer<own_attribute> own = {};  ///< empty for a strip
     std::size_t texture = 0;
-    std::array<double, 3> lowest{}, highest{};  ///< of positions
+    std::array<double, 3> lowest{}, highest{};  ///< bounds of the positions
 
     std::size_t vertex_count() const { return positions.size() / 3; }
     bool is_strip() const { return !opacity.empty(); }
-    bool has_short_indices() const { return vertex_count() < 65536; }  // the index 65,535 itself is reserved, and not reached
+    bool has_short_indices() const { return vertex_count() < 65536; }  // index 65,535 is reserved; it does not occur
     std::size_t position_bytes() const { return positions.size_bytes(); }
     std::size_t coordinate_bytes() const { return texture_coordinates.size() * sizeof(std::uint16_t); }
     std::size_t color_bytes() const { return opacity.size() * 4; }
@@ -97,7 +101,7 @@ struct geometry {
     std::size_t index_bytes() const {
         return triangles.size() * (has_short_indices() ? sizeof(std::uint16_t) : sizeof(std::uint32_t));
     }
-    /// After which the next geometry begins at a multiple of 4.
+    /// Bytes after the indices that align the next geometry to a multiple of 4.
     std::size_t padding() const { return has_short_indices() && triangles.size() % 2 == 1 ? 2 : 0; }
     std::size_t bytes() const { return position_bytes() + coordinate_bytes() + color_bytes() + own_bytes() + index_bytes(); }
 
@@ -111,7 +115,7 @@ struct geometry {
     }
 };
 
-/// Contents of the binary chunk: the mesh's parts with triangles, the strip if there is one, and the textures of these.
+/// Contents of the binary chunk: the mesh's parts with triangles, the strip if there is one, and their textures.
 struct contents {
     buffer<geometry> parts;
     buffer<std::span<const std::byte>> textures;
@@ -153,9 +157,9 @@ struct contents {
         for (const std::span<const std::byte>& texture : textures) sum += texture.size();
         return sum;
     }
-    /// The number of a texture's view: those of geometry come first.
+    /// Index of a texture's buffer view. Views of geometry come first.
     std::size_t view_of_texture(std::size_t texture) const { return first_accessor(parts.size()) + texture; }
-    /// The number of a part's first accessor.
+    /// Index of a part's first accessor.
     std::size_t first_accessor(std::size_t part) const {
         std::size_t sum = 0;
         for (std::size_t i = 0; i < part; ++i) sum += parts[i].accessor_count();
@@ -163,7 +167,7 @@ struct contents {
     }
 };
 
-/// The views of the file's only buffer, one after the other.
+/// Consecutive views of the file's only buffer.
 class view_list {
 public:
     int add(std::size_t bytes, int target, std::size_t padding = 0) {
@@ -183,7 +187,7 @@ private:
     int count_ = 0;
 };
 
-/// Accessors have the numbers of their views.
+/// Adds one accessor per view, with the index of the view.
 inline void add_accessors(json_text& json, view_list& views, const geometry& g, std::size_t padding) {
     const std::size_t count = g.vertex_count();
     json.add(R"({"bufferView":)", views.add(g.position_bytes(), vertices), R"(,"componentType":)", float32, R"(,"count":)",

@@ -1,5 +1,5 @@
-// JSON (RFC 8259) as it is read from headers of weight files: a value is a checked piece of the text, and only what is asked for
-// is copied. What is read may come from anybody.
+// Reads JSON (RFC 8259) from headers of weight files. A value is a checked piece of the text; only requested parts are copied.
+// The text is untrusted.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -14,7 +14,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// An object that is a whole text. Errors: invalid_data, naming the byte.
+/// Checks a text that is one object. Errors: invalid_data, naming the byte.
 inline json_value read_json_object(std::string_view text, int max_depth, const std::string& where) {
     return json_reader(text, max_depth, where).whole_object();
 }
@@ -43,7 +43,7 @@ void for_each_element(const json_value& array, Visit&& visit) {
     json_reader(array.text).walk_array(0, call, &visit);
 }
 
-/// The member of that name; of kind `none` where there is none, or where `object` is something else.
+/// Finds a member by name. The result has kind `none` if there is no such member or `object` is not an object.
 inline json_value json_member(const json_value& object, std::string_view name) {
     json_value result;
     if (object.kind != json_kind::object) return result;
@@ -53,7 +53,7 @@ inline json_value json_member(const json_value& object, std::string_view name) {
     return result;
 }
 
-/// A number without sign, point and exponent.
+/// Parses a number without sign, point and exponent. Empty for any other value.
 inline std::optional<std::uint64_t> whole_number(const json_value& value) {
     if (value.kind != json_kind::number) return std::nullopt;
     std::uint64_t result = 0;

@@ -1,5 +1,5 @@
-// Checks a text of JSON (RFC 8259) and finds its values, for detail/json.hpp. Strict: names that come twice, nesting deeper than
-// the caller allows and strings that are not UTF-8 are refused.
+// Checks JSON (RFC 8259) and locates its values, for detail/json.hpp. Strict: rejects duplicate names, nesting deeper than the
+// caller allows, and strings that are not UTF-8.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -23,10 +23,10 @@ struct json_value {
     std::string_view text = "nothing";
 };
 
-/// Is told of the parts of an object or array. A pointer, so that the reader is compiled once.
+/// Receives the parts of an object or array. A function pointer, so that the reader is compiled only once.
 using json_visitor = void (*)(void* to, std::string_view name, const json_value& value);
 
-/// 0 to 15, or 16 for what is no hexadecimal digit.
+/// Returns 0 to 15, or 16 if c is not a hexadecimal digit.
 inline std::uint32_t hexadecimal_value(char c) {
     if (c >= '0' && c <= '9') return static_cast<std::uint32_t>(c - '0');
     if (c >= 'a' && c <= 'f') return static_cast<std::uint32_t>(c - 'a') + 10;
@@ -69,16 +69,16 @@ inline void append_unescaped(std::string_view written, buffer<char>& to) {
     }
 }
 
-/// Walks a text and checks all that it passes. Errors: invalid_data; `where` names the text in messages.
+/// Walks over a text and checks everything it passes. Errors: invalid_data; `where` names the text in messages.
 class json_reader {
 public:
-    /// max_depth  how deep objects and arrays may stand in each other
+    /// max_depth  maximum nesting of objects and arrays
     json_reader(std::string_view text, int max_depth, std::string where)
         : text_(text), max_depth_(max_depth), where_(std::move(where)) {}
-    /// For a text that a reader has passed: it is walked through once more, not checked.
+    /// Walks over a text that a reader has already checked, without further checks.
     explicit json_reader(std::string_view checked) : text_(checked), is_checked_(true) {}
 
-    /// The one object that the text consists of.
+    /// Reads the one object of which the text consists.
     json_value whole_object() {
         skip_space();
         if (peek() != '{') fail("a JSON object");
@@ -88,7 +88,7 @@ public:
         return result;
     }
 
-    /// Calls visit(to, name as it is written, value) for the members of the object that the text begins with.
+    /// Calls visit(to, name as written, value) for the members of the object at the start of the text.
     void walk_object(int depth, json_visitor visit, void* to) {
         names seen;
         enter(depth);
@@ -106,7 +106,7 @@ public:
         if (!is_checked_) seen.check(where_);
     }
 
-    /// Calls visit(to, {}, value) for the elements of the array that the text begins with.
+    /// Calls visit(to, {}, value) for the elements of the array at the start of the text.
     void walk_array(int depth, json_visitor visit, void* to) {
         enter(depth);
         for (bool first = true; !leave(']', first, "a value or ] in a JSON array"); first = false) {
@@ -116,7 +116,7 @@ public:
     }
 
 private:
-    /// The names of one object, to find one that comes twice.
+    /// Names of one object, to detect duplicates.
     class names {
     public:
         void add(std::string_view written) {
@@ -131,7 +131,7 @@ private:
             }
             std::sort(sorted.begin(), sorted.end());
             const std::string_view* const twice = std::adjacent_find(sorted.begin(), sorted.end());
-            if (twice != sorted.end()) raise(error_code::invalid_data, where, "every name once", printable(*twice) + " twice");
+            if (twice != sorted.end()) raise(error_code::invalid_data, where, "unique names", printable(*twice) + " twice");
         }
 
     private:
@@ -144,7 +144,7 @@ private:
               at_ == text_.size() ? "the end" : printable(text_.substr(at_, 1)));
     }
 
-    /// The next byte, or 0 at the end: JSON has no byte 0.
+    /// Returns the next byte, or 0 at the end: JSON contains no byte 0.
     char peek() const { return at_ < text_.size() ? text_[at_] : '\0'; }
 
     void skip_space() {
@@ -218,7 +218,7 @@ private:
         }
     }
 
-    /// A string with its quotes.
+    /// Reads a string with its quotes.
     std::string_view read_string() {
         const std::size_t begin = at_++;
         while (peek() != '"') {
@@ -235,7 +235,7 @@ private:
     void read_escape() {
         ++at_;
         if (peek() != 'u') {
-            if (std::string_view("\"\\/bfnrt").find(peek()) == std::string_view::npos) fail("an escape that JSON has");
+            if (std::string_view("\"\\/bfnrt").find(peek()) == std::string_view::npos) fail("a valid escape");
             ++at_;
             return;
         }
@@ -249,7 +249,7 @@ private:
         if (second < 0xDC00 || second >= 0xE000) fail("the second half of a pair of escapes");
     }
 
-    /// The four digits after the u of an escape.
+    /// Reads the four digits after the u of an escape.
     std::uint32_t read_code() {
         std::uint32_t code = 0;
         for (int digit = 0; digit < 4; ++digit) {
@@ -262,7 +262,7 @@ private:
         return code;
     }
 
-    /// One character of UTF-8 (RFC 3629): the shortest form of a code point that is not half of a pair.
+    /// Reads one UTF-8 character (RFC 3629) in its shortest form. Rejects surrogates.
     void read_character() {
         const auto byte = [&](std::size_t i) {
             return at_ + i < text_.size() ? static_cast<unsigned>(static_cast<unsigned char>(text_[at_ + i])) : 0U;

@@ -1,21 +1,24 @@
-// Isotropic diffusion over the links of a layered image: from the pixels that are known into those that are not.
+// Isotropic diffusion over the links of a layered image, from known to unknown pixels.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/core/diffusion.hpp>
 #include <ldi/core/graph.hpp>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
+/// Diffuses values into all unknown pixels.
+///
 /// g               in canonical order
-/// known           K, 0 where a pixel is not known
+/// known           K, 0 for unknown pixels
 /// rounds          Gauss-Seidel rounds on each level of the multigrid
-/// value           value(pixel, side): the channels of a known pixel that lies on this side of an unknown one
-/// before_solving  is called once all values have been asked for
-/// store           store(pixel, diffusion<Channels>::value_type): is called last, for every pixel that is not known
+/// value           value(pixel, side): the channels of a known pixel, which is the neighbor of an unknown pixel on this side
+/// before_solving  called after all calls of value()
+/// store           store(pixel, diffusion<Channels>::value_type): called last, for every unknown pixel
 ///
 /// A surface without any known pixel gets the mean of the known values next to unknown pixels elsewhere.
 template <std::size_t Channels, class Value, class BeforeSolving, class Store>
@@ -23,7 +26,8 @@ void diffuse_unknown(const graph_view& g, array_view<const std::uint8_t> known, 
                      BeforeSolving&& before_solving, Store&& store) {
     diffusion<Channels> solver;
     solver.start();
-    buffer<std::int32_t> cell_of(g.size(), 0);
+    solver.reserve(static_cast<std::size_t>(std::count(known.begin(), known.end(), std::uint8_t{0})));
+    buffer<std::int32_t> cell_of(g.size(), unset);  // where a pixel is not known
     for (std::int32_t i = 0; i < g.count(); ++i) {
         if (known[i] != 0) continue;
         const std::int32_t cell = cell_of[i] = solver.add_cell(g.x()[i], g.y()[i]);
@@ -40,8 +44,9 @@ void diffuse_unknown(const graph_view& g, array_view<const std::uint8_t> known, 
     }
     before_solving();
     solver.solve(rounds);
+    std::int32_t cell = 0;
     for (std::int32_t i = 0; i < g.count(); ++i)
-        if (known[i] == 0) store(i, solver.value(cell_of[i]));
+        if (known[i] == 0) store(i, solver.value(++cell));
 }
 
 }}}  // namespace ldi::detail

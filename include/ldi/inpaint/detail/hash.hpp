@@ -1,4 +1,4 @@
-// Bits that look random and are always the same: noise and choices that depend on a position alone.
+// Deterministic pseudorandom bits, for noise and choices that depend only on a position.
 #pragma once
 
 #include <ldi/base/config.hpp>
@@ -7,7 +7,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// The finalizer of MurmurHash3 (Austin Appleby, public domain), of two numbers.
+/// Combines two numbers and applies the finalizer of MurmurHash3 (Austin Appleby, public domain).
 constexpr std::uint32_t hash(std::uint32_t a, std::uint32_t b) {
     std::uint32_t h = a * 0x9E3779B1U ^ b * 0x85EBCA77U ^ 0x27D4EB2FU;
     h = (h ^ h >> 16) * 0x85EBCA6BU;

@@ -1,11 +1,12 @@
-// The share of the nearer surface in the colors beside a silhouette, from these colors alone. Each pixel looks for the pair of
-// samples, one of either surface, of which its color is a mixture: C = alpha F + (1 - alpha) B with the least error (Wang and
-// Cohen, Optimized Color Sampling for Robust Matting, CVPR 2007; Gastal and Oliveira, Shared Sampling for Real-Time Alpha
-// Matting, Eurographics 2010). Diffusion then smooths the shares, each pulled towards its estimate the more, the less error the
-// pair has.
+// Estimates the nearer surface's share in the colors beside a silhouette, from these colors alone. Each pixel searches for the
+// pair of samples, one from each surface, whose mixture is closest to its color: C = alpha F + (1 - alpha) B (Wang and Cohen,
+// Optimized Color Sampling for Robust Matting, CVPR 2007; Gastal and Oliveira, Shared Sampling for Real-Time Alpha Matting,
+// Eurographics 2010). Diffusion then smooths the shares; the smaller the error of its pair, the more strongly a pixel is pulled
+// to its own estimate.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
+#include <ldi/base/numbers.hpp>
 #include <ldi/core/diffusion.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/inpaint/detail/silhouette_band.hpp>
@@ -15,20 +16,23 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <span>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// A color as a mixture of two.
+/// A color as a mixture of two colors.
 struct mixture {
-    float alpha = 0;  ///< the foreground's share
+    float alpha = 0;  ///< share of the foreground
     float_color foreground{}, background{};
-    int confidence = 0;  ///< 0 to 8, against 1 for each of four neighbors
+    int confidence = 0;  ///< 0 to 8: weight of the estimate, relative to 1 for each of four neighbors
 };
 
-/// The mixture of a foreground and a background sample that is nearest to a color. One that is nearly pure is preferred, because
-/// in a texture some pair of samples explains every color; by how much was chosen on the views of bench/quality.
-inline mixture unmix(const float_color& color, const float_color* foregrounds, const float_color* backgrounds,
-                     std::size_t count) {
+/// Mixture of a foreground and a background sample closest to a color. Nearly pure mixtures are preferred, because in textured
+/// regions some pair explains every color; the preference was tuned on bench/quality.
+///
+/// known_alpha  share of the foreground if it is known, else nullptr
+inline mixture unmix(const float_color& color, const float_color* foregrounds, const float_color* backgrounds, std::size_t count,
+                     const float* known_alpha) {
     mixture best;
     float least = std::numeric_limits<float>::infinity(), contrast = 1;
     for (std::size_t f = 0; f < count; ++f)
@@ -38,7 +42,7 @@ inline mixture unmix(const float_color& color, const float_color* foregrounds, c
                 across[c] = foregrounds[f][c] - backgrounds[b][c], from_background[c] = color[c] - backgrounds[b][c];
             const float squared = across[0] * across[0] + across[1] * across[1] + across[2] * across[2];
             const float along = from_background[0] * across[0] + from_background[1] * across[1] + from_background[2] * across[2];
-            const float alpha = std::clamp(along / (squared + 1.0F), 0.0F, 1.0F);
+            const float alpha = known_alpha != nullptr ? *known_alpha : std::clamp(along / (squared + 1.0F), 0.0F, 1.0F);
             for (std::size_t c = 0; c < 3; ++c) error[c] = from_background[c] - alpha * across[c];
             const float squared_error = error[0] * error[0] + error[1] * error[1] + error[2] * error[2];
             const float cost = squared_error + 0.5F * squared * alpha * (1.0F - alpha);
@@ -46,18 +50,20 @@ inline mixture unmix(const float_color& color, const float_color* foregrounds, c
             least = cost, contrast = squared;
             best = {alpha, foregrounds[f], backgrounds[b], 0};
         }
-    // A tenth of the contrast is what grain makes of a mixture; half of it is another color.
+    // Grain alone causes errors of a tenth of the contrast; an error of half the contrast means another color.
     const float error = std::sqrt(least / (contrast + 1.0F));
     best.confidence = static_cast<int>(std::clamp(10.0F - 20.0F * error, 0.0F, 8.0F));
     return best;
 }
 
-/// Mixtures of all pixels of a band, in the order of its places. Where a pixel's nearest side cannot tell, confidence is 0 and
-/// alpha is 1 in front, 0 behind.
+/// Mixtures of all pixels of a band, in the order of places(). If the two surfaces at a pixel's nearest side are not
+/// distinguishable, confidence is 0, and alpha is 1 in front and 0 behind.
 class local_matte {
 public:
-    local_matte(const graph_view& g, const silhouette_band& band, array_view<const std::uint8_t> colors)
-        : graph_(g), band_(band) {
+    /// shares  of the foreground where they are known, as in decided_depth; may be empty
+    local_matte(const graph_view& g, const silhouette_band& band, array_view<const std::uint8_t> colors,
+                std::span<const std::uint8_t> shares = {})
+        : graph_(g), band_(band), shares_(shares) {
         mixtures_.reserve(band.places().size());
         for (const silhouette_band::place& p : band.places()) mixtures_.push_back(estimate(p, colors));
     }
@@ -72,7 +78,7 @@ public:
         std::sort(order.begin(), order.end());
         for (const std::int32_t pixel : order) {
             const std::int32_t i = band_.find(pixel);
-            if (!can_tell(i)) continue;
+            if (!is_estimated(i)) continue;
             const std::int32_t cell = cells[i] = solver.add_cell(graph_.x()[pixel], graph_.y()[pixel]);
             for (int n = 0; n < mixtures_[i].confidence; ++n) solver.add_known_neighbor(cell, &mixtures_[i].alpha);
             add_neighbors(solver, cells, i);
@@ -83,14 +89,24 @@ public:
     }
 
 private:
-    /// Samples come from the pixel's nearest side, and from those of pixels this far from it along rows and columns.
+    /// Samples are taken at the pixel's nearest silhouette side, and at those of pixels this far away along rows and columns.
     static constexpr std::int32_t sample_distance = 4;
     static constexpr std::size_t max_samples = 5;
 
     bool can_tell(std::int32_t place) const { return band_.sides()[band_.places()[place].side].can_tell; }
 
+    /// Whether a share is known, and on the side that the pixel is on: stages in between may have moved a silhouette.
+    bool has_share(const silhouette_band::place& p) const {
+        const std::uint8_t share = shares_.empty() ? std::uint8_t{0} : shares_[static_cast<std::size_t>(p.pixel)];
+        return share != 0 && (share >= 128) == p.in_front;
+    }
+    bool is_estimated(std::int32_t place) const { return can_tell(place) && !has_share(band_.places()[place]); }
+
     mixture estimate(const silhouette_band::place& p, array_view<const std::uint8_t> colors) const {
-        if (!band_.sides()[p.side].can_tell) return {p.in_front ? 1.0F : 0.0F, {}, {}, 0};
+        const bool is_known = has_share(p);
+        const float pure = p.in_front ? 1.0F : 0.0F;
+        const float share = is_known ? nearest_float(shares_[static_cast<std::size_t>(p.pixel)] - 1) / 254.0F : pure;
+        if (!band_.sides()[p.side].can_tell) return {share, {}, {}, 0};
         float_color foregrounds[max_samples], backgrounds[max_samples], color;
         std::int32_t taken[max_samples];
         std::size_t count = 0;
@@ -109,10 +125,11 @@ private:
             if (other >= 0) take(band_.places()[other].side);
         }
         for (std::size_t c = 0; c < 3; ++c) color[c] = static_cast<float>(colors[3 * static_cast<std::size_t>(p.pixel) + c]);
-        return unmix(color, foregrounds, backgrounds, count);
+        return unmix(color, foregrounds, backgrounds, count, is_known ? &share : nullptr);
     }
 
-    /// A share is smooth in the picture: also from pixel to pixel across the silhouette. Beyond the band nothing is mixed.
+    /// Connects a pixel to its neighbors in the picture, also across the silhouette, because shares are smooth there. Outside
+    /// the band, colors are pure.
     void add_neighbors(diffusion<1>& solver, const buffer<std::int32_t>& cells, std::int32_t place) const {
         const silhouette_band::place& p = band_.places()[place];
         const float pure = p.in_front ? 1.0F : 0.0F;
@@ -123,6 +140,8 @@ private:
             const std::int32_t other = band_.find(v * graph_.width() + u);
             if (other < 0)
                 solver.add_known_neighbor(cell, &pure);
+            else if (has_share(band_.places()[other]))
+                solver.add_known_neighbor(cell, &mixtures_[other].alpha);
             else if (!can_tell(other))
                 continue;
             else if (s == side::left)
@@ -134,6 +153,7 @@ private:
 
     graph_view graph_;
     const silhouette_band& band_;
+    std::span<const std::uint8_t> shares_;
     buffer<mixture> mixtures_;
 };
 

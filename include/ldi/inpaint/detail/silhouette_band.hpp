@@ -1,5 +1,5 @@
-// The pixels of a lifted photo within a few steps of its silhouettes, each with the nearest place on one, and colors of both
-// surfaces there: samples from where neither is mixed with the other.
+// Pixels of a lifted photo within a few steps of its silhouettes. Each has its nearest silhouette side, with unmixed color
+// samples of both surfaces.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -18,25 +18,25 @@ inline float squared_distance(const float_color& a, const float_color& b) {
     return red * red + green * green + blue * blue;
 }
 
-/// One side of a pixel with a silhouette, and what the photo shows on both hands of it.
+/// One side of a pixel on a silhouette, and the photo's colors on both sides.
 struct silhouette_side {
-    std::int32_t front, back;  ///< the pixels on the near and on the far side
-    side towards_front;        ///< the side of `back` that `front` lies on
+    std::int32_t front, back;  ///< pixels on the near and on the far side
+    side towards_front;        ///< direction from `back` to `front`
     float_color foreground{}, background{};
-    bool can_tell = false;  ///< whether the two colors are known and differ
+    bool can_tell = false;  ///< whether both colors are known and differ
 };
 
 class silhouette_band {
 public:
     struct place {
         std::int32_t pixel;
-        std::int32_t side;      ///< the nearest one
-        std::int16_t distance;  ///< from it, in steps over links: 0 for pixels that touch it
-        bool in_front;          ///< whether the pixel belongs to the nearer of its two surfaces
+        std::int32_t side;      ///< index of the nearest silhouette side
+        std::int16_t distance;  ///< steps over links to that side: 0 for pixels that touch it
+        bool in_front;          ///< whether the pixel belongs to the nearer of the two surfaces
     };
 
     /// g      in the order of a photo; every missing link inside the photo is a silhouette
-    /// reach  distances are below it
+    /// reach  upper limit of distances, exclusive
     silhouette_band(const graph_view& g, array_view<const float> disparity, int reach) : graph_(g), reach_(reach) {
         const auto add = [&](std::int32_t a, std::int32_t b, side from_a) {
             const bool a_is_nearer = disparity[a] > disparity[b];
@@ -50,15 +50,15 @@ public:
     }
 
     const buffer<silhouette_side>& sides() const { return sides_; }
-    /// All pixels of the band, those that touch a silhouette first.
+    /// All pixels of the band; those that touch a silhouette come first.
     const buffer<place>& places() const { return places_; }
-    /// The index of a pixel in places(), -1 outside the band.
+    /// Returns the index of a pixel in places(), or -1 outside the band.
     std::int32_t find(std::int32_t pixel) const { return place_of_.empty() ? -1 : place_of_[pixel]; }
 
-    /// Samples both surfaces at every side.
+    /// Samples the colors of both surfaces at every side.
     ///
     /// colors    K x 3
-    /// contrast  the least distance between colors that can be told apart, in 1 / 255
+    /// contrast  minimum distance between distinguishable colors, in 1 / 255
     void sample(array_view<const std::uint8_t> colors, float contrast) {
         for (silhouette_side& s : sides_) {
             const bool has_both = sample(colors, s.front, s.towards_front, s.foreground) &&
@@ -87,12 +87,13 @@ private:
         }
     }
 
-    /// Climbs away from the silhouette on one surface, to the first pixel behind the band; on a surface that is narrower, to one
-    /// that is farther from all silhouettes than its neighbors. False where that is as near as the mixed ones.
+    /// Walks away from the silhouette on one surface, to the first pixel beyond the band. On a surface narrower than the band,
+    /// stops at the pixel farthest from all silhouettes. Returns false if that pixel is as close to a silhouette as mixed pixels
+    /// are.
     bool sample(array_view<const std::uint8_t> colors, std::int32_t from, side away, float_color& color) const {
         place best = places_[find(from)];
         bool is_behind = false;
-        // At a corner of the silhouette all neighbors may be as near to it: then the way leads straight on.
+        // At a corner of the silhouette, all neighbors may be equally close to it; the walk then continues straight on.
         for (int steps = 0; steps < 2 * reach_ + 2 && !is_behind; ++steps) {
             const place here = best;
             const auto step = [&](side s) {
@@ -121,7 +122,7 @@ private:
     int reach_;
     buffer<silhouette_side> sides_;
     buffer<place> places_;
-    buffer<std::int32_t> place_of_;  // of each pixel
+    buffer<std::int32_t> place_of_;  // per pixel
 };
 
 }}}  // namespace ldi::detail

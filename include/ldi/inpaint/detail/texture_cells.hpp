@@ -1,61 +1,78 @@
-// The part of a layered image that texture transfer works on: the pixels that are not known, and a strip of known ones around
-// them, on the same surfaces. Few of a photo's pixels, so they are numbered anew.
+// The part of a layered image that texture transfer processes: the unknown pixels, and a strip of known pixels around them on
+// the same surfaces. These are few of a photo's pixels, so they get their own numbers.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
+#include <ldi/base/config.hpp>
 #include <ldi/core/graph.hpp>
 
-#include <array>
-#include <cstddef>
+#include <algorithm>
 #include <cstdint>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Three channels of color.
-using texture_color = std::array<float, 3>;
-
-/// Cells are in the order of the pixels.
+/// Cells are in the order of the pixels, so that a linked run of cells is contiguous.
 struct texture_cells {
     enum class kind : std::uint8_t {
         unknown,
-        source,  ///< known, and texture may come from here
-        margin,  ///< known, there only so that a source is seen with its surroundings
+        source,  ///< known, and a source of texture
+        margin,  ///< known, only part of the surroundings of a source
     };
-    buffer<std::int32_t> pixel;                ///< per cell: its index in the graph
-    buffer<kind> kinds;                        ///< per cell
-    std::array<buffer<std::int32_t>, 4> next;  ///< per side and cell: the neighboring cell, or no_pixel
+    static constexpr int max_steps = 255;  ///< maximum of walk()
+    static constexpr int stride = 4;
+
+    buffer<std::int32_t> pixel;                    ///< per cell: index in the graph
+    buffer<kind> kinds;                            ///< per cell
+    buffer<std::uint8_t> left_steps, right_steps;  ///< per cell: number of cells that follow on that side, at most max_steps
+    buffer<std::int32_t> above, below;             ///< per cell: neighboring cell, or the cell itself
+    buffer<std::int32_t> far_above, far_below;     ///< per cell: the cell `stride` steps away, or the last one before
 
     std::int32_t count() const { return pixel.count(); }
     bool is_unknown(std::int32_t cell) const { return kinds[cell] == kind::unknown; }
     bool is_source(std::int32_t cell) const { return kinds[cell] == kind::source; }
-    std::int32_t neighbor(std::int32_t cell, side s) const { return next[static_cast<std::size_t>(s)][cell]; }
+    /// Returns the neighboring cell, or no_pixel.
+    std::int32_t neighbor(std::int32_t cell, side s) const {
+        const std::int32_t n = walk(cell, s, 1);
+        return n == cell ? no_pixel : n;
+    }
 
-    /// The cell this many steps away, or the last one on the way there.
+    /// Returns the cell this many steps away, or the last one before.
     std::int32_t walk(std::int32_t cell, side s, int steps) const {
-        const buffer<std::int32_t>& links = next[static_cast<std::size_t>(s)];
-        for (; steps > 0 && links[cell] != no_pixel; --steps) cell = links[cell];
+        LDI_ASSERT(steps <= max_steps);
+        switch (s) {
+            case side::left: return cell - (std::min<int>)(steps, left_steps[cell]);
+            case side::right: return cell + (std::min<int>)(steps, right_steps[cell]);
+            case side::up: return follow(above, far_above, cell, steps);
+            case side::down: break;
+        }
+        return follow(below, far_below, cell, steps);
+    }
+
+private:
+    static std::int32_t follow(const buffer<std::int32_t>& one_step, const buffer<std::int32_t>& strides, std::int32_t cell,
+                               int steps) {
+        for (; steps >= stride; steps -= stride) cell = strides[cell];
+        for (; steps > 0; --steps) cell = one_step[cell];
         return cell;
     }
 };
 
-/// Steps over links from each pixel to the nearest unknown one, where they are `most` at most; otherwise 255.
+/// Counts the steps over links from each pixel to the nearest unknown pixel, up to `most`; 255 beyond.
 inline buffer<std::uint8_t> steps_to_unknown(const graph_view& g, array_view<const std::uint8_t> known, int most) {
-    buffer<std::uint8_t> steps(g.size(), 255);
+    buffer<std::uint8_t> steps(g.size(), unset);
+    for (std::int32_t i = 0; i < g.count(); ++i) steps[i] = known[i] == 0 ? 0 : 255;
     buffer<std::int32_t> wave, further;
     const auto visit_around = [&](std::int32_t pixel, int distance, buffer<std::int32_t>& reached) {
         for (side s : all_sides) {
             const std::int32_t n = g.neighbor(pixel, s);
-            if (n == no_pixel || known[n] == 0 || steps[n] != 255) continue;
+            if (n == no_pixel || steps[n] != 255) continue;
             steps[n] = static_cast<std::uint8_t>(distance);
             reached.push_back(n);
         }
     };
-    for (std::int32_t i = 0; i < g.count(); ++i) {
-        if (known[i] != 0) continue;
-        steps[i] = 0;
-        visit_around(i, 1, wave);
-    }
+    for (std::int32_t i = 0; i < g.count(); ++i)
+        if (steps[i] == 0) visit_around(i, 1, wave);
     for (int distance = 2; distance <= most && !wave.empty(); ++distance) {
         further.clear();
         for (std::int32_t pixel : wave) visit_around(pixel, distance, further);
@@ -64,45 +81,65 @@ inline buffer<std::uint8_t> steps_to_unknown(const graph_view& g, array_view<con
     return steps;
 }
 
-/// reach, margin  how many steps from an unknown pixel sources lie at most, and how wide the margin around them is; together
-///                less than 255
-inline texture_cells find_texture_cells(const graph_view& g, array_view<const std::uint8_t> known, int reach, int margin) {
-    const buffer<std::uint8_t> steps = steps_to_unknown(g, known, reach + margin);
-    texture_cells cells;
-    buffer<std::int32_t> cell_of(g.size(), unset);  // where there is a cell
-    for (std::int32_t i = 0; i < g.count(); ++i) {
-        if (steps[i] == 255) continue;
-        cell_of[i] = cells.count();
-        cells.pixel.push_back(i);
-        cells.kinds.push_back(steps[i] == 0       ? texture_cells::kind::unknown
-                              : steps[i] <= reach ? texture_cells::kind::source
-                                                  : texture_cells::kind::margin);
-    }
-    for (side s : all_sides) {
-        buffer<std::int32_t>& links = cells.next[static_cast<std::size_t>(s)];
-        links = buffer<std::int32_t>(cells.pixel.size(), no_pixel);
-        for (std::int32_t cell = 0; cell < cells.count(); ++cell) {
-            const std::int32_t n = g.neighbor(cells.pixel[cell], s);
-            if (n != no_pixel && steps[n] != 255) links[cell] = cell_of[n];
-        }
-    }
-    return cells;
+/// Follows each cell's link twice.
+inline buffer<std::int32_t> doubled(const buffer<std::int32_t>& links) {
+    buffer<std::int32_t> result(links.size(), unset);
+    for (std::size_t cell = 0; cell < links.size(); ++cell) result[cell] = links[links[cell]];
+    return result;
 }
 
-/// Blurs with a binomial filter of 3 x 3 over links, `passes` times. A neighbor that is missing counts as the cell itself.
-inline void blur_cells(const texture_cells& cells, buffer<texture_color>& values, int passes) {
-    buffer<texture_color> blurred(values.size(), unset);
-    for (int pass = 0; pass < passes; ++pass)
-        for (const auto& [one, other] : {std::array{side::left, side::right}, std::array{side::up, side::down}}) {
-            for (std::int32_t cell = 0; cell < cells.count(); ++cell) {
-                const std::int32_t before = cells.neighbor(cell, one), after = cells.neighbor(cell, other);
-                const texture_color& middle = values[cell];
-                const texture_color& a = before == no_pixel ? middle : values[before];
-                const texture_color& b = after == no_pixel ? middle : values[after];
-                for (std::size_t c = 0; c < 3; ++c) blurred[cell][c] = 0.5F * middle[c] + 0.25F * (a[c] + b[c]);
-            }
-            values.swap(blurred);
+/// Sets left_steps and right_steps.
+///
+/// is_linked  is_linked(cell): whether the previous cell is its left neighbor
+template <class IsLinked>
+void count_steps(texture_cells& cells, IsLinked&& is_linked) {
+    const auto one_more = [](std::uint8_t steps) {
+        return static_cast<std::uint8_t>((std::min)(steps + 1, texture_cells::max_steps));
+    };
+    cells.left_steps = buffer<std::uint8_t>(cells.pixel.size());
+    cells.right_steps = buffer<std::uint8_t>(cells.pixel.size());
+    for (std::int32_t cell = 1; cell < cells.count(); ++cell)
+        if (is_linked(cell)) cells.left_steps[cell] = one_more(cells.left_steps[cell - 1]);
+    for (std::int32_t cell = cells.count() - 1; cell > 0; --cell)
+        if (cells.left_steps[cell] > 0) cells.right_steps[cell - 1] = one_more(cells.right_steps[cell]);
+}
+
+/// Selects and numbers the cells.
+///
+/// g       in canonical order
+/// reach   maximum steps from an unknown pixel to a source
+/// margin  width of the margin around sources; reach + margin must be less than 255
+inline texture_cells find_texture_cells(const graph_view& g, array_view<const std::uint8_t> known, int reach, int margin) {
+    const buffer<std::uint8_t> steps = steps_to_unknown(g, known, reach + margin);
+    const std::size_t count = g.size() - static_cast<std::size_t>(std::count(steps.begin(), steps.end(), 255));
+    texture_cells cells;
+    cells.pixel.resize(count, unset), cells.kinds.resize(count, unset);
+    buffer<std::int32_t> cell_of(g.size(), unset);  // set only for pixels with a cell
+    std::int32_t next = 0;
+    for (std::int32_t i = 0; i < g.count(); ++i) {
+        if (steps[i] == 255) continue;
+        cells.pixel[next] = i;
+        cells.kinds[next] = steps[i] == 0       ? texture_cells::kind::unknown
+                            : steps[i] <= reach ? texture_cells::kind::source
+                                                : texture_cells::kind::margin;
+        cell_of[i] = next++;
+    }
+    count_steps(cells, [&](std::int32_t cell) {
+        const std::int32_t left = g.left()[cells.pixel[cell]];
+        LDI_ASSERT(left == no_pixel || left == cells.pixel[cell] - 1);
+        return left != no_pixel && left == cells.pixel[cell - 1];
+    });
+    const auto links = [&](array_view<const std::int32_t> neighbors) {
+        buffer<std::int32_t> result(count, unset);
+        for (std::int32_t cell = 0; cell < cells.count(); ++cell) {
+            const std::int32_t n = neighbors[cells.pixel[cell]];
+            result[cell] = n != no_pixel && steps[n] != 255 ? cell_of[n] : cell;
         }
+        return result;
+    };
+    cells.above = links(g.up()), cells.below = links(g.down());
+    cells.far_above = doubled(doubled(cells.above)), cells.far_below = doubled(doubled(cells.below));
+    return cells;
 }
 
 }}}  // namespace ldi::detail

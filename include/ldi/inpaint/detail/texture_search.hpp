@@ -1,57 +1,29 @@
-// Which known pixel each unknown one takes its texture from: the randomized search of PatchMatch (Barnes, Shechtman, Finkelstein
-// and Goldman, "PatchMatch: A Randomized Correspondence Algorithm for Structural Image Editing", 2009) over the links of a
-// layered image, so that no other surface is ever reached. As in "Shift-Map Image Editing" (Pritch, Kav-Venaki and Peleg, 2009)
-// it costs where two neighbors take from pixels that are not neighbors: what is copied then hangs together.
+// Finds the known pixel from which each unknown pixel copies its texture: the randomized search of PatchMatch (Barnes,
+// Shechtman, Finkelstein and Goldman, "PatchMatch: A Randomized Correspondence Algorithm for Structural Image Editing", 2009)
+// over the links of a layered image, so that the search never reaches another surface. As in "Shift-Map Image Editing" (Pritch,
+// Kav-Venaki and Peleg, 2009), neighbors whose sources are not neighbors add to the cost, so that copied texture is coherent.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
-#include <ldi/base/numbers.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/inpaint/detail/hash.hpp>
 #include <ldi/inpaint/detail/texture_cells.hpp>
+#include <ldi/inpaint/detail/texture_looks.hpp>
 
-#include <array>
-#include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#include <limits>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// A cell with its surroundings: blurred colors of itself, and of those `tap_distance` steps away on each side. Of 16 bytes for
-/// the sake of vector instructions; the last is 0.
-using texture_surroundings = std::array<std::uint8_t, 16>;
-
-inline constexpr int tap_distance = 4;
-inline constexpr int tap_values = 15;
-
-inline buffer<texture_surroundings> describe_cells(const texture_cells& cells, const buffer<texture_color>& blurred) {
-    buffer<texture_surroundings> result(cells.pixel.size());
-    for (std::int32_t cell = 0; cell < cells.count(); ++cell) {
-        std::size_t at = 0;
-        const auto put = [&](std::int32_t tap) {
-            for (const float value : blurred[tap]) result[cell][at++] = rounded_mean(value);
-        };
-        put(cell);
-        for (side s : all_sides) put(cells.walk(cell, s, tap_distance));
-    }
-    return result;
-}
-
-/// The sum of the absolute differences.
-inline int difference_of(const texture_surroundings& a, const texture_surroundings& b) {
-    int sum = 0;
-    for (std::size_t i = 0; i < a.size(); ++i) sum += std::abs(int{a[i]} - int{b[i]});
-    return sum;
-}
-
 class texture_search {
 public:
-    /// reach  in steps along x and along y
+    /// reach  steps along x and along y
     texture_search(const graph_view& g, const texture_cells& cells, const buffer<texture_surroundings>& looks, int reach)
         : graph_(g), cells_(cells), looks_(looks), reach_(reach) {}
 
-    /// Per cell, the source of its texture; no_pixel for a known cell, and where no source is found.
+    /// Returns the source of each cell's texture; no_pixel for a known cell, and for a cell without any source.
     buffer<std::int32_t> run(int rounds) {
         source_ = buffer<std::int32_t>(cells_.pixel.size(), no_pixel);
         find_nearest_known();
@@ -65,9 +37,9 @@ public:
     }
 
 private:
-    // Cost of two neighbors whose sources are not; chosen by trial.
+    // Cost of two neighboring cells whose sources are not neighbors; tuned by experiment.
     static constexpr int incoherence = 100;
-    // One in `search_interval` cells also samples random sources. Its neighbors then propagate good ones.
+    // One in `search_interval` cells also samples random sources. Its neighbors then propagate good sources.
     static constexpr std::uint32_t search_interval = 32;
 
     /// Finds the first candidate of each unknown cell: the nearest known cell along links, or no_pixel.
@@ -94,9 +66,11 @@ private:
         }
     }
 
-    int cost(std::int32_t cell, std::int32_t from) const {
+    /// Counts incoherence only while the sum may stay below `limit`.
+    int cost(std::int32_t cell, std::int32_t from, int limit) const {
         int sum = difference_of(looks_[cell], looks_[from]);
         for (side s : all_sides) {
+            if (sum >= limit) return sum;
             const std::int32_t n = cells_.neighbor(cell, s);
             if (n == no_pixel || !cells_.is_unknown(n)) continue;
             if (source_[n] == no_pixel || cells_.neighbor(from, s) != source_[n]) sum += incoherence;
@@ -106,15 +80,15 @@ private:
 
     void improve(std::int32_t cell, int round, bool forward) {
         std::int32_t& best = source_[cell];
-        int least = -1;  // computed only when there is something to compare, which is rare
+        int least = -1;  // computed only when there is a candidate to compare, which is rare
         const auto consider = [&](std::int32_t from) {
             if (from == no_pixel || from == best || !cells_.is_source(from)) return;
             if (best == no_pixel) {
                 best = from;
                 return;
             }
-            if (least < 0) least = cost(cell, best);
-            if (const int c = cost(cell, from); c < least) least = c, best = from;
+            if (least < 0) least = cost(cell, best, (std::numeric_limits<int>::max)());
+            if (const int c = cost(cell, from, least); c < least) least = c, best = from;
         };
         for (side s : {forward ? side::left : side::right, forward ? side::up : side::down}) {
             const std::int32_t n = cells_.neighbor(cell, s);
@@ -129,7 +103,7 @@ private:
             consider(wander(best, hash(random, 100 + static_cast<std::uint32_t>(radius)), radius));
     }
 
-    /// A cell within this many steps along x and then y, as far as links go.
+    /// Returns a cell within `radius` steps along x and then y, as far as links go.
     std::int32_t wander(std::int32_t cell, std::uint32_t random, int radius) const {
         const auto within = [radius](std::uint32_t bits) {  // -radius ... radius
             return static_cast<int>(bits * static_cast<std::uint32_t>(2 * radius + 1) >> 16) - radius;

@@ -1,5 +1,5 @@
-// The few protocol buffer messages that a Caffe2 network consists of (NetDef, OperatorDef, Argument of caffe2.proto), read with
-// protozero. Files are not trusted: every length and type is checked here before protozero acts on it.
+// Reads the protocol buffer messages of a Caffe2 network (NetDef, OperatorDef, Argument of caffe2.proto) with protozero. Files
+// are untrusted: this code checks every length and type before protozero uses it.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -47,7 +47,7 @@ class field {
 public:
     field(protozero::pbf_reader& reader, std::string_view where) : reader_(reader), where_(where) {
         if (reader.wire_type() != protozero::pbf_wire_type::length_delimited) return;
-        // protozero keeps 32 bits of a length, so the check must be made on all 64.
+        // protozero keeps only 32 bits of a length, so the check must use all 64.
         const protozero::data_view rest = reader.data();
         const char* position = rest.data();
         const std::uint64_t length = protozero::decode_varint(&position, rest.data() + rest.size());
@@ -101,7 +101,7 @@ void for_each_field(std::string_view message, std::string_view where, Visit&& vi
     }
 }
 
-/// Two bytes are enough for a message without a name, which takes fifty times as many in memory.
+/// Requires a name. A message without one occupies two bytes in the file, but fifty times as many in memory.
 inline void check_named(std::string_view name, const char* what, std::string_view where) {
     if (name.empty()) raise(error_code::invalid_data, std::string(where), std::string(what) + " with a name", "one without");
 }

@@ -1,4 +1,4 @@
-// The operators of a Caffe2 file with their arguments looked up by name and checked, before anything is made of them.
+// Looks up and checks the arguments of a Caffe2 operator by name.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -16,10 +16,10 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespace caffe2 {
 
-/// One operator, its arguments looked up and checked.
+/// An operator with its arguments, looked up and checked on access.
 class checked_operator {
 public:
-    /// kind  what the messages call the file
+    /// kind  name of the file in messages
     checked_operator(const operator_message& op, std::string_view kind) : op_(op) {
         where_ = std::string(kind) + ", " + printable(op.type) + " " + (op.outputs.empty() ? "" : printable(op.outputs[0]));
     }
@@ -39,7 +39,7 @@ public:
     std::string_view bytes(std::string_view name) const { return *present(name, &argument::bytes, "a byte string"); }
     const buffer<std::int64_t>& integers(std::string_view name) const { return find(name).integers; }
 
-    /// An integer in [least, most].
+    /// Returns an integer, which must be in [least, most].
     std::size_t integer(std::string_view name, std::int64_t least, std::int64_t most) const {
         const std::int64_t value = integer(name);
         if (value < least || value > most)
@@ -54,7 +54,7 @@ public:
         return {scale, static_cast<std::uint8_t>(integer("Y_zero_point", 0, 255))};
     }
 
-    /// `count` integers that are all the same.
+    /// Returns the common value of `count` integers, which must be equal.
     std::int64_t equal_integers(std::string_view name, std::size_t count) const {
         const buffer<std::int64_t>& values = integers(name);
         if (values.size() != count) fail(name, std::to_string(count) + " integers", std::to_string(values.size()));

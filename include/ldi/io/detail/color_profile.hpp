@@ -1,5 +1,5 @@
-// Colors as a photo's profile has them (ICC, or primaries by number), made sRGB by Little CMS. Phones store Display P3, whose
-// colors look pale when they are taken for sRGB.
+// Converts colors from a photo's profile (ICC, or primaries by number) to sRGB with Little CMS. Phones store Display P3, whose
+// colors look pale if they are interpreted as sRGB.
 #pragma once
 
 #include <ldi/core/image.hpp>
@@ -23,15 +23,17 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { inline namespace LDI_READERS {
 
-/// Memory that reading a profile may take: its own bytes, and what Little CMS makes of it.
+/// Maximum memory for reading a profile: its own bytes, and those that Little CMS allocates.
 inline constexpr std::size_t max_profile_memory = std::size_t{16} << 20;
 
-/// color    H x W x 3; becomes sRGB where the profile is of RGB or gray and can be read in max_profile_memory, and stays as it is
-///          elsewhere
-/// profile  what the samples are meant in
+/// Converts colors to sRGB in place. Does nothing if the profile is neither RGB nor gray, or cannot be read in
+/// max_profile_memory.
+///
+/// color    H x W x 3
+/// profile  color space of the samples
 inline void convert_to_srgb(image<std::uint8_t>& color, const color_profile& profile);
 
-/// The profile in the APP2 segments of a JPEG file, which may be in parts; empty if there is none or a part is missing.
+/// Joins the parts of the profile in the APP2 segments of a JPEG file; empty if there is none or a part is missing.
 inline std::vector<std::byte> jpeg_profile(std::span<const std::span<const std::byte>> segments) {
     constexpr std::string_view name("ICC_PROFILE\0", 12);
     std::array<std::span<const std::byte>, 256> parts;
@@ -51,7 +53,9 @@ inline std::vector<std::byte> jpeg_profile(std::span<const std::span<const std::
     return profile;
 }
 
-/// chunk  the body of a PNG file's iCCP chunk: a name, a zero, a method (0), and the profile, compressed
+/// Extracts the profile of a PNG file.
+///
+/// chunk  body of the iCCP chunk: a name, a zero, a method (0), and the compressed profile
 inline std::vector<std::byte> png_profile(std::span<const std::byte> chunk) {
     const auto name_end = std::find(chunk.begin(), chunk.end(), std::byte{0});
     const std::size_t begin = static_cast<std::size_t>(name_end - chunk.begin()) + 2;
@@ -67,10 +71,10 @@ inline std::vector<std::byte> png_profile(std::span<const std::byte> chunk) {
 
 #if defined(LDI_WITH_LCMS2)
 
-/// Rest of max_profile_memory. A profile may list the same table many times, and Little CMS reads it each time.
+/// Remaining part of max_profile_memory. A profile may list the same table many times, and Little CMS reads it each time.
 inline thread_local std::size_t profile_memory_left = 0;
 
-/// Memory for Little CMS. Counts allocations and ignores releases.
+/// Memory of Little CMS. Counts allocations and ignores releases.
 struct profile_memory {
     static bool take(std::size_t bytes) {
         if (bytes > profile_memory_left) return false;
@@ -109,7 +113,7 @@ struct transform_deleter {
 };
 using profile_handle = std::unique_ptr<void, profile_closer>;
 
-/// Null if the profile is damaged, or sRGB.
+/// Opens the profile; null if it is damaged, or sRGB.
 inline profile_handle open_profile(cmsContext context, const color_profile& profile) {
     if (!profile.icc.empty())
         return profile_handle(
@@ -127,7 +131,7 @@ inline profile_handle open_profile(cmsContext context, const color_profile& prof
     return made;
 }
 
-/// Whether a transform moves some color by more than rounding does. Most profiles are sRGB under one name or another.
+/// Whether a transform changes any color by more than rounding. Most profiles are sRGB under various names.
 inline bool changes_colors(void* transform, bool is_gray) {
     for (unsigned i = 0; i < 6 * 6 * 6; ++i) {
         std::uint8_t from[3] = {static_cast<std::uint8_t>(i % 6 * 51), static_cast<std::uint8_t>(i / 6 % 6 * 51),
@@ -149,7 +153,7 @@ inline void convert_to_srgb(image<std::uint8_t>& color, const color_profile& pro
     if (!source || !target) return;
     const bool is_gray = cmsGetColorSpace(source.get()) == cmsSigGrayData;
     if (!is_gray && cmsGetColorSpace(source.get()) != cmsSigRgbData) return;
-    // Gray lies three times in each pixel; two of them are passed over.
+    // Each pixel stores gray three times; the transform skips two of them.
     const cmsUInt32Number from = is_gray ? COLORSPACE_SH(PT_GRAY) | CHANNELS_SH(1) | EXTRA_SH(2) | BYTES_SH(1) : TYPE_RGB_8;
     const std::unique_ptr<void, transform_deleter> transform(cmsCreateTransformTHR(
         context.get(), source.get(), from, target.get(), TYPE_RGB_8, INTENT_RELATIVE_COLORIMETRIC, cmsFLAGS_NOCACHE));

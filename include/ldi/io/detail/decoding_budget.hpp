@@ -1,4 +1,4 @@
-// The budget of one input file (io/picture_limits.hpp): every decoder asks it before it allocates.
+// Budget of one input file (io/picture_limits.hpp). Every decoder charges it before it allocates.
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -14,7 +14,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Refuses a picture whose header promises more than `max_pixels`.
+/// Raises too_large if a header announces more than `max_pixels` pixels.
 inline void check_pixel_count(std::size_t width, std::size_t height, std::size_t max_pixels, const std::string& where) {
     if (width > max_pixels / height)
         raise(error_code::too_large, where, "at most " + std::to_string(max_pixels) + " pixels",
@@ -23,7 +23,7 @@ inline void check_pixel_count(std::size_t width, std::size_t height, std::size_t
 
 class decoding_budget {
 public:
-    /// file_bytes  the length of the input file
+    /// file_bytes  length of the input file
     decoding_budget(const picture_limits& limits, picture_formats formats, std::size_t file_bytes)
         : max_pixels_(limits.max_pixels), formats_(formats), samples_(limits.max_scanned_samples), file_bytes_(file_bytes) {
         const double granted =
@@ -35,18 +35,19 @@ public:
     std::size_t taken() const { return taken_; }
     std::size_t left() const { return memory_ - taken_; }
 
-    /// From now on no picture may have more pixels.
+    /// Lowers the maximum number of pixels for all further pictures.
     void lower_max_pixels(std::size_t max_pixels) { max_pixels_ = (std::min)(max_pixels_, max_pixels); }
 
-    /// Raises unsupported where the caller has switched the format off.
+    /// Raises unsupported if the caller has disabled the format.
     void check_format(picture_format format, const std::string& where) const {
         if (!formats_.contains(format))
             raise(error_code::unsupported, where, "a format that is switched on: " + formats_.text(),
                   "a " + std::string(to_string(format)) + " file");
     }
 
-    /// what  that takes the memory, for the message: "metadata of 12 bytes"
-    /// Raises too_large.
+    /// Charges memory. Raises too_large.
+    ///
+    /// what  purpose of the memory for the message, for example "metadata of 12 bytes"
     void take(double bytes, const std::string& where, const std::string& what) {
         if (!(bytes <= nearest_double(left())))
             raise(error_code::too_large, where,
@@ -61,7 +62,7 @@ public:
         samples_ -= static_cast<std::uint64_t>(samples);
     }
 
-    /// Takes the cost of decoding a picture. Raises unsupported, too_large.
+    /// Charges the cost of decoding a picture. Raises unsupported, too_large.
     void take(const picture_header& header, const std::string& where) {
         check_format(header.format, where);
         check_pixel_count(header.width, header.height, max_pixels_, where);

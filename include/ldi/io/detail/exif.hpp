@@ -1,4 +1,4 @@
-// The two facts of EXIF that a 3D photo needs, read by libexif: how the camera was held, and its lens.
+// Reads the EXIF data that a 3D photo needs with libexif: the camera's orientation and its lens.
 #pragma once
 
 #include <ldi/base/config.hpp>
@@ -16,11 +16,11 @@
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 struct exif_facts {
-    unsigned orientation = 1;                ///< 1 to 8, as EXIF numbers them
+    unsigned orientation = 1;                ///< 1 to 8, as in EXIF
     std::optional<float> focal_length_35mm;  ///< in millimeters
 };
 
-/// The first number of a tag that holds whole numbers.
+/// Returns the first number of a tag of whole numbers.
 inline std::optional<unsigned> exif_number(ExifData* data, ExifIfd directory, ExifTag tag) {
     const ExifEntry* const entry = exif_content_get_entry(data->ifd[directory], tag);
     if (entry == nullptr || entry->data == nullptr || entry->components < 1) return std::nullopt;
@@ -30,7 +30,9 @@ inline std::optional<unsigned> exif_number(ExifData* data, ExifIfd directory, Ex
     return std::nullopt;
 }
 
-/// tiff  the TIFF structure that EXIF data is; empty or damaged data gives the defaults, since a photo is good without it
+/// Reads EXIF data. Empty or damaged data result in the defaults, because the photo is usable without them.
+///
+/// tiff  the TIFF structure that contains the EXIF data
 inline exif_facts read_exif(std::span<const std::byte> tiff) {
     exif_facts facts;
     constexpr std::size_t limit = std::size_t{1} << 20;

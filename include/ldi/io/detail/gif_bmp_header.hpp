@@ -1,5 +1,5 @@
-// Facts about a GIF or BMP file, read before stb_image sees it: its decoder takes as long as the codes of a GIF file ask for, and
-// does not notice where a file is cut off.
+// Reads the headers of GIF and BMP files before stb_image decodes them: the codes of a GIF file determine the decoder's time,
+// and the decoder does not detect truncated files.
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -14,7 +14,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Walks a GIF file up to the end of its first frame.
+/// Walks over a GIF file up to the end of its first frame.
 class gif_header_reader {
 public:
     gif_header_reader(std::span<const std::byte> bytes, const std::string& where) : bytes_(bytes), where_(where) {}
@@ -25,12 +25,12 @@ public:
         need(13);
         header.width = little_endian_16(bytes_, 6), header.height = little_endian_16(bytes_, 8);
         if (header.width == 0 || header.height == 0) broken("an empty picture");
-        header.memory_per_pixel = 9;  // RGBA, the same of the background, and what the frame covers
+        header.memory_per_pixel = 9;  // RGBA, RGBA of the background, and a byte that marks covered pixels
         at_ = 13 + color_table(byte_at(bytes_, 10));
         for (;;) {
             need(1);
             const unsigned kind = byte_at(bytes_, at_++);
-            if (kind == 0x21) {  // an extension, labeled
+            if (kind == 0x21) {  // an extension: a label, then blocks
                 ++at_;
                 for (std::size_t size = block(); size > 0; size = block()) at_ += size;
             } else if (kind == 0x2C) {
@@ -49,7 +49,7 @@ private:
             broken("a file that is cut off after " + std::to_string(bytes_.size()) + " bytes");
     }
     static std::size_t color_table(unsigned flags) { return (flags & 0x80) != 0 ? std::size_t{6} << (flags & 7) : 0; }
-    /// The length of the next block of data; 0 behind the last.
+    /// Returns the length of the next block of data; 0 after the last block.
     std::size_t block() {
         need(1);
         const std::size_t size = byte_at(bytes_, at_++);
@@ -57,7 +57,7 @@ private:
         return size;
     }
 
-    /// Counts the pixels that the codes of a frame stand for: no fewer and no more than it has.
+    /// Counts the pixels that the codes of a frame produce. Their number must be that of the frame.
     void read_frame() {
         need(9);
         const std::size_t pixels = std::size_t{little_endian_16(bytes_, at_ + 4)} * little_endian_16(bytes_, at_ + 6);
@@ -66,7 +66,7 @@ private:
         const unsigned bits = byte_at(bytes_, at_++);
         if (bits > 11) broken("codes of " + std::to_string(bits) + " bits");
         const unsigned clear = 1U << bits;
-        std::array<std::uint16_t, 4097> length{};  // of what a code stands for
+        std::array<std::uint16_t, 4097> length{};  // number of pixels per code
         for (unsigned code = 0; code < clear; ++code) length[code] = 1;
         unsigned next = clear + 2, size = bits + 1, previous = clear, waiting = 0, waiting_bits = 0;
         std::size_t made = 0, left = 0;
@@ -99,12 +99,12 @@ private:
     std::size_t at_ = 0;
 };
 
-/// Raises invalid_data.
+/// Reads the header of a GIF file. Raises invalid_data.
 inline picture_header read_gif_header(std::span<const std::byte> bytes, const std::string& where) {
     return gif_header_reader(bytes, where).read();
 }
 
-/// Raises invalid_data, unsupported (compressed data).
+/// Reads the header of a BMP file. Raises invalid_data, unsupported (compressed data).
 inline picture_header read_bmp_header(std::span<const std::byte> bytes, const std::string& where) {
     const auto broken = [&](const std::string& found) { damaged(picture_format::bmp, where, found); };
     const std::string cut_off = "a file that is cut off after " + std::to_string(bytes.size()) + " bytes";
@@ -114,7 +114,7 @@ inline picture_header read_bmp_header(std::span<const std::byte> bytes, const st
     if (!is_old && bytes.size() < 34) broken(cut_off);
     const std::uint32_t width = is_old ? little_endian_16(bytes, 18) : little_endian_32(bytes, 18);
     std::uint32_t height = is_old ? little_endian_16(bytes, 20) : little_endian_32(bytes, 22);
-    if (height > 0x80000000U) height = 0U - height;  // of rows from the top down
+    if (height > 0x80000000U) height = 0U - height;  // negative: rows from top to bottom
     const std::size_t bits = little_endian_16(bytes, is_old ? 24 : 28);
     const std::uint32_t compression = is_old ? 0 : little_endian_32(bytes, 30);
     if (width == 0 || width > 0x7FFFFFFF || height == 0 || height > 0x7FFFFFFF) broken("a width or height outside BMP's range");

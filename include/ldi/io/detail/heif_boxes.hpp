@@ -1,5 +1,5 @@
-// The boxes of a HEIC or AVIF file (ISO 14496-12, ISO 23008-12) that say which items it has, where their bytes lie and which item
-// is made of which. libheif 1.15 follows them wherever they lead; detail/heif_items.hpp checks first that they lead to an end.
+// Reads the boxes of a HEIC or AVIF file (ISO 14496-12, ISO 23008-12) that list its items, their bytes, and the items from which
+// each is derived. libheif 1.15 follows these references without limits; detail/heif_items.hpp first checks that they end.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -20,10 +20,10 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 /// A picture or a block of metadata.
 struct heif_item {
     std::string_view type;                       ///< "hvc1", "av01", "grid", "Exif", ...
-    buffer<std::span<const std::byte>> extents;  ///< its bytes, in pieces that lie inside the file
-    buffer<std::size_t> properties;              ///< their numbers in heif_boxes::properties
-    buffer<std::uint32_t> sources;               ///< a derived picture is made of these
-    buffer<std::uint32_t> auxiliaries;           ///< pictures of alpha, depth and the like that belong to it
+    buffer<std::span<const std::byte>> extents;  ///< pieces of the file that contain the item's bytes
+    buffer<std::size_t> properties;              ///< indices in heif_boxes::properties
+    buffer<std::uint32_t> sources;               ///< items from which this picture is derived
+    buffer<std::uint32_t> auxiliaries;           ///< auxiliary pictures of this picture: alpha, depth and others
 };
 
 struct heif_property {
@@ -31,7 +31,7 @@ struct heif_property {
     std::span<const std::byte> body;
 };
 
-/// Reads big-endian numbers one after the other. Raises invalid_data where the bytes end.
+/// Reads consecutive big-endian numbers. Raises invalid_data at the end of the bytes.
 class heif_numbers {
 public:
     heif_numbers(std::span<const std::byte> bytes, const std::string& where) : bytes_(bytes), where_(where) {}
@@ -57,7 +57,7 @@ private:
     std::size_t at_ = 0;
 };
 
-/// Raises invalid_data, unsupported, too_large.
+/// Reads all boxes of a file. Raises invalid_data, unsupported, too_large.
 class heif_boxes {
 public:
     std::map<std::uint32_t, heif_item> items;
@@ -76,12 +76,13 @@ public:
     }
 
 private:
-    // Beyond what any camera writes: libheif's time grows with the square of the items, and with their references.
+    // Larger than any camera writes. libheif's time grows with the square of the number of items and with the number of
+    // references.
     static constexpr std::size_t max_boxes = 100'000, max_items = 4096, max_entries = 65'536;
 
     [[noreturn]] void broken(const std::string& found) const { damaged(picture_format::heif, where_, found); }
 
-    /// Two boxes of one kind where there must be one: readers differ in which of them they take.
+    /// Rejects a second box of a kind that must be unique, because readers differ in which one they use.
     void keep_only(std::span<const std::byte>& kept, std::span<const std::byte> found, const char* type) const {
         if (!kept.empty()) broken("a second box '" + std::string(type) + "'");
         kept = found;
@@ -89,10 +90,12 @@ private:
 
     void count(std::size_t& counted, std::size_t more, std::size_t max, const char* what) const {
         counted += more;
-        if (counted > max) raise(error_code::too_large, where_, "at most " + std::to_string(max) + " " + what, "more of them");
+        if (counted > max) raise(error_code::too_large, where_, "at most " + std::to_string(max) + " " + what, "more");
     }
 
-    /// is_whole_file  then what follows a damaged box is passed over, as libheif does it
+    /// Calls visit(type, body) for each box.
+    ///
+    /// is_whole_file  ignores everything after a damaged box, as libheif does
     template <class Visit>
     void for_each_box(std::span<const std::byte> all, Visit&& visit, bool is_whole_file = false) {
         while (all.size() >= 8) {
@@ -128,7 +131,7 @@ private:
         if (!iref.empty()) read_references(iref);
     }
 
-    /// The version and flags that begin a full box.
+    /// Reads the version and flags at the start of a full box.
     static unsigned version(heif_numbers& numbers, unsigned* flags = nullptr) {
         const unsigned result = static_cast<unsigned>(numbers.next(1)), found = static_cast<unsigned>(numbers.next(3));
         if (flags != nullptr) *flags = found;
@@ -137,12 +140,12 @@ private:
 
     void read_items(std::span<const std::byte> iinf) {
         heif_numbers list(iinf, where_);
-        list.next(version(list) == 0 ? 2 : 4);  // their number, which the boxes tell, too
+        list.next(version(list) == 0 ? 2 : 4);  // skips the number of boxes, which is redundant
         for_each_box(list.rest(), [&](std::string_view type, std::span<const std::byte> body) {
             if (type != "infe") return;
             heif_numbers entry(body, where_);
             const unsigned of = version(entry);
-            if (of < 2) return;  // no picture
+            if (of < 2) return;  // not a picture
             const std::uint32_t id = entry.next_32(of == 2 ? 2 : 4);
             entry.next(2);
             count(item_count_, 1, max_items, "items");
@@ -176,7 +179,7 @@ private:
         }
     }
 
-    /// The part of it that lies inside; length 0 goes to the end.
+    /// Returns the part of an extent inside the file; length 0 extends to the end.
     std::span<const std::byte> extent(std::uint64_t method, std::uint64_t base, std::uint64_t offset,
                                       std::uint64_t length) const {
         if (method > 1) raise(error_code::unsupported, where_, "items that lie in the file", "an item inside of another");

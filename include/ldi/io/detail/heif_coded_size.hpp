@@ -1,5 +1,5 @@
-// The size of a coded picture inside a HEIC or AVIF file, by its own headers: those of HEVC (ITU-T H.265, 7.3.2.2) and AV1 (AV1
-// bitstream specification, 5.5). The container states a size, too, which decoders do not hold themselves to.
+// Reads the size of a coded picture in a HEIC or AVIF file from the codec's headers: HEVC (ITU-T H.265, 7.3.2.2) and AV1 (AV1
+// bitstream specification, 5.5). Decoders ignore the size that the container states.
 #pragma once
 
 #include <ldi/formats/picture_header.hpp>
@@ -21,10 +21,10 @@ struct coded_size {
     }
 };
 
-/// Bits, highest first; 0 beyond the end.
+/// Reads bits, highest first; 0 beyond the end.
 class bit_reader {
 public:
-    /// is_escaped  a byte 3 behind two zeros is no data, as in HEVC
+    /// is_escaped  ignores a byte 3 after two zeros, as in HEVC
     bit_reader(std::span<const std::byte> bytes, bool is_escaped) : bytes_(bytes), is_escaped_(is_escaped) {}
 
     std::uint64_t next(unsigned count) {
@@ -32,7 +32,7 @@ public:
         for (; count > 0; --count) value = value << 1 | bit();
         return value;
     }
-    /// An Exp-Golomb number below 2^32.
+    /// Reads an Exp-Golomb number below 2^32.
     std::uint64_t golomb() {
         unsigned zeros = 0;
         while (zeros < 32 && bit() == 0) ++zeros;
@@ -57,7 +57,9 @@ private:
     unsigned current_ = 0, left_ = 0;
 };
 
-/// unit  of HEVC's network abstraction layer; only sequence parameter sets say a size
+/// Returns the size from a sequence parameter set; empty for other units.
+///
+/// unit  a unit of HEVC's network abstraction layer
 inline coded_size size_in_hevc_unit(std::span<const std::byte> unit) {
     constexpr std::uint64_t sequence_parameter_set = 33;
     bit_reader bits(unit, true);
@@ -84,7 +86,9 @@ inline coded_size size_in_hevc_unit(std::span<const std::byte> unit) {
     return size;
 }
 
-/// data  units behind their lengths, as an item holds them
+/// Returns the largest size in an item.
+///
+/// data  units, each preceded by its length
 inline coded_size size_in_hevc_item(std::span<const std::byte> data, std::size_t length_size) {
     coded_size largest;
     while (data.size() > length_size) {
@@ -98,6 +102,8 @@ inline coded_size size_in_hevc_item(std::span<const std::byte> data, std::size_t
     return largest;
 }
 
+/// Returns the largest size in a decoder configuration.
+///
 /// hvcc  the decoder configuration record
 inline coded_size size_in_hevc_configuration(std::span<const std::byte> hvcc) {
     coded_size largest;
@@ -150,7 +156,7 @@ inline coded_size size_in_av1_header(std::span<const std::byte> header) {
     if (is_reduced) {
         bits.next(3);
     } else {
-        // Each frame may state a size of its own, in as many bits.
+        // Each frame may state its own size, with the same number of bits.
         size.width = std::uint64_t{1} << width_bits, size.height = std::uint64_t{1} << height_bits;
         if (bits.next(1) != 0) bits.next(7);
         bits.next(7);
@@ -165,7 +171,9 @@ inline coded_size size_in_av1_header(std::span<const std::byte> header) {
     return size;
 }
 
-/// units  open bitstream units, as an item or its configuration holds them; only sequence headers say a size
+/// Returns the largest size in the sequence headers.
+///
+/// units  open bitstream units, from an item or its configuration
 inline coded_size size_in_av1_units(std::span<const std::byte> units) {
     constexpr unsigned sequence_header = 1;
     coded_size largest;

@@ -1,5 +1,5 @@
-// Depth inside HEIC and AVIF files: an auxiliary picture. Apple's XMP, or the file's depth representation information (ISO
-// 23008-2), states its range. libheif distinguishes it from gain maps and mattes by its type.
+// Reads depth from HEIC and AVIF files, where it is an auxiliary picture. Apple's XMP, or the file's depth representation
+// information (ISO 23008-2), states its range. libheif distinguishes it from gain maps and mattes by its type.
 #pragma once
 
 #include <ldi/io/detail/heif_file.hpp>
@@ -41,10 +41,10 @@ inline std::optional<depth_meaning> heif_meaning(const heif_image_handle* photo,
     }
 }
 
-/// The brightness, from 0 to 1.
+/// Returns brightness from 0 to 1.
 inline image<float> heif_gray(const heif_image* pixels, const std::string& where) {
     int stride = 0;
-    // Gray that was coded as RGB has no brightness of its own.
+    // Gray that was coded as RGB has no luma channel.
     const heif_channel channel = heif_image_has_channel(pixels, heif_channel_Y) ? heif_channel_Y : heif_channel_G;
     const std::uint8_t* const from = heif_image_get_plane_readonly(pixels, channel, &stride);
     const int width = heif_image_get_width(pixels, channel), height = heif_image_get_height(pixels, channel),
@@ -61,7 +61,7 @@ inline image<float> heif_gray(const heif_image* pixels, const std::string& where
     return values;
 }
 
-/// Upright already. Raises unsupported, invalid_data, too_large.
+/// Finds the depth of a photo, upright. Raises unsupported, invalid_data, too_large.
 inline std::optional<found_depth> find_heif_depth(std::span<const std::byte> bytes, decoding_budget& budget,
                                                   const std::string& where) {
     heif_file file(bytes, budget, where);

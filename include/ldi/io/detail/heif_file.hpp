@@ -1,5 +1,5 @@
-// HEIC and AVIF files, through libheif: the picture that they show, and their metadata. Gain maps and other pictures inside are
-// left alone. libheif turns and crops as the file says, so EXIF's orientation does not count.
+// Reads the primary picture and the metadata of HEIC and AVIF files with libheif. Ignores gain maps and other pictures. libheif
+// rotates and crops as the file says, so the EXIF orientation does not apply.
 #pragma once
 
 #include <ldi/io/detail/exif.hpp>
@@ -32,7 +32,7 @@ using heif_context_handle = std::unique_ptr<heif_context, heif_deleter>;
 using heif_picture_handle = std::unique_ptr<const heif_image_handle, heif_deleter>;
 using heif_pixels = std::unique_ptr<const heif_image, heif_deleter>;
 
-/// Raises what libheif said.
+/// Raises an error of libheif.
 [[noreturn]] inline void refuse_heif(const heif_error& said, const std::string& where) {
     const bool is_unsupported = said.code == heif_error_Unsupported_feature || said.code == heif_error_Unsupported_filetype;
     const bool is_too_large = said.subcode == heif_suberror_Security_limit_exceeded;
@@ -51,7 +51,7 @@ inline void check_heif(const heif_error& said, const std::string& where) {
     if (said.code != heif_error_Ok) refuse_heif(said, where);
 }
 
-/// A file in memory, opened. The bytes must stay.
+/// An open file in memory. The bytes must outlive it.
 struct heif_file {
     heif_file(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where)
         : items(bytes, budget, where), context(heif_context_alloc()) {
@@ -70,7 +70,7 @@ struct heif_file {
     heif_picture_handle primary;
 
 private:
-    /// libheif's own limits, where it has them.
+    /// Sets libheif's own limits, if this version has them.
     void limit([[maybe_unused]] const decoding_budget& budget) {
 #if LIBHEIF_NUMERIC_VERSION >= 0x01130000
         heif_security_limits* const limits = heif_context_get_security_limits(context.get());
@@ -91,7 +91,7 @@ inline heif_pixels decode_heif_pixels(const heif_image_handle* handle, heif_colo
     const std::unique_ptr<heif_decoding_options, heif_deleter> options(heif_decoding_options_alloc());
     if (options) options->convert_hdr_to_8bit = 1;
     const auto length = [](int side) { return static_cast<std::size_t>((std::max)(side, 0)); };
-    constexpr std::size_t for_threads = 64'000'000;  // their stacks; at most 18 bytes per pixel
+    constexpr std::size_t for_threads = 64'000'000;  // stacks of its threads; a pixel needs at most 18 bytes
     require_memory(18 * length(heif_image_handle_get_width(handle)) * length(heif_image_handle_get_height(handle)) + for_threads,
                    where);
     heif_image* pixels = nullptr;
@@ -99,7 +99,7 @@ inline heif_pixels decode_heif_pixels(const heif_image_handle* handle, heif_colo
     return heif_pixels(pixels);
 }
 
-/// All metadata blocks of an image with a type ("Exif", or "mime" for XMP).
+/// Returns all metadata blocks of a type ("Exif", or "mime" for XMP).
 inline std::vector<std::vector<std::byte>> heif_metadata(const heif_image_handle* handle, const char* type,
                                                          decoding_budget& budget, const std::string& where) {
     constexpr std::size_t limit = std::size_t{4} << 20;
@@ -117,7 +117,7 @@ inline std::vector<std::vector<std::byte>> heif_metadata(const heif_image_handle
     return blocks;
 }
 
-/// An ICC profile, or else the primaries by number where the curve is sRGB's or one like it.
+/// Returns the ICC profile, or else the number of the primaries if the transfer curve is that of sRGB or similar.
 inline color_profile heif_profile(const heif_image_handle* handle) {
     color_profile profile;
     const std::size_t size = heif_image_handle_get_raw_color_profile_size(handle);
@@ -136,7 +136,7 @@ inline color_profile heif_profile(const heif_image_handle* handle) {
     return profile;
 }
 
-/// Raises unsupported, invalid_data, too_large.
+/// Decodes the primary picture. Raises unsupported, invalid_data, too_large.
 inline stored_photo decode_heif(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where) {
     heif_file file(bytes, budget, where);
     const heif_image_handle* const primary = file.primary.get();
@@ -159,7 +159,7 @@ inline stored_photo decode_heif(std::span<const std::byte> bytes, decoding_budge
         std::memcpy(photo.picture.samples.get() + y * row, from + y * static_cast<std::size_t>(stride), row);
     photo.profile = heif_profile(primary);
     for (const std::vector<std::byte>& block : heif_metadata(primary, "Exif", budget, where)) {
-        // Four bytes say how many more to skip.
+        // The first four bytes state how many more bytes to skip.
         const std::size_t begin = block.size() < 4 ? block.size() : std::size_t{big_endian_32(block, 0)} + 4;
         if (begin >= block.size()) continue;
         photo.focal_length_35mm = read_exif(std::span(block).subspan(begin)).focal_length_35mm;

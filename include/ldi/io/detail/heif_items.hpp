@@ -1,5 +1,5 @@
-// The cost of decoding a picture of a HEIC or AVIF file: of the coded pictures that it is made of, through grids, overlays and
-// identities, and of the pictures in between. A picture that is made of itself is refused.
+// Computes the cost of decoding a picture in a HEIC or AVIF file: the cost of its coded pictures, through grids, overlays and
+// identities, and of all pictures between. Rejects pictures that contain themselves.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -21,7 +21,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 class heif_items {
 public:
-    /// Also takes what libheif holds of the file, whatever is decoded: it reads the items' bytes, each as often as it is listed.
+    /// Also charges the bytes of all items, because libheif reads them before decoding, each as often as it is listed.
     ///
     /// Raises invalid_data, unsupported, too_large.
     heif_items(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where)
@@ -34,10 +34,10 @@ public:
             if (!item.sources.empty() || !item.auxiliaries.empty()) cost_of(id, 0);
     }
 
-    /// The picture that the file shows.
+    /// Charges the primary picture.
     picture_header take_primary(decoding_budget& budget) { return take(boxes_.primary, budget, where_); }
 
-    /// Whether auxiliary pictures of depth belong to it. Takes all of them: libheif says which one it decodes.
+    /// Whether the picture has auxiliary pictures of depth. Charges all of them, because libheif chooses which one it decodes.
     bool take_depth(decoding_budget& budget) {
         const auto primary = boxes_.items.find(boxes_.primary);
         if (primary == boxes_.items.end()) return false;
@@ -56,16 +56,16 @@ private:
     /// Cost of decoding an item.
     struct cost {
         double width = 0, height = 0, memory = 0;
-        double pixels = 0;        ///< of all pictures, each as often as it is decoded, turned or cropped
-        double pictures = 0;      ///< each as often as it is decoded
-        double per_pixel = 0;     ///< bytes
-        bool is_foreign = false;  ///< coded in a way of which no size is known here
-        bool is_known = false;    ///< else it is being found
+        double pixels = 0;        ///< sum over all pictures, each as often as it is decoded, rotated or cropped
+        double pictures = 0;      ///< number of decoded pictures, with repetitions
+        double per_pixel = 0;     ///< in bytes
+        bool is_foreign = false;  ///< the codec's header format is unknown here
+        bool is_known = false;    ///< false while the cost is being computed
     };
 
-    // Beyond what any camera writes: a grid of 4,096 tiles of 512 x 512 pixels has a gigapixel.
+    // Larger than any camera writes: a grid of 4,096 tiles of 512 x 512 pixels has a gigapixel.
     static constexpr double max_pictures = 4096;
-    static constexpr int max_depth = 8;  ///< pictures made of pictures
+    static constexpr int max_depth = 8;  ///< maximum nesting of derived pictures
 
     [[noreturn]] void broken(const std::string& found) const { damaged(picture_format::heif, where_, found); }
 
@@ -73,20 +73,20 @@ private:
         const cost c = cost_of(id, 0);
         if (c.pictures > max_pictures)
             raise(error_code::too_large, where,
-                  "a picture of at most " + std::to_string(static_cast<int>(max_pictures)) + " tiles", "more of them");
+                  "a picture of at most " + std::to_string(static_cast<int>(max_pictures)) + " tiles", "more");
         if (c.is_foreign) raise(error_code::unsupported, where, "a picture coded as HEVC or AV1", "another coding");
         picture_header header;
         header.format = picture_format::heif;
         header.width = static_cast<std::size_t>(c.width), header.height = static_cast<std::size_t>(c.height);
         if (header.width == 0 || header.height == 0) broken("an empty picture");
-        header.more_memory = c.memory + 4e6;  // the decoder itself
+        header.more_memory = c.memory + 4e6;  // memory of the decoder itself
         budget.take(header, where);
         budget.take_samples(3 * c.pixels, where,
                             "pictures of " + std::to_string(static_cast<std::uint64_t>(c.pixels)) + " pixels");
         return header;
     }
 
-    /// Cost of an item, computed once. Raises an error for items that contain themselves.
+    /// Returns the cost of an item, computed once. Raises an error for items that contain themselves.
     const cost& cost_of(std::uint32_t id, int depth) {
         const auto item = boxes_.items.find(id);
         if (item == boxes_.items.end()) broken("a picture made of one that is not there");
@@ -112,7 +112,7 @@ private:
         return c;
     }
 
-    /// The size that is stated, which may be too small, and how often the picture is turned, mirrored or cropped.
+    /// Reads the stated size, which may be too small, and the number of passes that rotate, mirror or crop the picture.
     void read_properties(const heif_item& item, cost& c) const {
         double passes = 1;
         for (const std::size_t index : item.properties) {
@@ -123,10 +123,10 @@ private:
             }
             if (p.type == "irot" || p.type == "imir" || p.type == "clap") ++passes;
         }
-        c.pixels = passes;  // for each pixel; read_size() knows how many
+        c.pixels = passes;  // passes per pixel; read_size() multiplies by the number of pixels
     }
 
-    /// Adds the picture itself.
+    /// Adds the cost of the picture itself.
     static void add_own(cost& c) {
         c.memory += c.width * c.height * c.per_pixel;
         c.pixels *= c.width * c.height;
@@ -146,7 +146,8 @@ private:
             }
         }
         c.width = (std::max)(c.width, nearest_double(size.width)), c.height = (std::max)(c.height, nearest_double(size.height));
-        // As coded (at most 3 samples), in tiles and together, and as RGB; what an AV1 decoder keeps beside.
+        // The coded picture (at most 3 samples), its tiles and the assembled picture, RGB, and the additional memory of an AV1
+        // decoder.
         const bool is_av1 = item.type == "av01";
         c.per_pixel = size.is_deep ? (is_av1 ? 24 : 18) : is_av1 ? 15 : 10;
         c.pictures = 1;
@@ -167,10 +168,10 @@ private:
         if (item.type != "iden") read_canvas(item, c);
         add_own(c);
         c.pixels += pixels;
-        c.memory += 4 * memory;  // libheif decodes up to four tiles at once
+        c.memory += 4 * memory;  // libheif decodes up to four tiles at the same time
     }
 
-    /// The size that a grid or an overlay makes its picture.
+    /// Size of the picture that a grid or overlay produces.
     void read_canvas(const heif_item& item, cost& c) const {
         buffer<std::byte> data;
         for (const std::span<const std::byte>& extent : item.extents)
@@ -178,7 +179,7 @@ private:
         heif_numbers numbers({data.data(), data.size()}, where_);
         numbers.next(1);
         const std::size_t size = (numbers.next(1) & 1) != 0 ? 4 : 2;
-        numbers.next(item.type == "grid" ? 2 : 8);  // rows and columns; a background
+        numbers.next(item.type == "grid" ? 2 : 8);  // rows and columns of a grid; background of an overlay
         c.width = (std::max)(c.width, nearest_double(numbers.next(size)));
         c.height = (std::max)(c.height, nearest_double(numbers.next(size)));
     }
@@ -191,7 +192,7 @@ private:
         return {joined_.data(), joined_.size()};
     }
 
-    /// Whether an item's auxC property names this type.
+    /// Whether an item's auxC property has this type.
     bool is_auxiliary(std::uint32_t id, std::string_view type) const {
         const auto item = boxes_.items.find(id);
         if (item == boxes_.items.end()) return false;

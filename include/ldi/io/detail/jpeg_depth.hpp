@@ -1,12 +1,10 @@
-// Depth inside JPEG files, in the three ways that phones write it:
+// Reads depth from JPEG files, in the three formats of phones:
 //
-//   GDepth         https://developers.google.com/depthmap-metadata: base64 in the XMP
-//   Dynamic Depth  version 1.0: files appended to the photo, which a directory in the XMP lists; so it is for
-//   photos/1.0/container Apple          a picture of the Multi-Picture Format (CIPA DC-007), whose own XMP says that it is
-//   disparity or depth
+//     GDepth          https://developers.google.com/depthmap-metadata: base64 in the XMP
+//     Dynamic Depth   version 1.0: files appended to the photo, listed by a directory in the XMP (also photos/1.0/container)
+//     Apple           a picture of the Multi-Picture Format (CIPA DC-007) whose own XMP identifies it as disparity or depth
 //
-// Other pictures that are appended (gain maps, second views, videos) are told apart by what the XMP calls them, never by their
-// place.
+// The XMP, never the position, distinguishes depth from other appended pictures (gain maps, second views, videos).
 #pragma once
 
 #include <ldi/io/detail/stored_depth.hpp>
@@ -25,21 +23,21 @@
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 struct found_depth {
-    image<float> disparity;  ///< as stored, not turned
+    image<float> disparity;  ///< as stored, not rotated
     bool is_metric = false;
     std::string source;
-    bool is_inverse_depth = true;  ///< else only the order of distances is known
+    bool is_inverse_depth = true;  ///< false: only the order of distances is known
 };
 
-/// Depth of which no pixel has been decoded yet.
+/// Located depth, not yet decoded.
 struct located_depth {
-    std::span<const std::byte> depth, confidence;  ///< whole files; the second may be empty
+    std::span<const std::byte> depth, confidence;  ///< whole files; `confidence` may be empty
     depth_meaning meaning;
     std::string source, where;
-    std::vector<std::byte> depth_in_text, confidence_in_text;  ///< the files where they were written as text
+    std::vector<std::byte> depth_in_text, confidence_in_text;  ///< files that were stored as text
 };
 
-/// Range and unit in the words of GDepth and Dynamic Depth. Raises unsupported, invalid_data.
+/// Reads range and unit in the terms of GDepth and Dynamic Depth. Raises unsupported, invalid_data.
 inline depth_meaning google_meaning(const xmp_properties& xmp, std::string_view space, const std::string& where) {
     depth_meaning meaning;
     const std::string_view format = xmp.text(space, "Format").value_or("RangeInverse");
@@ -78,15 +76,15 @@ inline std::optional<located_depth> locate_gdepth(const xmp_properties& xmp, dec
     return found;
 }
 
-/// A file behind the photo, as a directory lists it.
+/// A file appended to the photo, as listed in a directory.
 struct appended_item {
     std::string_view semantic, address;
     std::size_t length = 0, padding = 0;
 };
 
-/// Items of one of the two directories, the photo itself first.
+/// Lists the items of one of the two directories, the photo itself first.
 inline std::vector<appended_item> list_items(const xmp_properties& xmp, std::string_view space) {
-    constexpr std::size_t max_items = 64;  // real ones have two to five
+    constexpr std::size_t max_items = 64;  // real files have two to five
     std::vector<appended_item> items;
     for (const xmp_property& p : xmp.all()) {
         if (p.space != space || p.name != "Mime" || items.size() == max_items) continue;
@@ -101,8 +99,8 @@ inline std::vector<appended_item> list_items(const xmp_properties& xmp, std::str
     return items;
 }
 
-/// The bytes of an item: after the photo and the items before it. Where other things lie in between, counted from the end of the
-/// file.
+/// Returns the bytes of an item: after the photo and the previous items, or, if other data lies between them, counted from the
+/// end of the file.
 inline std::span<const std::byte> item_bytes(std::span<const std::byte> bytes, std::size_t photo_end,
                                              const std::vector<appended_item>& items, std::size_t index) {
     const auto piece = [&](std::size_t at) -> std::span<const std::byte> {
@@ -142,7 +140,7 @@ inline std::optional<located_depth> locate_dynamic_depth(std::span<const std::by
     raise(error_code::invalid_data, here, "the depth map that is announced", "no such file behind the photo");
 }
 
-/// Range and unit in Apple's words; nothing if they are not of depth.
+/// Reads range and unit in Apple's terms; empty if the picture is not depth.
 inline std::optional<depth_meaning> apple_meaning(const xmp_properties& xmp) {
     constexpr std::string_view space = "http://ns.apple.com/pixeldatainfo/1.0";
     const std::string_view kind = xmp.text(space, "AuxiliaryImageType").value_or("");
@@ -153,10 +151,10 @@ inline std::optional<depth_meaning> apple_meaning(const xmp_properties& xmp) {
     return meaning;
 }
 
-/// The pictures behind the photo that a Multi-Picture Format segment lists.
+/// Lists the appended pictures of a Multi-Picture Format segment.
 inline std::vector<std::span<const std::byte>> list_pictures(std::span<const std::byte> bytes,
                                                              std::span<const std::byte> segment) {
-    constexpr std::size_t list_tag = 0xB002, entry_bytes = 16, max_pictures = 16;  // a photo has one to three
+    constexpr std::size_t list_tag = 0xB002, entry_bytes = 16, max_pictures = 16;  // real photos have one to three pictures
     const std::span<const std::byte> tiff = segment.subspan(4);
     const std::size_t origin = static_cast<std::size_t>(tiff.data() - bytes.data());
     const tiff_directory directory(tiff);
@@ -185,7 +183,7 @@ inline std::optional<located_depth> locate_apple_depth(std::span<const std::byte
     std::size_t count = 0;
     for (const std::span<const std::byte> picture : list_pictures(bytes, *segment)) {
         const std::string here = where + ", picture " + std::to_string(++count);
-        // The search for its end reads the picture, and all of them may be the same one.
+        // Finding the end reads the whole picture, and the segment may list the same picture many times.
         budget.take(nearest_double(picture.size()), here, "pictures of " + std::to_string(picture.size()) + " bytes");
         xmp_properties xmp;
         add_jpeg_xmp(xmp, read_jpeg_header(picture, here).extensions, picture.size(), budget, here);
@@ -197,8 +195,9 @@ inline std::optional<located_depth> locate_apple_depth(std::span<const std::byte
     return std::nullopt;
 }
 
-/// header  of the photo
-/// Raises unsupported, invalid_data, too_large.
+/// Locates depth in a JPEG file. Raises unsupported, invalid_data, too_large.
+///
+/// header  header of the photo
 inline std::optional<located_depth> locate_jpeg_depth(std::span<const std::byte> bytes, const picture_header& header,
                                                       decoding_budget& budget, const std::string& where) {
     xmp_properties xmp;
@@ -209,7 +208,7 @@ inline std::optional<located_depth> locate_jpeg_depth(std::span<const std::byte>
     return found;
 }
 
-/// As stored, not turned. Raises unsupported, invalid_data, too_large.
+/// Decodes located depth, as stored, not rotated. Raises unsupported, invalid_data, too_large.
 inline found_depth decode_located(const located_depth& located, decoding_budget& budget) {
     image<float> values = decode_gray_unit(located.depth, budget, located.where);
     if (!located.confidence.empty())

@@ -1,4 +1,4 @@
-// The eight ways in which a camera can have been held, as EXIF numbers them.
+// The eight orientations of a camera, with their EXIF numbers.
 #pragma once
 
 #include <ldi/core/image.hpp>
@@ -7,7 +7,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// The way through a stored picture that shows it upright: pixel (y, x) lies at index origin + y * down + x * right.
+/// Index arithmetic that shows a stored picture upright: pixel (y, x) is at index origin + y * down + x * right.
 struct upright_order {
     std::size_t height, width;
     std::ptrdiff_t origin, down, right;
@@ -19,14 +19,16 @@ inline upright_order make_upright(unsigned orientation, std::size_t stored_heigh
         case 2: return {stored_height, stored_width, w - 1, w, -1};        // mirrored
         case 3: return {stored_height, stored_width, h * w - 1, -w, -1};   // upside down
         case 4: return {stored_height, stored_width, (h - 1) * w, -w, 1};  // upside down and mirrored
-        case 5: return {stored_width, stored_height, 0, 1, w};             // lying and mirrored
-        case 6: return {stored_width, stored_height, (h - 1) * w, 1, -w};  // lying: turn right
-        case 7: return {stored_width, stored_height, h * w - 1, -1, -w};   // lying and mirrored
-        case 8: return {stored_width, stored_height, w - 1, -1, w};        // lying: turn left
+        case 5: return {stored_width, stored_height, 0, 1, w};             // transposed
+        case 6: return {stored_width, stored_height, (h - 1) * w, 1, -w};  // rotated: turn right
+        case 7: return {stored_width, stored_height, h * w - 1, -1, -w};   // rotated and mirrored
+        case 8: return {stored_width, stored_height, w - 1, -1, w};        // rotated: turn left
         default: return {stored_height, stored_width, 0, w, 1};
     }
 }
 
+/// Rotates and mirrors a stored picture to upright.
+///
 /// stored  H x W x 1
 template <class Scalar>
 image<Scalar> turn_upright(image<Scalar> stored, unsigned orientation) {

@@ -1,4 +1,4 @@
-// Decodes a JPEG, PNG, GIF or BMP file whose header has been read, through stb_image.
+// Decodes JPEG, PNG, GIF and BMP files with stb_image, after their headers have been read.
 #pragma once
 
 #include <ldi/formats/jpeg_png_header.hpp>
@@ -19,17 +19,18 @@ struct stb_free {
     void operator()(void* samples) const { stb::stbi_image_free(samples); }
 };
 
-/// height x width x channels samples, row-major, in the memory that stb allocated (a copy would cost as much as the picture).
+/// height x width x channels samples, row-major, in memory that stb_image allocated (a copy would cost as much as the picture).
 template <class Sample>
 struct decoded_picture {
     std::unique_ptr<Sample[], stb_free> samples;
     std::size_t height = 0, width = 0;
-    std::size_t channels = 0;  ///< 1 gray, 2 gray and alpha, 3 red green blue, 4 and alpha
+    std::size_t channels = 0;  ///< 1 gray, 2 gray and alpha, 3 red green blue, 4 red green blue and alpha
 };
 
-/// header  whose memory a decoding_budget has granted
-/// Sample  std::uint8_t, or std::uint16_t for all 16 bits of a PNG file (8-bit files come out as v * 257)
-/// Raises invalid_data, too_large (beyond 2 GB), out_of_memory.
+/// Decodes a picture. Raises invalid_data, too_large (beyond 2 GB), out_of_memory.
+///
+/// header  a decoding_budget must have granted its memory
+/// Sample  std::uint8_t, or std::uint16_t for all 16 bits of a PNG file (8-bit values become v * 257)
 template <class Sample>
 decoded_picture<Sample> decode_picture(std::span<const std::byte> bytes, const picture_header& header, const std::string& where) {
     static_assert(std::is_same_v<Sample, std::uint8_t> || std::is_same_v<Sample, std::uint16_t>);
@@ -40,14 +41,14 @@ decoded_picture<Sample> decode_picture(std::span<const std::byte> bytes, const p
     int width = 0, height = 0, channels = 0;
     decoded_picture<Sample> picture;
     const stb::growth_limit growth(header.max_growth);
-    stb::stbi__g_failure_reason = nullptr;  // else it may be that of a file before
+    stb::stbi__g_failure_reason = nullptr;  // otherwise it may remain from a previous file
     if constexpr (std::is_same_v<Sample, std::uint8_t>)
         picture.samples.reset(stb::stbi_load_from_memory(data, size, &width, &height, &channels, 0));
     else
         picture.samples.reset(stb::stbi_load_16_from_memory(data, size, &width, &height, &channels, 0));
     if (!picture.samples) {
         if (growth.was_exceeded()) damaged(header.format, where, "more data than its picture has");
-        // Out of memory, stb_image sometimes states no reason and sometimes "unknown image type".
+        // If memory runs out, stb_image sometimes states no reason and sometimes "unknown image type".
         const char* const stated = stb::stbi_failure_reason();
         const std::string_view reason = stated == nullptr ? "outofmem" : stated;
         if (reason == "outofmem" || reason == "unknown image type" || reason == "too large")

@@ -1,8 +1,8 @@
-// Names what ldi::io was configured with. Each of these libraries is optional, and CMake defines a macro for each that it found:
-// LDI_WITH_LIBHEIF (HEIC, AVIF), LDI_WITH_LIBWEBP, LDI_WITH_LIBTIFF, LDI_WITH_LCMS2 (color profiles), LDI_WITH_PUGIXML (XMP, in
-// which phones describe the depth inside their photos).
+// Names the optional libraries of ldi::io. CMake defines a macro for each library that it finds: LDI_WITH_LIBHEIF (HEIC, AVIF),
+// LDI_WITH_LIBWEBP, LDI_WITH_LIBTIFF, LDI_WITH_LCMS2 (color profiles), LDI_WITH_PUGIXML (XMP, which describes the depth in
+// photos of phones), LDI_WITH_LIBJPEG (writes JPEG faster).
 //
-// Functions that differ with them lie in an inline namespace with this name, so that the linker never takes one for another.
+// Functions that depend on them are in an inline namespace with this name, so that the linker never merges different versions.
 #pragma once
 
 #include <ldi/base/config.hpp>
@@ -32,7 +32,13 @@
 #else
 #define LDI_XMP_PART
 #endif
+#if defined(LDI_WITH_LIBJPEG)
+#define LDI_JPEG_PART _jpeg
+#else
+#define LDI_JPEG_PART
+#endif
 
-#define LDI_JOIN_READERS(a, b, c, d, e) readers##a##b##c##d##e
-#define LDI_JOIN_READER_VALUES(a, b, c, d, e) LDI_JOIN_READERS(a, b, c, d, e)
-#define LDI_READERS LDI_JOIN_READER_VALUES(LDI_HEIF_PART, LDI_WEBP_PART, LDI_TIFF_PART, LDI_PROFILE_PART, LDI_XMP_PART)
+#define LDI_JOIN_READERS(a, b, c, d, e, f) readers##a##b##c##d##e##f
+#define LDI_JOIN_READER_VALUES(a, b, c, d, e, f) LDI_JOIN_READERS(a, b, c, d, e, f)
+#define LDI_READERS \
+    LDI_JOIN_READER_VALUES(LDI_HEIF_PART, LDI_WEBP_PART, LDI_TIFF_PART, LDI_PROFILE_PART, LDI_XMP_PART, LDI_JPEG_PART)

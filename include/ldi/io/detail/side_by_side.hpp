@@ -1,5 +1,5 @@
-// Photos that have their depth map beside them in one PNG file, as programs for displays with depth write them: color on the
-// left, gray on the right, white near.
+// Photos with their depth map beside them in one PNG file, as programs for displays with depth write them: color on the left,
+// gray on the right, white near.
 #pragma once
 
 #include <ldi/base/numbers.hpp>
@@ -13,8 +13,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Whether the right half is a gray picture of its own beside a colored one: not a single colored pixel, at least 16 shades, and
-/// not the left half without its colors.
+/// Whether the right half is a depth map beside a color photo: no colored pixel, at least 16 shades, and not a gray copy of the
+/// left half.
 inline bool is_side_by_side(const image<std::uint8_t>& color) {
     constexpr double min_share_of_colored = 0.01, max_correlation = 0.95;
     const std::size_t half = color.width() / 2;
@@ -37,7 +37,7 @@ inline bool is_side_by_side(const image<std::uint8_t>& color) {
            std::abs(ab - a_sum * b_sum / count) < max_correlation * spread;
 }
 
-/// The columns from `begin`, `width` of them; of the given channels the first ones.
+/// Copies `width` columns from `begin` on, with the first `channels` channels.
 template <class Scalar>
 image<Scalar> take_columns(const image<std::uint8_t>& color, std::size_t begin, std::size_t width, std::size_t channels) {
     image<Scalar> part(color.height(), width, channels, unset);

@@ -1,5 +1,5 @@
-// stb_image's decoders of JPEG, PNG, GIF and BMP, private to ldi: in a namespace of their own and with internal linkage, so that
-// they neither clash with the copy inside libtinygltf nor with one that the including program has, before or after this header.
+// stb_image's decoders of JPEG, PNG, GIF and BMP, private to ldi. A separate namespace and internal linkage prevent clashes with
+// the copy in libtinygltf and with a copy in the including program, before or after this header.
 #pragma once
 #pragma GCC system_header
 
@@ -66,14 +66,14 @@
 #define STBI_ONLY_BMP
 #define STBI_NO_STDIO
 #define STBI_NO_LINEAR
-// Zeroed memory: undecoded parts of a damaged file are then always the same, and never another file's data.
+// Zeroed memory, so that undecoded parts of a damaged file are always the same, and never another file's data.
 #define STBI_MALLOC(size) calloc(1, size)
 #define STBI_REALLOC(pointer, size) grow(pointer, size)
 #define STBI_FREE(pointer) free(pointer)
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespace stb {
 
-// The decoder inflates all of what a PNG file holds, whatever size its header states. It asks for that memory here.
+// The decoder inflates all data of a PNG file, even beyond the size in its header. It calls grow() for the memory.
 inline thread_local size_t largest_growth = SIZE_MAX;
 inline thread_local bool is_growth_exceeded = false;
 
@@ -82,7 +82,7 @@ inline void* grow(void* pointer, size_t size) {
     return size > largest_growth ? nullptr : realloc(pointer, size);
 }
 
-/// In its scope no memory of the decoder grows beyond `bytes`.
+/// Limits the growth of decoder memory to `bytes` during its lifetime.
 class growth_limit {
 public:
     explicit growth_limit(size_t bytes) { largest_growth = bytes, is_growth_exceeded = false; }

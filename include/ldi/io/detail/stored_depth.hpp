@@ -1,9 +1,10 @@
-// Depth as photos carry it: an 8- or 16-bit gray picture, and words on what its values mean. Here the one becomes disparity by
-// the other.
+// Converts stored depth to disparity. Photos contain depth as an 8- or 16-bit gray picture, with metadata on the meaning of its
+// values.
 #pragma once
 
 #include <ldi/base/error.hpp>
 #include <ldi/base/numbers.hpp>
+#include <ldi/base/printable.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/io/depth_map.hpp>
 
@@ -19,18 +20,18 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Conversion of a stored value v, 0 to 1, to a distance.
 enum class depth_coding {
-    range_inverse,  ///< 1 / distance goes from 1 / first (v = 0) to 1 / last (v = 1): GDepth, Dynamic Depth
-    range_linear,   ///< distance goes from first to last
-    disparity,      ///< 1 / distance goes from first to last: Apple
+    range_inverse,  ///< 1 / distance runs from 1 / first (v = 0) to 1 / last (v = 1): GDepth, Dynamic Depth
+    range_linear,   ///< distance runs from first to last
+    disparity,      ///< 1 / distance runs from first to last: Apple
 };
 
 struct depth_meaning {
     depth_coding coding = depth_coding::disparity;
     double first = 0, last = 1;
-    double unit = 0;  ///< in meters; 0 if not known, then distances are right up to a factor
+    double unit = 0;  ///< in meters; 0 if unknown: distances are then known up to a factor
 };
 
-/// A gray picture's values from 0 to 1. Raises as decode_depth_map() does.
+/// Decodes a gray picture to values from 0 to 1. Raises the errors of decode_depth_map().
 inline image<float> decode_gray_unit(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where) {
     const picture_header header = take_depth_header(bytes, budget, where);
     image<float> values = decode_gray(bytes, header, where);
@@ -39,15 +40,15 @@ inline image<float> decode_gray_unit(std::span<const std::byte> bytes, decoding_
     return values;
 }
 
-/// values  H x W x 1, from 0 to 1; NaN stays
+/// Returns 1 / distance, in 1 / meter if the unit is known. Values without a positive distance become 1000 times as far as the
+/// nearest value. Raises invalid_data if the range is invalid.
 ///
-/// Returns 1 / distance, in 1 / meter where the unit is known. Values without a distance above 0 are put at 1000 times the
-/// nearest one's. Raises invalid_data where the range is none.
+/// values  H x W x 1, from 0 to 1; NaN stays NaN
 inline image<float> to_disparity(image<float> values, const depth_meaning& meaning, const std::string& where) {
     const double first = meaning.first, last = meaning.last;
     const bool is_distance = meaning.coding != depth_coding::disparity;
     if (!std::isfinite(first) || !std::isfinite(last) || first == last || (is_distance && (first <= 0 || last <= 0)))
-        raise(error_code::invalid_data, where, "a range of depth", std::to_string(first) + " to " + std::to_string(last));
+        raise(error_code::invalid_data, where, "a range of depth", detail::to_text(first) + " to " + detail::to_text(last));
     const double unit = meaning.unit > 0 ? meaning.unit : 1;
     double highest = 0;
     for (float& value : values) {
@@ -65,7 +66,7 @@ inline image<float> to_disparity(image<float> values, const depth_meaning& meani
     return values;
 }
 
-/// Makes those pixels NaN whose confidence is 0. A confidence map may be smaller than its depth map.
+/// Sets pixels with confidence 0 to NaN. A confidence map may be smaller than its depth map.
 inline void drop_unsure(image<float>& values, const image<float>& confidence) {
     for (std::size_t y = 0; y < values.height(); ++y)
         for (std::size_t x = 0; x < values.width(); ++x)

@@ -1,5 +1,4 @@
-// A photo between its decoder and decode_photo(): the samples as they are stored, and what is needed to show them as they are
-// meant.
+// A photo between its decoder and decode_photo(): the stored samples and the data needed to display them correctly.
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -14,23 +13,23 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// A longer ICC profile is taken for none: those of cameras and screens have some kilobytes, those of scanners half a megabyte.
+/// Longer ICC profiles are ignored. Profiles of cameras and screens have some kilobytes, those of scanners half a megabyte.
 inline constexpr std::size_t max_profile_bytes = std::size_t{2} << 20;
 
-/// The colors that samples stand for. Without either member they are sRGB.
+/// Color space of samples. sRGB if both members are empty.
 struct color_profile {
     std::vector<std::byte> icc;
-    unsigned primaries = 0;  ///< as ITU-T H.273 numbers them (9 BT.2020, 12 Display P3), with sRGB's curve; 0 if not stated
+    unsigned primaries = 0;  ///< number in ITU-T H.273 (9 BT.2020, 12 Display P3), with sRGB's curve; 0 if unknown
 };
 
 struct stored_photo {
     decoded_picture<std::uint8_t> picture;
-    unsigned orientation = 1;                ///< as EXIF numbers them
+    unsigned orientation = 1;                ///< number in EXIF
     std::optional<float> focal_length_35mm;  ///< in millimeters
     color_profile profile;
 };
 
-/// Memory for a picture. Raises out_of_memory.
+/// Allocates memory for a picture. Raises out_of_memory.
 inline decoded_picture<std::uint8_t> allocate_picture(std::size_t height, std::size_t width, std::size_t channels,
                                                       const std::string& where) {
     decoded_picture<std::uint8_t> picture;
@@ -43,11 +42,12 @@ inline decoded_picture<std::uint8_t> allocate_picture(std::size_t height, std::s
 }
 
 /// Raises out_of_memory unless `bytes` bytes can be allocated now. For libraries that report a lack of memory as damage, or wait
-/// forever for threads that could not start.
+/// forever for threads that failed to start.
 inline void require_memory(std::size_t bytes, const std::string& where) {
-    void* volatile const probe = std::malloc(bytes);  // volatile: else compilers leave it out
+    void* volatile const probe = std::malloc(bytes);  // volatile: otherwise compilers remove it
     if (probe == nullptr)
-        raise(error_code::out_of_memory, where, "memory for decoding, " + std::to_string(bytes / 1'000'000) + " MB", "less");
+        raise(error_code::out_of_memory, where, "memory for decoding, " + std::to_string(bytes / 1'000'000) + " MB",
+              "less memory");
     std::free(probe);
 }
 

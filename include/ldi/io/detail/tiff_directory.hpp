@@ -1,5 +1,5 @@
-// The first directory of a TIFF structure, whose entries may all point at the same bytes. TIFF 6.0, BigTIFF; JPEG's Multi-Picture
-// Format (CIPA DC-007) is one, too.
+// Reads the first directory of a TIFF structure: TIFF 6.0, BigTIFF, and JPEG's Multi-Picture Format (CIPA DC-007). All entries
+// may refer to the same bytes.
 #pragma once
 
 #include <ldi/base/numbers.hpp>
@@ -13,15 +13,15 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Reads nothing beyond the bytes; a number that would lie there is 0.
+/// Reads numbers only inside the bytes; numbers outside are 0.
 class tiff_directory {
 public:
     struct entry {
         std::size_t tag = 0, type = 0;
         std::uint64_t count = 0;
-        std::size_t place = 0;  ///< of the first value
-        double bytes = 0;       ///< of all values
-        bool is_inside = true;  ///< the directory holds the values themselves
+        std::size_t place = 0;  ///< offset of the first value
+        double bytes = 0;       ///< size of all values
+        bool is_inside = true;  ///< the values are stored in the directory itself
     };
 
     explicit tiff_directory(std::span<const std::byte> tiff) : bytes_(tiff) {
@@ -30,14 +30,14 @@ public:
         place_ = is_big_ ? number(8, 8) : number(4, 4);
     }
 
-    /// The same structure's directory at another place.
+    /// Returns the directory at another offset of the same structure.
     tiff_directory at(std::uint64_t place) const {
         tiff_directory other = *this;
         other.place_ = place;
         return other;
     }
 
-    /// Calls visit(entry) for the entries that lie inside the bytes.
+    /// Calls visit(entry) for entries inside the bytes.
     template <class Visit>
     void for_each(Visit&& visit) const {
         const std::size_t head = is_big_ ? 8 : 2, size = is_big_ ? 20 : 12, length = is_big_ ? 8 : 4;
@@ -59,7 +59,7 @@ public:
         }
     }
 
-    /// The first value of the first entry with this tag.
+    /// Returns the first value of the first entry with this tag.
     std::optional<std::uint64_t> find(std::size_t tag) const {
         std::optional<std::uint64_t> found;
         for_each([&](const entry& e) {

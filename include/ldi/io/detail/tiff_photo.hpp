@@ -1,5 +1,5 @@
-// TIFF files, through libtiff: the first picture of a file, of any kind that libtiff makes 8-bit RGB of. Raw files of cameras,
-// which are TIFF files too and begin with a thumbnail, are refused.
+// Reads TIFF files with libtiff: the first picture of a file, of any kind that libtiff converts to 8-bit RGB. Rejects raw files
+// of cameras, which are TIFF files that begin with a thumbnail.
 #pragma once
 
 #include <ldi/base/numbers.hpp>
@@ -22,7 +22,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// A file in memory, as libtiff's callbacks see it, and the first thing that libtiff complained of.
+/// A file in memory for libtiff's callbacks, and libtiff's first error message.
 struct tiff_memory {
     std::span<const std::byte> bytes;
     std::size_t position = 0;
@@ -72,7 +72,8 @@ inline tiff_handle open_tiff(tiff_memory& memory, std::size_t max_block) {
                                          tiff_memory::close, tiff_memory::size, nullptr, nullptr, options.get()));
 }
 
-/// Composites libtiff's pixels on white, in place: red, green, blue, alpha from the lowest byte up, colors multiplied by alpha.
+/// Composites libtiff's pixels on white, in place: red, green, blue, alpha from the lowest byte up, colors premultiplied by
+/// alpha.
 inline void lay_on_white(std::uint8_t* samples, std::size_t pixels) {
     for (std::size_t i = 0; i < pixels; ++i) {
         std::uint32_t packed;
@@ -84,7 +85,7 @@ inline void lay_on_white(std::uint8_t* samples, std::size_t pixels) {
     }
 }
 
-/// A file whose directory has been read, and what decoding its picture takes.
+/// A file with its directory read and the cost of decoding charged.
 struct opened_tiff {
     tiff_memory memory;
     tiff_handle file;
@@ -93,7 +94,7 @@ struct opened_tiff {
     /// Raises unsupported, invalid_data, too_large.
     opened_tiff(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where) : memory{bytes, 0, {}} {
         budget.check_format(picture_format::tiff, where);
-        // libtiff reads the values of all entries, and keeps them; thousands of entries may list the same ones.
+        // libtiff reads and keeps the values of all entries; thousands of entries may list the same values.
         double listed = 0;
         tiff_directory(bytes).for_each([&](const tiff_directory::entry& e) {
             if (!e.is_inside) listed += (std::min)(e.bytes, nearest_double(bytes.size()));
@@ -128,8 +129,8 @@ private:
         header.format = picture_format::tiff;
         header.width = width, header.height = height;
         header.memory_per_pixel = 8;  // packed samples, then RGB
-        // The bytes of a strip or tile, its samples, a plane at a time or all at once, as some codecs keep them once more, and a
-        // tile as packed samples.
+        // Bytes of a strip or tile; its samples, by plane or all together, which some codecs store twice; and a tile as packed
+        // samples.
         std::uint32_t tile_width = 0, tile_height = 0;
         const bool is_tiled = TIFFIsTiled(file.get()) != 0;
         if (is_tiled) {
@@ -144,7 +145,7 @@ private:
     }
 };
 
-/// Raises unsupported, invalid_data, too_large.
+/// Decodes the first picture. Raises unsupported, invalid_data, too_large.
 inline stored_photo decode_tiff(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where) {
     opened_tiff opened(bytes, budget, where);
     const tiff_handle& file = opened.file;
@@ -157,7 +158,7 @@ inline stored_photo decode_tiff(std::span<const std::byte> bytes, decoding_budge
     std::uint16_t orientation = 1;
     TIFFGetFieldDefaulted(file.get(), TIFFTAG_ORIENTATION, &orientation);
     photo.orientation = orientation;
-    TIFFSetField(file.get(), TIFFTAG_ORIENTATION, ORIENTATION_TOPLEFT);  // libtiff would mirror, but not turn
+    TIFFSetField(file.get(), TIFFTAG_ORIENTATION, ORIENTATION_TOPLEFT);  // libtiff would mirror, but not rotate
     std::uint32_t count = 0;
     const void* data = nullptr;
     if (TIFFGetField(file.get(), TIFFTAG_ICCPROFILE, &count, &data) == 1 && count <= max_profile_bytes) {

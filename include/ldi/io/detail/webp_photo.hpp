@@ -1,4 +1,4 @@
-// WebP files, through libwebp.
+// Reads WebP files with libwebp.
 #pragma once
 
 #include <ldi/io/detail/exif.hpp>
@@ -16,7 +16,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// The body of a chunk of a RIFF file; empty if it has none of that name. Sizes are little-endian and padded to even ones.
+/// Returns the body of a chunk of a RIFF file; empty if there is no chunk of that name. Sizes are little-endian and padded to
+/// even numbers.
 inline std::span<const std::byte> riff_chunk(std::span<const std::byte> bytes, std::string_view name) {
     for (std::size_t at = 12; at + 8 <= bytes.size();) {
         std::size_t size = 0;
@@ -28,7 +29,7 @@ inline std::span<const std::byte> riff_chunk(std::span<const std::byte> bytes, s
     return {};
 }
 
-/// Raises unsupported (an animation), invalid_data.
+/// Reads the header. Raises unsupported (an animation), invalid_data.
 inline picture_header read_webp_header(std::span<const std::byte> bytes, const std::string& where) {
     WebPBitstreamFeatures features;
     if (WebPGetFeatures(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size(), &features) != VP8_STATUS_OK)
@@ -37,12 +38,12 @@ inline picture_header read_webp_header(std::span<const std::byte> bytes, const s
     picture_header header;
     header.format = picture_format::webp;
     header.width = static_cast<std::size_t>(features.width), header.height = static_cast<std::size_t>(features.height);
-    header.memory_per_pixel = 11;  // samples as stored (4, and for lossless files 4 more), then as decoded (3)
+    header.memory_per_pixel = 11;  // stored samples (4, and 4 more for lossless files), then decoded samples (3)
     header.has_alpha = features.has_alpha != 0;
     return header;
 }
 
-/// Raises unsupported, invalid_data, too_large, out_of_memory.
+/// Decodes a WebP file. Raises unsupported, invalid_data, too_large, out_of_memory.
 inline stored_photo decode_webp(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where) {
     budget.check_format(picture_format::webp, where);
     const picture_header header = read_webp_header(bytes, where);

@@ -1,5 +1,5 @@
-// XMP packets (ISO 16684-1) as a flat list of properties, through pugixml. A property is written as an attribute or as an
-// element, under whatever prefix; both come out as namespace, name and text.
+// Reads XMP packets (ISO 16684-1) as a flat list of properties with pugixml. A property is an attribute or an element with any
+// prefix; both become namespace, name and text.
 #pragma once
 
 #include <ldi/io/detail/decoding_budget.hpp>
@@ -21,15 +21,15 @@
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 struct xmp_property {
-    std::string_view space;  ///< the namespace's address, without the slash that some writers put at its end
+    std::string_view space;  ///< URI of the namespace, without the slash that some writers append
     std::string_view name, text;
-    std::size_t owner;  ///< number of the structure that it belongs to
+    std::size_t owner;  ///< index of the structure that contains it
 };
 
-/// The properties of one or more packets. Of damaged XML, those before the damage.
+/// Properties of one or more packets. If XML is damaged, only those before the damage.
 class xmp_properties {
 public:
-    /// Raises too_large.
+    /// Adds the properties of a packet. Raises too_large.
     void add(std::span<const std::byte> packet, decoding_budget& budget, const std::string& where) {
         take(packet, budget, where);
         documents_.push_back(std::make_unique<pugi::xml_document>());
@@ -44,7 +44,7 @@ public:
 
     const std::vector<xmp_property>& all() const { return list_; }
 
-    /// Text of a property, of the structure `owner` or of any.
+    /// Returns the text of a property, in the structure `owner` or in any.
     std::optional<std::string_view> text(std::string_view space, std::string_view name,
                                          std::optional<std::size_t> owner = {}) const {
         for (const xmp_property& p : list_)
@@ -52,7 +52,7 @@ public:
         return std::nullopt;
     }
 
-    /// A finite number.
+    /// Returns a property that is a finite number.
     std::optional<double> number(std::string_view space, std::string_view name, std::optional<std::size_t> owner = {}) const {
         const std::optional<std::string_view> written = text(space, name, owner);
         if (!written) return std::nullopt;
@@ -63,7 +63,7 @@ public:
     }
 
 private:
-    /// An element of the tree and its text begin with "<" each, an attribute has its "=": at most 64 bytes for each of them.
+    /// Charges memory. Each element and each text begins with "<", each attribute has "=": at most 64 bytes for each.
     static void take(std::span<const std::byte> packet, decoding_budget& budget, const std::string& where) {
         const auto is_mark = [](std::byte b) { return b == std::byte{'<'} || b == std::byte{'='}; };
         const std::ptrdiff_t marks = std::count_if(packet.begin(), packet.end(), is_mark);
@@ -71,7 +71,7 @@ private:
                     "XMP of " + std::to_string(packet.size()) + " bytes");
     }
 
-    /// Goes through all elements, without recursion, so that no nesting is too deep.
+    /// Visits all elements without recursion, so that nesting cannot exhaust the stack.
     struct structure_walker : pugi::xml_tree_walker {
         explicit structure_walker(xmp_properties& properties) : to(properties) {}
 
@@ -88,7 +88,7 @@ private:
         }
 
         xmp_properties& to;
-        std::vector<std::size_t> numbers;  ///< of the elements around, outermost first
+        std::vector<std::size_t> numbers;  ///< indices of the enclosing elements, outermost first
     };
 
     void append(pugi::xml_node node, std::string_view qualified, std::string_view text, std::size_t owner) {
@@ -106,14 +106,15 @@ private:
         if (!space.empty()) list_.push_back({space, qualified.substr(colon + 1), text, owner});
     }
 
-    /// An address, of which a hostile packet may have a megabyte: more of it than any known one has need not be read.
+    /// Returns the beginning of a URI. A hostile packet may have a megabyte of it; a longer beginning than any known URI is not
+    /// needed.
     static std::string_view beginning(const char* address) {
         std::size_t size = 0;
         while (size < max_space && address[size] != 0) ++size;
         return {address, size};
     }
 
-    // Far more than in any real packet: hostile ones would make the search for namespaces take hours.
+    // Far more than in any real packet. Hostile packets would otherwise make the search for namespaces run for hours.
     static constexpr std::size_t max_properties = 10'000, max_prefix = 64, max_space = 256;
     static constexpr int max_levels = 64, max_attributes = 256;
 
@@ -122,7 +123,7 @@ private:
     std::size_t elements_ = 0, looked_at_ = 0;
 };
 
-/// Adds the XMP of a JPEG file: the packet, and what of it did not fit into 64 kB and follows in numbered parts (Extended XMP).
+/// Adds the XMP of a JPEG file: the packet, and numbered parts for the data beyond 64 kB (Extended XMP).
 ///
 /// Raises too_large.
 inline void add_jpeg_xmp(xmp_properties& to, std::span<const std::span<const std::byte>> segments, std::size_t file_size,
@@ -135,7 +136,7 @@ inline void add_jpeg_xmp(xmp_properties& to, std::span<const std::span<const std
     if (!identifier || identifier->size() != 32) return;
     std::vector<std::byte> whole;
     for (const std::span<const std::byte> segment : segments) {
-        // The name, the identifier, the length of the whole and the place of the part.
+        // Fields: name, identifier, total length, offset of the part.
         if (!has_text(segment, 0, part_name) || !has_text(segment, 35, *identifier) || segment.size() < 75) continue;
         const std::size_t length = big_endian_32(segment, 67), place = big_endian_32(segment, 71);
         const std::span<const std::byte> part = segment.subspan(75);

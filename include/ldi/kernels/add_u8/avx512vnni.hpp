@@ -1,4 +1,4 @@
-// kernels/add_u8.hpp with AVX-512: in float, 16 values at a time, two fused multiply-adds each.
+// kernels/add_u8.hpp with AVX-512: float arithmetic on 16 values per vector, two fused multiply-adds each.
 #pragma once
 
 #include <ldi/kernels/add_u8/contract.hpp>

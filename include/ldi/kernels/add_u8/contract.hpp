@@ -9,11 +9,11 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Only prepare_add_u8() makes valid ones.
+/// Constants of an addition. Valid only if prepare_add_u8() made them.
 struct add_u8_constants {
     isa target = isa::scalar;
     quantized_addition exact;
-    /// Not used by scalar and NEON: `clamp(round_to_even(fma(a, a_scale, fma(b, b_scale, offset))))`.
+    /// Constants of the float form `clamp(round_to_even(fma(a, a_scale, fma(b, b_scale, offset))))`. Unused by scalar and NEON.
     float a_scale = 0, b_scale = 0, offset = 0;
 };
 
@@ -21,7 +21,7 @@ struct add_u8_constants {
 struct add_u8_kernel {
     isa set;
     bool is_integer;  ///< computes `exact`, not the float form
-    /// As add_u8() of kernels/add_u8.hpp.
+    /// Same parameters as add_u8() of kernels/add_u8.hpp.
     void (*run)(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                 std::uint8_t* result);
 };

@@ -1,4 +1,4 @@
-// kernels/add_u8.hpp with NEON: the integer form, 4 values at a time.
+// kernels/add_u8.hpp with NEON: integer arithmetic on 4 values per vector.
 #pragma once
 
 #include <ldi/kernels/add_u8/contract.hpp>

@@ -1,4 +1,4 @@
-// kernels/add_u8.hpp with WebAssembly SIMD128: in float, 4 values at a time.
+// kernels/add_u8.hpp with WebAssembly SIMD128: float arithmetic on 4 values per vector.
 #pragma once
 
 #include <ldi/kernels/add_u8/contract.hpp>
@@ -31,7 +31,8 @@ struct adder {
     }
 
 private:
-    /// Clang converts values that it knows to be positive as unsigned, which takes eight x86 instructions instead of one.
+    /// Converts to float. Hides the values' origin, because clang converts values that it knows to be positive as unsigned,
+    /// which costs eight x86 instructions instead of one.
     [[gnu::always_inline]] static v128_t to_float(v128_t values) {
         asm("" : "+r"(values));
         return wasm_f32x4_convert_i32x4(values);

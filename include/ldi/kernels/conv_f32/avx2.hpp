@@ -1,8 +1,8 @@
 // kernels/conv_f32.hpp with AVX2 and FMA.
 //
-// The processor starts two fused multiplications per cycle, and each takes 4 cycles: at least 8 independent sums hide the
-// latency. Tiles have 12: 12, 6 or 4 pixels with 1, 2 or 3 vectors. Two loads can start per cycle; 12 pixels with one vector need
-// nearly all of them.
+// The processor starts two fused multiply-adds per cycle, each with a latency of 4 cycles: at least 8 independent sums hide the
+// latency. Tiles have 12 sums: 12, 6 or 4 pixels with 1, 2 or 3 vectors. Two loads can start per cycle; 12 pixels with one
+// vector use nearly all of these.
 #pragma once
 
 #include <ldi/kernels/detail/conv_weights.hpp>
@@ -58,7 +58,8 @@ struct conv_f32_tiles {
         __m256 sums[sizeof...(p) * sizeof...(v)] = {};
         const std::size_t stride = input.pixel_stride;
         const float* weights = input.weights;
-        const std::size_t fetch = sizeof...(p) * stride / input.inputs;  // for the prefetch, as with AVX-512
+        // prefetch distance per input, as in detail/conv_avx512.hpp
+        const std::size_t fetch = sizeof...(p) * stride / input.inputs;
         for (std::size_t r = 0; r < input.row_count; ++r) {
             const float* x = input.rows[r] + first_pixel * stride;
             const float* next_tile = x + sizeof...(p) * stride;

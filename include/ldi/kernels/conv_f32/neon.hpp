@@ -1,8 +1,8 @@
 // kernels/conv_f32.hpp with NEON.
 //
-// One load fetches four inputs of a pixel; fmla by lane multiplies one of them by the weights of 4 outputs, so no instruction
+// One load fetches four inputs of a pixel. fmla by lane multiplies one of them by the weights of 4 outputs, so no instruction
 // broadcasts. The largest tile, 6 pixels by 4 vectors, keeps its sums in 24 of the 32 registers and its inputs in 6. It loads 22
-// vectors per 96 fmla (384 products): 3.1 products per instruction, where fmla alone has 4.
+// vectors per 96 fmla (384 products): 3.1 products per instruction, compared to 4 for fmla alone.
 #pragma once
 
 #include <ldi/kernels/detail/conv_weights.hpp>
@@ -29,7 +29,7 @@ template <int lane>
     return vfmaq_laneq_f32(sums, weights, inputs, lane);
 }
 
-/// One, two or four inputs, in the first lanes.
+/// Loads one, two or four inputs into the first lanes. The other lanes are not used.
 template <std::size_t inputs>
 [[gnu::always_inline]] inline float32x4_t load_inputs(const float* from) {
     if constexpr (inputs == 4) return vld1q_f32(from);
@@ -43,14 +43,14 @@ template <int lane, std::size_t... p>
     ((sums[p * vectors] = multiply_add<lane>(sums[p * vectors], weights, inputs[p])), ...);
 }
 
-/// One input of every pixel, one vector of weights after another, so that the weights need one register.
+/// Multiply-adds one input of every pixel. Loads one vector of weights at a time, so that weights occupy one register.
 template <int lane, std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...> pixels, std::index_sequence<v...>, float32x4_t* sums,
                                                 const float* weights, const float32x4_t* inputs) {
     (multiply_add<lane>(pixels, sums + v, sizeof...(v), load(weights + (lane * sizeof...(v) + v) * conv_width), inputs), ...);
 }
 
-/// sizeof...(lane) inputs of every pixel.
+/// Multiply-adds sizeof...(lane) inputs of every pixel.
 template <int... lane, std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void multiply_add(std::integer_sequence<int, lane...>, std::index_sequence<p...> pixels,
                                                 std::index_sequence<v...> vectors, float32x4_t* sums, const float*& weights,

@@ -10,11 +10,11 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 
-/// Outputs that lie side by side in memory. Compilers turn a loop over them into vector instructions.
+/// Number of outputs that are adjacent in memory. Compilers vectorize the loop over them.
 inline constexpr std::size_t conv_panel = 8;
 
-/// a * b + c, fused where the target has an instruction for it. Without this function, the compiler fuses in one tile and not in
-/// another, and a pixel's bits would depend on the tile it falls into.
+/// Returns a * b + c, fused on targets with an instruction for it. Without this function, the compiler would fuse in some tiles
+/// only, and a pixel's bits would depend on its tile.
 inline float multiply_add(float a, float b, float c) {
 #if defined(__FP_FAST_FMAF) || defined(__FMA__) || defined(__ARM_FEATURE_FMA)
     return std::fma(a, b, c);
@@ -23,7 +23,7 @@ inline float multiply_add(float a, float b, float c) {
 #endif
 }
 
-/// The sums of `pixels` pixels with one panel of weights.
+/// Computes the sums of `pixels` pixels with one panel of weights.
 template <std::size_t pixels>
 inline void conv_tile(const conv_f32_weights& weights, const float* const* rows, std::size_t offset, std::size_t pixel_stride,
                       std::size_t first_output, const float* ratios, float* result) {

@@ -1,8 +1,8 @@
 // kernels/conv_f32.hpp with WebAssembly's f32x4, which has no fused multiply-add: products are rounded.
 //
-// The load broadcasts an input to all lanes; the panel's vectors share it. V8 allocates 15 registers and moves loads to the
-// front: 8 sums, 2 vectors of weights, 4 of inputs. One input at a time, because V8 would load a second one before the first
-// one's products.
+// A load broadcasts an input to all lanes, and the panel's vectors share it. V8 allocates 15 registers and moves loads to the
+// front: 8 sums, 2 vectors of weights, 4 of inputs. Tiles process one input at a time, because V8 would load the second input
+// before it computes the products of the first.
 #pragma once
 
 #include <ldi/kernels/detail/conv_weights.hpp>

@@ -1,4 +1,4 @@
-// kernels/conv_u8.hpp with AVX2: vpmaddubsw adds two products in 16 bits, vpmaddwd two of these sums in 32.
+// kernels/conv_u8.hpp with AVX2: vpmaddubsw adds two products in 16 bits, vpmaddwd adds two of these sums in 32 bits.
 #pragma once
 
 #include <ldi/kernels/conv_u8/contract.hpp>

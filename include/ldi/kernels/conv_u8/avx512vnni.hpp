@@ -1,4 +1,4 @@
-// kernels/conv_u8.hpp with AVX-512 VNNI: vpdpbusd makes four products for each lane.
+// kernels/conv_u8.hpp with AVX-512 VNNI: vpdpbusd computes four products per lane.
 #pragma once
 
 #include <ldi/kernels/conv_u8/contract.hpp>
@@ -32,12 +32,13 @@ struct conv_u8_tiles {
         return four;
     }
 
-    /// Lanes hold integers, whatever their type says.
+    /// Adds the products of one group. Lanes contain integers, although their type is float.
     template <std::size_t half, std::size_t... v>
     [[gnu::always_inline]] static void multiply_add(std::index_sequence<v...>, conv_lanes<sizeof...(v), half>& sums,
                                                     std::int32_t inputs, const conv_lanes<sizeof...(v), half>& weights) {
         __m512i x = _mm512_set1_epi32(inputs);
-        if constexpr (half == 1 && sizeof...(v) > 0) asm("" : "+v"(x));  // or clang loads it again for the half vector
+        // without this variable, clang loads it again for the half vector
+        if constexpr (half == 1 && sizeof...(v) > 0) asm("" : "+v"(x));
         ((sums.whole[v] = _mm512_castsi512_ps(
               _mm512_dpbusd_epi32(_mm512_castps_si512(sums.whole[v]), x, _mm512_castps_si512(weights.whole[v])))),
          ...);
@@ -87,12 +88,12 @@ struct conv_u8_tiles {
 
 LDI_END_TARGET
 
-/// Result: float or std::uint8_t.
+/// Result  float or std::uint8_t
 template <class Result>
 void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
              const float* ratios, Result* result) {
     const auto* const values =
-        reinterpret_cast<const std::uint8_t*>(weights.values.data());  // the kernel interprets them as signed
+        reinterpret_cast<const std::uint8_t*>(weights.values.data());  // the kernel reads them as signed bytes
     conv_panels<conv_u8_tiles>(weights, conv_panel_input<std::uint8_t>{rows, weights.rows, weights.inputs, pixel_stride, values},
                                pixels, conv_u8_panel_output<Result>(weights, ratios, result));
 }

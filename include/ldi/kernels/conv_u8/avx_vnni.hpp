@@ -1,4 +1,4 @@
-// kernels/conv_u8.hpp with AVX-VNNI: vpdpbusd makes four products for each of 8 lanes. Weights lie as for AVX2.
+// kernels/conv_u8.hpp with AVX-VNNI: vpdpbusd computes four products for each of 8 lanes. The weights have the layout of AVX2.
 #pragma once
 
 #include <ldi/kernels/conv_u8/avx2.hpp>

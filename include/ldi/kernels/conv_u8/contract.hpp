@@ -11,45 +11,46 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Maximum absolute value of a weight. The sum of two products with unsigned bytes then fits 16 bits, as AVX2's vpmaddubsw needs.
+/// Maximum absolute value of a weight. The sum of two products with unsigned bytes then fits in 16 bits, as AVX2's vpmaddubsw
+/// requires.
 inline constexpr std::int32_t max_conv_u8_weight = 63;
-/// Maximum number of inputs per output, over all pieces: sums fit 32 bits.
+/// Maximum number of inputs per output over all pieces, so that sums fit in 32 bits.
 inline constexpr std::size_t max_conv_u8_inputs = std::size_t{1} << 17;
 
-/// The weights of one layer in the order that conv_u8() reads them. Only pack_conv_u8() makes valid ones.
+/// The weights of one layer in the order in which conv_u8() reads them. Valid only if pack_conv_u8() made them.
 struct conv_u8_weights {
-    using value_type = std::uint8_t;  ///< of the inputs
+    using value_type = std::uint8_t;  ///< type of the inputs
 
     isa target = isa::scalar;
     std::size_t rows = 1, inputs = 0, outputs = 0;
     float negative_slope = 1.0F;
     std::uint8_t result_zero_point = 0;
     buffer<std::int8_t> values;
-    buffer<std::int32_t> offsets;  ///< subtract the inputs' zero points; these three are padded to whole panels
+    buffer<std::int32_t> offsets;  ///< subtract the inputs' zero points; padded to whole panels, as scales and bias are
     buffer<float> scales, bias;
 };
 
 /// One instruction set's kernel: a row of `conv_u8_kernels`.
 struct conv_u8_kernel {
     isa set;
-    /// Fills `values`, `offsets`, `scales` and `bias`; the caller has set all other members. As pack_conv_u8() of
+    /// Fills `values`, `offsets`, `scales` and `bias`; the caller has set all other members. See pack_conv_u8() of
     /// kernels/conv_u8.hpp.
     void (*pack)(conv_u8_weights& packed, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
                  std::span<const float> scales, std::span<const float> bias);
-    /// As conv_u8() of kernels/conv_u8.hpp, to bytes and to float32.
+    /// Same parameters as conv_u8() of kernels/conv_u8.hpp; results are bytes in run(), float32 in run_to_float().
     void (*run)(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
                 const float* ratios, std::uint8_t* result);
     void (*run_to_float)(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride,
                          std::size_t pixels, const float* ratios, float* result);
 };
 
-/// Destination of one panel's results, and the constants that finish them.
+/// Destination of one panel's results, and the constants that turn sums into results.
 template <class Result>
 struct conv_u8_panel_output {
     const std::int32_t* offsets;
     const float *scales, *bias, *ratios;
     float negative_slope, zero_point;
-    std::size_t stride;  ///< values from pixel to pixel
+    std::size_t stride;  ///< distance between adjacent pixels, in values
     std::size_t count;   ///< remaining outputs of the layer
     Result* values;
 
@@ -73,9 +74,9 @@ struct conv_u8_panel_output {
 
 namespace detail {
 
-/// Packs weights as append_conv_panels() does.
+/// Packs weights in the order of append_panels(), and computes `offsets`, `scales` and `bias`.
 ///
-/// zero_points  of the inputs of one piece
+/// zero_points  one per input of a piece
 template <std::size_t group>
 inline void append_conv_u8_panels(conv_u8_weights& packed, std::span<const std::int8_t> weights,
                                   std::span<const std::uint8_t> zero_points, std::span<const float> scales,

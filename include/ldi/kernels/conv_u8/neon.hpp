@@ -1,5 +1,5 @@
-// kernels/conv_u8.hpp with NEON: sdot makes four products of signed bytes for each of 4 lanes. The kernel subtracts 128 from the
-// inputs; `offsets` adds it back.
+// kernels/conv_u8.hpp with NEON: sdot computes four products of signed bytes for each of 4 lanes. The kernel subtracts 128 from
+// the inputs; `offsets` compensates.
 #pragma once
 
 #include <ldi/kernels/conv_u8/contract.hpp>

@@ -13,7 +13,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 
-/// Outputs that lie side by side in memory, so that compilers vectorize the loop over them.
+/// Number of outputs that are adjacent in memory, so that compilers vectorize the loop over them.
 inline constexpr std::size_t conv_u8_panel = 8;
 
 inline void pack_conv_u8(conv_u8_weights& packed, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
@@ -21,11 +21,11 @@ inline void pack_conv_u8(conv_u8_weights& packed, std::span<const std::int8_t> w
     detail::append_conv_u8_panels<1>(packed, weights, zero_points, scales, bias, conv_u8_panel, 1);
 }
 
-/// A sum without zero points to a result.
+/// Converts a sum, zero points already subtracted, to a result.
 template <class Result>
 Result finish_conv_u8(std::int32_t sum, float scale, float bias, float negative_slope, float zero_point) {
     const float value = detail::fused_multiply_add(detail::nearest_float(sum), scale, bias);
-    // Fused on every machine, so that no compiler decides.
+    // Fused on every machine, so that the result does not depend on the compiler.
     const float activated = value > 0.0F ? value + zero_point : detail::fused_multiply_add(value, negative_slope, zero_point);
     if constexpr (std::is_same_v<Result, float>)
         return activated;
@@ -33,7 +33,7 @@ Result finish_conv_u8(std::int32_t sum, float scale, float bias, float negative_
         return static_cast<Result>(std::nearbyint(std::clamp(activated, 0.0F, 255.0F)));
 }
 
-/// The sums of `pixels` pixels with one panel of weights.
+/// Computes `pixels` pixels with one panel of weights.
 template <std::size_t pixels, class Result>
 void conv_u8_tile(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t first_pixel,
                   std::size_t pixel_stride, std::size_t first_output, const conv_u8_panel_output<Result>& out) {
@@ -56,7 +56,7 @@ void conv_u8_tile(const conv_u8_weights& weights, const std::uint8_t* const* row
     }
 }
 
-/// Result: float or std::uint8_t.
+/// Result  float or std::uint8_t
 template <class Result>
 void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
              const float* ratios, Result* result) {

@@ -1,5 +1,5 @@
-// kernels/conv_u8.hpp with WebAssembly's i32x4.dot_i16x8_s: two products for each of 4 lanes. SIMD128 has no fused multiplication
-// and addition, so that the portable code finishes the sums, with equal bits.
+// kernels/conv_u8.hpp with WebAssembly's i32x4.dot_i16x8_s: two products for each of 4 lanes. SIMD128 has no fused multiply-add,
+// so portable code converts the sums to results, with equal bits.
 #pragma once
 
 #include <ldi/kernels/conv_u8/contract.hpp>

@@ -1,10 +1,11 @@
 // kernels/depthwise_u8.hpp with vpmaddubsw and vpmaddwd.
 //
-// The kernel interleaves the bytes of three rows: four bytes hold one channel of one column (rows 0, 1, 2 and row 1 again). A
-// column of a window then takes two multiplications and an addition for 8 channels. The weight of row 1 is split between its two
-// places so that vpmaddubsw cannot saturate (detail/unsaturated_pairs.hpp); where that does not suffice, a unit has more terms.
+// The kernel interleaves the bytes of three rows: four bytes contain one channel of one column (rows 0, 1, 2 and row 1 again).
+// One column of a window then costs two multiplications and an addition for 8 channels. The weight of row 1 is split between its
+// two places, so that vpmaddubsw cannot saturate (detail/unsaturated_pairs.hpp). If this does not suffice, a unit has more
+// terms.
 //
-// Each column is interleaved once, in registers, and added at once to every window that contains it.
+// Each column is interleaved only once, in registers, and immediately added to all windows that contain it.
 #pragma once
 
 #include <ldi/kernels/depthwise_u8/avx2_packing.hpp>
@@ -22,12 +23,12 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
 
-/// One column of the window, interleaved, or one sum for each of 32 channels.
+/// One interleaved column of the window, or one sum for each of 32 channels.
 struct depthwise_vectors {
     __m256i v[4];
 };
 
-/// Existing channels of each 16.
+/// Number of existing channels in each group of 16.
 using depthwise_lanes = std::size_t;
 
 inline depthwise_lanes existing_lanes(std::size_t channels) { return channels < 16 ? channels : 16; }
@@ -38,7 +39,7 @@ struct depthwise_rows {
     detail::depthwise_position<32 / channels> position;
     depthwise_lanes held;
 
-    /// 16 channels.
+    /// Loads 16 channels.
     [[gnu::always_inline]] __m128i load_half(const std::uint8_t* from) const {
         if (held == 16) return _mm_loadu_si128(reinterpret_cast<const __m128i*>(from));
         if (held == 8) return _mm_loadl_epi64(reinterpret_cast<const __m128i*>(from));
@@ -46,7 +47,7 @@ struct depthwise_rows {
         std::memcpy(bytes, from, held);
         return _mm_load_si128(reinterpret_cast<const __m128i*>(bytes));
     }
-    /// 32 bytes of one row.
+    /// Loads 32 bytes of one row.
     [[gnu::always_inline]] __m256i load(std::size_t row, std::size_t offset) const {
         if constexpr (channels == 32)
             return _mm256_loadu_si256(reinterpret_cast<const __m256i*>(position.find(row, 0, offset)));
@@ -55,7 +56,7 @@ struct depthwise_rows {
                                            load_half(position.find(row, 1, offset)), 1);
     }
 
-    /// `offset` bytes further on.
+    /// Loads and interleaves the column at `offset` bytes after the position.
     [[gnu::always_inline]] depthwise_vectors column(std::size_t offset) const {
         const __m256i a = load(0, offset), b = load(1, offset), c = load(2, offset);
         const __m256i ab_low = _mm256_unpacklo_epi8(a, b), ab_high = _mm256_unpackhi_epi8(a, b);
@@ -72,25 +73,9 @@ struct depthwise_sums {
     const std::int32_t* bias;
     std::size_t terms;
 
-    /// sum plus the products of this column as the left, middle or right one of a window.
-    [[gnu::always_inline]] depthwise_vectors left(const depthwise_vectors& sum, const depthwise_vectors& column) const {
-        return add<0>(sum, column);
-    }
-    [[gnu::always_inline]] depthwise_vectors middle(const depthwise_vectors& sum, const depthwise_vectors& column) const {
-        return add<1>(sum, column);
-    }
-    [[gnu::always_inline]] depthwise_vectors right(const depthwise_vectors& sum, const depthwise_vectors& column) const {
-        return add<2>(sum, column);
-    }
     [[gnu::always_inline]] depthwise_vectors start() const {
         const __m256i* const from = reinterpret_cast<const __m256i*>(bias);
         return {{_mm256_load_si256(from), _mm256_load_si256(from + 1), _mm256_load_si256(from + 2), _mm256_load_si256(from + 3)}};
-    }
-
-private:
-    [[gnu::always_inline]] static __m256i add(__m256i sum, __m256i column, const std::int8_t* at) {
-        const __m256i pairs = _mm256_maddubs_epi16(column, _mm256_load_si256(reinterpret_cast<const __m256i*>(at)));
-        return _mm256_add_epi32(sum, _mm256_madd_epi16(pairs, _mm256_set1_epi16(1)));
     }
     template <std::size_t k>
     [[gnu::always_inline]] depthwise_vectors add(const depthwise_vectors& sum, const depthwise_vectors& column) const {
@@ -104,9 +89,15 @@ private:
         } while (has_further_terms && --rest > 0);
         return result;
     }
+
+private:
+    [[gnu::always_inline]] static __m256i add(__m256i sum, __m256i column, const std::int8_t* at) {
+        const __m256i pairs = _mm256_maddubs_epi16(column, _mm256_load_si256(reinterpret_cast<const __m256i*>(at)));
+        return _mm256_add_epi32(sum, _mm256_madd_epi16(pairs, _mm256_set1_epi16(1)));
+    }
 };
 
-/// The row of the result, and the start of each stretch in it.
+/// Addresses of the result for each stretch.
 template <std::size_t channels>
 struct depthwise_result {
     std::uint8_t* at[32 / channels];

@@ -12,9 +12,9 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
-inline constexpr std::size_t depthwise_max_channels = 32;  ///< of a unit
+inline constexpr std::size_t depthwise_max_channels = 32;  ///< maximum per unit
 
-/// Weights of one channel in one column that no term holds yet.
+/// Weights of one channel in one column that are not yet assigned to a term.
 struct depthwise_rest {
     int rows[3];
 
@@ -26,8 +26,8 @@ struct depthwise_rest {
     }
 };
 
-/// Unit by unit: in `order` its number of terms; in `narrow` term by term, column by column of the window, 4 vectors of 8
-/// channels x 4 bytes: of each 16 channels that a 128-bit lane holds, 4 in each vector.
+/// Packs weights unit by unit. `order` gets the number of terms of each unit. `narrow` gets, for each term and each column of
+/// the window, 4 vectors of 8 channels x 4 bytes; of the 16 channels in a 128-bit lane, each vector contains 4.
 inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     for (std::size_t done = 0; done < packed.channels;) {

@@ -1,12 +1,12 @@
 // kernels/depthwise_u8.hpp with vpdpbusd.
 //
-// The kernel interleaves the bytes of three rows: four bytes hold one channel of one column (the fourth has weight 0). A column
-// of a window then takes one vpdpbusd for 16 channels. Each column is interleaved once, in registers, and added at once to every
-// window that contains it. Weights and the sums of incomplete windows (two at a time) stay in registers. 64 channels of a pixel
-// take 8 shuffles, 12 multiplications and 22 instructions of requantization.
+// The kernel interleaves the bytes of three rows: four bytes contain one channel of one column (the fourth has weight 0). One
+// column of a window then costs one vpdpbusd for 16 channels. Each column is interleaved only once, in registers, and
+// immediately added to all windows that contain it. Weights and the sums of incomplete windows (two at a time) stay in
+// registers. 64 channels of a pixel cost 8 shuffles, 12 multiplications and 22 instructions of requantization.
 //
-// Rows are cut into units of 64, 32 or 16 channels. A unit of fewer than 64 fills its vectors from two or four stretches of the
-// row.
+// Channels are split into units of 64, 32 or 16. A unit with fewer than 64 channels fills its vectors from two or four stretches
+// of the row.
 #pragma once
 
 #include <ldi/kernels/depthwise_u8/stretches.hpp>
@@ -20,10 +20,11 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 
-inline constexpr std::size_t depthwise_max_channels = 64;  ///< of a unit
+inline constexpr std::size_t depthwise_max_channels = 64;  ///< maximum per unit
 
-/// Unit by unit, column by column of the window, 4 vectors of 16 channels x 4 rows: of each 16 channels that a 128-bit lane
-/// holds, 4 in each vector, as interleaving leaves them and packing four vectors of sums puts them in order.
+/// Packs weights unit by unit, column by column of the window, in 4 vectors of 16 channels x 4 rows. Of the 16 channels in a
+/// 128-bit lane, each vector contains 4: interleaving produces this order, and packing four vectors of sums restores the
+/// original order.
 inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     for (std::size_t done = 0; done < packed.channels;) {
@@ -42,12 +43,12 @@ inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthw
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 
-/// One column of the window, interleaved, or one sum for each of 64 channels.
+/// One interleaved column of the window, or one sum for each of 64 channels.
 struct depthwise_vectors {
     __m512i v[4];
 };
 
-/// The lanes of existing channels, in units of 16.
+/// Mask of the existing channels in each group of 16.
 using depthwise_lanes = __mmask16;
 
 inline depthwise_lanes existing_lanes(std::size_t channels) {
@@ -60,7 +61,7 @@ struct depthwise_rows {
     detail::depthwise_position<64 / channels> position;
     depthwise_lanes mask;
 
-    /// 64 bytes of one row.
+    /// Loads 64 bytes of one row.
     [[gnu::always_inline]] __m512i load(std::size_t row, std::size_t offset) const {
         if constexpr (channels == 64) {
             return _mm512_loadu_si512(position.find(row, 0, offset));
@@ -79,7 +80,7 @@ struct depthwise_rows {
         }
     }
 
-    /// `offset` bytes further on.
+    /// Loads and interleaves the column at `offset` bytes after the position.
     [[gnu::always_inline]] depthwise_vectors column(std::size_t offset) const {
         const __m512i a = load(0, offset), b = load(1, offset), c = load(2, offset);
         const __m512i ab_low = _mm512_unpacklo_epi8(a, b), ab_high = _mm512_unpackhi_epi8(a, b);
@@ -97,22 +98,10 @@ struct depthwise_sums {
     [[gnu::always_inline]] depthwise_sums(const std::int8_t* values, const std::int32_t* biases)
         : depthwise_sums(values, biases, std::make_index_sequence<12>{}) {}
 
-    /// sum plus the products of this column as the left, middle or right one of a window.
-    [[gnu::always_inline]] depthwise_vectors left(const depthwise_vectors& sum, const depthwise_vectors& column) const {
-        return add<0>(sum, column);
-    }
-    [[gnu::always_inline]] depthwise_vectors middle(const depthwise_vectors& sum, const depthwise_vectors& column) const {
-        return add<1>(sum, column);
-    }
-    [[gnu::always_inline]] depthwise_vectors right(const depthwise_vectors& sum, const depthwise_vectors& column) const {
-        return add<2>(sum, column);
-    }
     [[gnu::always_inline]] depthwise_vectors start() const {
         return {
             {_mm512_load_si512(bias), _mm512_load_si512(bias + 16), _mm512_load_si512(bias + 32), _mm512_load_si512(bias + 48)}};
     }
-
-private:
     template <std::size_t k>
     [[gnu::always_inline]] depthwise_vectors add(const depthwise_vectors& sum, const depthwise_vectors& column) const {
         return {{_mm512_dpbusd_epi32(sum.v[0], column.v[0], weights[4 * k]),
@@ -121,12 +110,13 @@ private:
                  _mm512_dpbusd_epi32(sum.v[3], column.v[3], weights[4 * k + 3])}};
     }
 
+private:
     template <std::size_t... i>
     [[gnu::always_inline]] depthwise_sums(const std::int8_t* values, const std::int32_t* biases, std::index_sequence<i...>)
         : weights{_mm512_load_si512(values + i * 64)...}, bias(biases) {}
 };
 
-/// The row of the result, and the start of each stretch in it.
+/// Addresses of the result for each stretch.
 template <std::size_t channels>
 struct depthwise_result {
     std::uint8_t* at[64 / channels];

@@ -1,4 +1,4 @@
-// The columns of the stored rows that one piece of a depthwise convolution's result reads.
+// Selects the columns of the stored rows that one piece of a depthwise convolution's result reads.
 #pragma once
 
 #include <ldi/base/config.hpp>
@@ -8,24 +8,25 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Result pixels first .. first + count - 1 of a row. Their inputs lie in slots, one per stored column, in order; the columns
-/// outside the image (-1 and `width`) have slots, too.
+/// Result pixels first .. first + count - 1 of a row. Their inputs occupy slots, one per stored column, in order; the columns
+/// outside the image (-1 and `width`) also have slots.
 struct depthwise_columns {
-    /// The slots and the rows they are filled from fit together into a first-level cache of 32 KiB.
+    /// Limited so that the slots and the rows that fill them fit in a first-level cache of 32 KiB.
     static constexpr std::size_t max_slots = 40, max_taps = 4 * max_slots;
 
     std::size_t first = 0, count = 0;
-    std::size_t first_column = 0;  ///< column in slot 0, plus one
+    std::size_t first_column = 0;  ///< column of slot 0, plus one because columns start at -1
     std::size_t slot_count = 0;
-    /// Slot of column first + i - 1 of the enlarged rows, at stride 1; a window reads three in a row.
+    /// Slot of column first + i - 1 of the enlarged rows, at stride 1; a window reads three consecutive entries.
     std::uint16_t slot_of[max_taps];
 
-    /// Number of result pixels that fit at any position.
+    /// Maximum number of result pixels that fit at any position.
     static std::size_t max_pixels(std::size_t stride, std::size_t repeat) { return (max_slots - 3) * repeat / stride; }
 
     depthwise_columns(std::size_t first_pixel, std::size_t pixels, std::size_t stride, std::size_t repeat)
         : first(first_pixel), count(pixels) {
-        const auto column = [repeat](std::size_t enlarged) { return (enlarged + repeat - 1) / repeat; };  // both plus one
+        // argument and result are column indices plus one
+        const auto column = [repeat](std::size_t enlarged) { return (enlarged + repeat - 1) / repeat; };
         const std::size_t begin = first * stride, end = (first + count - 1) * stride + 2;
         first_column = column(begin);
         for (std::size_t i = begin; i <= end; ++i) slot_of[i - begin] = static_cast<std::uint16_t>(column(i) - first_column);

@@ -12,17 +12,18 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The weights of one layer in the order that depthwise_u8() reads them. Only pack_depthwise_u8() makes valid ones.
+/// The weights of one layer in the order in which depthwise_u8() reads them. Valid only if pack_depthwise_u8() made them.
 struct depthwise_u8_weights {
     static constexpr std::size_t taps = 9;
 
     isa target = isa::scalar;
     std::size_t channels = 0;
     std::size_t stride = 1;
-    std::uint8_t padding = 0;     ///< the input's zero point: the value of pixels outside the image
-    buffer<std::int16_t> wide;    ///< scalar, WebAssembly: weight minus its zero point
-    buffer<std::int8_t> narrow;   ///< AVX2, VNNI: the same, or its negative, see `fast`; NEON: see `output`
-    buffer<std::uint32_t> order;  ///< AVX2: terms that the weights of each unit are split into
+    std::uint8_t padding = 0;   ///< the input's zero point: the value of pixels outside the image
+    buffer<std::int16_t> wide;  ///< scalar, WebAssembly: weight minus its zero point
+    /// AVX2, VNNI: weight minus its zero point, or the negative of it (see `fast`); NEON: see `output`
+    buffer<std::int8_t> narrow;
+    buffer<std::uint32_t> order;  ///< AVX2: number of terms that the weights of each unit are split into
     buffer<std::int32_t> bias;    ///< zero points folded in, in the order of the sums
     requantization output;        ///< as in gemm_u8_weights
     float_requantization fast;    ///< as in gemm_u8_weights
@@ -30,7 +31,7 @@ struct depthwise_u8_weights {
 
 namespace detail {
 
-/// The weights of one depthwise layer before packing, less their zero point.
+/// The weights of one depthwise layer before packing.
 struct depthwise_source {
     std::span<const std::uint8_t> weights;  // channels x 9
     std::span<const std::int32_t> bias;
@@ -52,9 +53,9 @@ struct depthwise_source {
 /// One instruction set's kernel: a row of `depthwise_u8_kernels`.
 struct depthwise_u8_kernel {
     isa set;
-    /// Appends to `wide`, `narrow`, `order` and `bias` whatever run() reads; the caller has set all other members.
+    /// Appends to `wide`, `narrow`, `order` and `bias` the data that run() reads; the caller has set all other members.
     void (*pack)(depthwise_u8_weights& packed, const detail::depthwise_source& source);
-    /// As depthwise_u8() of kernels/depthwise_u8.hpp.
+    /// Same parameters as depthwise_u8() of kernels/depthwise_u8.hpp.
     void (*run)(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width, std::size_t repeat,
                 std::uint8_t* result);
 };

@@ -1,11 +1,12 @@
 // kernels/depthwise_u8.hpp with sdot, 16 channels at a time.
 //
-// The kernel first interleaves the bytes of three rows: four bytes hold one channel of one column (the fourth has weight 0). Each
-// of the three columns of a window then takes one sdot for 4 channels. 16 channels of a pixel (144 products) take 12 sdot, and 11
-// instructions to interleave the new column; widening multiplications (smlal) would take 36 and 6. Requantization and stores
-// bring the total to about 90.
+// The kernel first interleaves the bytes of three rows: four bytes contain one channel of one column (the fourth has weight 0).
+// Each of the three columns of a window then costs one sdot for 4 channels. 16 channels of a pixel (144 products) cost 12 sdot,
+// and 11 instructions to interleave the new column; widening multiplications (smlal) would cost 36 and 6. Requantization and
+// stores bring the total to about 90.
 #pragma once
 
+#include <ldi/kernels/depthwise_u8/blocks.hpp>
 #include <ldi/kernels/depthwise_u8/columns.hpp>
 #include <ldi/kernels/depthwise_u8/contract.hpp>
 #include <ldi/kernels/detail/lanes_neon.hpp>
@@ -19,19 +20,10 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace neon {
 
-inline constexpr std::size_t depthwise_block = 16, depthwise_slot = 64;
+using detail::block_start, detail::depthwise_block, detail::depthwise_blocks;
+inline constexpr std::size_t depthwise_slot = 64;
 
-inline std::size_t depthwise_blocks(const depthwise_u8_weights& weights) {
-    return (weights.channels + depthwise_block - 1) / depthwise_block;
-}
-
-/// The first channel of a block: the last one overlaps the one before.
-inline std::size_t block_start(std::size_t channels, std::size_t block) {
-    if (channels < depthwise_block) return 0;
-    return block * depthwise_block + depthwise_block <= channels ? block * depthwise_block : channels - depthwise_block;
-}
-
-/// Block by block, column by column of the window, 4 vectors of 4 channels x 4 rows.
+/// Packs weights block by block, column by column of the window, in 4 vectors of 4 channels x 4 rows.
 inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
     const int sign = detail::range_of(source.weights, source.weight_zero_point).most > 127 ? -1 : 1;
     packed.output.multiplier *= sign;
@@ -51,7 +43,7 @@ inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthw
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 
-/// 16 channels, or as many as there are; `padding` where there is no row.
+/// Loads 16 channels, or fewer if the row has fewer; `padding` for a row outside the image.
 [[gnu::always_inline]] inline int8x16_t load_channels(const std::uint8_t* row, std::size_t offset, std::size_t channels,
                                                       std::uint8_t padding) {
     if (row == nullptr) return to_signed(vdupq_n_u8(padding));
@@ -61,7 +53,7 @@ LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
     return to_signed(vld1q_u8(bytes));
 }
 
-/// 16 channels of three rows to 16 x 4 bytes.
+/// Interleaves 16 channels of three rows to 16 x 4 bytes.
 [[gnu::always_inline]] inline void fill_slot(int8x16_t a, int8x16_t b, int8x16_t c, std::int8_t* slot) {
     const int16x8_t ab_low = vreinterpretq_s16_s8(vzip1q_s8(a, b)), ab_high = vreinterpretq_s16_s8(vzip2q_s8(a, b));
     const int16x8_t c_low = vreinterpretq_s16_s8(vzip1q_s8(c, c)), c_high = vreinterpretq_s16_s8(vzip2q_s8(c, c));
@@ -71,7 +63,7 @@ LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
     vst1q_s8(slot + 48, vreinterpretq_s8_s16(vzip2q_s16(ab_high, c_high)));
 }
 
-/// The weights and biases of one block: of each column of the window 4 vectors.
+/// Weights and biases of one block: 4 vectors for each column of the window.
 struct depthwise_block_weights {
     int8x16_t columns[12];
     int32x4_t bias[4];
@@ -109,7 +101,7 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const Requantizer&
         for (std::size_t block = 0; block < depthwise_blocks(weights); ++block) {
             const std::size_t start = block_start(channels, block);
             for (std::size_t s = 0; s < columns.slot_count; ++s) {
-                const std::size_t column = columns.first_column + s;  // plus one
+                const std::size_t column = columns.first_column + s;  // column index plus one
                 const bool outside = column == 0 || column > width;
                 const std::size_t offset = outside ? 0 : (column - 1) * channels + start;
                 fill_slot(load_channels(outside ? nullptr : rows[0], offset, channels, weights.padding),

@@ -9,17 +9,17 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 
-/// Channels summed together. Compilers vectorize a loop over this many 8-bit values, but not shorter ones.
+/// Number of channels summed together. Compilers vectorize a loop over this many 8-bit values, but not shorter loops.
 inline constexpr std::size_t depthwise_block = 16;
 
-/// Tap by tap, the weights of all channels.
+/// Packs tap by tap the weights of all channels.
 inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
     for (std::size_t t = 0; t < depthwise_u8_weights::taps; ++t)
         for (std::size_t c = 0; c < packed.channels; ++c) packed.wide.push_back(static_cast<std::int16_t>(source.weight(c, t)));
     for (std::size_t c = 0; c < packed.channels; ++c) packed.bias.push_back(source.folded_bias(c));
 }
 
-/// The result at one pixel, `count` channels from `first` on; with `count` known to the compiler the loops become vectors.
+/// Computes `count` channels of one pixel, starting at `first`. A compile-time `count` lets the compiler vectorize the loops.
 template <class Count>
 inline void depthwise_u8_channels(const depthwise_u8_weights& weights, const std::uint8_t* const* taps, std::size_t first,
                                   Count count, std::uint8_t* result) {
@@ -41,7 +41,7 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
     for (std::size_t x = 0; x < result_width; ++x, result += channels) {
         const std::uint8_t* taps[depthwise_u8_weights::taps];
         for (std::size_t t = 0; t < depthwise_u8_weights::taps; ++t) {
-            const std::size_t column = x * weights.stride + t % 3;  // one more than the column that is read
+            const std::size_t column = x * weights.stride + t % 3;  // index of the column that is read, plus one
             const bool outside = rows[t / 3] == nullptr || column == 0 || column > width * repeat;
             taps[t] = outside ? nullptr : rows[t / 3] + (column - 1) / repeat * channels;
         }

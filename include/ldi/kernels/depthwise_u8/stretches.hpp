@@ -1,5 +1,5 @@
-// Units and stretches of a row, for kernels that keep a depthwise convolution's unfinished windows in registers. A row's channels
-// are cut into units that fill the vectors; a unit with fewer channels processes several stretches of the row together.
+// Units and stretches of a row, for kernels that keep a depthwise convolution's unfinished windows in registers. The channels of
+// a row are split into units that fill the vectors; a unit with fewer channels processes several stretches of the row together.
 #pragma once
 
 #include <ldi/kernels/depthwise_u8/contract.hpp>
@@ -15,7 +15,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 struct depthwise_unit {
     std::size_t first, channels;
 
-    /// The unit after the first `done` of `all` channels.
+    /// Selects the unit that follows the first `done` of `all` channels.
     depthwise_unit(std::size_t all, std::size_t done, std::size_t most) {
         const std::size_t left = all - done;
         channels = left > 48 ? 64 : left > 16 ? 32 : 16;
@@ -25,7 +25,6 @@ struct depthwise_unit {
     std::size_t end() const { return first + channels; }
 };
 
-/// The arguments of depthwise_u8().
 struct depthwise_call {
     const depthwise_u8_weights& weights;
     const std::uint8_t* const* rows;
@@ -41,11 +40,11 @@ struct depthwise_call {
     std::size_t result_width() const { return (width * repeat - 1) / weights.stride + 1; }
 };
 
-/// One pixel of each stretch, in the three rows.
+/// Addresses of one pixel in each stretch and each of the three rows.
 template <std::size_t stretches>
 struct depthwise_position {
     const std::uint8_t* at[3][stretches];
-    std::size_t moves[3];  ///< mask of an offset: all bits for rows, none for padding
+    std::size_t moves[3];  ///< masks for offsets: all bits for rows, none for padding
 
     const std::uint8_t* find(std::size_t row, std::size_t stretch, std::size_t offset) const {
         return at[row][stretch] + (offset & moves[row]);
@@ -57,13 +56,13 @@ struct depthwise_stretches {
     const depthwise_call& call;
     std::size_t first_channel, length, starts[stretches];
 
-    /// Cuts `all` pixels of the rows or of the result; the last stretch may overlap the one before it.
+    /// Splits `all` pixels of the rows or of the result; the last stretch may overlap the one before it.
     depthwise_stretches(const depthwise_call& what, std::size_t channel, std::size_t all)
         : call(what), first_channel(channel), length((all + stretches - 1) / stretches) {
         for (std::size_t s = 0; s < stretches; ++s) starts[s] = s * length + length <= all ? s * length : all - length;
     }
 
-    /// One column for each stretch; padding outside the row.
+    /// Addresses of one column per stretch; padding outside the row.
     depthwise_position<stretches> at(const std::size_t (&columns)[stretches]) const {
         depthwise_position<stretches> found;
         for (std::size_t r = 0; r < 3; ++r) {
@@ -75,22 +74,22 @@ struct depthwise_stretches {
         }
         return found;
     }
-    /// The columns that lie `column` (from -1 on) behind `scale` times the start of each stretch.
+    /// Addresses of column `scale` * start + `column` for each stretch; `column` is at least -1.
     depthwise_position<stretches> at(std::ptrdiff_t column, std::size_t scale) const {
-        std::size_t columns[stretches];  // -1 wraps to more than any width
+        std::size_t columns[stretches];  // -1 wraps to a value larger than any width
         for (std::size_t s = 0; s < stretches; ++s) columns[s] = starts[s] * scale + static_cast<std::size_t>(column);
         return at(columns);
     }
-    /// Column `tap`, 0 to 2, of the window around pixel x of each stretch of the result, for any repetition.
+    /// Addresses of column `tap`, 0 to 2, of the window around pixel x of each stretch of the result, for any repetition.
     depthwise_position<stretches> at_tap(std::size_t x, std::size_t tap) const {
         std::size_t columns[stretches];
         for (std::size_t s = 0; s < stretches; ++s) {
-            const std::size_t enlarged = (starts[s] + x) * call.weights.stride + tap;  // plus one
+            const std::size_t enlarged = (starts[s] + x) * call.weights.stride + tap;  // column index plus one
             columns[s] = enlarged == 0 ? call.width : (enlarged - 1) / call.repeat;
         }
         return at(columns);
     }
-    /// Start of a stretch's results, with `scale` results per pixel.
+    /// Address of a stretch's results, with `scale` results per pixel.
     std::uint8_t* result(std::size_t stretch, std::size_t scale) const {
         return call.result + starts[stretch] * scale * call.weights.channels + first_channel;
     }

@@ -1,9 +1,11 @@
 // kernels/depthwise_u8.hpp with i32x4.dot_i16x8_s, 16 channels at a time.
 //
-// The kernel first widens rows to 16 bits and stores them column by column, already enlarged: the first two rows interleaved, and
-// the third row's column beside its next one. The 9 products of a window then take 5 multiplications for 4 channels.
+// The kernel first widens the rows to 16 bits and stores them column by column, already enlarged: the first two rows
+// interleaved, and each column of the third row beside the next one. The 9 products of a window then cost 5 multiplications for
+// 4 channels.
 #pragma once
 
+#include <ldi/kernels/depthwise_u8/blocks.hpp>
 #include <ldi/kernels/depthwise_u8/contract.hpp>
 #include <ldi/kernels/detail/lanes_wasm.hpp>
 
@@ -15,22 +17,13 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 
-inline constexpr std::size_t depthwise_block = 16;
+using detail::block_start, detail::depthwise_block, detail::depthwise_blocks;
 inline constexpr std::size_t depthwise_slot = 4 * depthwise_block;  // 16-bit values of one column
 inline constexpr std::size_t depthwise_max_slots = 66;              // 8 KiB
-inline constexpr std::size_t depthwise_dots = 5;                    // for each vector of 4 channels
+inline constexpr std::size_t depthwise_dots = 5;                    // per vector of 4 channels
 
-inline std::size_t depthwise_blocks(const depthwise_u8_weights& weights) {
-    return (weights.channels + depthwise_block - 1) / depthwise_block;
-}
-
-/// The first channel of a block: the last one overlaps the one before.
-inline std::size_t block_start(std::size_t channels, std::size_t block) {
-    if (channels < depthwise_block) return 0;
-    return block * depthwise_block + depthwise_block <= channels ? block * depthwise_block : channels - depthwise_block;
-}
-
-/// Block by block, 4 channels by 4 channels: rows 0 and 1 of each column, then row 2 of columns 0 and 1, and of column 2 alone.
+/// Packs weights block by block, 4 channels by 4 channels: rows 0 and 1 of each column, then row 2 of columns 0 and 1, then row
+/// 2 of column 2 alone.
 inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
     constexpr std::size_t none = depthwise_u8_weights::taps;
     constexpr std::size_t taps[depthwise_dots][2] = {{0, 3}, {1, 4}, {2, 5}, {6, 7}, {8, none}};
@@ -46,7 +39,7 @@ inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthw
     }
 }
 
-/// 16 channels of two rows or columns to pairs of 16-bit values.
+/// Interleaves 16 channels of two rows or columns to pairs of 16-bit values.
 [[gnu::always_inline]] inline void store_pairs(v128_t a, v128_t b, std::int16_t* to) {
     const v128_t low = wasm_i8x16_shuffle(a, b, 0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
     const v128_t high = wasm_i8x16_shuffle(a, b, 8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13, 29, 14, 30, 15, 31);
@@ -56,10 +49,10 @@ inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthw
     wasm_v128_store(to + 24, wasm_u16x8_extend_high_u8x16(high));
 }
 
-/// Writes one column after another. Overwrites the slot before the first.
+/// Writes columns to consecutive slots. Also overwrites the second half of the slot before the first.
 struct slot_writer {
     std::int16_t* slot;
-    v128_t third = wasm_i32x4_splat(0);  // row of the column before
+    v128_t third = wasm_i32x4_splat(0);  // third row of the previous column
 
     [[gnu::always_inline]] void operator()(v128_t a, v128_t b, v128_t c) {
         store_pairs(third, c, slot - depthwise_slot / 2);
@@ -67,11 +60,11 @@ struct slot_writer {
         third = c;
         slot += depthwise_slot;
     }
-    /// The last column's neighbor has weight 0.
+    /// Completes the last slot with an arbitrary neighbor, whose weight is 0.
     void end() { store_pairs(third, third, slot - depthwise_slot / 2); }
 };
 
-/// 16 channels, or as many as there are.
+/// Loads 16 channels, or fewer if `all` is false.
 template <bool all>
 [[gnu::always_inline]] inline v128_t load_channels(const std::uint8_t* from, std::size_t channels) {
     if (all) return wasm_v128_load(from);
@@ -80,14 +73,14 @@ template <bool all>
     return wasm_v128_load(bytes);
 }
 
-/// Some rows of an image, enlarged.
+/// Three rows of an image, to be enlarged.
 struct depthwise_rows {
-    const std::uint8_t* rows[3];  // nullptr for one that is outside
+    const std::uint8_t* rows[3];  // nullptr for a row outside the image
     std::size_t channels, width, repeat;
     std::uint8_t padding;
 };
 
-/// Slots for the enlarged columns `first` - 1 and so on, at most one of them outside on each side.
+/// Fills slots with the enlarged columns from `first` - 1 on. At most one column on each side may lie outside the image.
 template <bool all>
 inline void fill_slots(const depthwise_rows& from, std::size_t first, std::size_t count, std::size_t first_channel,
                        std::int16_t* slot_values) {
@@ -113,7 +106,7 @@ inline void fill_slots(const depthwise_rows& from, std::size_t first, std::size_
     write.end();
 }
 
-/// The weights of 4 channels.
+/// Weights of 4 channels.
 struct depthwise_vector {
     v128_t bias, dots[depthwise_dots];
 

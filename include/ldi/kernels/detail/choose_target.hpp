@@ -1,4 +1,4 @@
-// Chooses the instruction set to pack 8-bit weights for: not every kernel is exact for all weights.
+// Chooses the instruction set to pack 8-bit weights for, because not every kernel is exact for all weights.
 #pragma once
 
 #include <ldi/base/numbers.hpp>
@@ -22,10 +22,10 @@ inline signed_range range_of(std::span<const std::uint8_t> weights, std::uint8_t
     return {*least - int{zero_point}, *most - int{zero_point}};
 }
 
-/// Maximum number of inputs of kernels that round products and sums separately: they widen inputs into a buffer first.
+/// Maximum number of inputs of kernels without a fused multiply-add: they first widen inputs into a buffer.
 inline constexpr std::size_t max_unfused_inputs = 4096;
 
-/// Whether kernels without a fused multiply-add are exact. Their rounding needs sums of at least -2^23 / scale.
+/// Whether kernels without a fused multiply-add are exact. Their rounding requires sums of at least -2^23 / scale.
 inline bool fits_unfused(std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
                          std::span<const std::int32_t> bias, const requantization& output, float_requantization& fast) {
     const std::size_t inputs = weights.size() / bias.size();
@@ -39,9 +39,9 @@ inline bool fits_unfused(std::span<const std::uint8_t> weights, std::uint8_t wei
     return (510 * largest_weight * nearest_double(inputs) + largest_bias) * double{found->scale} < 0x1p23;
 }
 
-/// The fastest set up to `wanted` that is exact for these weights. x86 and NEON multiply by signed bytes; weights in -127..128 (a
-/// zero point of 127) fit after negation, and the requantization then reads negated sums. AVX2 accepts wider weights, too. NEON
-/// requantizes in integers.
+/// Returns the fastest instruction set up to `wanted` that is exact for these weights. x86 and NEON multiply by signed bytes.
+/// Weights in -127..128 (zero point 127) fit after negation; the requantization then reads negated sums. AVX2 also accepts wider
+/// weights. NEON requantizes in integers.
 inline isa choose_target(isa wanted, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
                          std::span<const std::int32_t> bias, const requantization& output, float_requantization& fast) {
     if (wanted == isa::scalar) return isa::scalar;

@@ -1,9 +1,9 @@
-// The AVX-512 parts that conv_f32 and conv_u8 share.
+// AVX-512 code that conv_f32 and conv_u8 share.
 //
-// A tile is some pixels and one panel of outputs; its sums stay in registers. For each input (or group of inputs that one
-// instruction multiplies), the kernel loads the panel's weights and broadcasts each pixel's inputs; with a single vector, the
-// multiplication itself broadcasts. A tile has 24 independent sums, where 4 (Zen 4) or 8 (Intel) would hide the latency: large
-// tiles save loads of weights that do not fit the first-level cache.
+// A tile consists of some pixels and one panel of outputs; its sums stay in registers. For each input (or group of inputs that
+// one instruction multiplies), the kernel loads the panel's weights and broadcasts each pixel's inputs; with a single vector,
+// the multiplication itself broadcasts. A tile has 24 independent sums. 4 (Zen 4) or 8 (Intel) would hide the latency, but large
+// tiles save loads of weights that do not fit in the first-level cache.
 #pragma once
 
 #include <ldi/kernels/detail/conv_weights.hpp>
@@ -16,19 +16,21 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 
-/// Panels have up to 5 half vectors. If their number is odd, the last instruction is 256 bits wide, which takes half the time on
+/// Panels have up to 5 half vectors. If their number is odd, the last instruction is 256 bits wide; this halves its cost on
 /// processors that split 512-bit instructions in two (Zen 4).
 inline constexpr std::size_t conv_half = 8, conv_whole = 16, conv_max_halves = 5;
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 
-/// The outputs of a panel for one pixel: whole vectors, then half a vector if `half` is 1.
+/// Outputs of a panel for one pixel: whole vectors, then half a vector if `half` is 1.
 template <std::size_t vectors, std::size_t half>
 struct conv_lanes {
     __m512 whole[vectors == 0 ? 1 : vectors];
     __m256 rest;
 };
 
+/// Loads one value per lane.
+///
 /// values  32 bits per lane
 template <std::size_t half, std::size_t... v>
 [[gnu::always_inline]] inline conv_lanes<sizeof...(v), half> load_conv_lanes(std::index_sequence<v...>, const void* values) {
@@ -39,8 +41,8 @@ template <std::size_t half, std::size_t... v>
     return lanes;
 }
 
-/// The sums of a tile, whole vectors for each pixel. Storing them (in the first-level cache) lets one compiled tile serve all
-/// types of results.
+/// Sums of a tile, whole vectors for each pixel. Storing them (in the first-level cache) lets one compiled tile serve all types
+/// of results.
 struct conv_tile_sums {
     alignas(64) float lanes[24 * conv_whole];
 };
@@ -53,10 +55,10 @@ template <std::size_t half, std::size_t... v>
     if constexpr (half == 1) _mm512_store_ps(to + sizeof...(v) * conv_whole, _mm512_zextps256_ps512(sums.rest));
 }
 
-/// Stands in for missing ratios.
+/// Replaces missing ratios.
 inline constexpr float conv_ratio_of_one = 1.0F;
 
-/// Mask of the existing outputs among the 16 lanes of the panel from `from` on.
+/// Mask of the existing outputs among the panel's 16 lanes that start at `from`.
 template <class Output>
 [[gnu::always_inline]] inline __mmask16 existing_outputs(const Output& out, std::size_t from) {
     const std::size_t count = out.count > from ? out.count - from : 0;
@@ -70,8 +72,8 @@ template <class T>
     return value;
 }
 
-/// Every fourth pixel of a tile has a pointer; those between are 1, 2 or 3 strides away. So the pointers fit the general
-/// registers. Otherwise the compiler keeps an offset for each pixel, most of them in memory.
+/// Addresses of a tile's pixels. Every fourth pixel has a pointer; the pixels between are 1, 2 or 3 strides away, so that the
+/// pointers fit in the general registers. Otherwise the compiler keeps an offset for each pixel, most of them in memory.
 template <class Value, std::size_t pixels>
 struct conv_tile_pointers {
     const Value* every_fourth[(pixels + 3) / 4];
@@ -84,7 +86,7 @@ struct conv_tile_pointers {
     }
 };
 
-/// The sums of `pixels` pixels, `vectors` vectors each, times the pixel's ratio, plus the bias, activated.
+/// Turns the sums of `pixels` pixels, `vectors` vectors each, into results: times the pixel's ratio, plus bias, activated.
 template <class Store, class Result>
 inline void finish_floats(const conv_tile_sums& sums, std::size_t vectors, std::size_t first_pixel, std::size_t pixels,
                           const conv_panel_output<Result>& out) {
@@ -104,7 +106,7 @@ inline void finish_floats(const conv_tile_sums& sums, std::size_t vectors, std::
     }
 }
 
-/// One tile: sums[p] gets Kernel::multiply_add() for each group of inputs.
+/// Computes one tile: passes each group of inputs to Kernel::multiply_add().
 template <class Kernel, std::size_t half, class Value, std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void conv_tile(std::index_sequence<p...>, std::index_sequence<v...> vectors,
                                              const conv_panel_input<Value>& input, std::size_t first_pixel,
@@ -139,7 +141,7 @@ template <class Kernel, std::size_t half, class Value, std::size_t... p, std::si
     (store_conv_lanes<half>(vectors, sums[p], tile_sums.lanes + p * (sizeof...(v) + half) * conv_whole), ...);
 }
 
-/// Kernel::tile() and finish() for pixels first to last - 1, in tiles as large as fit.
+/// Calls Kernel::tile() and finish() for pixels first to last - 1, in the largest possible tiles.
 template <class Kernel, std::size_t pixels, std::size_t vectors, std::size_t half, class Input, class Output>
 inline void conv_panel(const Input& input, std::size_t first, std::size_t last, const Output& out) {
     static_assert(pixels * (vectors + half) <= 24);
@@ -152,7 +154,7 @@ inline void conv_panel(const Input& input, std::size_t first, std::size_t last, 
         if (first < last) conv_panel<Kernel, (pixels > 8 ? 8 : pixels / 2), vectors, half>(input, first, last, out);
 }
 
-/// Panel by panel.
+/// Computes all outputs panel by panel.
 template <class Kernel, class Weights, class Input, class Output>
 inline void conv_panels(const Weights& weights, Input input, std::size_t pixels, Output out) {
     const detail::panel_cut cut(weights.outputs, conv_half, conv_max_halves);

@@ -1,8 +1,9 @@
-// Packed weights of kernels/conv_f32.hpp, and the packing that kernels/conv_u8.hpp shares with it on all instruction sets.
+// Packing of weights, which kernels/conv_f32.hpp and kernels/conv_u8.hpp share on all instruction sets.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/config.hpp>
+#include <ldi/kernels/conv_f32/weights.hpp>
 #include <ldi/kernels/detail/panel_cut.hpp>
 #include <ldi/kernels/isa.hpp>
 
@@ -11,26 +12,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Activation after the bias: x if x is positive, else negative_slope * x.
-struct activation {
-    float negative_slope;  ///< 0 to 1
-};
-inline constexpr activation no_activation{1.0F};
-inline constexpr activation relu{0.0F};
-constexpr activation leaky_relu(float negative_slope) { return {negative_slope}; }
-
-/// The weights of one layer in the order that its kernel reads them. Only pack_conv_f32() makes valid ones.
-struct conv_f32_weights {
-    using value_type = float;
-
-    isa target = isa::scalar;
-    std::size_t rows = 1, inputs = 0, outputs = 0;
-    float negative_slope = 1.0F;
-    buffer<float> values;
-    buffer<float> bias;  ///< padded with zeros to whole panels
-};
-
-/// The inputs of one panel of outputs.
+/// Inputs of one panel of outputs.
 template <class Value>
 struct conv_panel_input {
     const Value* const* rows;
@@ -38,12 +20,12 @@ struct conv_panel_input {
     const Value* weights;
 };
 
-/// Destination of one panel's results, and the constants that finish them.
+/// Destination of one panel's results, and the constants that turn sums into results.
 template <class Result>
 struct conv_panel_output {
     const float *bias, *ratios;
     float negative_slope;
-    std::size_t stride;  ///< values from pixel to pixel
+    std::size_t stride;  ///< distance between adjacent pixels, in values
     std::size_t count;   ///< remaining outputs of the layer
     Result* values;
 
@@ -56,10 +38,10 @@ namespace detail {
 /// Number of groups, rounded up.
 constexpr std::size_t groups_of(std::size_t count, std::size_t group) { return (count + group - 1) / group; }
 
-/// Appends weights by panel, row and group: the outputs of a panel side by side, each with the weights of one group of inputs.
-/// Pads the last group and the last panel with zeros.
+/// Appends weights by panel, row and group. Within a panel, the outputs are adjacent, each with the weights of one group of
+/// inputs. Pads the last group and the last panel with zeros.
 ///
-/// layer    its numbers of outputs, rows and inputs
+/// layer    has the numbers of outputs, rows and inputs
 /// weights  outputs x rows x inputs, row-major
 template <std::size_t group, class Layer, class Value>
 void append_panels(buffer<Value>& values, const Layer& layer, std::span<const Value> weights, std::size_t lanes,

@@ -1,36 +1,24 @@
-// Processor features that kernels need, and their detection.
+// Detects processor features.
 #pragma once
 
 #include <ldi/base/config.hpp>
-
+#include <ldi/kernels/cpu_feature.hpp>
 #include <ldi/kernels/detail/cpuid.hpp>
 #include <ldi/kernels/detail/dot_product_extension.hpp>
 #include <ldi/kernels/detail/target.hpp>
 
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-enum class cpu_feature {
-    none,
-    avx2,
-    fma,
-    avx_vnni,
-    avx512,  ///< F, BW and VL
-    avx512_vnni,
-    arm_dot_product,
-    wasm_simd128,
-};
-
-namespace detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 #if LDI_HAS_X86_KERNELS
-/// clang 14 has no name for it. The operating system saves its registers if it saves AVX2's.
+/// Detects AVX-VNNI, for which clang 14 has no name. An operating system that saves AVX2's registers also saves those of
+/// AVX-VNNI.
 inline bool has_avx_vnni() {
     static const bool found = cpuid_leaf(0).a >= 7 && cpuid_leaf(7).a >= 1 && (cpuid_leaf(7, 1).a >> 4U & 1U) != 0;
     return found;
 }
 #endif
 
-/// False where this build of ldi has no kernels for the processor.
+/// Whether the processor has the feature; false if this build of ldi has no kernels for the processor.
 inline bool has_feature(cpu_feature feature) {
     switch (feature) {
         case cpu_feature::none: return true;
@@ -52,5 +40,4 @@ inline bool has_feature(cpu_feature feature) {
     }
 }
 
-}  // namespace detail
-}}  // namespace ldi
+}}}  // namespace ldi::detail

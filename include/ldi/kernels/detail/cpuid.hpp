@@ -1,4 +1,4 @@
-// x86's CPUID instruction.
+// The CPUID instruction of x86.
 #pragma once
 
 #include <ldi/base/config.hpp>

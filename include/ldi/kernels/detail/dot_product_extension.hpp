@@ -1,5 +1,4 @@
-// Whether this 64-bit Arm processor has the dot product extension: optional since Armv8.2, in phones since 2018, in every Apple
-// M.
+// Detects the dot product extension of 64-bit Arm processors: optional since Armv8.2, in phones since 2018, in every Apple M.
 #pragma once
 
 #include <ldi/base/config.hpp>
@@ -19,7 +18,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// On systems without a query, whether the compiler's flags promise the extension.
+/// Whether the processor has the extension. On systems without a query, whether the compiler's flags assume it.
 inline bool has_dot_product_extension() {
 #if defined(__linux__)
     return (getauxval(AT_HWCAP) & HWCAP_ASIMDDP) != 0;

@@ -1,4 +1,4 @@
-// Shared parts of the AVX2 kernels: requantization of 32-bit sums, and the walk of convolutions.
+// Shared parts of the AVX2 kernels: requantization of 32-bit sums, and the loops of convolutions.
 #pragma once
 
 #include <ldi/kernels/detail/conv_weights.hpp>
@@ -23,19 +23,19 @@ using int_lanes = __m256i;
 [[gnu::always_inline]] inline __m256i scale_and_truncate(__m256i sums, __m256 scale, __m256 offset) {
     return _mm256_cvttps_epi32(_mm256_fmadd_ps(_mm256_cvtepi32_ps(sums), scale, offset));
 }
-/// In each 128-bit lane 4 values of a, then those of b, c and d.
+/// Packs to saturated bytes: in each 128-bit lane 4 values of a, then those of b, c and d.
 [[gnu::always_inline]] inline __m256i pack_bytes(__m256i a, __m256i b, __m256i c, __m256i d) {
     return _mm256_packus_epi16(_mm256_packs_epi32(a, b), _mm256_packs_epi32(c, d));
 }
 
-/// float_requantization in registers.
+/// Applies a float_requantization to vectors.
 struct requantizer {
     __m256 scale, offset, sign;
     __m256i zero_point;
 
     explicit requantizer(const float_requantization& r)
         : scale(_mm256_set1_ps(r.scale)),
-          // With a zero point of 0, negative values become 0 with either sign of the offset.
+          // With a zero point of 0, negative values become 0 for either sign of the offset.
           offset(_mm256_set1_ps(r.zero_point == 0 && r.offset < 0 ? -r.offset : r.offset)),
           sign(_mm256_castsi256_ps(_mm256_set1_epi32(r.zero_point == 0 ? 0 : -0x7FFFFFFF - 1))),
           zero_point(_mm256_set1_epi16(static_cast<short>(r.zero_point))) {}
@@ -46,7 +46,7 @@ struct requantizer {
         return _mm256_cvttps_epi32(_mm256_fmadd_ps(value, scale, signed_offset));
     }
 
-    /// 32 bytes with the zero point added: in each 128-bit lane 4 values of a, then those of b, c and d.
+    /// Packs to 32 bytes and adds the zero point: in each 128-bit lane 4 values of a, then those of b, c and d.
     [[gnu::always_inline]] __m256i pack_lanes(__m256i a, __m256i b, __m256i c, __m256i d) const {
         const __m256i low = _mm256_adds_epi16(_mm256_packs_epi32(a, b), zero_point);
         const __m256i high = _mm256_adds_epi16(_mm256_packs_epi32(c, d), zero_point);
@@ -56,7 +56,7 @@ struct requantizer {
 
 #include <ldi/kernels/detail/generic/rectifier.hpp>
 
-/// Reorders the result of pack_lanes() to all of a, then b, c and d.
+/// Reorders the result of pack_lanes(): all values of a, then those of b, c and d.
 [[gnu::always_inline]] inline __m256i gather_lanes(__m256i values) {
     return _mm256_permutevar8x32_epi32(values, _mm256_setr_epi32(0, 4, 1, 5, 2, 6, 3, 7));
 }

@@ -1,6 +1,6 @@
-// Shared parts of the NEON kernels: the dot product, requantization of 32-bit sums, and the walk of convolutions. NEON has
-// instructions for each step of the integer requantization (sqrdmulh, srshl), fewer in all than the float form of other
-// instruction sets takes: 2 to 4 for 4 values. It is exact for every scale.
+// Shared parts of the NEON kernels: the dot product, requantization of 32-bit sums, and the loops of convolutions. NEON has
+// instructions for each step of the integer requantization (sqrdmulh, srshl). It costs 2 to 4 instructions for 4 values, fewer
+// than the float form of other instruction sets, and is exact for every scale.
 #pragma once
 
 #include <ldi/kernels/detail/conv_weights.hpp>
@@ -18,15 +18,15 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace neon {
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 
-// In assembly, because clang before 16 offers the intrinsics only to translation units compiled for them.
+// Assembly, because clang before 16 has the intrinsics only in translation units compiled for this instruction set.
 
-/// Adds to each of 4 sums its four products of signed bytes.
+/// Adds four products of signed bytes to each of 4 sums.
 [[gnu::always_inline]] inline int32x4_t add_products(int32x4_t sums, int8x16_t a, int8x16_t b) {
     asm("sdot %0.4s, %1.16b, %2.16b" : "+w"(sums) : "w"(a), "w"(b));
     return sums;
 }
 
-/// The same, every sum with the same four bytes of b, from `4 * lane` on.
+/// Same as add_products(), but multiplies every group of four bytes of a by the same four bytes of b, from `4 * lane` on.
 template <int lane>
 [[gnu::always_inline]] inline int32x4_t add_products_with(int32x4_t sums, int8x16_t a, int8x16_t b) {
     asm("sdot %0.4s, %1.16b, %2.4b[%3]" : "+w"(sums) : "w"(a), "w"(b), "i"(lane));
@@ -38,12 +38,12 @@ template <int lane>
 [[gnu::always_inline]] inline int32x4_t load(const std::int32_t* from) { return vld1q_s32(from); }
 [[gnu::always_inline]] inline float32x4_t load(const float* from) { return vld1q_f32(from); }
 
-/// Activations less 128, because sdot multiplies signed bytes. Biases compensate.
+/// Subtracts 128 from activations, because sdot multiplies signed bytes. Biases compensate.
 [[gnu::always_inline]] inline int8x16_t to_signed(uint8x16_t values) {
     return vreinterpretq_s8_u8(veorq_u8(values, vdupq_n_u8(0x80)));
 }
 
-/// detail::rounding_shift() and detail::offset_and_clamp() in registers.
+/// Applies detail::rounding_shift() and detail::offset_and_clamp() to vectors.
 struct rounding_shifter {
     int32x4_t shift, away_from_zero;
     int16x8_t zero_point;
@@ -53,7 +53,7 @@ struct rounding_shifter {
           away_from_zero(vdupq_n_s32(right == 0 ? 0 : -1)),
           zero_point(vdupq_n_s16(static_cast<std::int16_t>(zero))) {}
 
-    /// srshl rounds halves up. Subtracting 1 from negative values first rounds their halves down.
+    /// srshl rounds halves up. Subtracting 1 from negative values first makes it round their halves down.
     [[gnu::always_inline]] int32x4_t operator()(int32x4_t values) const {
         return vrshlq_s32(vsraq_n_s32(values, vandq_s32(values, away_from_zero), 31), shift);
     }
@@ -65,7 +65,7 @@ struct rounding_shifter {
     }
 };
 
-/// requantize() in registers.
+/// Applies requantize() to vectors.
 struct requantizer {
     int32x4_t multiplier;
     rounding_shifter round;
@@ -78,7 +78,7 @@ struct requantizer {
     }
 };
 
-/// The same for a zero point of 0, where all negative values become 0 with any rounding.
+/// Requantizes with a zero point of 0: negative values become 0 with any rounding.
 struct relu_requantizer {
     int32x4_t multiplier, shift;
 

@@ -1,8 +1,8 @@
-// Shared parts of the WebAssembly SIMD128 kernels: requantization of 32-bit sums, and the walk of convolutions.
+// Shared parts of the WebAssembly SIMD128 kernels: requantization of 32-bit sums, and the loops of convolutions.
 //
 // Engines first compile every function to slow code and switch a hot function to fast code at its next call. Hot loops are
-// therefore separate functions that are called often. The calls go through tables, because Binaryen inlines functions with a
-// single caller.
+// therefore separate functions that are called often. The calls go through tables, because Binaryen inlines functions that have
+// a single caller.
 #pragma once
 
 #include <ldi/kernels/detail/conv_weights.hpp>
@@ -18,12 +18,13 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 
-/// Adding it to a float between -2^22 and 2^22 rounds to the nearest integer, halves to even, and leaves the integer in the low
-/// bits. Down to -2^23 the result still grows with the float. A conversion would take six x86 instructions.
+/// Rounding constant. Adding it to a float between -2^22 and 2^22 rounds to the nearest integer, halves to even, and leaves the
+/// integer in the low bits. Down to -2^23 the result is still monotonic. A conversion would cost six x86 instructions.
 inline constexpr float rounding_magic = 0x1.8p23F;
 inline constexpr std::int32_t rounding_magic_bits = 0x4B400000;
 
-/// unfused_requantization in registers. `positive` is for a zero point of 0: negative values become 0 whatever the offset's sign.
+/// Applies an unfused_requantization to vectors. `positive` requires a zero point of 0: negative values become 0 for either sign
+/// of the offset.
 template <bool positive>
 struct requantizer {
     v128_t scale, offset, sign, magic, magic_bits;
@@ -35,7 +36,7 @@ struct requantizer {
           magic(wasm_f32x4_splat(rounding_magic)),
           magic_bits(wasm_i32x4_splat(rounding_magic_bits - r.zero_point)) {}
 
-    /// With the zero point, not yet clamped.
+    /// Adds the zero point, but does not clamp.
     [[gnu::always_inline]] v128_t operator()(v128_t sums) const {
         const v128_t value = wasm_f32x4_mul(wasm_f32x4_convert_i32x4(sums), scale);
         const v128_t signed_offset = positive ? offset : wasm_v128_xor(wasm_v128_and(value, sign), offset);
@@ -43,7 +44,7 @@ struct requantizer {
     }
 };
 
-/// Clamps four vectors of 32-bit values to bytes, one after the other.
+/// Clamps four vectors of 32-bit values to bytes, in order.
 [[gnu::always_inline]] inline v128_t narrow(v128_t a, v128_t b, v128_t c, v128_t d) {
     return wasm_u8x16_narrow_i16x8(wasm_i16x8_narrow_i32x4(a, b), wasm_i16x8_narrow_i32x4(c, d));
 }
@@ -58,7 +59,7 @@ struct requantizer {
     std::memcpy(to, bytes, count);
 }
 
-/// Bytes to 16-bit values.
+/// Widens bytes to 16-bit values.
 inline void widen(const std::uint8_t* from, std::size_t count, std::int16_t* to) {
     std::size_t i = 0;
     for (; i + 16 <= count; i += 16) {

@@ -1,7 +1,7 @@
-// Compiles code for several instruction sets in one header, with any flags of the user's. The compiler compiles functions between
-// LDI_BEGIN_TARGET("...") and LDI_END_TARGET for those features, so every translation unit has the same code for them. Inside,
-// use no lambdas, no standard templates over vector types, and no function from outside that uses intrinsics. Write loops over
-// registers as fold expressions: g++ 12 keeps an array in registers only if every index is a constant.
+// Compiles code for several instruction sets in one header, independently of the user's flags. Functions between
+// LDI_BEGIN_TARGET("...") and LDI_END_TARGET are compiled for these features, so every translation unit has the same code for
+// them. Inside, use no lambdas, no standard templates over vector types, and no outside function that uses intrinsics. Write
+// loops over registers as fold expressions: g++ 12 keeps an array in registers only if every index is a constant.
 #pragma once
 
 #include <ldi/base/config.hpp>
@@ -34,7 +34,7 @@
 #define LDI_END_TARGET LDI_PRAGMA(clang attribute pop)
 #else
 // g++ 12 warns about values that its own intrinsics leave undefined on purpose. Its partial redundancy elimination copies every
-// sum of a matrix product to the stack and halves its speed. Its scheduling before register allocation, on by default for Arm,
+// sum of a matrix product to the stack and halves the speed. Its scheduling before register allocation, on by default for Arm,
 // loads all weights of a tile early and spills them.
 #define LDI_BEGIN_TARGET(features)                            \
     LDI_PRAGMA(GCC push_options)                              \

@@ -1,7 +1,7 @@
-// Weights that vpmaddubsw multiplies exactly. It adds two products of a byte and a signed byte in 16 bits and saturates:
-// 255 * 127 * 2 does not fit. Products are exact for all inputs if the positive weights that meet in one 16-bit sum add up to at
-// most 128, and the negative ones to at least -128. Few weights of a trained network are larger; the part that does not fit one
-// sum goes into another.
+// Splits weights so that vpmaddubsw multiplies them exactly. The instruction adds two products of a byte and a signed byte in 16
+// bits and saturates, because 255 * 127 * 2 does not fit. Products are exact for all inputs if the positive weights in one
+// 16-bit sum add up to at most 128, and the negative ones to at least -128. Few weights of a trained network are larger; the
+// excess goes to another sum.
 #pragma once
 
 #include <ldi/base/config.hpp>
@@ -11,11 +11,11 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
-/// The weights that one 16-bit sum still has room for.
+/// Remaining capacity of one 16-bit sum for weights.
 struct sum_room {
     int most = 128, least = -128;
 
-    /// Removes from `rest` as much as fits, and returns it.
+    /// Removes the largest part that fits from `rest`, and returns it.
     std::int8_t take(int& rest) {
         const int part = std::clamp(rest, (std::max)(least, -128), (std::min)(most, 127));
         most -= (std::max)(part, 0);
@@ -25,7 +25,7 @@ struct sum_room {
     }
 };
 
-/// Whether these weights are signed bytes that may meet in one 16-bit sum. Two of different signs always may.
+/// Whether these weights are signed bytes that fit in one 16-bit sum. Signed bytes of opposite signs always fit.
 inline bool fit_one_sum(int a, int b) { return a >= -128 && a <= 127 && b >= -128 && b <= 127 && a + b >= -128 && a + b <= 128; }
 
 }}}  // namespace ldi::avx2

@@ -1,6 +1,6 @@
 // kernels/gemm_u8.hpp with vpmaddubsw, which adds two products of a byte and a signed byte in 16 bits, and vpmaddwd, which adds
-// two of these sums to each of 8 sums of 32 bits. avx2_packing.hpp finds which products may meet in 16 bits: 5 instructions for
-// 64 of them, where vpmaddwd on inputs of 16 bits, which never saturates, takes 8.
+// two of these sums to each of 8 sums of 32 bits. avx2_packing.hpp selects products that may share a 16-bit sum. 64 products
+// cost 5 instructions; vpmaddwd on 16-bit inputs, which never saturates, would cost 8.
 #pragma once
 
 #include <ldi/kernels/detail/lanes_avx2.hpp>
@@ -12,13 +12,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <type_traits>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
 
-/// The arguments of gemm_u8() for one panel.
+/// Arguments of gemm_u8() for one panel.
 struct gemm_panel {
     const std::uint8_t* const* segments;
     std::size_t segment_count, pixel_stride, pixels;
@@ -26,7 +27,15 @@ struct gemm_panel {
     const std::int8_t* weights;
     const std::int32_t* bias;
     std::uint8_t* result;
-    std::size_t outputs, held;  ///< of the layer; of the panel
+    std::size_t outputs, held = 0;  ///< outputs of the layer; outputs of the panel
+
+    void skip(std::size_t lanes) {
+        for (std::size_t s = 0; s < segment_count; ++s) {
+            const std::size_t terms = 2 * order[0] + order[1];
+            order += 2 + terms;
+            weights += terms * lanes * gemm_group;
+        }
+    }
 };
 
 [[gnu::always_inline]] inline __m256i spread_four(const std::uint8_t* inputs) {
@@ -73,7 +82,7 @@ template <std::size_t... v>
     ((to[v] = from[v]), ...);
 }
 
-/// The results of 32 / outputs pixels, of 8 or 16 outputs each.
+/// Stores 32 / outputs pixels with 8 or 16 outputs each.
 template <std::size_t vectors, class Requantizer>
 [[gnu::always_inline]] inline void store_four(const __m256i* sums, const Requantizer& requantize, std::uint8_t* result,
                                               std::size_t outputs) {
@@ -130,15 +139,11 @@ struct gemm_kernel {
     }
 };
 
+using gemm_half_kernel = gemm_kernel;
+
 #include <ldi/kernels/gemm_u8/generic/walk.hpp>
 
-template <std::size_t pixels, std::size_t vectors>
-inline void gemm_u8_panel(const gemm_panel& panel, const float_requantization& output) {
-    output.zero_point == 0 ? gemm_u8_tiles<gemm_kernel, pixels, vectors, rectifier>(panel, output)
-                           : gemm_u8_tiles<gemm_kernel, pixels, vectors, requantizer>(panel, output);
-}
-
-/// The sum of one pixel and one output.
+/// Computes the sum of one pixel and one output.
 [[gnu::always_inline]] inline std::int32_t single_output_sum(const gemm_u8_weights& weights, const std::uint8_t* const* segments,
                                                              std::size_t offset) {
     __m256i sums = _mm256_setzero_si256();
@@ -178,34 +183,9 @@ inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uin
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
     if (weights.is_single_output()) return gemm_u8_single_output(weights, segments, pixel_stride, pixels, result);
-    const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_max_vectors);
-    gemm_panel panel{segments,
-                     weights.segments,
-                     pixel_stride,
-                     pixels,
-                     weights.order.data(),
-                     weights.narrow.data(),
-                     weights.bias.data(),
-                     result,
-                     weights.outputs,
-                     0};
-    std::size_t rest = weights.outputs;
-    for (std::size_t i = 0; i < cut.panels; ++i) {
-        const std::size_t vectors = cut.vectors_in(i), lanes = vectors * gemm_lanes;
-        panel.held = rest < lanes ? rest : lanes;
-        if (vectors == 1)
-            gemm_u8_panel<8, 1>(panel, weights.fast);
-        else
-            gemm_u8_panel<4, 2>(panel, weights.fast);
-        rest -= panel.held;
-        panel.bias += lanes;
-        panel.result += panel.held;
-        for (std::size_t s = 0; s < weights.segments; ++s) {
-            const std::size_t terms = 2 * panel.order[0] + panel.order[1];
-            panel.order += 2 + terms;
-            panel.weights += terms * lanes * gemm_group;
-        }
-    }
+    gemm_u8_panels<rectifier, requantizer>(weights.outputs, weights.fast,
+                                           {segments, weights.segments, pixel_stride, pixels, weights.order.data(),
+                                            weights.narrow.data(), weights.bias.data(), result, weights.outputs});
 }
 
 LDI_END_TARGET

@@ -1,7 +1,7 @@
 // Packs weights for gemm_u8/avx2.hpp.
 //
 // 16-bit sums saturate, but not for small weights (detail/unsaturated_pairs.hpp). Most weights are so small that the products of
-// two groups of four inputs fit into one 16-bit sum before it is widened. For each panel of 16 outputs, this header finds groups
+// two groups of four inputs fit in one 16-bit sum before it is widened. For each panel of 16 outputs, this header finds groups
 // that can share a sum, and weights that must be split in two.
 #pragma once
 
@@ -18,10 +18,11 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
-inline constexpr std::size_t gemm_lanes = 8, gemm_max_vectors = 2;
+inline constexpr std::size_t gemm_lanes = 8, gemm_max_vectors = 2, gemm_tile_pixels[] = {8, 4};
 using detail::gemm_group;
 
-/// A single output would use one lane of 8: its weights lie as the inputs do, segment by segment in whole vectors.
+/// Packs the weights of a single output, which would fill one of 8 lanes, in the order of the inputs, each segment padded to
+/// whole vectors.
 inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     const std::size_t padded = (packed.inputs + 15) / 16 * 16;
@@ -31,16 +32,16 @@ inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uin
                 i < packed.inputs ? sign * (weights[s * packed.inputs + i] - int{weight_zero_point}) : 0));
 }
 
-/// Weights of four inputs for the outputs of a panel, none of which can saturate a sum; several make up one group's.
+/// Weights of four inputs for the outputs of a panel that cannot saturate a sum. A group is the sum of one or more terms.
 struct gemm_term {
     static constexpr std::size_t max_weights = gemm_max_vectors * gemm_lanes * gemm_group;
 
     std::uint32_t first_input = 0;
-    int heaviest = 0;                       ///< of `load`
+    int heaviest = 0;                       ///< maximum of `load`
     std::int8_t weights[max_weights] = {};  ///< outputs x 4
-    std::uint8_t load[max_weights] = {};    ///< half of what meets in each 16-bit sum: outputs x 2 x (positive, negative)
+    std::uint8_t load[max_weights] = {};    ///< half of the weights in each 16-bit sum: outputs x 2 x (positive, negative)
 
-    /// Whether no sum could saturate if the products of both met in it, eight of them at a time.
+    /// Whether the products of both terms can share their 16-bit sums. Compares eight bytes at a time.
     bool fits(const gemm_term& other) const {
         constexpr std::uint64_t most = 64, each = 0x0101010101010101;
         for (std::size_t i = 0; i < max_weights; i += 8) {
@@ -52,7 +53,9 @@ struct gemm_term {
     }
 };
 
-/// Splits `rest`, the weights of one group, outputs x 4.
+/// Splits the weights of one group into terms.
+///
+/// rest  outputs x 4
 inline void split_group(std::span<int> rest, std::size_t first_input, buffer<gemm_term>& terms) {
     bool is_empty = false;
     while (!is_empty) {
@@ -77,13 +80,13 @@ inline void split_group(std::span<int> rest, std::size_t first_input, buffer<gem
     }
 }
 
-/// An order of the terms that begins with pairs that may share their sums, and the number of these pairs.
+/// An order of the terms that starts with pairs that share their sums, and the number of these pairs.
 struct paired_terms {
     buffer<const gemm_term*> order;
     std::size_t pairs = 0;
 
     explicit paired_terms(const buffer<gemm_term>& terms) {
-        buffer<const gemm_term*> rest, singles;  // the lightest last
+        buffer<const gemm_term*> rest, singles;  // sorted by descending weight
         for (const gemm_term& term : terms) rest.push_back(&term);
         stable_sort(rest, [](const gemm_term* a, const gemm_term* b) { return a->heaviest > b->heaviest; });
         for (std::size_t i = 0; i < rest.size(); ++i) {
@@ -101,7 +104,7 @@ struct paired_terms {
     }
 
 private:
-    /// `i` if there is none among the lightest, which are the likeliest.
+    /// Searches the lightest terms, the most likely to fit; returns `i` if none does.
     static std::size_t find_partner(const buffer<const gemm_term*>& rest, std::size_t i) {
         constexpr std::size_t tries = 8;
         for (std::size_t t = 0; t < tries && rest.size() - 1 - t > i; ++t)
@@ -110,8 +113,8 @@ private:
     }
 };
 
-/// Panel by panel, segment by segment: in `order` the number of pairs of terms and of single terms and the first input of each;
-/// in `narrow` vectors of 8 outputs x 4 inputs, all of one term, then all of the next.
+/// Packs weights panel by panel, segment by segment. `order` gets the number of pairs of terms, the number of single terms, and
+/// the first input of each term. `narrow` gets vectors of 8 outputs x 4 inputs, term by term.
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     if (packed.is_single_output()) return pack_single_output(packed, weights, weight_zero_point);
     const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_max_vectors);

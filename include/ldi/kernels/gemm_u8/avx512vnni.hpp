@@ -1,7 +1,8 @@
 // kernels/gemm_u8.hpp with vpdpbusd, which adds four products of a byte and a signed byte to each of 16 sums, exactly.
 //
-// An instruction takes 5 cycles (Intel) or 4 (Zen 4), and two can start per cycle: at least 10 independent sums hide the latency.
-// Tiles have 12 to 16. A tile of 4 pixels and 4 vectors makes 8 loads for 16 multiplications; larger tiles are no faster.
+// An instruction has a latency of 5 cycles (Intel) or 4 (Zen 4), and two can start per cycle: at least 10 independent sums hide
+// the latency. Tiles have 12 to 16 sums. A tile of 4 pixels and 4 vectors costs 8 loads for 16 multiplications; larger tiles are
+// not faster.
 #pragma once
 
 #include <ldi/kernels/detail/lanes_avx512vnni.hpp>
@@ -13,14 +14,16 @@
 #include <cstdint>
 #include <cstring>
 #include <span>
+#include <type_traits>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 
-inline constexpr std::size_t gemm_lanes = 16, gemm_max_vectors = 4;
+inline constexpr std::size_t gemm_lanes = 16, gemm_max_vectors = 4, gemm_tile_pixels[] = {12, 6, 4, 4};
 using detail::gemm_group;
 
-/// Weights of a single output, which would fill one lane of 16: in the inputs' order, each segment padded to whole vectors.
+/// Packs the weights of a single output, which would fill one of 16 lanes, in the order of the inputs, each segment padded to
+/// whole vectors.
 inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     const std::size_t padded = (packed.inputs + 63) / 64 * 64;
@@ -38,15 +41,16 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 
-/// The arguments of gemm_u8() for one panel.
+/// Arguments of gemm_u8() for one panel.
 struct gemm_panel {
     const std::uint8_t* const* segments;
     std::size_t segment_count, groups, pixel_stride, pixels;
     const std::int8_t* weights;
     const std::int32_t* bias;
     std::uint8_t* result;
-    std::size_t outputs;  ///< distance between adjacent pixels' results
-    __mmask64 mask;       ///< the panel's existing outputs
+    std::size_t outputs, held = 0;  ///< outputs of the layer; outputs of the panel
+
+    void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
 };
 
 [[gnu::always_inline]] inline __m512i spread_four(const std::uint8_t* inputs) {
@@ -55,7 +59,7 @@ struct gemm_panel {
     return _mm512_set1_epi32(four);
 }
 
-/// With `half`, only the first 8 sums: a 512-bit vector occupies Zen 4's units for two cycles.
+/// With `half`, computes only the first 8 sums: a 512-bit vector occupies Zen 4's units for two cycles.
 template <bool half>
 [[gnu::always_inline]] inline __m512i multiply_add(__m512i sums, __m512i inputs, __m512i weights) {
     if constexpr (half)
@@ -71,7 +75,7 @@ template <bool last_is_half, std::size_t... v>
     ((sums[v] = multiply_add < last_is_half && v + 1 == sizeof...(v) > (sums[v], inputs, weights[v])), ...);
 }
 
-/// Four inputs of every pixel times all vectors of weights.
+/// Multiply-adds four inputs of every pixel and all vectors of weights.
 template <bool last_is_half, std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...>, std::index_sequence<v...> vectors, __m512i* sums,
                                                 const std::uint8_t* inputs, std::size_t stride, const std::int8_t* weights) {
@@ -108,7 +112,7 @@ template <class Requantizer, std::size_t... i>
 }
 
 template <bool last_is_half>
-struct gemm_kernel {
+struct gemm_kernel_of {
     template <class Requantizer, std::size_t... p, std::size_t... v>
     [[gnu::always_inline]] static void tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
                                             const gemm_panel& panel, const Requantizer& requantize, std::size_t first) {
@@ -131,24 +135,17 @@ struct gemm_kernel {
         if constexpr (can_fill)
             if (panel.outputs == sizeof...(v) * gemm_lanes)
                 return store_filled(std::make_index_sequence<sizeof...(p) * sizeof...(v) / 4>{}, sums, requantize, result);
-        (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, panel.mask, result + p * panel.outputs), ...);
+        (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, first_bytes(panel.held), result + p * panel.outputs),
+         ...);
     }
 };
 
+using gemm_kernel = gemm_kernel_of<false>;
+using gemm_half_kernel = gemm_kernel_of<true>;
+
 #include <ldi/kernels/gemm_u8/generic/walk.hpp>
 
-template <std::size_t pixels, std::size_t vectors>
-inline void gemm_u8_panel(const gemm_panel& panel, std::size_t outputs, const float_requantization& output) {
-    const bool last_is_half = outputs <= vectors * gemm_lanes - gemm_lanes / 2;
-    if (output.zero_point == 0)
-        last_is_half ? gemm_u8_tiles<gemm_kernel<true>, pixels, vectors, rectifier>(panel, output)
-                     : gemm_u8_tiles<gemm_kernel<false>, pixels, vectors, rectifier>(panel, output);
-    else
-        last_is_half ? gemm_u8_tiles<gemm_kernel<true>, pixels, vectors, requantizer>(panel, output)
-                     : gemm_u8_tiles<gemm_kernel<false>, pixels, vectors, requantizer>(panel, output);
-}
-
-/// 16 partial sums of one pixel and one output.
+/// Computes 16 partial sums of one pixel and one output.
 [[gnu::always_inline]] inline __m512i single_output_sums(const gemm_u8_weights& weights, const std::uint8_t* const* segments,
                                                          std::size_t offset) {
     __m512i sums = _mm512_setzero_si512();
@@ -174,7 +171,7 @@ inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uin
         alignas(64) std::int32_t sums[16] = {};
         for (std::size_t i = 0; i < 16 && first + i < pixels; i += 4) {
             __m128i four[4];
-            for (std::size_t p = 0; p < 4; ++p) {  // repeats the last pixel
+            for (std::size_t p = 0; p < 4; ++p) {  // repeats the last pixel at the end
                 const std::size_t pixel = first + i + p < pixels ? first + i + p : pixels - 1;
                 four[p] = add_quarters(single_output_sums(weights, segments, pixel * pixel_stride));
             }
@@ -191,25 +188,9 @@ inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uin
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
     if (weights.is_single_output()) return gemm_u8_single_output(weights, segments, pixel_stride, pixels, result);
-    const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_max_vectors);
-    const std::size_t groups = detail::groups_of_four(weights.inputs);
-    gemm_panel panel{segments, weights.segments, groups, pixel_stride, pixels, weights.narrow.data(), weights.bias.data(),
-                     result,   weights.outputs,  0};
-    std::size_t rest = weights.outputs;
-    for (std::size_t i = 0; i < cut.panels; ++i) {
-        const std::size_t vectors = cut.vectors_in(i), held = vectors * gemm_lanes, outputs = rest < held ? rest : held;
-        panel.mask = first_bytes(outputs);
-        switch (vectors) {
-            case 1: gemm_u8_panel<12, 1>(panel, outputs, weights.fast); break;
-            case 2: gemm_u8_panel<6, 2>(panel, outputs, weights.fast); break;
-            case 3: gemm_u8_panel<4, 3>(panel, outputs, weights.fast); break;
-            default: gemm_u8_panel<4, 4>(panel, outputs, weights.fast); break;
-        }
-        rest -= outputs;
-        panel.weights += weights.segments * groups * held * gemm_group;
-        panel.bias += held;
-        panel.result += held;
-    }
+    gemm_u8_panels<rectifier, requantizer>(weights.outputs, weights.fast,
+                                           {segments, weights.segments, detail::groups_of_four(weights.inputs), pixel_stride,
+                                            pixels, weights.narrow.data(), weights.bias.data(), result, weights.outputs});
 }
 
 LDI_END_TARGET

@@ -1,8 +1,8 @@
 // kernels/gemm_u8.hpp with AVX-VNNI's vpdpbusd, which adds four products of a byte and a signed byte to each of 8 sums, exactly:
-// 32 products an instruction, where AVX2 makes 64 with five.
+// 32 products per instruction, compared to 64 with five instructions of AVX2.
 //
-// An instruction takes 5 cycles, and two can start per cycle (Alder Lake): at least 10 independent sums hide the latency. Tiles
-// have 12, which with two vectors of weights and one of inputs leaves one of the 16 registers.
+// An instruction has a latency of 5 cycles, and two can start per cycle (Alder Lake): at least 10 independent sums hide the
+// latency. Tiles have 12 sums, which with two vectors of weights and one of inputs leaves one of the 16 registers free.
 #pragma once
 
 #include <ldi/kernels/gemm_u8/avx2.hpp>
@@ -13,11 +13,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <type_traits>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx_vnni {
 
-inline constexpr std::size_t gemm_lanes = 8, gemm_max_vectors = 2;
+inline constexpr std::size_t gemm_lanes = 8, gemm_max_vectors = 2, gemm_tile_pixels[] = {12, 6};
 using detail::gemm_group;
 
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
@@ -27,14 +28,16 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
 
 LDI_BEGIN_TARGET(LDI_AVX_VNNI_FEATURES)
 
-/// The arguments of gemm_u8() for one panel.
+/// Arguments of gemm_u8() for one panel.
 struct gemm_panel {
     const std::uint8_t* const* segments;
     std::size_t segment_count, groups, pixel_stride, pixels;
     const std::int8_t* weights;
     const std::int32_t* bias;
     std::uint8_t* result;
-    std::size_t outputs, held;  ///< of the layer; of the panel
+    std::size_t outputs, held = 0;  ///< outputs of the layer; outputs of the panel
+
+    void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
 };
 
 template <std::size_t... v>
@@ -43,7 +46,7 @@ template <std::size_t... v>
     ((sums[v] = _mm256_dpbusd_avx_epi32(sums[v], inputs, weights[v])), ...);
 }
 
-/// Four inputs of every pixel times all vectors of weights.
+/// Multiply-adds four inputs of every pixel and all vectors of weights.
 template <std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...>, std::index_sequence<v...> vectors, __m256i* sums,
                                                 const std::uint8_t* inputs, std::size_t stride, const __m256i* weights) {
@@ -75,33 +78,16 @@ struct gemm_kernel {
     }
 };
 
-#include <ldi/kernels/gemm_u8/generic/walk.hpp>
+using gemm_half_kernel = gemm_kernel;
 
-template <std::size_t pixels, std::size_t vectors>
-inline void gemm_u8_panel(const gemm_panel& panel, const float_requantization& output) {
-    output.zero_point == 0 ? gemm_u8_tiles<gemm_kernel, pixels, vectors, avx2::rectifier>(panel, output)
-                           : gemm_u8_tiles<gemm_kernel, pixels, vectors, avx2::requantizer>(panel, output);
-}
+#include <ldi/kernels/gemm_u8/generic/walk.hpp>
 
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
-    const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_max_vectors);
-    const std::size_t groups = detail::groups_of_four(weights.inputs);
-    gemm_panel panel{segments, weights.segments, groups, pixel_stride, pixels, weights.narrow.data(), weights.bias.data(),
-                     result,   weights.outputs,  0};
-    std::size_t rest = weights.outputs;
-    for (std::size_t i = 0; i < cut.panels; ++i) {
-        const std::size_t vectors = cut.vectors_in(i), lanes = vectors * gemm_lanes;
-        panel.held = rest < lanes ? rest : lanes;
-        if (vectors == 1)
-            gemm_u8_panel<12, 1>(panel, weights.fast);
-        else
-            gemm_u8_panel<6, 2>(panel, weights.fast);
-        rest -= panel.held;
-        panel.weights += weights.segments * groups * lanes * gemm_group;
-        panel.bias += lanes;
-        panel.result += panel.held;
-    }
+    gemm_u8_panels<avx2::rectifier, avx2::requantizer>(
+        weights.outputs, weights.fast,
+        {segments, weights.segments, detail::groups_of_four(weights.inputs), pixel_stride, pixels, weights.narrow.data(),
+         weights.bias.data(), result, weights.outputs});
 }
 
 LDI_END_TARGET

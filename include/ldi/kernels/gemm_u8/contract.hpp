@@ -13,47 +13,51 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The weights of one layer in the order that gemm_u8() reads them. Only pack_gemm_u8() makes valid ones.
+/// The weights of one layer in the order in which gemm_u8() reads them. Valid only if pack_gemm_u8() made them.
 struct gemm_u8_weights {
     static constexpr std::size_t max_segments = 7;
 
     isa target = isa::scalar;
     std::size_t segments = 1, inputs = 0, outputs = 0;
-    buffer<std::int16_t> wide;    ///< scalar, WebAssembly, a single output with AVX2: weight minus its zero point
-    buffer<std::int8_t> narrow;   ///< AVX2, VNNI: the same, or its negative, see `fast`; NEON: see `output`
-    buffer<std::uint32_t> order;  ///< AVX2: the order of the inputs
-    buffer<std::int32_t> bias;    ///< zero points folded in; padded with zeros to whole vectors
-    requantization output;        ///< NEON: its multiplier is negated where `narrow` and `bias` are
-    /// Not used by scalar and NEON; negated where `narrow` and `bias` are. On WebAssembly the constants of an
-    /// unfused_requantization.
+    buffer<std::int16_t> wide;  ///< scalar, WebAssembly, a single output with AVX2: weight minus its zero point
+    /// AVX2, VNNI: weight minus its zero point, or the negative of it (see `fast`); NEON: see `output`
+    buffer<std::int8_t> narrow;
+    /// AVX2, for each segment of each panel: the number of pairs of terms, the number of single terms, and the first input of
+    /// each term
+    buffer<std::uint32_t> order;
+    buffer<std::int32_t> bias;  ///< zero points folded in; padded with zeros to whole vectors
+    requantization output;      ///< NEON: the multiplier is negated if `narrow` and `bias` are
+    /// Negated if `narrow` and `bias` are. On WebAssembly, the constants of an unfused_requantization. Unused by scalar and
+    /// NEON.
     float_requantization fast;
 
-    /// Whether the lanes hold inputs instead of outputs: for one output and enough inputs to fill a vector.
+    /// Whether lanes contain inputs instead of outputs: for a single output with enough inputs to fill a vector.
     bool is_single_output() const { return outputs == 1 && inputs >= 64; }
 };
 
 /// One instruction set's kernel: a row of `gemm_u8_kernels`.
 struct gemm_u8_kernel {
     isa set;
-    std::size_t min_outputs;  ///< with fewer, lanes are empty, and the set that stands in for this one is faster
-    /// Appends to `wide`, `narrow` and `order` whatever run() reads; the caller has set all other members. As pack_gemm_u8() of
-    /// kernels/gemm_u8.hpp.
+    /// with fewer outputs, the kernel of `otherwise` (kernels/isa.hpp) is faster, because lanes stay empty
+    std::size_t min_outputs;
+    /// Appends to `wide`, `narrow` and `order` the data that run() reads; the caller has set all other members. See
+    /// pack_gemm_u8() of kernels/gemm_u8.hpp.
     void (*pack)(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point);
-    /// As gemm_u8() of kernels/gemm_u8.hpp.
+    /// Same parameters as gemm_u8() of kernels/gemm_u8.hpp.
     void (*run)(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride, std::size_t pixels,
                 std::uint8_t* result);
 };
 
 namespace detail {
 
-/// Inputs per instruction of VNNI and NEON.
+/// Number of inputs that one VNNI or NEON instruction multiplies per output.
 inline constexpr std::size_t gemm_group = 4;
 
 /// Number of groups of four inputs, rounded up.
 constexpr std::size_t groups_of_four(std::size_t inputs) { return (inputs + gemm_group - 1) / gemm_group; }
 
-/// Panel by panel, segment by segment, four inputs by four inputs: vectors of `lanes` outputs x 4 inputs, zero where there are
-/// none.
+/// Appends weights panel by panel, segment by segment, in groups of four inputs: vectors of `lanes` outputs x 4 inputs, padded
+/// with zeros.
 ///
 /// sign  -1 for negated weights
 inline void append_groups_of_four(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, int weight_zero_point, int sign,
@@ -75,7 +79,7 @@ inline void append_groups_of_four(gemm_u8_weights& packed, std::span<const std::
     }
 }
 
-/// Sets `bias` so that sums of `input * (weight - zero point)` start from it.
+/// Folds the zero points into `bias`, the start value of each sum of `input * (weight - zero point)`.
 inline void fold_zero_points(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
                              std::span<const std::int32_t> bias, std::uint8_t input_zero_point) {
     constexpr std::size_t largest_vector = 16;

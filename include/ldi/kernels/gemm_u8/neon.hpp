@@ -1,8 +1,8 @@
 // kernels/gemm_u8.hpp with sdot, which adds four products of signed bytes to each of 4 sums, exactly.
 //
-// One load fetches sixteen inputs of a pixel; sdot by lane multiplies four of them by the weights of 4 outputs, so no instruction
-// broadcasts. The largest tile, 6 pixels by 4 vectors, keeps its sums in 24 of the 32 registers. Per 96 sdot (1536 products) it
-// loads 22 times and converts 6 vectors to signed: 12 products per instruction, where sdot alone has 16.
+// One load fetches sixteen inputs of a pixel. sdot by lane multiplies four of them by the weights of 4 outputs, so no
+// instruction broadcasts. The largest tile, 6 pixels by 4 vectors, keeps its sums in 24 of the 32 registers. Per 96 sdot (1536
+// products) it loads 22 vectors and converts 6 to signed: 12 products per instruction, compared to 16 for sdot alone.
 #pragma once
 
 #include <ldi/kernels/detail/lanes_neon.hpp>
@@ -14,11 +14,12 @@
 #include <cstdint>
 #include <cstring>
 #include <span>
+#include <type_traits>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace neon {
 
-inline constexpr std::size_t gemm_lanes = 4, gemm_max_vectors = 4;
+inline constexpr std::size_t gemm_lanes = 4, gemm_max_vectors = 4, gemm_tile_pixels[] = {12, 8, 7, 6};
 using detail::gemm_group;
 
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
@@ -35,12 +36,19 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 
-struct gemm_tile_input {
+/// Arguments of gemm_u8() for one panel.
+struct gemm_panel {
     const std::uint8_t* const* segments;
-    std::size_t segment_count, groups, pixel_stride;
+    std::size_t segment_count, groups, pixel_stride, pixels;
+    const std::int8_t* weights;
+    const std::int32_t* bias;
+    std::uint8_t* result;
+    std::size_t outputs, held = 0;  ///< outputs of the layer; outputs of the panel
+
+    void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
 };
 
-/// 4, 8 or 16 inputs, in the first lanes.
+/// Loads 4, 8 or 16 inputs into the first lanes.
 template <std::size_t groups>
 [[gnu::always_inline]] inline int8x16_t load_inputs(const std::uint8_t* from) {
     if constexpr (groups == 4) return to_signed(vld1q_u8(from));
@@ -56,14 +64,14 @@ template <int group, std::size_t... p>
     ((sums[p * vectors] = add_products_with<group>(sums[p * vectors], weights, inputs[p])), ...);
 }
 
-/// Four inputs of every pixel, one vector of weights after another, so that the weights need one register.
+/// Multiply-adds four inputs of every pixel. Loads one vector of weights at a time, so that weights occupy one register.
 template <int group, std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...> pixels, std::index_sequence<v...>, int32x4_t* sums,
                                                 const std::int8_t* weights, const int8x16_t* inputs) {
     (multiply_add<group>(pixels, sums + v, sizeof...(v), load(weights + (group * sizeof...(v) + v) * 16), inputs), ...);
 }
 
-/// Four inputs of every pixel for each group.
+/// Multiply-adds sizeof...(group) groups of four inputs for every pixel.
 template <int... group, std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void multiply_add(std::integer_sequence<int, group...>, std::index_sequence<p...> pixels,
                                                 std::index_sequence<v...> vectors, int32x4_t* sums, const std::int8_t*& weights,
@@ -86,70 +94,38 @@ template <std::size_t vectors, class Requantizer>
     store_first(result, requantize(sums[0], sums[b], sums[c], sums[d]), held);
 }
 
-template <class Requantizer, std::size_t... p, std::size_t... v>
-inline void gemm_u8_tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors, const gemm_tile_input& input,
-                         std::size_t first_pixel, const std::int8_t* weights, const std::int32_t* bias,
-                         const Requantizer& requantize, std::size_t outputs, std::size_t held, std::uint8_t* result) {
-    int32x4_t sums[sizeof...(p) * sizeof...(v)];
-    const int32x4_t start[] = {load(bias + v * gemm_lanes)...};
-    (copy(vectors, sums + p * sizeof...(v), start), ...);
-    const std::size_t stride = input.pixel_stride;
-    for (std::size_t s = 0; s < input.segment_count; ++s) {
-        const std::uint8_t* x = input.segments[s] + first_pixel * stride;
-        for (std::size_t g = input.groups / 4; g > 0; --g)
-            multiply_add(std::make_integer_sequence<int, 4>{}, pixels, vectors, sums, weights, x, stride);
-        if (input.groups % 4 >= 2) multiply_add(std::make_integer_sequence<int, 2>{}, pixels, vectors, sums, weights, x, stride);
-        if (input.groups % 2 == 1) multiply_add(std::make_integer_sequence<int, 1>{}, pixels, vectors, sums, weights, x, stride);
-    }
-    (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, held, result + p * outputs), ...);
-}
-
-template <std::size_t pixels, std::size_t vectors, class Requantizer>
-inline void gemm_u8_panel(const gemm_tile_input& input, std::size_t count, const std::int8_t* weights, const std::int32_t* bias,
-                          const Requantizer& requantize, std::size_t outputs, std::size_t held, std::uint8_t* result) {
-    constexpr std::make_index_sequence<pixels> tile{};
-    constexpr std::make_index_sequence<vectors> wide{};
-    std::size_t p = 0;
-    for (; p + pixels <= count; p += pixels)
-        gemm_u8_tile(tile, wide, input, p, weights, bias, requantize, outputs, held, result + p * outputs);
-    if (p < count && count >= pixels) {  // the last tile overlaps the one before it
-        p = count - pixels;
-        gemm_u8_tile(tile, wide, input, p, weights, bias, requantize, outputs, held, result + p * outputs);
-        return;
-    }
-    for (; p < count; ++p)
-        gemm_u8_tile(std::index_sequence<0>{}, wide, input, p, weights, bias, requantize, outputs, held, result + p * outputs);
-}
-
-template <class Requantizer>
-inline void gemm_u8(const gemm_u8_weights& weights, const Requantizer& requantize, const std::uint8_t* const* segments,
-                    std::size_t pixel_stride, std::size_t pixels, std::uint8_t* result) {
-    const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_max_vectors);
-    const gemm_tile_input input{segments, weights.segments, detail::groups_of_four(weights.inputs), pixel_stride};
-    const std::int8_t* values = weights.narrow.data();
-    std::size_t first = 0;
-    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
-        const std::size_t vectors = cut.vectors_in(panel), outputs = weights.outputs;
-        const std::int32_t* const bias = weights.bias.data() + first;
-        const std::size_t all = vectors * gemm_lanes, held = outputs - first < all ? outputs - first : all;
-        std::uint8_t* const to = result + first;
-        switch (vectors) {
-            case 1: gemm_u8_panel<12, 1>(input, pixels, values, bias, requantize, outputs, held, to); break;
-            case 2: gemm_u8_panel<8, 2>(input, pixels, values, bias, requantize, outputs, held, to); break;
-            case 3: gemm_u8_panel<7, 3>(input, pixels, values, bias, requantize, outputs, held, to); break;
-            default: gemm_u8_panel<6, 4>(input, pixels, values, bias, requantize, outputs, held, to); break;
+struct gemm_kernel {
+    template <class Requantizer, std::size_t... p, std::size_t... v>
+    [[gnu::always_inline]] static void tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
+                                            const gemm_panel& panel, const Requantizer& requantize, std::size_t first) {
+        int32x4_t sums[sizeof...(p) * sizeof...(v)];
+        const int32x4_t start[] = {load(panel.bias + v * gemm_lanes)...};
+        (copy(vectors, sums + p * sizeof...(v), start), ...);
+        const std::int8_t* weights = panel.weights;
+        const std::size_t stride = panel.pixel_stride;
+        for (std::size_t s = 0; s < panel.segment_count; ++s) {
+            const std::uint8_t* x = panel.segments[s] + first * stride;
+            for (std::size_t g = panel.groups / 4; g > 0; --g)
+                multiply_add(std::make_integer_sequence<int, 4>{}, pixels, vectors, sums, weights, x, stride);
+            if (panel.groups % 4 >= 2)
+                multiply_add(std::make_integer_sequence<int, 2>{}, pixels, vectors, sums, weights, x, stride);
+            if (panel.groups % 2 == 1)
+                multiply_add(std::make_integer_sequence<int, 1>{}, pixels, vectors, sums, weights, x, stride);
         }
-        first += all;
-        values += input.segment_count * input.groups * all * gemm_group;
+        std::uint8_t* const result = panel.result + first * panel.outputs;
+        (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, panel.held, result + p * panel.outputs), ...);
     }
-}
+};
+using gemm_half_kernel = gemm_kernel;
+
+#include <ldi/kernels/gemm_u8/generic/walk.hpp>
 
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
-    if (weights.output.zero_point == 0)
-        gemm_u8(weights, relu_requantizer(weights.output), segments, pixel_stride, pixels, result);
-    else
-        gemm_u8(weights, requantizer(weights.output), segments, pixel_stride, pixels, result);
+    gemm_u8_panels<relu_requantizer, requantizer>(
+        weights.outputs, weights.output,
+        {segments, weights.segments, detail::groups_of_four(weights.inputs), pixel_stride, pixels, weights.narrow.data(),
+         weights.bias.data(), result, weights.outputs});
 }
 
 LDI_END_TARGET

@@ -10,7 +10,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 
-/// Outputs whose weights lie side by side for each input, so that compilers vectorize the loop over them.
+/// Number of outputs whose weights are adjacent for each input, so that compilers vectorize the loop over them.
 inline constexpr std::size_t gemm_panel = 8;
 
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
@@ -22,7 +22,7 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
                 static_cast<std::int16_t>(weights[o * inputs + i] - weight_zero_point);
 }
 
-/// The sums of `pixels` pixels with one panel of weights, requantized.
+/// Computes `pixels` pixels with one panel of weights, requantized.
 template <std::size_t pixels>
 inline void gemm_u8_tile(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t first_pixel,
                          std::size_t pixel_stride, std::size_t first_output, std::uint8_t* result) {

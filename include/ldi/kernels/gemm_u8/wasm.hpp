@@ -1,7 +1,7 @@
 // kernels/gemm_u8.hpp with i32x4.dot_i16x8_s, which adds two products of 16 bits to each of 4 sums, exactly.
 //
-// The kernel first widens as many pixels as fit the first-level cache to 16 bits. A load then broadcasts two inputs, which the
-// panel's vectors share. V8 allocates 15 registers and moves loads to the front: 8 sums, 2 vectors of weights, 4 of inputs.
+// The kernel first widens to 16 bits as many pixels as fit in the first-level cache. A load then broadcasts two inputs, which
+// the panel's vectors share. V8 allocates 15 registers and moves loads to the front: 8 sums, 2 vectors of weights, 4 of inputs.
 #pragma once
 
 #include <ldi/kernels/detail/lanes_wasm.hpp>
@@ -13,14 +13,16 @@
 #include <cstdint>
 #include <cstring>
 #include <span>
+#include <type_traits>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 
-inline constexpr std::size_t gemm_lanes = 4, gemm_max_vectors = 2, gemm_tile = 4, gemm_group = 2;
-inline constexpr std::size_t gemm_widened = 4 * detail::max_unfused_inputs;  // values at a time
+inline constexpr std::size_t gemm_lanes = 4, gemm_max_vectors = 2, gemm_tile_pixels[] = {4, 4}, gemm_group = 2;
+inline constexpr std::size_t gemm_widened = 4 * detail::max_unfused_inputs;  // values widened at a time
 
-/// Weights of a single output, which would fill one lane of 4: in the inputs' order, each segment padded to whole vectors.
+/// Packs the weights of a single output, which would fill one of 4 lanes, in the order of the inputs, each segment padded to
+/// whole vectors.
 inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const std::size_t padded = (packed.inputs + 7) / 8 * 8;
     for (std::size_t s = 0; s < packed.segments; ++s)
@@ -29,7 +31,7 @@ inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uin
                 static_cast<std::int16_t>(i < packed.inputs ? weights[s * packed.inputs + i] - int{weight_zero_point} : 0));
 }
 
-/// Panel by panel, segment by segment, two inputs by two inputs, vector by vector: of 4 outputs both inputs.
+/// Packs weights panel by panel, segment by segment, in pairs of inputs: vectors of 4 outputs x 2 inputs.
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     if (packed.is_single_output()) return pack_single_output(packed, weights, weight_zero_point);
     const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_max_vectors);
@@ -49,7 +51,7 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
     }
 }
 
-/// Some pixels in 16 bits.
+/// Pixels widened to 16 bits.
 struct widened_pixels {
     std::int16_t values[gemm_widened];
     std::size_t segment_count, segment_stride, pixel_stride, pairs, most;
@@ -57,11 +59,11 @@ struct widened_pixels {
     widened_pixels(const gemm_u8_weights& weights, std::size_t input_stride)
         : segment_count(weights.segments),
           segment_stride(gemm_widened / weights.segments),
-          // Keeps overlapping and adjacent windows as they are.
+          // Overlapping and adjacent windows keep their distance.
           pixel_stride(input_stride <= weights.inputs ? input_stride : weights.inputs),
           pairs((weights.inputs + gemm_group - 1) / gemm_group) {
         const std::size_t fit = (segment_stride - weights.inputs - 1) / pixel_stride + 1;
-        most = fit < gemm_tile ? fit : fit / gemm_tile * gemm_tile;
+        most = fit < gemm_tile_pixels[0] ? fit : fit / gemm_tile_pixels[0] * gemm_tile_pixels[0];
     }
 
     void fill(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t input_stride, std::size_t first,
@@ -78,12 +80,16 @@ struct widened_pixels {
     }
 };
 
-/// The arguments of all tiles of some pixels and one panel.
+/// Arguments of gemm_u8() for some pixels and one panel.
 struct gemm_panel {
     const widened_pixels& input;
-    const gemm_u8_weights& weights;
-    const std::int16_t* values;
-    std::size_t first_output, held;
+    std::size_t pixels;
+    const std::int16_t* weights;
+    const std::int32_t* bias;
+    std::uint8_t* result;
+    std::size_t outputs, held = 0;  ///< outputs of the layer; outputs of the panel
+
+    void skip(std::size_t lanes) { weights += input.segment_count * input.pairs * lanes * gemm_group; }
 };
 
 template <std::size_t... v>
@@ -105,68 +111,47 @@ template <std::size_t vectors, bool positive>
     store_first(result, narrow(a, b, a, b), held);
 }
 
-template <std::size_t... p, std::size_t... v, bool positive>
-inline void gemm_u8_tile(std::index_sequence<p...>, std::index_sequence<v...> vectors, const gemm_panel& panel,
-                         std::size_t first_pixel, const requantizer<positive>& requantize, std::uint8_t* result) {
-    v128_t sums[sizeof...(p) * sizeof...(v)];
-    const std::int32_t* const bias = panel.weights.bias.data() + panel.first_output;
-    const v128_t start[] = {wasm_v128_load(bias + v * gemm_lanes)...};
-    (copy(vectors, sums + p * sizeof...(v), start), ...);
-    const widened_pixels& input = panel.input;
-    const std::int16_t* weights = panel.values;
-    const std::size_t stride = input.pixel_stride;
-    for (std::size_t s = 0; s < input.segment_count; ++s) {
-        const std::int16_t* x = input.values + s * input.segment_stride + first_pixel * stride;
-        for (std::size_t pair = 0; pair < input.pairs; ++pair) {
-            const v128_t w[] = {wasm_v128_load(weights + v * gemm_lanes * gemm_group)...};
-            (multiply_add(vectors, sums + p * sizeof...(v), x + p * stride, w), ...);
-            x += gemm_group;
-            weights += sizeof...(v) * gemm_lanes * gemm_group;
+struct gemm_kernel {
+    template <bool positive, std::size_t... p, std::size_t... v>
+    [[gnu::always_inline]] static void tile(std::index_sequence<p...>, std::index_sequence<v...> vectors, const gemm_panel& panel,
+                                            const requantizer<positive>& requantize, std::size_t first) {
+        v128_t sums[sizeof...(p) * sizeof...(v)];
+        const v128_t start[] = {wasm_v128_load(panel.bias + v * gemm_lanes)...};
+        (copy(vectors, sums + p * sizeof...(v), start), ...);
+        const widened_pixels& input = panel.input;
+        const std::int16_t* weights = panel.weights;
+        const std::size_t stride = input.pixel_stride;
+        for (std::size_t s = 0; s < input.segment_count; ++s) {
+            const std::int16_t* x = input.values + s * input.segment_stride + first * stride;
+            for (std::size_t pair = 0; pair < input.pairs; ++pair) {
+                const v128_t w[] = {wasm_v128_load(weights + v * gemm_lanes * gemm_group)...};
+                (multiply_add(vectors, sums + p * sizeof...(v), x + p * stride, w), ...);
+                x += gemm_group;
+                weights += sizeof...(v) * gemm_lanes * gemm_group;
+            }
         }
+        std::uint8_t* const result = panel.result + first * panel.outputs;
+        (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, panel.held, result + p * panel.outputs), ...);
     }
-    (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, panel.held, result + p * panel.weights.outputs), ...);
-}
+};
+using gemm_half_kernel = gemm_kernel;
 
-template <std::size_t vectors, bool positive>
-inline void gemm_u8_panel(const gemm_panel& panel, std::size_t count, std::uint8_t* result) {
-    constexpr std::make_index_sequence<gemm_tile> tile{};
-    constexpr std::make_index_sequence<vectors> wide{};
-    const requantizer<positive> requantize(panel.weights.fast);
-    const std::size_t outputs = panel.weights.outputs;
-    std::size_t p = 0;
-    for (; p + gemm_tile <= count; p += gemm_tile) gemm_u8_tile(tile, wide, panel, p, requantize, result + p * outputs);
-    if (p < count && count >= gemm_tile) {  // the last tile overlaps the one before it
-        p = count - gemm_tile;
-        gemm_u8_tile(tile, wide, panel, p, requantize, result + p * outputs);
-        return;
-    }
-    for (; p < count; ++p) gemm_u8_tile(std::index_sequence<0>{}, wide, panel, p, requantize, result + p * outputs);
-}
+#include <ldi/kernels/gemm_u8/generic/walk.hpp>
 
-inline void gemm_u8_panels(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
-                           std::size_t pixels, std::uint8_t* result) {
-    static constexpr void (*panel_functions[2][gemm_max_vectors])(const gemm_panel&, std::size_t, std::uint8_t*) = {
-        {gemm_u8_panel<1, false>, gemm_u8_panel<2, false>}, {gemm_u8_panel<1, true>, gemm_u8_panel<2, true>}};
-    const auto& functions = panel_functions[weights.output.zero_point == 0];
-    const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_max_vectors);
+inline void gemm_u8_widened(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+                            std::size_t pixels, std::uint8_t* result) {
     widened_pixels input(weights, pixel_stride);
     for (std::size_t done = 0; done < pixels;) {
         const std::size_t count = pixels - done < input.most ? pixels - done : input.most;
         input.fill(weights, segments, pixel_stride, done, count);
-        gemm_panel panel{input, weights, weights.wide.data(), 0, 0};
-        for (std::size_t i = 0; i < cut.panels; ++i) {
-            const std::size_t vectors = cut.vectors_in(i), all = vectors * gemm_lanes,
-                              rest = weights.outputs - panel.first_output;
-            panel.held = rest < all ? rest : all;
-            functions[vectors - 1](panel, count, result + done * weights.outputs + panel.first_output);
-            panel.first_output += all;
-            panel.values += input.segment_count * input.pairs * all * gemm_group;
-        }
+        gemm_u8_panels<requantizer<true>, requantizer<false>>(
+            weights.outputs, weights.fast,
+            {input, count, weights.wide.data(), weights.bias.data(), result + done * weights.outputs, weights.outputs});
         done += count;
     }
 }
 
-/// The sum of one pixel and one output.
+/// Computes the sum of one pixel and one output.
 [[gnu::always_inline]] inline std::int32_t single_output_sum(const gemm_u8_weights& weights, const std::uint8_t* const* segments,
                                                              std::size_t offset) {
     v128_t sums = wasm_i32x4_splat(0);
@@ -201,8 +186,10 @@ inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uin
 
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
-    static constexpr auto kinds = {gemm_u8_panels, gemm_u8_single_output};
-    kinds.begin()[weights.is_single_output()](weights, segments, pixel_stride, pixels, result);
+    // a table, because Binaryen inlines functions with a single caller
+    static constexpr void (*kinds[])(const gemm_u8_weights&, const std::uint8_t* const*, std::size_t, std::size_t,
+                                     std::uint8_t*) = {gemm_u8_widened, gemm_u8_single_output};
+    kinds[weights.is_single_output()](weights, segments, pixel_stride, pixels, result);
 }
 
 }}}  // namespace ldi::wasm_simd128

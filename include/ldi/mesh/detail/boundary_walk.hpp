@@ -1,6 +1,6 @@
-// Walking along the boundaries of charts, and around the corners of pixels. Sides and corners of a pixel are numbered clockwise
-// from the top: side 0 is up, 1 right, 2 down, 3 left; side s runs from corner s to corner s + 1, so a chart lies to the right of
-// its boundary.
+// Walks along the boundaries of charts and around the corners of pixels. Sides and corners of a pixel are numbered clockwise
+// from the top: side 0 is up, 1 right, 2 down, 3 left; side s runs from corner s to corner s + 1, so a chart lies to the right
+// of its boundary.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -22,11 +22,13 @@ constexpr std::uint8_t side_bit(int s) { return static_cast<std::uint8_t>(1U << 
 constexpr std::int32_t heading_x(int s) { return s == 0 ? 1 : s == 2 ? -1 : 0; }
 constexpr std::int32_t heading_y(int s) { return s == 1 ? 1 : s == 3 ? -1 : 0; }
 
-/// The lattice point of corner c of a pixel.
+/// Lattice point of corner c of a pixel.
 inline std::int32_t corner_x(const graph_view& g, std::int32_t pixel, int c) { return g.x()[pixel] + (c == 1 || c == 2 ? 1 : 0); }
 inline std::int32_t corner_y(const graph_view& g, std::int32_t pixel, int c) { return g.y()[pixel] + (c >= 2 ? 1 : 0); }
 
-/// K bytes: bit s is set where side s of the pixel has no neighbor in the same chart. Pixels stand in canonical order.
+/// K bytes: bit s is set if side s of the pixel has no neighbor in the same chart.
+///
+/// g  in canonical order
 inline buffer<std::uint8_t> mark_boundary_sides(const graph_view& g, std::span<const std::int32_t> chart_of) {
     constexpr std::uint8_t up = side_bit(0), right = side_bit(1), down = side_bit(2), left = side_bit(3);
     const std::int32_t count = g.count();
@@ -35,8 +37,7 @@ inline buffer<std::uint8_t> mark_boundary_sides(const graph_view& g, std::span<c
     const std::int32_t *const g_right = g.right().data(), *const g_down = g.down().data();
     std::uint8_t* const bits = sides.data();
     const auto clear = [](std::uint8_t& byte, std::uint8_t bit) { byte = static_cast<std::uint8_t>(byte & ~bit); };
-    // Almost everywhere a stretch of pixels is an image row of one chart above another; such stretches need no
-    // branch per pixel.
+    // Most stretches are whole image rows of one chart above another; these need no branch per pixel.
     constexpr std::int32_t stretch = 16;
     std::int32_t i = 0;
     while (i < count) {
@@ -72,7 +73,7 @@ inline buffer<std::uint8_t> mark_boundary_sides(const graph_view& g, std::span<c
     return sides;
 }
 
-/// The pixels with a boundary side, ascending. Most pixels have none, so they are looked at by eights.
+/// Lists the pixels with a boundary side, ascending. Reads eight pixels at a time, because most have no boundary side.
 inline buffer<std::int32_t> pixels_with_boundary(const buffer<std::uint8_t>& sides) {
     buffer<std::int32_t> pixels;
     pixels.reserve(sides.size() / 16);
@@ -94,14 +95,14 @@ struct pixel_side {
     friend bool operator==(const pixel_side&, const pixel_side&) = default;
 };
 
-/// One corner of one pixel, from which others can be reached around the same point of the lattice.
+/// One corner of one pixel. A walk around its lattice point reaches the pixels linked there.
 struct pixel_corner {
     std::int32_t pixel;
     int corner;
     friend bool operator==(const pixel_corner&, const pixel_corner&) = default;
 };
 
-/// Moves over a graph whose boundary sides are marked.
+/// Walks over a graph whose boundary sides are marked.
 class boundary_walker {
 public:
     boundary_walker(const graph_view& g, const buffer<std::uint8_t>& sides)
@@ -111,7 +112,8 @@ public:
     bool is_boundary(std::int32_t pixel, int s) const { return (sides_[pixel] & side_bit(s)) != 0; }
     pixel_side twin(pixel_side e) const { return {neighbor(e.pixel, e.side), across(e.side)}; }
 
-    /// The boundary side that follows `e` clockwise around the same chart; `visit` sees every pixel of the wedge between them.
+    /// Returns the boundary side that follows `e` clockwise around the same chart. Calls `visit` for every pixel between the two
+    /// sides.
     template <class Visitor>
     pixel_side next(pixel_side e, Visitor&& visit) const {
         visit(e.pixel);
@@ -127,7 +129,7 @@ public:
         return next(e, [](std::int32_t) {});
     }
 
-    /// The boundary side that comes before `e`.
+    /// Returns the boundary side that precedes `e`.
     template <class Visitor>
     pixel_side previous(pixel_side e, Visitor&& visit) const {
         visit(e.pixel);
@@ -140,12 +142,12 @@ public:
         return e;
     }
 
-    /// Corners of linked pixels at one point of the lattice are the same corner, across charts too. Visits the pixels of that
-    /// class in an order that does not depend on `c`, and returns the first of them, by which the class is known.
+    /// Visits the pixels linked around the lattice point of `c`, across charts: they share one corner. The order does not depend
+    /// on `c`. Returns the first pixel's corner, which identifies the shared corner.
     template <class Visitor>
     pixel_corner visit_corner_class(pixel_corner c, Visitor&& visit) const {
         pixel_corner first = c, smallest = c;
-        while (true) {  // links around a point make a path or a ring
+        while (true) {  // links around a point form a path or a ring
             const std::int32_t n = neighbor(first.pixel, first.corner);
             if (n == no_pixel) break;
             first = {n, counter_clockwise(first.corner)};

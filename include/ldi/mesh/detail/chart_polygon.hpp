@@ -1,4 +1,4 @@
-// The polygon of a chart, for triangulation: its simplified outline, then its studs.
+// Polygon of a chart for triangulation: its simplified outline, then its studs.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -14,12 +14,12 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// A chart's polygon for the triangulator, and the source of the edge after each outline vertex.
+/// Polygon for the triangulator, and for each outline vertex the boundary edge that starts there.
 struct chart_polygon {
     polygon shape;
     buffer<std::int32_t> corners;
     buffer<boundary_edge> edges;
-    buffer<std::uint8_t> fresh;  ///< whether an edge came from the last split
+    buffer<std::uint8_t> fresh;  ///< per edge: whether the last split created it
 
     void assign(const chart_outlines& outlines, const simplified_boundary& boundary, const chart& box, std::int32_t chart_index) {
         shape.clear(), corners.clear(), edges.clear(), fresh.clear();

@@ -1,4 +1,4 @@
-// Finds where a polygon's outline crosses or touches itself, all places at once.
+// Finds all points where a polygon's outline crosses or touches itself.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -10,12 +10,13 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Compares the outline edges of a polygon whose bounding boxes meet. Keep one to reuse its memory.
+/// Compares outline edges of a polygon whose bounding boxes meet. Keep an object to reuse its memory.
 class crossing_finder {
 public:
-    /// Calls collision(v, w) for edges v -> next[v] and w -> next[w] that meet anywhere but in end points of both; overlap(v, w)
-    /// for vertices at one point through which the outline passes twice with overlapping interiors; and spike(v) for vertices at
-    /// which the outline doubles back or has an edge of length 0. Edges may overlap. May report a fault more than once.
+    /// Reports three kinds of faults: collision(v, w) for edges v -> next[v] and w -> next[w] that meet elsewhere than in end
+    /// points of both; overlap(v, w) for vertices at one point through which the outline passes twice with overlapping
+    /// interiors; and spike(v) for vertices where the outline doubles back or has an edge of length 0. Edges may overlap. May
+    /// report a fault more than once.
     template <class Report>
     void find_all(const polygon& shape, Report& report) {
         assign(shape);
@@ -32,7 +33,8 @@ public:
         }
     }
 
-    /// The same for edges with fresh[v] != 0 against all others, where those are known not to meet.
+    /// Same as find_all(), but compares only the edges with fresh[v] != 0 to all edges. The caller guarantees that no two of the
+    /// remaining edges meet.
     template <class Report>
     void find_fresh(const polygon& shape, const buffer<std::uint8_t>& fresh, Report& report) {
         if (std::count(fresh.begin(), fresh.end(), 0) + max_fresh < fresh.count()) return find_all(shape, report);
@@ -54,7 +56,7 @@ public:
         }
     }
 
-    /// The vertex before v on the outline of the last polygon.
+    /// Returns the vertex before v on the outline of the last polygon.
     std::int32_t before(std::int32_t v) const { return before_[v]; }
 
 private:
@@ -62,7 +64,8 @@ private:
         lattice_point a, b;
         std::int32_t left, right, top, bottom, vertex;
     };
-    /// The outline comes to `at` from `from` and leaves for `to`; the interior is what lies clockwise from `to` to `from`.
+    /// A vertex of the outline: it arrives from `from` at `at` and leaves to `to`. The interior extends clockwise from `to` to
+    /// `from`.
     struct visit {
         lattice_point at, from, to;
     };
@@ -71,10 +74,10 @@ private:
     struct entry {
         std::int32_t edge, next;
     };
-    /// Up to this number of new edges, comparing them with all others is faster than a sweep.
+    /// For at most this many new edges, comparing each with all others is faster than a sweep.
     static constexpr std::int32_t max_fresh = 16;
-    /// Columns are 2^4 pixels wide: an outline is nowhere far from the lattice that it follows, so that few of its edges cross a
-    /// row within one.
+    /// Columns are 2^4 pixels wide. Since an outline stays close to the lattice lines that it follows, few of its edges cross a
+    /// row within one column.
     static constexpr int column_shift = 4;
 
     lattice_point point(std::int32_t v) const { return shape_->points[v]; }
@@ -105,7 +108,7 @@ private:
 
     std::int32_t column_of(std::int32_t x) const { return (x - left_) >> column_shift; }
 
-    /// Compares an edge with those that the sweep line crosses in the same columns, and adds it to them.
+    /// Compares an edge with all edges in the same columns that cross the sweep line, and adds it to them.
     template <class Report>
     void enter(const edge& e, Report& report) {
         const std::int32_t index = edges_.count();
@@ -117,7 +120,7 @@ private:
                     *link = entries_[*link].next;
                     continue;
                 }
-                // Two edges may share several columns: the first of them counts.
+                // Two edges may share several columns; only the first one counts.
                 const bool is_first = column == column_of((std::max)(e.left, f.left));
                 if (is_first && f.left <= e.right && e.left <= f.right && collide(e, f)) report.collision(e.vertex, f.vertex);
                 link = &entries_[*link].next;
@@ -146,7 +149,7 @@ private:
     static std::int64_t dot(lattice_point center, lattice_point a, lattice_point b) {
         return std::int64_t{a.x - center.x} * (b.x - center.x) + std::int64_t{a.y - center.y} * (b.y - center.y);
     }
-    /// Whether the direction from v.at to p lies inside the interior at v, not on its edges.
+    /// Whether the direction from v.at to p points into the interior at v, not along its edges.
     static bool inside(const visit& v, lattice_point p) {
         const std::int64_t whole = cross(v.at, v.to, v.from), a = cross(v.at, v.to, p), b = cross(v.at, p, v.from);
         if (whole > 0) return a > 0 && b > 0;
@@ -182,8 +185,8 @@ private:
     buffer<std::uint64_t> events_;
     buffer<std::int32_t> before_;
     buffer<edge> edges_;
-    std::int32_t left_ = 0;         ///< of all edges
-    buffer<std::int32_t> columns_;  ///< the last entry of each column, or -1
+    std::int32_t left_ = 0;         ///< minimum over all edges
+    buffer<std::int32_t> columns_;  ///< last entry of each column, or -1
     buffer<entry> entries_;
 };
 

@@ -1,4 +1,4 @@
-// Tells how much room there is around a place inside a chart, so that vertices keep clear of its outline.
+// Measures the distance from a place inside a chart to its outline, so that vertices keep clear of the outline.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -10,7 +10,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Answers for the left side of pixels that have at least `clearance` pixels of their chart's row to either side.
+/// Answers for the left side of pixels with at least `clearance` pixels of their chart on either side in the row.
 class outline_clearance {
 public:
     /// sides      K: the boundary sides of each pixel (mark_boundary_sides)
@@ -18,11 +18,10 @@ public:
     outline_clearance(const graph_view& g, const buffer<std::uint8_t>& sides, std::int32_t clearance)
         : g_(g), sides_(sides), clearance_(clearance) {}
 
-    /// Whether the chart ends above one of the pixels of the row within the clearance.
+    /// Whether the chart ends above any pixel of the row within the clearance.
     bool ends_above(std::int32_t pixel) const { return (sides_around(pixel) & side_bit(0)) != 0; }
 
-    /// Whether the rows from that of `pixel` on towards side `s` (0 up, 2 down) belong to the chart all around, over the
-    /// clearance.
+    /// Whether all rows within the clearance belong to the chart, from the row of `pixel` toward side `s` (0 up, 2 down).
     bool is_clear(std::int32_t pixel, int s) const {
         for (std::int32_t row = 1;; ++row) {
             const std::int32_t first = pixel - clearance_, last = pixel + clearance_ - 1;
@@ -35,7 +34,7 @@ public:
     }
 
 private:
-    /// The boundary sides of all pixels of the row within the clearance, in one byte.
+    /// Combines the boundary sides of all pixels of the row within the clearance in one byte.
     std::uint8_t sides_around(std::int32_t pixel) const {
         const std::uint8_t* at = sides_.data() + (pixel - clearance_);
         const std::uint8_t* const end = sides_.data() + (pixel + clearance_);

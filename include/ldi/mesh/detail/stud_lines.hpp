@@ -1,5 +1,5 @@
-// The lines along which studs and single vertices stand, and the places on a line that get a vertex: evenly spaced lines across a
-// chart, and the bends of disparity along one of them.
+// Evenly spaced lines across a chart, on which studs and single vertices are placed, and the bends of disparity along a line,
+// where vertices are placed.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -12,7 +12,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Lines between the ends of an extent, as evenly as whole numbers allow. Tabulated, because every row of a chart asks for them.
+/// Divides an extent by evenly spaced lines at integer positions. Tabulated, because every row of a chart looks them up.
 class even_lines {
 public:
     even_lines(std::int32_t begin, std::int32_t length, std::int32_t spacing) : first_(begin) {
@@ -27,7 +27,9 @@ public:
 
     std::int32_t count() const { return positions_.count(); }
     std::int32_t position(std::int32_t line) const { return positions_[line]; }
-    /// The first line that does not lie before `at`, at most the end of the extent; count() if there is none.
+    /// Returns the first line at or after `at`, or count() if there is none.
+    ///
+    /// at  at most the end of the extent
     std::int32_t line_from(std::int32_t at) const { return line_from_[(std::max)(at - first_, 0)]; }
     bool has_line_at(std::int32_t at) const {
         const std::int32_t line = line_from(at);
@@ -39,10 +41,10 @@ private:
     buffer<std::int32_t> positions_, line_from_;
 };
 
-/// Finds where a profile bends: what Douglas-Peucker keeps of it, its ends included.
+/// Finds the bends of a profile: the points that Douglas-Peucker keeps, including both ends.
 class bend_finder {
 public:
-    /// Calls found(i) for ascending indices i in [margin, size - margin). A stretch [first, last] without bends is cut in the
+    /// Calls found(i) for ascending indices i in [margin, size - margin). Splits a stretch [first, last] without bends in the
     /// middle if is_too_long(first, last).
     template <class TooLong, class Function>
     void operator()(const buffer<float>& profile, float tolerance, std::int32_t margin, TooLong&& is_too_long, Function&& found) {

@@ -1,6 +1,6 @@
-// The vertices of a monotone part of a polygon that still wait for triangles, while the sweep (triangulate.hpp) goes down (de
-// Berg et al., Computational Geometry, chapter 3). Each part keeps them as a chain; a new vertex at either end cuts off all
-// triangles that it can.
+// Chains of the vertices of a monotone part of a polygon that wait for their triangles while the sweep (triangulate.hpp) moves
+// down (de Berg et al., Computational Geometry, chapter 3). Each part has one chain; a new vertex at either end cuts off all
+// possible triangles.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -10,29 +10,29 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// From left to right the interior lies below the chain, and every vertex but the ends is straight or reflex, or else it would
-/// have been cut off. Nodes of `waiting_chains`, or -1 if there is no chain.
+/// A chain of waiting vertices. From left to right the interior lies below the chain, and every inner vertex is straight or
+/// reflex; convex ones have been cut off. head and tail are nodes of `waiting_chains`, or -1 without a chain.
 struct waiting_chain {
     std::int32_t head = -1, tail = -1;
-    std::int32_t lowest = -1;  ///< the node added last: what comes next below the chain sees it
+    std::int32_t lowest = -1;  ///< the last node added: the next vertex below the chain is visible from it
 };
 
-/// The nodes of all chains, and the triangles cut off from them. Keep one to reuse its memory.
+/// Nodes of all chains, and the triangles cut off from them. Keep an object to reuse its memory.
 class waiting_chains {
 public:
     void clear() { nodes_.clear(), open_sides_.clear(); }
 
-    /// A chain of one vertex.
+    /// Starts a chain with one vertex.
     waiting_chain begin(std::int32_t vertex, lattice_point at) {
         const std::int32_t only = add_node(vertex, at);
         return {only, only, only};
     }
 
-    /// Adds a link: the placeholder of an inner edge until both of its triangles are known. Edges of the polygon itself have the
-    /// link -1.
+    /// Adds a link: a placeholder for an inner edge until both of its triangles are known. Edges of the polygon itself have link
+    /// -1.
     std::int32_t add_link() { return add_link(-1); }
 
-    /// Adds a vertex to the right end, over an edge known by `link`, and cuts off what became convex.
+    /// Adds a vertex at the right end, connected by the edge `link`, and cuts off all vertices that become convex.
     void append(waiting_chain& chain, std::int32_t vertex, lattice_point at, std::int32_t link, triangulation& result) {
         const std::int32_t p = add_node(vertex, at);
         std::int32_t a = chain.tail;
@@ -49,7 +49,7 @@ public:
         chain.tail = chain.lowest = p;
     }
 
-    /// The same at the left end.
+    /// Adds a vertex at the left end, as append().
     void prepend(waiting_chain& chain, std::int32_t vertex, lattice_point at, std::int32_t link, triangulation& result) {
         const std::int32_t p = add_node(vertex, at);
         std::int32_t a = chain.head;
@@ -66,8 +66,8 @@ public:
         chain.head = chain.lowest = p;
     }
 
-    /// Divides a chain at its lowest vertex, which becomes the end of `chain` and, as a copy, the beginning of the chain
-    /// returned.
+    /// Divides a chain at its lowest vertex. This vertex becomes the end of `chain`, and a copy becomes the start of the
+    /// returned chain.
     waiting_chain divide(waiting_chain& chain) {
         const std::int32_t last = chain.lowest, end = chain.tail;
         const std::int32_t copy = add_node(nodes_[last].vertex, nodes_[last].at);
@@ -76,20 +76,20 @@ public:
         return {copy, last == end ? copy : end, copy};
     }
 
-    /// Makes one chain of two, the last vertex of the first and the first vertex of the second being one.
+    /// Joins two chains; the last vertex of `left` equals the first vertex of `right`.
     void unite(waiting_chain& left, const waiting_chain& right) {
         join(left.tail, nodes_[right.head].next, nodes_[right.head].link);
         left.tail = right.tail;
     }
 
-    /// Whether all of a chain has been cut off but its first and last vertex.
+    /// Whether only the first and the last vertex of a chain remain.
     bool is_edge(const waiting_chain& chain) const { return nodes_[chain.tail].previous == chain.head; }
 
 private:
     struct node {
         lattice_point at;
         std::int32_t vertex, previous, next;
-        std::int32_t link;  ///< of the edge to the next vertex
+        std::int32_t link;  ///< link of the edge to the next vertex
     };
 
     std::int32_t add_node(std::int32_t vertex, lattice_point at) {
@@ -112,7 +112,7 @@ private:
         return half_edge;
     }
 
-    /// Notes that `half_edge` lies along an edge, for the second triangle there to find.
+    /// Records that `half_edge` lies along an edge, or connects it to the half-edge recorded before.
     void attach(std::int32_t link, std::int32_t half_edge, triangulation& result) {
         if (link < 0) return;
         std::int32_t& other = open_sides_[link];
@@ -125,7 +125,7 @@ private:
     }
 
     buffer<node> nodes_;
-    buffer<std::int32_t> open_sides_;  ///< for each link the half-edge on its first side, or -1
+    buffer<std::int32_t> open_sides_;  ///< per link: the half-edge on its first side, or -1
 };
 
 }}}  // namespace ldi::detail

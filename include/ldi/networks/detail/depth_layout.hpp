@@ -1,6 +1,6 @@
-// Merges the depth that a network estimates from a small and a large version of the photo: the layout comes from both, the edges
-// from the large one. Networks are consistent on small pictures and crisp on large ones (Miangoleh et al., Boosting Monocular
-// Depth Estimation Models to High-Resolution via Content-Adaptive Multi-Resolution Merging, CVPR 2021, sections 3 and 5).
+// Merges two depth estimates of one photo, from a small and a large version: the layout is the mean of both, the edges come from
+// the large one. Networks are consistent on small pictures and crisp on large ones (Miangoleh et al., Boosting Monocular Depth
+// Estimation Models to High-Resolution via Content-Adaptive Multi-Resolution Merging, CVPR 2021, sections 3 and 5).
 #pragma once
 
 #include <ldi/base/numbers.hpp>
@@ -11,7 +11,9 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// H x W x C, left and right exchanged.
+/// Mirrors an image horizontally.
+///
+/// source  H x W x C
 template <class T>
 image<T> mirrored(const image<T>& source) {
     image<T> result(source.height(), source.width(), source.channels(), unset);
@@ -21,10 +23,10 @@ image<T> mirrored(const image<T>& source) {
     return result;
 }
 
-/// The two neighboring samples of a row between which a value of a longer or shorter row lies.
+/// Two neighboring samples of a row, between which a sample of the resized row lies.
 struct sample_place {
     std::size_t first, second;
-    float share;  ///< of `second`
+    float share;  ///< weight of `second`; `first` has the rest
 };
 inline sample_place place_of_sample(std::size_t i, std::size_t count, std::size_t from_count) {
     const float at = (nearest_float(i) + 0.5F) * nearest_float(from_count) / nearest_float(count) - 0.5F;
@@ -33,7 +35,7 @@ inline sample_place place_of_sample(std::size_t i, std::size_t count, std::size_
     return {first, (std::min)(first + 1, from_count - 1), inside - nearest_float(first)};
 }
 
-/// H x W x 1 at another size: the weighted mean of the four samples around. Smaller ones are not averaged over areas.
+/// Resizes H x W x 1 by bilinear interpolation. Does not average over areas when it shrinks.
 inline image<float> interpolated(const image<float>& source, std::size_t height, std::size_t width) {
     image<float> result(height, width, 1, unset);
     const auto mean = [](float a, float b, float share) { return a + (b - a) * share; };
@@ -50,7 +52,9 @@ inline image<float> interpolated(const image<float>& source, std::size_t height,
     return result;
 }
 
-/// The means of squares of `side` pixels. source  H x W x 1, both multiples of `side`; the result is H / side x W / side x 1.
+/// Averages squares of `side` x `side` pixels. Returns H / side x W / side x 1.
+///
+/// source  H x W x 1; H and W are multiples of `side`
 inline image<float> square_means(const image<float>& source, std::size_t side) {
     image<float> result(source.height() / side, source.width() / side);
     for (std::size_t y = 0; y < source.height(); ++y)
@@ -59,9 +63,10 @@ inline image<float> square_means(const image<float>& source, std::size_t side) {
     return result;
 }
 
-/// details  H x W x 1, both multiples of 16
+/// Replaces structures of `details` that are coarser than 16 pixels by the mean of both maps.
+///
+/// details  H x W x 1, H and W multiples of 16
 /// layout   h x w x 1, any size, in the same unit
-/// Returns `details`, of which what is coarser than 16 pixels has become the mean of both.
 inline image<float> with_layout(image<float> details, const image<float>& layout) {
     constexpr std::size_t coarse = 16;
     image<float> change = interpolated(layout, details.height(), details.width());

@@ -1,6 +1,6 @@
-// exp in float, the same bits on every machine: only operations that IEEE 754 rounds exactly. It is the approximation of NumPy
-// (reduction by ln 2 in two parts, then a rational function), because the published disparity of Tiefenrausch was computed with
-// it.
+// exp() in float with the same bits on every machine: it uses only operations that IEEE 754 rounds exactly. The method is
+// NumPy's (reduction by ln 2 in two parts, then a rational function), because the published disparity of Tiefenrausch was
+// computed with NumPy.
 #pragma once
 
 #include <ldi/base/numbers.hpp>
@@ -10,7 +10,9 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// x  in [-87, 88]; the result is within 3 units in the last place of exp(x)
+/// Returns exp(x) within 3 units in the last place.
+///
+/// x  in [-87, 88]
 inline float exponential(float x) {
     const float power = std::nearbyint(x * 1.442695040888963407F);
     float r = fused_multiply_add(power, -6.93145752e-1F, x);

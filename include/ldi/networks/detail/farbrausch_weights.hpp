@@ -1,12 +1,12 @@
-// The inpainting network's convolutions, packed for an arithmetic from the tensors of a file.
+// Packs the inpainting network's convolutions from the tensors of a file, in float32 or int8.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
-#include <ldi/base/numbers.hpp>
 #include <ldi/base/printable.hpp>
 #include <ldi/kernels/requantize.hpp>
 #include <ldi/networks/detail/network_input.hpp>
+#include <ldi/networks/detail/network_tensors.hpp>
 #include <ldi/networks/inpainting_architecture.hpp>
 #include <ldi/nn/ldi/convolution.hpp>
 #include <ldi/nn/ldi/weights.hpp>
@@ -54,14 +54,14 @@ masked_map<Value> converted(network_input input, std::size_t channels, const far
     return result;
 }
 
-/// One convolution per level: from it to the next, and back.
+/// One encoder and one decoder convolution per level.
 template <class Weights>
 struct farbrausch_convolutions {
     buffer<Weights> encoder, decoder;
     farbrausch_input<typename Weights::value_type> input;
 };
 
-/// Takes the tensors, checks them and packs them; what it raises is the constructor's of farbrausch.
+/// Checks the tensors and packs them. Raises the errors that the constructor of farbrausch documents.
 class farbrausch_packer {
 public:
     farbrausch_packer(const named_tensors& file, const inpainting_architecture& architecture, isa target)
@@ -103,7 +103,7 @@ private:
         std::size_t outputs;
         std::int32_t kernel;
         activation after;
-        std::string result;  ///< whose range it has; empty: floats
+        std::string result;  ///< key of the result's range in the file; empty: float results
 
         std::size_t inputs() const {
             std::size_t sum = 0;
@@ -117,7 +117,7 @@ private:
 
     std::size_t depth() const { return architecture_.channels.size(); }
 
-    /// The encoder's result at a level.
+    /// The encoder's output that the decoder of this level reads.
     ranged_tensor skip(std::size_t level) const {
         return {level == 0 ? "input" : encoder(level - 1), architecture_.inputs(level)};
     }
@@ -151,24 +151,15 @@ private:
     }
 
     const values& finite(const std::string& name, const buffer<std::size_t>& shape) const {
-        const values& found = tensor_values<float>(file_, name, shape);
-        if (!std::all_of(found.begin(), found.end(), [](float v) { return std::isfinite(v); }))
-            raise(error_code::invalid_data, tensor_place(file_, name), "finite values", "others");
-        return found;
+        return finite_values(file_, name, shape);
     }
 
     quantization range(const std::string& of) const {
-        const std::string name = of + ".range";
-        if (!file_.tensors.contains(name))
+        if (!file_.tensors.contains(of + ".range"))
             raise(error_code::mismatch, where(),
                   "for int8 weights with the ranges of values, as examples/training/farbrausch/export.py writes them",
-                  "no tensor " + name);
-        const values& ends = finite(name, {2});
-        const float scale = (ends[1] - ends[0]) / 255.0F;
-        if (!(ends[0] <= 0.0F && ends[1] >= 0.0F && std::isnormal(scale)))
-            raise(error_code::invalid_data, tensor_place(file_, name), "a range around 0",
-                  to_text(ends[0]) + " to " + to_text(ends[1]));
-        return {scale, rounded_to_byte(-ends[0] / scale)};
+                  "no tensor " + of + ".range");
+        return quantization_of(file_, of);
     }
 
     const named_tensors& file_;

@@ -1,5 +1,5 @@
-// The work of the inpainting network: the levels of detail of a layered depth image, and at each the pixels that the
-// wanted ones need, found backwards through the network.
+// Plans the inpainting network's work: the levels of detail of a layered image, and the pixels per level that the wanted pixels
+// depend on, traced backward through the network.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -15,23 +15,25 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// A level of detail, and the network's work there.
+/// A level of detail and the network's work on it.
 struct farbrausch_level {
-    std::size_t pixel_count = 0;      ///< of the level's graph
-    buffer<std::int32_t> above;       ///< for each pixel the one of the next level above it, or no_pixel; of the last level empty
+    std::size_t pixel_count = 0;      ///< pixels of the level's graph
+    buffer<std::int32_t> above;       ///< parent of each pixel on the next coarser level, or no_pixel; empty on the last level
     convolution_plan average;         ///< 3 x 3 windows of all pixels
-    convolution_plan average_coarse;  ///< 3 x 3 windows of the pixels that the next level keeps
+    convolution_plan average_coarse;  ///< 3 x 3 windows of the pixels that remain on the next level
 
-    pixel_subset read;                   ///< pixels at which the network reads values: its input, or the encoder's result
-    pixel_subset decoded;                ///< pixels at which the decoder gives a result
-    convolution_plan encode;             ///< from `read` here to `read` of the next level
-    convolution_plan decode;             ///< from `read` to `decoded`
-    buffer<std::int32_t> decoded_above;  ///< for each pixel of `read` its row in `decoded` of the next level, or no_pixel
+    pixel_subset read;                   ///< level 0 only: pixels at which the network reads its input
+    buffer<std::int32_t> decoded;        ///< level 0 only: pixels at which the decoder computes a result
+    convolution_plan encode;             ///< convolution from `read` of this level to `read` of the next level
+    convolution_plan decode;             ///< convolution from `read` to `decoded`
+    buffer<std::int32_t> decoded_above;  ///< per pixel of `read` its row in `decoded` of the next level, or no_pixel
 };
 
+/// Plans all levels, from the finest to the coarsest.
+///
 /// finest   level 0, in canonical order
 /// kernels  sizes of the encoder's convolutions, one per level
-/// wanted   where the network's result is asked for, one for each pixel of `finest`
+/// wanted   one per pixel of `finest`, nonzero where the network's result is requested
 inline buffer<farbrausch_level> plan_farbrausch(const graph_view& finest, std::span<const std::int32_t> kernels,
                                                 std::span<const std::uint8_t> wanted) {
     const std::size_t depth = kernels.size();
@@ -53,36 +55,40 @@ inline buffer<farbrausch_level> plan_farbrausch(const graph_view& finest, std::s
         coarse = std::move(next.topology);
     }
 
-    // The decoder, from its result down to the coarsest level.
+    // The decoder, in reverse order: from its final result to the coarsest level.
     buffer<buffer<std::uint8_t>> read_marks(depth);
-    levels[0].decoded = pixel_subset::marked(wanted);
+    buffer<pixel_subset> decoded(depth + 1);
+    decoded[0] = pixel_subset::marked(wanted);
     for (std::size_t i = 0; i < depth; ++i) {
         farbrausch_level& level = levels[i];
-        level.decode = restrict_to(level.average, level.decoded.pixels);
+        level.decode = restrict_to(level.average, decoded[i].pixels);
         read_marks[i].assign(level.pixel_count, 0);
         mark_needed_inputs(level.decode, read_marks[i]);
         buffer<std::uint8_t> above_marks(levels[i + 1].pixel_count, 0);
         for (std::size_t pixel = 0; pixel < level.pixel_count; ++pixel)
             if (read_marks[i][pixel] != 0 && level.above[pixel] != no_pixel) above_marks[level.above[pixel]] = 1;
-        levels[i + 1].decoded = pixel_subset::marked(above_marks);
+        decoded[i + 1] = pixel_subset::marked(above_marks);
     }
-    // The encoder, from the coarsest level back up: what it makes for the decoder, and for its own next stage.
-    levels[depth].read = levels[depth].decoded;
+    // The encoder, from the coarsest level to the finest: its results for the decoder and for the next encoder stage.
+    pixel_subset read = decoded[depth];
     for (std::size_t i = depth; i-- > 0;) {
-        farbrausch_level &level = levels[i], &next = levels[i + 1];
-        level.encode = restrict_to(kernels[i] == 3 ? level.average_coarse : encode[i], next.read.pixels);
+        farbrausch_level& level = levels[i];
+        level.encode = restrict_to(kernels[i] == 3 ? level.average_coarse : encode[i], read.pixels);
         encode[i] = {};
         mark_needed_inputs(level.encode, read_marks[i]);
-        level.read = pixel_subset::marked(read_marks[i]);
+        pixel_subset read_here = pixel_subset::marked(read_marks[i]);
         read_marks[i] = {};
-        level.encode = on_subsets(std::move(level.encode), next.read, level.read);
-        level.decode = on_subsets(std::move(level.decode), level.decoded, level.read);
-        level.decoded_above.reserve(level.read.size());
-        for (const std::int32_t pixel : level.read.pixels) {
+        level.encode = on_subsets(std::move(level.encode), read, read_here);
+        level.decode = on_subsets(std::move(level.decode), decoded[i], read_here);
+        level.decoded_above.reserve(read_here.size());
+        for (const std::int32_t pixel : read_here.pixels) {
             const std::int32_t above = level.above[pixel];
-            level.decoded_above.push_back(above == no_pixel ? no_pixel : next.decoded.row_of[above]);
+            level.decoded_above.push_back(above == no_pixel ? no_pixel : decoded[i + 1].row_of[above]);
         }
+        decoded[i + 1] = {};
+        read = std::move(read_here);
     }
+    levels[0].read = std::move(read), levels[0].decoded = std::move(decoded[0].pixels);
     return levels;
 }
 

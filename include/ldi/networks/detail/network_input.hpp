@@ -1,4 +1,4 @@
-// Input of an inpainting network and results of its layers: feature maps, with a mask for networks that ignore missing colors.
+// Inputs and layer results of an inpainting network: feature maps, with a mask for networks that ignore missing colors.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -12,13 +12,13 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// The network's input at the pixels that it reads.
+/// The network's input, one row per pixel that it reads.
 struct network_input {
     buffer<float> values;       ///< rows x channels
-    buffer<std::uint8_t> mask;  ///< for each row 1 or 0; empty: all 1
+    buffer<std::uint8_t> mask;  ///< 1 or 0 per row; empty: all 1
 };
 
-/// Red, green, blue in [0, 1] of what is known; the rest is masked.
+/// Scales known colors to [0, 1] and masks the others.
 inline network_input masked_input(array_view<const std::uint8_t> colors, array_view<const std::uint8_t> known,
                                   const pixel_subset& read) {
     network_input input{buffer<float>(3 * read.size()), buffer<std::uint8_t>(read.size())};
@@ -35,16 +35,16 @@ inline network_input masked_input(array_view<const std::uint8_t> colors, array_v
 template <class Value>
 struct masked_map {
     basic_feature_map<Value> map;
-    buffer<std::uint8_t> mask;  ///< one per row: 1, or 0 where the layer's window had no known value; empty: all 1
+    buffer<std::uint8_t> mask;  ///< for each row: 0 if the layer's window has no known value, else 1; empty: all 1
 
-    /// The map must live, and keep its size, as long as the view.
+    /// The map must outlive the view and keep its size.
     basic_feature_view<Value> view() const {
         basic_feature_view<Value> result = map;
         result.mask = mask;
         return result;
     }
 
-    /// As the pixels of the finer graph see it (feature_map.hpp, upsample()).
+    /// View on the finer graph (feature_map.hpp, upsample()).
     basic_feature_view<Value> upsampled(std::span<const std::int32_t> rows) const {
         basic_feature_view<Value> result = upsample(map, rows);
         result.mask = mask;

@@ -1,14 +1,14 @@
-// The smooth colors that the inpainting network starts from: pyramids of masked 3 x 3 averages over the links of a layered
-// image. examples/training/farbrausch/README.md says what they are, step by step.
+// Computes the smooth colors that the inpainting network starts from: pyramids of masked 3 x 3 averages along the links of a
+// layered image. examples/training/farbrausch/README.md explains the steps.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/executor.hpp>
-#include <ldi/base/four_floats.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/networks/detail/farbrausch_work.hpp>
+#include <ldi/networks/detail/masked_averages.hpp>
 
 #include <algorithm>
 #include <array>
@@ -16,87 +16,13 @@
 #include <cstdint>
 #include <mutex>
 #include <span>
-#include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// red, green, blue, and 1 where there is a color; four zeros where there is none.
-using masked_color = lanes::four_floats;
-
-/// Masked colors side by side.
-class masked_colors {
-public:
-    masked_colors() = default;
-    explicit masked_colors(std::size_t count) : values_(count * lanes::wide) {}
-
-    std::int32_t count() const { return static_cast<std::int32_t>(values_.size() / lanes::wide); }
-    masked_color operator[](std::int32_t i) const { return lanes::load(at(i)); }
-    void set(std::int32_t i, masked_color color) { lanes::store(at(i), color); }
-    bool has(std::int32_t i) const { return at(i)[3] != 0.0F; }
-    const float* at(std::int32_t i) const { return values_.data() + first_value(i); }
-    float* at(std::int32_t i) { return values_.data() + first_value(i); }
-    buffer<float> release() { return std::move(values_); }
-
-private:
-    static std::size_t first_value(std::int32_t i) { return static_cast<std::size_t>(i) * lanes::wide; }
-
-    buffer<float> values_;
-};
-
-/// The average of `count = sum[3]` colors whose sum this is.
-inline masked_color average_of(masked_color sum) {
-    static constexpr std::array<float, 10> reciprocals{0.0F,     1.0F,     1.0F / 2, 1.0F / 3, 1.0F / 4,
-                                                       1.0F / 5, 1.0F / 6, 1.0F / 7, 1.0F / 8, 1.0F / 9};
-    const float reciprocal = reciprocals[static_cast<std::size_t>(sum[3])];
-    masked_color average = sum * reciprocal;
-    average[3] = reciprocal > 0.0F ? 1.0F : 0.0F;
-    return average;
-}
-
-/// Calls `store(output, average)` for every output of a plan of 3 x 3 windows, with the average of those `value(pixel)` in its
-/// window that are colors. Sums are taken column by column wherever the window lies, so results don't depend on the plan.
-template <executor Executor, class Value, class Store>
-void average_windows(const convolution_plan& plan, Executor& threads, Value&& value, Store&& store) {
-    LDI_ASSERT(plan.kernel_size == 3);
-    parallel_for(threads, plan.segments.size(), 256, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t s = begin; s < end; ++s) {
-            const std::int32_t upper = plan.rows[3 * s], middle = plan.rows[3 * s + 1], lower = plan.rows[3 * s + 2];
-            const auto column = [&](std::int32_t x) { return (value(upper + x) + value(middle + x)) + value(lower + x); };
-            const convolution_plan::segment segment = plan.segments[s];
-            masked_color left = column(-1);
-            if (plan.stride == 2) {
-                for (std::int32_t i = 0; i < segment.count; ++i) {
-                    const masked_color center = column(2 * i), right = column(2 * i + 1);
-                    store(segment.first + i, average_of((left + center) + right));
-                    left = right;
-                }
-                continue;
-            }
-            masked_color center = column(0);
-            for (std::int32_t i = 0; i < segment.count; ++i) {
-                const masked_color right = column(i + 1);
-                store(segment.first + i, average_of((left + center) + right));
-                left = center, center = right;
-            }
-        }
-    });
-    parallel_for(threads, plan.irregular.size(), 1024, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t o = begin; o < end; ++o) {
-            const std::int32_t* const window = plan.windows.data() + 9 * o;
-            const auto at = [&](std::size_t element) {
-                return window[element] == no_pixel ? masked_color{} : value(window[element]);
-            };
-            const auto column = [&](std::size_t x) { return (at(x) + at(3 + x)) + at(6 + x); };
-            store(plan.irregular[o], average_of((column(0) + column(1)) + column(2)));
-        }
-    });
-}
-
-/// The network's input and the colors that it corrects.
+/// The network's input, and the fill that the network corrects.
 struct smooth_fills {
-    buffer<float>
-        input;  ///< in rows of `read` of level 0: red, green, blue of fill - tone, and 1 where the color is known, else 0
-    buffer<float> fill;  ///< in rows of `decoded` of level 0: red, green, blue
+    buffer<float> input;  ///< rows of `read` of level 0: red, green, blue of fill - tone, and 1 for a known color, else 0
+    buffer<float> fill;   ///< rows of `decoded` of level 0: red, green, blue
 };
 
 template <executor Executor>
@@ -110,7 +36,7 @@ public:
 
     smooth_fills run() {
         const std::size_t depth = levels_.size() - 1;
-        buffer<masked_colors> known(depth + 1);  // of level 0 it is the photo itself
+        buffer<masked_colors> known(depth + 1);  // level 0 stays empty: the photo replaces it
         for (std::size_t i = 0; i < depth; ++i) {
             known[i + 1] = masked_colors(levels_[i + 1].pixel_count);
             const auto store = [&](std::int32_t output, masked_color c) { known[i + 1].set(output, c); };
@@ -140,7 +66,7 @@ private:
         return masked_color{unit_[color[0]], unit_[color[1]], unit_[color[2]], 1.0F};
     }
 
-    /// The known colors, and elsewhere the color above.
+    /// The known colors; unknown pixels get the color of their parent.
     masked_colors from_above(const masked_colors& coarse, const buffer<std::int32_t>& above, const masked_colors& known) const {
         masked_colors result = known;
         parallel_for(threads_, above.size(), 4096, [&](std::size_t first, std::size_t last) {
@@ -151,25 +77,28 @@ private:
         return result;
     }
 
-    /// Averages what is not known, `passes` times.
+    /// Averages the unknown pixels, `passes` times.
     void spread(masked_colors& colors, const convolution_plan& windows, const masked_colors& known, int passes) {
         buffer<std::int32_t> unknown;
         for (std::int32_t i = 0; i < known.count(); ++i)
             if (!known.has(i)) unknown.push_back(i);
-        spread_at(colors, restrict_to(windows, unknown), passes);
+        spread_at(colors, restrict_and_renumber(windows, unknown), unknown, passes);
     }
 
-    void spread_at(masked_colors& colors, const convolution_plan& unknown, int passes) {
-        masked_colors next = colors;
+    /// windows  windows of the colors `places`, in this order
+    void spread_at(masked_colors& colors, const convolution_plan& windows, std::span<const std::int32_t> places, int passes) {
+        masked_colors next(places.size());
         for (int pass = 0; pass < passes; ++pass) {
             average_windows(
-                unknown, threads_, [&](std::int32_t p) { return colors[p]; },
+                windows, threads_, [&](std::int32_t p) { return colors[p]; },
                 [&](std::int32_t output, masked_color c) { next.set(output, c); });
-            std::swap(colors, next);
+            parallel_for(threads_, places.size(), 4096, [&](std::size_t first, std::size_t last) {
+                for (std::size_t i = first; i < last; ++i) colors.set(places[i], next[static_cast<std::int32_t>(i)]);
+            });
         }
     }
 
-    /// The color above where there is one, else what is known; averaged once.
+    /// The parent's color, or the known color if there is no parent; averaged once.
     masked_colors average_from_above(const masked_colors& coarse, std::size_t level, const masked_colors& known) {
         const buffer<std::int32_t>& above = levels_[level].above;
         masked_colors result(levels_[level].pixel_count);
@@ -191,23 +120,25 @@ private:
         return otherwise();
     }
 
-    /// Level 0, at the pixels that the network reads.
+    /// Computes level 0 at the pixels that the network reads.
     smooth_fills finest(const masked_colors& fill_above, const masked_colors& tone_above) {
         const farbrausch_level& level = levels_[0];
         const pixel_subset& read = level.read;
         masked_colors fill(read.size());
-        buffer<std::int32_t> unknown;
+        buffer<std::int32_t> unknown, rows;
         for (std::int32_t row = 0; row < fill.count(); ++row) {
             const std::int32_t pixel = read.pixels[row];
-            if (known_[pixel] == 0) unknown.push_back(pixel);
+            if (known_[pixel] == 0) unknown.push_back(pixel), rows.push_back(row);
             fill.set(row, base_color(pixel, fill_above));
         }
-        spread_at(fill, on_subsets(restrict_to(level.average, unknown), read, read), 2);
+        convolution_plan windows = restrict_and_renumber(level.average, unknown);
+        renumber_inputs(windows, read);
+        spread_at(fill, windows, rows, 2);
         color_along_links(fill, fill_above);
         smooth_fills result;
         result.fill.resize(3 * level.decoded.size());
         for (std::size_t d = 0; d < level.decoded.size(); ++d) {
-            const std::int32_t row = read.row_of[level.decoded.pixels[d]];
+            const std::int32_t row = read.row_of[level.decoded[d]];
             const masked_color color = fill.has(row) ? fill[row] : mean();
             for (std::size_t c = 0; c < 3; ++c) result.fill[3 * d + c] = color[c];
         }
@@ -225,8 +156,9 @@ private:
         return result;
     }
 
-    /// Colors what no level has a color for, by links: waves run inwards from what has one, each pixel taking the average of its
-    /// neighbors. On coarser levels a surface that few pixels link to the rest may be on its own.
+    /// Colors pixels that have no color on any level. Waves run along links from colored pixels, and each pixel becomes the
+    /// average of its colored neighbors. Such pixels exist where few links connect a surface to the rest: coarser levels may cut
+    /// them.
     void color_along_links(masked_colors& fill, const masked_colors& fill_above) {
         for (std::int32_t row = 0; row < fill.count(); ++row) {
             if (fill.has(row)) continue;
@@ -235,7 +167,7 @@ private:
         }
     }
 
-    /// Colors all isolated pixels, also those that nobody reads, so that a color does not depend on the set of pixels read.
+    /// Colors all isolated pixels, also those that are never read, so that no color depends on the set of pixels read.
     void run_waves(const masked_colors& fill_above) {
         const buffer<std::int32_t>& above = levels_[0].above;
         for (std::int32_t p = 0; p < above.count(); ++p)
@@ -259,7 +191,8 @@ private:
         }
     }
 
-    /// Before neighbors' colors are mixed in. Inlined: in WebAssembly a call that exceptions may leave returns no vectors.
+    /// The color before averaging with neighbors. Inlined, because in WebAssembly a call that an exception may leave cannot
+    /// return vectors.
     [[gnu::always_inline]] masked_color base_color(std::int32_t pixel, const masked_colors& fill_above) const {
         if (known_[pixel] != 0) return photo(pixel);
         const std::int32_t above = levels_[0].above[pixel];
@@ -269,7 +202,7 @@ private:
                                                         : masked_color{};
     }
 
-    /// The average of all known colors, for surfaces that no link leads from to any.
+    /// Mean of all known colors, for surfaces that no link connects to a known color.
     masked_color mean() {
         std::call_once(mean_is_known_, [&] {
             std::array<std::uint64_t, 3> sum{};
@@ -291,7 +224,7 @@ private:
     int growth_;
     Executor& threads_;
     std::array<float, 256> unit_{};
-    buffer<std::int32_t> alone_;  // pixels of level 0 that no level has a color for
+    buffer<std::int32_t> alone_;  // pixels of level 0 without a color on any level
     masked_colors alone_colors_;
     std::once_flag mean_is_known_;
     masked_color mean_{};

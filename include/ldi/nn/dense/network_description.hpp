@@ -13,9 +13,16 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// Height and width of a tensor.
+struct tensor_size {
+    std::size_t height = 0, width = 0;
+
+    friend bool operator==(const tensor_size&, const tensor_size&) = default;
+};
+
 /// A convolution with `kernel / 2` pixels of padding on each side, filled with the input's zero point.
 struct convolution_description {
-    std::size_t input = 0;   ///< a tensor
+    std::size_t input = 0;   ///< index of a tensor
     std::size_t kernel = 1;  ///< side of the window, odd
     std::size_t stride = 1;
     bool depthwise = false;        ///< each output channel reads its own input channel only
@@ -26,17 +33,17 @@ struct convolution_description {
 
 /// The sum of two tensors of equal shape.
 struct addition_description {
-    std::array<std::size_t, 2> inputs = {};  ///< tensors
+    std::array<std::size_t, 2> inputs = {};  ///< indices of tensors
 };
 
 /// Every pixel repeated `factor` times in both directions.
 struct nearest_resize_description {
-    std::size_t input = 0;  ///< a tensor
+    std::size_t input = 0;  ///< index of a tensor
     std::size_t factor = 1;
 };
 
 struct operator_description {
-    std::string name;  ///< of its result, for messages and for intermediate results
+    std::string name;  ///< name of the result, for messages and observers
     quantization output;
     std::variant<convolution_description, addition_description, nearest_resize_description> kind;
 };
@@ -47,8 +54,8 @@ struct network_description {
     std::size_t input_channels = 0;
     quantization input;
     buffer<operator_description> operators;
-    std::size_t output = 0;  ///< the tensor that is the network's result
-    std::string where = {};  ///< the file it comes from, for messages; may be empty
+    std::size_t output = 0;  ///< index of the tensor that is the network's result
+    std::string where = {};  ///< source file for messages; may be empty
 };
 
 }}  // namespace ldi

@@ -1,11 +1,12 @@
 // Runs a network of 8-bit convolutions, additions and nearest-neighbor enlargements (paper, section "Depth Estimation",
-// "Quantization"). Built once from a description, which it checks in full; running it then can only fail on the input's size.
+// "Quantization"). Construction checks the description completely; running can then fail only on the size of the input.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/executor.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/nn/dense/detail/schedule.hpp>
+#include <ldi/nn/dense/network_description.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -19,14 +20,17 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// An 8-bit network, ready to run. run() does not change it, so one object serves any number of threads at once.
+/// An 8-bit network, ready to run. run() is const and stateless, so any number of threads may share an object.
 class quantized_network {
 public:
-    /// Maximum bytes of the tensors that are alive at the same time, with each layer run on its own.
+    /// Maximum total bytes of tensors that are alive at the same time when layers run one by one.
     static constexpr std::uint64_t max_bytes = std::uint64_t{1} << 29;
 
+    /// Checks the description and packs its weights.
+    ///
     /// target  the instruction set to pack weights for; it must be available. Results do not depend on it
-    /// Raises an error that names the tensor if the description is not a network that ldi can run.
+    ///
+    /// Raises an error that names the tensor if ldi cannot run the network.
     explicit quantized_network(const network_description& description, isa target = best_isa()) : target_(target) {
         LDI_ASSERT(is_available(target));
         detail::check_network(description);
@@ -51,23 +55,23 @@ public:
     std::size_t layer_count() const { return layers_.size(); }
     isa target() const { return target_; }
 
-    /// The size of the result for an input of this size. Raises an error if the network does not accept it.
+    /// Returns the size of the result for an input size. Raises an error if the network does not accept the input size.
     tensor_size output_size(tensor_size input) const { return sizes(input)[output_]; }
 
-    /// Bytes of working memory of run(), beside its input and result.
+    /// Working memory of run() in bytes, without its input and its result.
     std::size_t working_bytes(tensor_size input, std::size_t threads) const {
         return bytes_of(plan(input, fused_, true), std::max<std::size_t>(threads, 1));
     }
 
-    /// One step of run() and its cost, for measurements: some layers that run as one chain.
+    /// Cost of one step of run(), a chain of layers, for measurements.
     struct step_description {
-        std::string_view name;  ///< of its last layer's result
-        tensor_size size;       ///< of that tensor
+        std::string_view name;  ///< name of the last layer's result
+        tensor_size size;       ///< size of the last layer's result
         std::size_t layers = 0;
-        std::uint64_t dense_products = 0, depthwise_products = 0;  ///< multiplications of its convolutions
+        std::uint64_t dense_products = 0, depthwise_products = 0;  ///< multiplications
     };
 
-    /// In the order in which run() calls `progress`.
+    /// Lists the steps in the order in which run() calls `progress`.
     buffer<step_description> describe_steps(tensor_size input) const {
         buffer<step_description> described;
         for (const detail::planned_step& step : plan(input, fused_, true).steps) {
@@ -85,15 +89,17 @@ public:
         return described;
     }
 
-    /// The default listener of run().
+    /// Default progress callback of run().
     struct ignore_progress {
         void operator()(float) const {}
     };
 
+    /// Runs the network. Returns the result in output_quantization().
+    ///
     /// input     H x W x input_channels(), in input_quantization()
-    /// progress  called as progress(fraction) on the calling thread after each step, at last with 1; an exception from it ends
-    /// the run memory    working memory of at least working_bytes(); if empty, the run allocates it Returns the result in
-    /// output_quantization().
+    /// progress  called as progress(fraction) on the calling thread after each step, finally with 1; an exception from it ends
+    ///           the run
+    /// memory    working memory of at least working_bytes(); if empty, the run allocates it
     template <executor Executor, class Progress = ignore_progress>
     image<std::uint8_t> run(const image<std::uint8_t>& input, Executor& threads, Progress&& progress = {},
                             std::span<std::byte> memory = {}) const {
@@ -105,7 +111,7 @@ public:
         return run_steps(input, threads, planned, memory, after_step);
     }
 
-    /// Computes the same result layer by layer, slower, to show intermediate results.
+    /// Runs the network layer by layer, with the same result but slower, to show intermediate results.
     ///
     /// observe  called as observe(layer, name, tensor) on the calling thread with each layer's result; an exception from it ends
     ///          the run
@@ -131,7 +137,7 @@ private:
     void find_last_uses() {
         buffer<std::size_t> last(layers_.size() + 1);
         for (std::size_t i = 0; i < layers_.size(); ++i) {
-            last[i + 1] = i;  // a tensor without readers is freed at once
+            last[i + 1] = i;  // frees a tensor without readers immediately
             for (std::size_t t : layers_[i].inputs) last[t] = i;
         }
         last_uses_.resize(layers_.size());
@@ -139,7 +145,7 @@ private:
             if (t != output_) last_uses_[last[t]].push_back(t);
     }
 
-    /// The size of every tensor, computed before any allocation.
+    /// Computes the size of every tensor before any allocation.
     buffer<tensor_size> sizes(tensor_size input) const {
         if (input.height == 0 || input.width == 0)
             raise(error_code::invalid_data, input_name_, "at least one pixel",
@@ -164,7 +170,7 @@ private:
         return found;
     }
 
-    /// Bytes of a tensor, or more than max_bytes if that overflows.
+    /// Bytes of a tensor; more than max_bytes on overflow.
     std::uint64_t bytes(std::size_t tensor, tensor_size size) const {
         std::uint64_t product = channels_[tensor];
         for (std::uint64_t factor : {std::uint64_t{size.height}, std::uint64_t{size.width}})
@@ -229,9 +235,10 @@ private:
             std::size_t rows, strips;
 
             std::size_t start(std::size_t strip) const { return strip * rows / strips; }
-            std::uint8_t* cut(std::size_t strip) const { return cuts + strip * planned.cut_bytes; }  // before the strip
+            // copied rows around the start of the strip
+            std::uint8_t* cut(std::size_t strip) const { return cuts + strip * planned.cut_bytes; }
 
-            /// The rows around each cut, which one strip overwrites while another needs them.
+            /// Copies the rows around each cut, because one strip overwrites them while its neighbor still needs them.
             void save_cuts() const {
                 const std::size_t row_bytes = step.chain.front().input_row_bytes();
                 for (std::size_t strip = 1; strip < strips; ++strip)
@@ -255,7 +262,7 @@ private:
                     .run(range);
             }
         };
-        const std::size_t min_rows = std::max<std::size_t>(2 * step.reach, 1);  // keeps the copies around cuts apart
+        const std::size_t min_rows = std::max<std::size_t>(2 * step.reach, 1);  // keeps copies around different cuts apart
         const std::size_t strips = std::clamp<std::size_t>(rows / min_rows, 1, std::max<std::size_t>(threads.concurrency(), 1));
         const std::size_t all_strips = std::max<std::size_t>(threads.concurrency(), 1);
         strip_task task{step, tensors, memory, memory + all_strips * planned.strip_bytes, planned, rows, strips};
@@ -267,10 +274,10 @@ private:
 
     isa target_;
     std::string input_name_;
-    buffer<quantization> values_;   ///< of each tensor; 0 is the input, i + 1 the result of layer i
-    buffer<std::size_t> channels_;  ///< of each tensor
+    buffer<quantization> values_;   ///< per tensor; 0 is the input, i + 1 the result of layer i
+    buffer<std::size_t> channels_;  ///< per tensor
     buffer<detail::packed_layer> layers_;
-    buffer<buffer<std::size_t>> last_uses_;  ///< tensors that no later layer reads
+    buffer<buffer<std::size_t>> last_uses_;  ///< per layer the tensors that no later layer reads
     buffer<detail::schedule_step> fused_, unfused_;
     std::size_t output_ = 0;
 };

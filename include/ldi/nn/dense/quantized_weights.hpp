@@ -1,5 +1,5 @@
-// Reads an 8-bit network from a weight file that holds its operators beside their weights, as
-// examples/training/tiefenrausch_small writes it. formats/safetensors.hpp reads the file.
+// Reads an 8-bit network from a weight file that stores operators and weights, as examples/training/tiefenrausch_small writes
+// it. formats/safetensors.hpp reads the file.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -17,7 +17,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// file  holds n operators; tensor 0 of the network is its input, tensor i + 1 the result of operator i:
+/// Reads the description of a network with n operators from the tensors of a file. Tensor 0 of the network is its input, tensor
+/// i + 1 the result of operator i. The file has these tensors:
 ///
 ///     operators                            int32  n x 5   kind, first input, second input, kernel, stride or factor
 ///     scales, zero_points                  float, uint8   n + 1, of the tensors
@@ -25,8 +26,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 ///     i.weight                             uint8  outputs x kernel x kernel x (inputs; 1 if depthwise)
 ///     i.bias                               int32  outputs
 ///
-/// Kinds: 0 convolution, 1 depthwise convolution, 2 addition, 3 enlargement by repeating pixels. The last operator makes the
-/// result. "operator_names" in the metadata, separated by spaces, name the operators in messages.
+/// Kinds: 0 convolution, 1 depthwise convolution, 2 addition, 3 enlargement by repeating pixels. The last operator computes the
+/// result of the network. "operator_names" in the metadata contains names of the operators for messages, separated by spaces.
 ///
 /// Raises mismatch or invalid_data, naming the tensor, if the file differs from this. quantized_network checks the description
 /// afterwards.
@@ -92,7 +93,7 @@ private:
         return names;
     }
 
-    /// A number of the table that must lie in [least, most].
+    /// Returns a number of the operator table. Raises an error unless it lies in [least, most].
     std::size_t row(std::size_t i, std::size_t column, std::size_t least, std::size_t most) const {
         const std::int32_t value = rows_[i * columns + column];
         if (value < 0 || static_cast<std::size_t>(value) < least || static_cast<std::size_t>(value) > most)
@@ -122,7 +123,7 @@ private:
         const std::string &weight = used_[used_.size() - 2], &bias = used_.back();
         const buffer<std::size_t>& shape = shape_of(weight);
         if (shape.size() != 4) raise(error_code::mismatch, tensor_place(file_, weight), "four dimensions", shape_text(shape));
-        // Only the weights of the input's readers tell its number of channels.
+        // The file does not store the number of input channels; the weights of the operators that read the input determine it.
         if (channels_[c.input] == 0 && c.input == 0) channels_[0] = c.depthwise ? shape[0] : shape[3];
         c.weights =
             tensor_values<std::uint8_t>(file_, weight, {shape[0], c.kernel, c.kernel, c.depthwise ? 1 : channels_[c.input]});
@@ -136,7 +137,7 @@ private:
     const buffer<float>&scales_, &weight_scales_;
     const buffer<std::uint8_t>&zero_points_, &weight_zero_points_;
     std::vector<std::string> used_{"operators", "scales", "zero_points", "weight_scales", "weight_zero_points"};
-    buffer<std::size_t> channels_;  ///< of each tensor
+    buffer<std::size_t> channels_;  ///< per tensor
     network_description result_;
 };
 

@@ -23,7 +23,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// outputs x inputs x k x k to outputs x k x k x inputs.
+/// Transposes outputs x inputs x k x k to outputs x k x k x inputs.
 inline buffer<float> channels_last(std::span<const float> weights, std::size_t outputs, std::size_t elements) {
     LDI_ASSERT(outputs > 0 && weights.size() % (outputs * elements) == 0);
     const std::size_t inputs = weights.size() / (outputs * elements);
@@ -37,24 +37,24 @@ inline buffer<float> channels_last(std::span<const float> weights, std::size_t o
 
 }  // namespace detail
 
-/// Weights as PyTorch stores them, in the order that conv_f32() reads.
+/// Packs PyTorch weights for conv_f32().
 ///
 /// weights  outputs x inputs x kernel_size x kernel_size, row-major, finite; batch normalization folded in
 /// bias     outputs
-/// inputs   channels; of a convolution with several sources, the channels of all of them, concatenated
+/// inputs   sum of the channels of all sources, in order
 inline conv_f32_weights pack_convolution(isa target, std::span<const float> weights, std::span<const float> bias,
                                          std::int32_t kernel_size, activation after) {
     const std::size_t k = static_cast<std::size_t>(kernel_size);
     return pack_conv_f32(target, detail::channels_last(weights, bias.size(), k * k), bias, k, after);
 }
 
-/// The meaning of a source's bytes.
+/// Channels and quantization of a source of bytes.
 struct quantized_source {
     std::size_t channels = 0;
     quantization values;
 };
 
-/// The same in the order that conv_u8() reads, rounded to 7 bits: the largest weight of each output becomes 63.
+/// Packs PyTorch weights for conv_u8(), rounded to 7 bits: the largest weight of each output becomes 63.
 ///
 /// sources  quantization of the sources that the convolution will read; their zero points must equal basic_feature_view::zero
 /// result   quantization of byte results; float results are in units of result.scale
@@ -87,11 +87,11 @@ inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> 
     return pack_conv_u8(target, rounded, zero_points, scales, result_bias, k, after, result.zero_point);
 }
 
-/// result = activation(weights * window + bias); missing pixels count as zero.
+/// Computes result = activation(weights * window + bias); missing pixels count as zero.
 ///
 /// sources  the input channels, concatenated. Their masks must be empty
-/// result   plan.output_count x weights.outputs; rows of outputs outside the plan stay unchanged. Must not overlap
-///          a source. A vector or span of float, or of the sources' type
+/// result   plan.output_count x weights.outputs, a vector or span of float or of the sources' type. Rows outside the plan stay
+///          unchanged. Must not overlap a source
 ///
 /// The bits of an output depend on its window alone: not on the plan (whole or restricted) and not on the executor.
 template <class Weights, class Result, executor Executor = const serial_executor>
@@ -102,10 +102,11 @@ void convolve(const convolution_plan& plan, const Weights& weights,
     detail::run_convolution(plan, weights, sources, false, std::span(result), {}, threads);
 }
 
-/// result = activation(weights * (window . mask) * (C k^2 / sum of mask) + bias) where the mask's sum is positive, else 0.
+/// Computes result = activation(weights * (window . mask) * (C k^2 / sum of mask) + bias) where the mask's sum is positive, else
+/// 0.
 ///
-/// A pixel's channels count as masked if the pixel does not exist, its row is no_pixel, or its mask is 0. The mask's sum runs
-/// over all channels of all sources. Without masks, only missing pixels are left out.
+/// A pixel's channels are masked if the pixel does not exist, its row is no_pixel, or its mask is 0. The mask's sum runs over
+/// all channels of all sources. Without masks, only missing pixels are excluded.
 ///
 /// result_mask  plan.output_count: 1 where the mask's sum is positive, else 0; may be empty
 template <class Weights, class Result, executor Executor = const serial_executor>

@@ -1,6 +1,6 @@
 // Plans the memory accesses of a k x k convolution on a layered depth image. Most of an LDI consists of ordinary image rows,
-// where a window is k pointers into memory. Only near silhouettes does the plan explore windows link by link (core/window.hpp). A
-// plan depends on the graph and the kernel's size alone; all layers of a level share it.
+// where a window is k pointers into memory. Only near silhouettes does the plan explore windows link by link (core/window.hpp).
+// A plan depends only on the graph and the kernel size; all layers of a level share it.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -16,11 +16,11 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Outputs are the pixels of the graph, or with stride 2 those of the coarse graph. Every output lies in one segment or is
-/// irregular. restrict_to() makes plans in which some outputs are neither; convolutions skip these.
+/// Outputs are the pixels of the graph, or with stride 2 those of the coarse graph. Every output of a full plan belongs to one
+/// segment or is irregular. restrict_to() leaves outputs out; convolutions skip these.
 struct convolution_plan {
-    /// Outputs first, first + 1, ... with ordinary windows. With `row = rows[s * kernel_size + r]` of segment s, row r of the
-    /// window of output first + i is the kernel_size pixels centered at pixel `row + stride * i`.
+    /// A run of outputs first, first + 1, ... with ordinary windows. Row r of the window of output first + i consists of the
+    /// kernel_size pixels centered at pixel `rows[s * kernel_size + r] + stride * i`, where s is the index of the segment.
     struct segment {
         std::int32_t first, count;
     };
@@ -35,7 +35,7 @@ struct convolution_plan {
 
     /// kernel_size as std::size_t.
     std::size_t k() const { return static_cast<std::size_t>(kernel_size); }
-    /// Elements of a window.
+    /// Number of pixels per window.
     std::size_t elements() const { return k() * k(); }
     /// The kernel_size rows of a segment.
     std::span<const std::int32_t> rows_of(std::size_t s) const { return std::span(rows).subspan(s * k(), k()); }
@@ -44,7 +44,7 @@ struct convolution_plan {
         return std::span(windows).subspan(i * elements(), elements());
     }
 
-    /// Allocated memory.
+    /// Allocated memory in bytes.
     std::size_t bytes() const {
         return segments.capacity() * sizeof(segment) +
                (rows.capacity() + irregular.capacity() + windows.capacity()) * sizeof(std::int32_t);
@@ -53,8 +53,8 @@ struct convolution_plan {
 
 namespace detail {
 
-/// Minimum outputs of a segment. Shorter ones are gathered, to share tiles with others.
-inline constexpr std::int32_t shortest_segment = 4;
+/// Minimum number of outputs per segment. Shorter segments are gathered, so that their pixels can share the kernels' tiles.
+inline constexpr std::int32_t min_segment = 4;
 
 inline void add_segment(convolution_plan& plan, convolution_plan::segment s, std::span<const std::int32_t> rows,
                         std::int32_t shift) {
@@ -73,7 +73,7 @@ inline convolution_plan plan_all(const graph_view& g, std::int32_t kernel_size, 
     plan.kernel_size = kernel_size;
     plan.input_count = plan.output_count = g.size();
     regular.for_each_segment([&](std::int32_t first, std::int32_t count, std::span<const std::int32_t> rows) {
-        if (count < shortest_segment) return false;
+        if (count < min_segment) return false;
         add_segment(plan, {first, count}, rows, 0);
         return true;
     });
@@ -89,7 +89,7 @@ inline convolution_plan plan_kept(const graph_view& g, std::int32_t kernel_size,
     regular.for_each_segment([&](std::int32_t first, std::int32_t count, std::span<const std::int32_t> rows) {
         if (g.y()[first] % 2 != 0) return true;
         const std::int32_t odd = g.x()[first] % 2, kept = (count - odd + 1) / 2;
-        if (kept < shortest_segment) return false;
+        if (kept < min_segment) return false;
         // The kept pixels of a run are consecutive in the coarse graph.
         add_segment(plan, {coarse.parent[first + odd], kept}, rows, odd);
         return true;
@@ -101,22 +101,23 @@ inline convolution_plan plan_kept(const graph_view& g, std::int32_t kernel_size,
 
 }  // namespace detail
 
-/// kernel_size  odd, 1 to largest_kernel_size
+/// Plans a convolution with stride 1. Any order of pixels works; the canonical order (core/canonical_order.hpp) is the fastest.
 ///
-/// Pixels may be in any order; the canonical one (core/canonical_order.hpp) is the fastest.
+/// kernel_size  odd, 1 to max_kernel_size
 inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size) {
     return detail::plan_all(g, kernel_size, detail::regular_pixels(g, kernel_size));
 }
 
-/// With stride 2: the outputs are the pixels of `coarse`, which is coarsen(g).
+/// Plans a convolution with stride 2. Outputs are the pixels of `coarse`, which is coarsen(g).
 inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size, const coarsened& coarse) {
     return detail::plan_kept(g, kernel_size, coarse, detail::regular_pixels(g, kernel_size));
 }
 
-/// The same plan for some outputs only.
-///
-/// outputs  ascending, each of them an output of the plan
-inline convolution_plan restrict_to(const convolution_plan& plan, std::span<const std::int32_t> outputs) {
+namespace detail {
+
+/// Restricts a plan to some outputs, and renumbers them: outputs[i] becomes output number(i).
+template <class Number>
+convolution_plan restrict_and_number(const convolution_plan& plan, std::span<const std::int32_t> outputs, Number&& number) {
     convolution_plan result;
     result.kernel_size = plan.kernel_size, result.stride = plan.stride;
     result.input_count = plan.input_count, result.output_count = plan.output_count;
@@ -127,7 +128,7 @@ inline convolution_plan restrict_to(const convolution_plan& plan, std::span<cons
         if (s == plan.segments.size() || plan.segments[s].first > output) {
             while (irregular < plan.irregular.size() && plan.irregular[irregular] < output) ++irregular;
             LDI_ASSERT(irregular < plan.irregular.size() && plan.irregular[irregular] == output);
-            result.irregular.push_back(output);
+            result.irregular.push_back(number(i));
             const std::span<const std::int32_t> window = plan.window_of(irregular);
             result.windows.append(window.begin(), window.end());
             ++i;
@@ -138,11 +139,11 @@ inline convolution_plan restrict_to(const convolution_plan& plan, std::span<cons
         while (last < outputs.size() && outputs[last] == outputs[last - 1] + 1 && outputs[last] < from.first + from.count) ++last;
         const std::int32_t count = static_cast<std::int32_t>(last - i), shift = plan.stride * (output - from.first);
         const std::span<const std::int32_t> rows = plan.rows_of(s);
-        if (count >= detail::shortest_segment)
-            detail::add_segment(result, {output, count}, rows, shift);
+        if (count >= min_segment)
+            add_segment(result, {number(i), count}, rows, shift);
         else
             for (std::int32_t o = 0; o < count; ++o) {
-                result.irregular.push_back(output + o);
+                result.irregular.push_back(number(i) + o);
                 for (const std::int32_t row : rows)
                     for (std::int32_t x = 0; x < plan.kernel_size; ++x)
                         result.windows.push_back(row + shift + plan.stride * o + x - plan.kernel_size / 2);
@@ -152,16 +153,33 @@ inline convolution_plan restrict_to(const convolution_plan& plan, std::span<cons
     return result;
 }
 
-/// Marks all pixels in windows of the plan: the inputs of its outputs.
+}  // namespace detail
+
+/// Returns the plan restricted to some outputs.
 ///
-/// marks  input_count
+/// outputs  ascending outputs of the plan
+inline convolution_plan restrict_to(const convolution_plan& plan, std::span<const std::int32_t> outputs) {
+    return detail::restrict_and_number(plan, outputs, [&](std::size_t i) { return outputs[i]; });
+}
+
+/// Restricts a plan to some outputs, and numbers them in their order: outputs[i] becomes output i.
+inline convolution_plan restrict_and_renumber(const convolution_plan& plan, std::span<const std::int32_t> outputs) {
+    convolution_plan result =
+        detail::restrict_and_number(plan, outputs, [](std::size_t i) { return static_cast<std::int32_t>(i); });
+    result.output_count = outputs.size();
+    return result;
+}
+
+/// Marks all pixels that the plan's outputs read.
+///
+/// marks  plan.input_count; the function sets marks to 1 and clears none
 inline void mark_needed_inputs(const convolution_plan& plan, std::span<std::uint8_t> marks) {
     LDI_ASSERT(marks.size() == plan.input_count);
     for (std::size_t s = 0; s < plan.segments.size(); ++s)
         for (const std::int32_t row : plan.rows_of(s)) {
             std::uint8_t* const first = marks.data() + (row - plan.kernel_size / 2);
             const std::int32_t count = plan.stride * (plan.segments[s].count - 1) + plan.kernel_size;
-            // Windows of a segment overlap or touch, except those of a single pixel with stride 2.
+            // Windows of a segment overlap or touch, except 1 x 1 windows with stride 2.
             if (plan.kernel_size > 1 || plan.stride == 1)
                 std::fill_n(first, count, std::uint8_t{1});
             else
@@ -171,7 +189,7 @@ inline void mark_needed_inputs(const convolution_plan& plan, std::span<std::uint
         if (pixel != no_pixel) marks[static_cast<std::size_t>(pixel)] = 1;
 }
 
-/// The same pixels, ascending.
+/// Lists all pixels that the plan's outputs read, ascending.
 inline buffer<std::int32_t> needed_inputs(const convolution_plan& plan) {
     buffer<std::uint8_t> marks(plan.input_count, 0);
     mark_needed_inputs(plan, marks);

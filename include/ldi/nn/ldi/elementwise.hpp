@@ -1,11 +1,13 @@
-// Elementwise operators on feature maps: addition, concatenation, activations.
+// Elementwise operators on feature maps: addition, concatenation, activations, conversion between floats and bytes.
 #pragma once
 
 #include <ldi/base/config.hpp>
 #include <ldi/base/executor.hpp>
+#include <ldi/base/numbers.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/kernels/add_u8.hpp>
 #include <ldi/kernels/conv_f32.hpp>
+#include <ldi/kernels/requantize.hpp>
 #include <ldi/nn/ldi/feature_map.hpp>
 
 #include <algorithm>
@@ -31,9 +33,9 @@ basic_feature_map<Value> for_each_value(basic_feature_map<Value> values, Executo
 
 }  // namespace detail
 
-/// a + b. Pass `std::move(a)` to reuse its memory.
+/// Returns a + b. Pass `std::move(a)` to reuse its memory.
 ///
-/// b  of as many pixels and channels; it may be upsampled. Its missing pixels count as zero
+/// b  same number of pixels and channels; may be upsampled. Its missing pixels count as zero
 template <executor Executor = const serial_executor>
 feature_map add(feature_map a, const feature_view& b, Executor&& threads = {}) {
     LDI_ASSERT(b.pixels() == a.pixels() && b.channels == a.channels);
@@ -50,9 +52,9 @@ feature_map add(feature_map a, const feature_view& b, Executor&& threads = {}) {
     return a;
 }
 
-/// The same in 8 bits, each map in its own quantization.
+/// Returns a + b in 8 bits, each map in its own quantization.
 ///
-/// sum  prepare_add_u8() (kernels/add_u8.hpp) of the two quantizations and that of the result
+/// sum  result of prepare_add_u8() (kernels/add_u8.hpp) for the quantizations of a, b and the sum
 template <executor Executor = const serial_executor>
 basic_feature_map<std::uint8_t> add(basic_feature_map<std::uint8_t> a, const basic_feature_view<std::uint8_t>& b,
                                     const add_u8_constants& sum, Executor&& threads = {}) {
@@ -97,10 +99,10 @@ basic_feature_map<Value> concatenate(std::span<const basic_feature_view<Value>> 
 
 }  // namespace detail
 
-/// Concatenates the channels of the maps. A single upsampled map is written out.
+/// Concatenates the channels of the maps. A single upsampled map is written out. A convolution reads several maps directly,
+/// which is faster.
 ///
-/// maps  at least one, all with the same number of pixels; maps of bytes in one quantization. A convolution reads several maps
-///       directly, which is faster
+/// maps  at least one, all with the same number of pixels; maps of bytes in one quantization
 template <executor Executor = const serial_executor>
 feature_map concatenate(std::initializer_list<feature_view> maps, Executor&& threads = {}) {
     return detail::concatenate(std::span<const feature_view>(maps.begin(), maps.size()), threads);
@@ -111,13 +113,7 @@ basic_feature_map<std::uint8_t> concatenate(std::initializer_list<basic_feature_
     return detail::concatenate(std::span<const basic_feature_view<std::uint8_t>>(maps.begin(), maps.size()), threads);
 }
 
-/// relu of a map of bytes: nothing below its zero.
-template <executor Executor = const serial_executor>
-basic_feature_map<std::uint8_t> relu_u8(basic_feature_map<std::uint8_t> x, Executor&& threads = {}) {
-    return detail::for_each_value(std::move(x), threads, [zero = x.zero](std::uint8_t v) { return (std::max)(v, zero); });
-}
-
-/// relu, leaky_relu(slope) as an operator of its own, for use after an addition; a convolution_layer has its own.
+/// Applies relu or leaky_relu(slope), for example after an addition; a convolution_layer has its own activation.
 template <executor Executor = const serial_executor>
 feature_map activate(feature_map x, activation by, Executor&& threads = {}) {
     return detail::for_each_value(std::move(x), threads, [by](float v) {
@@ -125,13 +121,40 @@ feature_map activate(feature_map x, activation by, Executor&& threads = {}) {
     });
 }
 
-/// 1 / (1 + exp(-x)), to the rounding of the standard library.
+/// Applies relu to a map of bytes: raises values to at least the zero point. Bytes support no other activation.
+template <executor Executor = const serial_executor>
+basic_feature_map<std::uint8_t> activate(basic_feature_map<std::uint8_t> x, [[maybe_unused]] activation by,
+                                         Executor&& threads = {}) {
+    LDI_ASSERT(by.negative_slope == 0.0F);
+    const std::uint8_t zero = x.zero;
+    return detail::for_each_value(std::move(x), threads, [zero](std::uint8_t v) { return (std::max)(v, zero); });
+}
+
+/// Converts a map to bytes: the nearest multiples of `to.scale`, clamped to the range of bytes. NaN becomes the zero point.
+inline basic_feature_map<std::uint8_t> quantize(const feature_map& x, const quantization& to) {
+    basic_feature_map<std::uint8_t> result(x.pixels(), x.channels, to.zero_point);
+    std::transform(x.values.begin(), x.values.end(), result.values.begin(), [&](float v) {
+        const double steps = std::isnan(v) ? 0.0 : std::clamp(double{v} / double{to.scale}, -255.0, 255.0);
+        return static_cast<std::uint8_t>(std::clamp<std::int64_t>(detail::nearest_whole(steps) + to.zero_point, 0, 255));
+    });
+    return result;
+}
+
+/// Converts a map of bytes to floats.
+inline feature_map dequantize(const basic_feature_map<std::uint8_t>& x, const quantization& from) {
+    feature_map result(x.pixels(), x.channels);
+    std::transform(x.values.begin(), x.values.end(), result.values.begin(),
+                   [&](std::uint8_t v) { return static_cast<float>(v - from.zero_point) * from.scale; });
+    return result;
+}
+
+/// Computes 1 / (1 + exp(-x)) with the rounding of the standard library.
 template <executor Executor = const serial_executor>
 feature_map sigmoid(feature_map x, Executor&& threads = {}) {
     return detail::for_each_value(std::move(x), threads, [](float v) { return 1.0F / (1.0F + std::exp(-v)); });
 }
 
-/// The hyperbolic tangent, to the rounding of the standard library.
+/// Computes the hyperbolic tangent with the rounding of the standard library.
 template <executor Executor = const serial_executor>
 feature_map tanh(feature_map x, Executor&& threads = {}) {
     return detail::for_each_value(std::move(x), threads, [](float v) { return std::tanh(v); });

@@ -1,10 +1,10 @@
-// Feature maps: the values of a network's layer at each pixel of a layered image (paper, section "Mapping the PConv Network to
-// LDI").
+// Feature maps: one layer's values at each pixel of a layered image (paper, section "Mapping the PConv Network to LDI").
 #pragma once
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/config.hpp>
 #include <ldi/core/graph.hpp>
+#include <ldi/core/image.hpp>
 
 #include <algorithm>
 #include <concepts>
@@ -17,16 +17,16 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Non-owning view of a feature map, with an optional index map: nearest upsampling without a copy.
 ///
-/// Value  float or std::uint8_t, as the weights' kernel reads it
+/// Value  float or std::uint8_t
 template <class Value>
 struct basic_feature_view {
     std::span<const Value> values;  ///< rows x channels
     std::size_t channels = 0;
     std::span<const std::int32_t> rows;  ///< row per pixel of the graph; no_pixel reads as zeros; empty: pixel i has row i
     std::span<const std::uint8_t> mask;  ///< 1 or 0 per row; empty: all 1
-    Value zero = {};                     ///< the value that represents zero: the zero point of bytes
+    Value zero = {};                     ///< value that represents zero: the zero point of bytes
 
-    /// Pixels of the graph.
+    /// Number of pixels of the graph.
     std::size_t pixels() const { return rows.empty() && channels > 0 ? values.size() / channels : rows.size(); }
 
     /// The row of a pixel, or no_pixel if it is missing or masked.
@@ -37,23 +37,25 @@ struct basic_feature_view {
         return no_pixel;
     }
 
-    /// The channels of a row, side by side.
+    /// The adjacent channels of a row.
     const Value* values_of(std::int32_t row) const { return values.data() + static_cast<std::size_t>(row) * channels; }
 };
 
 using feature_view = basic_feature_view<float>;
 
-/// Pixels x channels, row-major, pixels in the graph's order.
+/// Values of pixels x channels, row-major, pixels in the graph's order.
 template <class Value>
 struct basic_feature_map {
     std::size_t channels = 0;
     buffer<Value> values;
-    Value zero = {};  ///< the value that represents zero: the zero point of bytes
+    Value zero = {};  ///< value that represents zero: the zero point of bytes
 
     basic_feature_map() = default;
-    /// Leaves the values uninitialized.
+    /// Leaves the values uninitialized. Raises too_large if the values exceed the address space.
     basic_feature_map(std::size_t pixel_count, std::size_t channel_count, Value stands_for_zero = {})
-        : channels(channel_count), values(pixel_count * channel_count, unset), zero(stands_for_zero) {}
+        : channels(channel_count),
+          values(detail::checked_size(1, pixel_count, channel_count, sizeof(Value)), unset),
+          zero(stands_for_zero) {}
 
     std::size_t pixels() const { return channels > 0 ? values.size() / channels : 0; }
 
@@ -79,7 +81,7 @@ private:
 
 using feature_map = basic_feature_map<float>;
 
-/// View of a coarse map on the finer graph: each pixel has the channels of its parent, or zeros without one. Copies nothing; the
+/// Views a coarse map on the finer graph without a copy: each pixel has the channels of its parent, or zeros without one. The
 /// map and the parents must outlive the view.
 ///
 /// parent  coarsened::parent, one per pixel of the finer graph
@@ -90,7 +92,7 @@ basic_feature_view<Value> upsample(const basic_feature_map<Value>& coarse, std::
 
 namespace detail {
 
-/// A loop, because rows are short and calls of memmove() cost more than the copies.
+/// Loops instead of calling memmove(), because rows are short and a call costs more than the copy.
 template <class Value>
 void copy_row(const Value* from, std::size_t count, Value* to) {
     constexpr std::size_t step = 4;
@@ -99,7 +101,7 @@ void copy_row(const Value* from, std::size_t count, Value* to) {
     for (; i < count; ++i) to[i] = from[i];
 }
 
-/// Copies a pixel's channels, and returns the number of unmasked ones.
+/// Copies a pixel's channels and returns the number of unmasked channels.
 template <class Value>
 std::size_t copy_pixel(std::span<const basic_feature_view<Value>> sources, std::int32_t pixel, Value* to) {
     std::size_t counted = 0;

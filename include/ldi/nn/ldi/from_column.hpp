@@ -1,4 +1,4 @@
-// From a column of a layered image to a feature map, and back.
+// Converts a column of a layered image to a feature map, and back.
 #pragma once
 
 #include <ldi/base/array_view.hpp>
@@ -13,12 +13,13 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// K pixels with the channels of the column. `Value` is float or std::uint8_t; bytes require a column of bytes.
+/// Copies a column to a feature map of K pixels and the column's channels. `Value` is float or std::uint8_t; bytes require a
+/// column of bytes.
 ///
 ///     const feature_map colors = from_column<color_column>(layers, 1.0F / 255.0F);
 ///     const auto bytes = from_column<color_column, std::uint8_t>(layers);
 ///
-/// scale  float maps: every scalar is multiplied by it
+/// scale  float maps: factor of every value
 template <payload_column Column, class Value = float, has_column<Column> Layers>
 basic_feature_map<Value> from_column(const Layers& layers, float scale = 1.0F) {
     static_assert(std::same_as<Value, float> || std::same_as<Value, typename Column::scalar>);
@@ -32,11 +33,11 @@ basic_feature_map<Value> from_column(const Layers& layers, float scale = 1.0F) {
     return map;
 }
 
-/// Writes a feature map to a column. Scalars that are integers are rounded to the nearest and clamped to their range; NaN becomes
-/// 0.
+/// Writes a feature map to a column. Values for integer scalars are rounded to nearest and clamped to the range of the scalar;
+/// NaN becomes 0.
 ///
-/// map    as many pixels as the layers have, and the channels of the column
-/// scale  float maps: every value is multiplied by it before it is rounded
+/// map    as many pixels as the layers, as many channels as the column
+/// scale  float maps: factor of every value, applied before rounding
 template <payload_column Column, class Value, has_column<Column> Layers>
 void to_column(const basic_feature_map<Value>& map, Layers& layers, float scale = 1.0F) {
     using scalar = typename Column::scalar;

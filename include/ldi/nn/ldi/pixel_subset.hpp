@@ -1,4 +1,4 @@
-// Some pixels of a graph, numbered from 0. A network that needs values at some pixels only stores rows for these alone.
+// A subset of a graph's pixels, numbered from 0. A network that needs values only at some pixels stores rows for these alone.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -14,14 +14,14 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The pixels, and the row of each pixel of the graph among them.
+/// Pixels of a subset, and the reverse lookup.
 struct pixel_subset {
     buffer<std::int32_t> pixels;  ///< ascending
     buffer<std::int32_t> row_of;  ///< per pixel of the graph: its index in `pixels`, or no_pixel
 
     std::size_t size() const { return pixels.size(); }
 
-    /// The pixels whose mark is not 0.
+    /// Collects the pixels with nonzero marks.
     static pixel_subset marked(std::span<const std::uint8_t> marks) {
         pixel_subset subset;
         subset.row_of.resize(marks.size());
@@ -36,22 +36,37 @@ struct pixel_subset {
     }
 };
 
-/// Renumbers a plan for tensors that hold rows of subsets only.
+namespace detail {
+
+inline void renumber(std::int32_t& pixel, const pixel_subset& subset) {
+    if (pixel == no_pixel) return;
+    pixel = subset.row_of[pixel];
+    LDI_ASSERT(pixel != no_pixel);
+}
+
+}  // namespace detail
+
+/// Renumbers a plan's inputs for a tensor that stores only the rows of a subset.
 ///
-/// outputs, inputs  hold all outputs of the plan, and all pixels of their windows
+/// inputs  contains all pixels that the plan's outputs read
+inline void renumber_inputs(convolution_plan& plan, const pixel_subset& inputs) {
+    LDI_ASSERT(inputs.row_of.size() == plan.input_count);
+    // Pixels of a segment's rows are consecutive in the subset, too, because the subset contains all of them.
+    for (std::int32_t& pixel : plan.rows) detail::renumber(pixel, inputs);
+    for (std::int32_t& pixel : plan.windows) detail::renumber(pixel, inputs);
+    plan.input_count = inputs.size();
+}
+
+/// Renumbers a plan for tensors that store only the rows of subsets.
+///
+/// outputs  contains all outputs of the plan
+/// inputs   contains all pixels of their windows
 inline convolution_plan on_subsets(convolution_plan plan, const pixel_subset& outputs, const pixel_subset& inputs) {
-    LDI_ASSERT(outputs.row_of.size() == plan.output_count && inputs.row_of.size() == plan.input_count);
-    const auto renumber = [](std::int32_t& pixel, const pixel_subset& subset) {
-        if (pixel == no_pixel) return;
-        pixel = subset.row_of[pixel];
-        LDI_ASSERT(pixel != no_pixel);
-    };
-    // Pixels of a segment and of its rows are consecutive in the subsets, too, because the subsets hold all of them.
-    for (convolution_plan::segment& s : plan.segments) renumber(s.first, outputs);
-    for (std::int32_t& pixel : plan.rows) renumber(pixel, inputs);
-    for (std::int32_t& output : plan.irregular) renumber(output, outputs);
-    for (std::int32_t& pixel : plan.windows) renumber(pixel, inputs);
-    plan.output_count = outputs.size(), plan.input_count = inputs.size();
+    LDI_ASSERT(outputs.row_of.size() == plan.output_count);
+    renumber_inputs(plan, inputs);
+    for (convolution_plan::segment& s : plan.segments) detail::renumber(s.first, outputs);
+    for (std::int32_t& output : plan.irregular) detail::renumber(output, outputs);
+    plan.output_count = outputs.size();
     return plan;
 }
 

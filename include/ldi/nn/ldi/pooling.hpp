@@ -20,25 +20,11 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// The fine pixels that collapse to each coarse one: coarse pixel i has those from first[i] to first[i + 1], ascending.
-struct collapsed_pixels {
-    buffer<std::size_t> first;
-    buffer<std::int32_t> pixels;
-
-    explicit collapsed_pixels(const coarsened& by) : first(by.kept.size() + 1, 0) {
-        for (const std::int32_t parent : by.parent)
-            if (parent != no_pixel) ++first[parent + 1];
-        for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
-        pixels.resize(first.back(), unset);
-        buffer<std::size_t> next(first);
-        for (std::int32_t i = 0; i < by.parent.count(); ++i)
-            if (by.parent[i] != no_pixel) pixels[next[by.parent[i]]++] = i;
-    }
-};
-
-/// Sum  the type that values are combined in
+/// Applies `combine` to the fine pixels of each coarse pixel, then `finish`.
+///
+/// Sum      type of the combined values
 /// combine  combines the values of two pixels
-/// finish   maps a coarse pixel's combined value and number of fine pixels to the result
+/// finish   maps a coarse pixel's combined value and its number of fine pixels to the result
 template <class Sum, class Value, executor Executor, class Combine, class Finish>
 basic_feature_map<Value> pool(const basic_feature_map<Value>& fine, const coarsened& by, Executor& threads, Combine combine,
                               Finish finish) {
@@ -65,10 +51,10 @@ basic_feature_map<Value> pool(const basic_feature_map<Value>& fine, const coarse
 
 }  // namespace detail
 
-/// Average over the fine pixels of each coarse pixel. Bytes: rounded half up.
+/// Returns the average over the fine pixels of each coarse pixel. Averages of bytes are rounded half up.
 ///
-/// fine  float or bytes
-/// by    coarsen() of the graph of `fine`
+/// fine  values of type float or std::uint8_t
+/// by    result of coarsen() for the graph of `fine`
 template <class Value, executor Executor = const serial_executor>
 basic_feature_map<Value> average_pool(const basic_feature_map<Value>& fine, const coarsened& by, Executor&& threads = {}) {
     if constexpr (std::same_as<Value, float>)
@@ -81,10 +67,10 @@ basic_feature_map<Value> average_pool(const basic_feature_map<Value>& fine, cons
             [](std::size_t sum, std::size_t count) { return static_cast<Value>((2 * sum + count) / (2 * count)); });
 }
 
-/// Maximum of each channel over the fine pixels of each coarse pixel.
+/// Returns the maximum of each channel over the fine pixels of each coarse pixel.
 ///
-/// fine  float or bytes
-/// by    coarsen() of the graph of `fine`
+/// fine  values of type float or std::uint8_t
+/// by    result of coarsen() for the graph of `fine`
 template <class Value, executor Executor = const serial_executor>
 basic_feature_map<Value> max_pool(const basic_feature_map<Value>& fine, const coarsened& by, Executor&& threads = {}) {
     return detail::pool<Value>(

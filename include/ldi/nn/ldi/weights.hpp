@@ -22,14 +22,14 @@ struct tensor {
     std::variant<buffer<float>, buffer<std::int32_t>, buffer<std::int8_t>, buffer<std::uint8_t>> values;
 };
 
-/// Names are unique.
+/// Tensors and metadata of a weight file. Names are unique.
 struct named_tensors {
     std::map<std::string, tensor, std::less<>> tensors;
     std::map<std::string, std::string, std::less<>> metadata;
-    std::string where;  ///< the file's path, for messages
+    std::string where;  ///< path of the file, for messages
 };
 
-/// "20 x 4 x 7 x 7", or "a single value".
+/// Returns the shape as text: "20 x 4 x 7 x 7", or "a single value".
 inline std::string shape_text(const buffer<std::size_t>& shape) {
     if (shape.empty()) return "a single value";
     std::string text;
@@ -46,15 +46,15 @@ constexpr std::string_view scalar_name() {
     if constexpr (std::is_same_v<Scalar, std::uint8_t>) return "uint8";
 }
 
-/// The name of a tensor in messages.
+/// Returns the name of a tensor in messages.
 inline std::string tensor_place(const named_tensors& from, std::string_view name) {
     return place_in(from.where, "tensor " + printable(name));
 }
 }  // namespace detail
 
-/// The values of the tensor `name`, which must be of this type and shape.
+/// Returns the values of the tensor `name`, which must have this type and shape.
 ///
-/// Raises mismatch, naming the tensor, where there is none of that name or it is of another type or shape.
+/// Raises mismatch, with the name of the tensor, if it is missing or has another type or shape.
 template <class Scalar>
 const buffer<Scalar>& tensor_values(const named_tensors& from, std::string_view name, const buffer<std::size_t>& shape) {
     const std::string expected = std::string(detail::scalar_name<Scalar>()) + ", " + shape_text(shape);
@@ -71,14 +71,14 @@ const buffer<Scalar>& tensor_values(const named_tensors& from, std::string_view 
     return *values;
 }
 
-/// Raises mismatch, naming the first tensor that is not among `names`.
+/// Raises mismatch for the first tensor that is not among `names`.
 template <class Names>
 void check_no_others(const named_tensors& from, const Names& names) {
     for (const auto& [name, values] : from.tensors) {
         bool is_named = false;
         for (const auto& known : names) is_named = is_named || known == name;
         if (!is_named)
-            raise(error_code::mismatch, detail::tensor_place(from, name), "only tensors that the network has", "one more");
+            raise(error_code::mismatch, detail::tensor_place(from, name), "only tensors of the network", "an unexpected tensor");
     }
 }
 

@@ -1,5 +1,5 @@
-// Pixels added behind a single layer while it grows. They are kept apart from the layer until the end, so that a growing image
-// costs nothing but its new pixels; then both are merged into canonical order in one pass.
+// Pixels added behind a single layer while it grows. They are stored separately from the layer, so that growth costs only the
+// new pixels. At the end, one pass merges both into canonical order.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -15,7 +15,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-// The only way from a single layer to a layered image.
+// The only conversion from a single layer to a layered image.
 struct expansion_access {
     template <class... Columns>
     static layered_image<Columns...> layers_of(single_layer<Columns...>&& layer) {
@@ -23,12 +23,12 @@ struct expansion_access {
     }
 };
 
-// Indices below K are the base layer's, pixel (x, y) at y * width + x; hidden pixels follow in the order in which they were
-// added.
+// Indices below K are pixels of the base layer, pixel (x, y) at y * width + x. Hidden pixels follow in the order in which they
+// were added.
 class hidden_pixels {
 public:
-    /// base        one layer in the order of the photo; growth links its pixels
-    /// disparity   of the base; must outlive all calls but write_disparity()
+    /// base       one layer in the order of the photo; growth adds links to its pixels
+    /// disparity  of the base; must outlive all calls except write_disparity()
     hidden_pixels(graph_builder base, array_view<const float> disparity)
         : base_(std::move(base)),
           base_disparity_(disparity),
@@ -41,7 +41,7 @@ public:
     std::int32_t width() const { return base_.width(); }
     std::int32_t height() const { return base_.height(); }
     bool inside(std::int32_t x, std::int32_t y) const { return x >= 0 && y >= 0 && x < base_.width() && y < base_.height(); }
-    /// The index of the visible pixel at (x, y), with which a walk over all pixels there begins.
+    /// Index of the visible pixel at (x, y), the first pixel of a walk over all pixels at this position.
     std::int32_t position(std::int32_t x, std::int32_t y) const { return y * base_.width() + x; }
     std::int32_t next_at_position(std::int32_t pixel) const {
         return is_base(pixel) ? newest_[pixel] : older_[hidden_index(pixel)];
@@ -56,10 +56,12 @@ public:
         return is_base(pixel) ? base_.neighbors(s)[pixel] : hidden_.neighbors(s)[hidden_index(pixel)];
     }
 
-    /// The visible pixel from which growth led to this one; of a visible pixel, itself.
+    /// Returns the visible pixel from which this pixel grew; for a visible pixel, the pixel itself.
     std::int32_t origin(std::int32_t pixel) const { return is_base(pixel) ? pixel : origin_[hidden_index(pixel)]; }
 
-    /// origin  of the new pixel
+    /// Adds a hidden pixel.
+    ///
+    /// origin  the visible pixel whose surface it continues
     std::int32_t add(std::int32_t position, float disparity, std::int32_t origin) {
         const std::int32_t pixel = base_count_ + hidden_.add_pixel(base_.x()[position], base_.y()[position]);
         origin_.push_back(origin);
@@ -73,7 +75,7 @@ public:
         slot(b, opposite(s)) = a;
     }
 
-    /// Calls see(graph, disparity, K) with everything so far, base pixels first.
+    /// Calls see(graph, disparity, K) with all pixels so far, base pixels first.
     template <class See>
     void show(See&& see) const {
         graph_builder all(base_.width(), base_.height(), base_.size() + hidden_.size(), unset);
@@ -87,7 +89,7 @@ public:
         see(std::move(all).build(), std::span<const float>(disparity), base_.size());
     }
 
-    /// All pixels in canonical order.
+    /// Merges all pixels into canonical order.
     grown_pixels merge() {
         grown_pixels result;
         result.pieces = order();
@@ -135,10 +137,10 @@ private:
         return is_base(pixel) ? base_.write_neighbors(s)[pixel] : hidden_.write_neighbors(s)[hidden_index(pixel)];
     }
 
-    // All pixels in canonical order (core/canonical_order.hpp), in pieces.
+    // Arranges all pixels in canonical order (core/canonical_order.hpp), in pieces.
     buffer<grown_piece> order() const {
         buffer<std::size_t> hidden_start(static_cast<std::size_t>(base_.height()) + 1,
-                                         0);  // hidden pixels that start a run, filed by row
+                                         0);  // hidden pixels that start a run, counted by row
         for (std::int32_t i = 0; i < hidden_.count(); ++i)
             if (hidden_.left()[i] == no_pixel) ++hidden_start[hidden_.y()[i] + 1];
         for (std::int32_t y = 0; y < base_.height(); ++y) hidden_start[y + 1] += hidden_start[y];
@@ -176,11 +178,11 @@ private:
     graph_builder base_;
     array_view<const float> base_disparity_;
     std::int32_t base_count_;
-    buffer<std::int32_t> newest_;  // the last hidden pixel added at each position, or no_pixel
-    buffer<std::int32_t> older_;   // the one added there before
-    graph_builder hidden_;         // links lead to pixels of both; it is never built
+    buffer<std::int32_t> newest_;  // last hidden pixel added at each position, or no_pixel
+    buffer<std::int32_t> older_;   // per hidden pixel: the one added before it at its position
+    graph_builder hidden_;         // links lead to pixels of both; never built
     buffer<float> hidden_disparity_;
-    buffer<std::int32_t> origin_;  // the pixel of the photo whose surface each hidden pixel continues
+    buffer<std::int32_t> origin_;  // per hidden pixel: the pixel of the photo whose surface it continues
 };
 
 }}}  // namespace ldi::detail

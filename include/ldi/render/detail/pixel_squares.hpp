@@ -1,5 +1,5 @@
-// The pixels of a layered image as squares of four triangles each, from the pixel's center to its sides. Linked pixels share
-// corners; the rest is torn. Projected once for a view, in the fixed-point positions that the rasterizer works in.
+// Pixels of a layered image as squares of four triangles each, from the pixel's center to its sides. Linked pixels share
+// corners; unlinked pixels are separate. Projected once per view to the rasterizer's fixed-point positions.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -21,7 +21,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// The corners of a pixel, clockwise from the top left; its sides in the same order, each from a corner to the next.
+/// Corners of a pixel, clockwise from the top left. Side i runs from corner i to the next corner.
 inline constexpr std::int32_t pixel_corners[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
 inline constexpr side clockwise_sides[4] = {side::up, side::right, side::down, side::left};
 
@@ -41,7 +41,7 @@ public:
         place(layers.template column<disparity_column>(), range, relative_projection(taken_from, from, samples, z_near));
     }
 
-    /// False where a corner lies nearer than z_near, or so far outside the picture that it can't be projected safely.
+    /// False if a corner is nearer than z_near, or too far outside the picture to be projected safely.
     bool is_drawn(std::int32_t pixel) const { return drawn_[pixel] != 0; }
 
     std::int64_t top(std::int32_t pixel) const {
@@ -51,8 +51,8 @@ public:
         return extreme(pixel, [](std::int64_t a, std::int64_t b) { return (std::max)(a, b); });
     }
 
-    /// Center and the two corners of a side, clockwise in the layered image's own view. Texture coordinates go from 0 to 1 over
-    /// the pixel.
+    /// Triangle of the center and the two corners of a side, clockwise as seen in the layered image. Texture coordinates run
+    /// from 0 to 1 over the pixel.
     screen_triangle triangle(std::int32_t pixel, side s) const {
         const int first = clockwise_index(s), second = (first + 1) % 4;
         screen_triangle t{vertices_[pixel], vertices_[corner(pixel, first)], vertices_[corner(pixel, second)]};
@@ -72,7 +72,7 @@ private:
         return result;
     }
 
-    /// A link makes the two corners at either end of the common side one.
+    /// Merges the corners of linked pixels at both ends of their common side.
     void share_corners() {
         const std::int32_t count = graph_.count();
         disjoint_sets sets(4 * graph_.size());
@@ -92,7 +92,7 @@ private:
         vertices_.resize(static_cast<std::size_t>(std::int64_t{count} + corners));
     }
 
-    /// A corner has the mean disparity of the pixels that share it.
+    /// Places each corner at the mean disparity of the pixels that share it.
     template <class Project>
     void place(array_view<const float> disparity, const depth_range& distances, const Project& project) {
         const std::int32_t count = graph_.count();
@@ -127,17 +127,17 @@ private:
         }
     }
 
-    /// From a pixel position of one view, and its depth, to the screen of another.
+    /// Projects a pixel position with depth from one view to the screen of another.
     class relative_projection {
     public:
         relative_projection(const view& taken_from, const view& from, std::int32_t samples, float z_near)
             : z_near_(z_near),
               source_focal_(taken_from.camera.focal_length),
-              source_x_(0.5 * taken_from.camera.width),
-              source_y_(0.5 * taken_from.camera.height),
+              source_x_(taken_from.axis_x()),
+              source_y_(taken_from.axis_y()),
               focal_(double{from.camera.focal_length} * samples),
-              x_(0.5 * from.camera.width * samples),
-              y_(0.5 * from.camera.height * samples) {
+              x_(double{from.axis_x()} * samples),
+              y_(double{from.axis_y()} * samples) {
             std::array<double, 3> offset{};
             for (std::size_t i = 0; i < 3; ++i) offset[i] = double{taken_from.position[i]} - from.position[i];
             for (std::size_t i = 0; i < 3; ++i)
@@ -171,13 +171,13 @@ private:
     };
 
     graph_view graph_;
-    buffer<std::int32_t> corner_of_;  // of each pixel, clockwise from the top left: its vertices
-    buffer<screen_vertex> vertices_;  // the pixels' centers, then the corners
+    buffer<std::int32_t> corner_of_;  // vertices of each pixel's corners, clockwise from the top left
+    buffer<screen_vertex> vertices_;  // centers of the pixels, then the corners
     buffer<std::uint8_t> drawn_;      // one per pixel
 };
 
-/// The color at (u, v) of a pixel, from (0, 0) at its top left corner to (1, 1): bilinear between the centers of pixels that are
-/// linked around the corner and known alike.
+/// Color at (u, v) within a pixel, from (0, 0) at its top left corner to (1, 1): bilinear between the centers of the pixels that
+/// are linked around the nearest corner, if all are known or all are unknown.
 template <has_columns<color_column, known_column> Layers>
 std::array<std::uint8_t, 3> color_within_pixel(const Layers& layers, std::int32_t pixel, double u, double v) {
     const auto& g = layers.topology();

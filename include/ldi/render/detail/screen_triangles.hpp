@@ -1,5 +1,5 @@
-// Triangles on the way to the screen: clipped, projected, rounded to fixed point, and cut into spans of samples. From the
-// rounding on all is in integers, so that triangles with a common edge leave no sample out and share none, on any machine.
+// Triangles in screen space: clipped, projected, rounded to fixed point, and divided into spans of samples. After rounding, all
+// arithmetic is in integers, so triangles with a common edge neither miss nor share samples, on any machine.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -16,10 +16,10 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// The position of a sample (x, y) is (x + 0.5, y + 0.5); positions count in 1 / 256 of the distance between samples.
+/// Fixed-point units per sample distance. Sample (x, y) is at position (x + 0.5, y + 0.5).
 inline constexpr std::int64_t subsample_steps = 256;
 
-/// Positions stay within this many samples of the optical axis, so that products of two differences fit 64 bits.
+/// Maximum distance of positions from the optical axis, in samples, so that products of two differences fit in 64 bits.
 inline constexpr double guard_band = 1048576;
 
 struct screen_vertex {
@@ -31,12 +31,12 @@ struct screen_vertex {
 
 using screen_triangle = std::array<screen_vertex, 3>;
 
-/// Twice the area; positive if the triangle runs clockwise as seen on the screen.
+/// Returns twice the area; positive if the triangle is clockwise on the screen.
 inline std::int64_t signed_area(const screen_triangle& t) {
     return (t[1].x - t[0].x) * (t[2].y - t[0].y) - (t[1].y - t[0].y) * (t[2].x - t[0].x);
 }
 
-/// Makes a triangle run clockwise. False if nothing of it is to be drawn: it has no area, or is seen from behind.
+/// Makes a triangle clockwise. False if it is not drawn: it has no area, or shows its back.
 inline bool turn_clockwise(screen_triangle& t, bool both_sides) {
     const std::int64_t area = signed_area(t);
     if (area < 0) std::swap(t[1], t[2]);
@@ -45,8 +45,9 @@ inline bool turn_clockwise(screen_triangle& t, bool both_sides) {
 
 inline std::int64_t floor_division(std::int64_t a, std::int64_t positive) { return a / positive - (a % positive < 0 ? 1 : 0); }
 
-/// Calls span(y, first_x, last_x) for every row in [first_row, last_row) of which the triangle covers the samples [first_x,
-/// last_x), within [0, width). signed_area(t) > 0. A sample exactly on an edge belongs to the triangle on its right, or below.
+/// Calls span(y, first_x, last_x) for every row in [first_row, last_row) in which the triangle covers the samples [first_x,
+/// last_x), within [0, width). Requires signed_area(t) > 0. A sample exactly on an edge belongs to the triangle on its right, or
+/// below.
 template <class Span>
 void for_each_span(const screen_triangle& t, std::int64_t width, std::int64_t first_row, std::int64_t last_row, Span&& span) {
     constexpr std::int64_t one = subsample_steps, half = subsample_steps / 2;
@@ -74,7 +75,7 @@ void for_each_span(const screen_triangle& t, std::int64_t width, std::int64_t fi
 
 /// A value that is affine on the screen.
 struct screen_plane {
-    double value, per_x, per_y;  ///< at the first vertex; change per sample
+    double value, per_x, per_y;  ///< value at the first vertex; change per sample
 
     screen_plane(const screen_triangle& t, double first, double second, double third) : value(first) {
         const double x1 = nearest_double(t[1].x - t[0].x), y1 = nearest_double(t[1].y - t[0].y);
@@ -83,11 +84,11 @@ struct screen_plane {
         per_x = ((second - first) * y2 - (third - first) * y1) * scale;
         per_y = ((third - first) * x1 - (second - first) * x2) * scale;
     }
-    /// x, y  from the first vertex, in samples
+    /// x, y  relative to the first vertex, in samples
     double at(double x, double y) const { return value + per_x * x + per_y * y; }
 };
 
-/// Depth and texture coordinates at the samples of a triangle. Divided by depth, texture coordinates are affine on the screen
+/// Depth and texture coordinates at the samples of a triangle. Texture coordinates divided by depth are affine on the screen,
 /// too.
 class screen_values {
 public:
@@ -100,7 +101,7 @@ public:
           x0_(nearest_double(t[0].x) / nearest_double(subsample_steps) - 0.5),
           y0_(nearest_double(t[0].y) / nearest_double(subsample_steps) - 0.5) {}
 
-    /// Rounding in slivers does not leave the triangle's range of depths.
+    /// Clamped, so that rounding in slivers does not leave the triangle's range of depths.
     double inverse_depth(std::int64_t x, std::int64_t y) const { return std::clamp(at(inverse_, x, y), least_, most_); }
     double u(std::int64_t x, std::int64_t y) const { return at(u_, x, y) / inverse_depth(x, y); }
     double v(std::int64_t x, std::int64_t y) const { return at(v_, x, y) / inverse_depth(x, y); }
@@ -115,7 +116,7 @@ private:
     double least_, most_, x0_, y0_;
 };
 
-/// The same of a translucent triangle, and its opacity.
+/// Adds opacity to screen_values, for translucent triangles.
 class translucent_values : public screen_values {
 public:
     explicit translucent_values(const screen_triangle& t)
@@ -130,13 +131,13 @@ private:
     screen_plane opacity_;
 };
 
-/// A vertex before projection: in the camera's axes.
+/// A vertex before projection, in the camera's axes.
 struct camera_vertex {
     std::array<double, 3> position;
     double u, v, opacity;
 };
 
-/// Clips triangles to what can be projected safely and brings them to the screen.
+/// Clips triangles to the safely projectable region and projects them to the screen.
 class projection {
 public:
     projection(const view& from, std::int32_t samples, float z_near)
@@ -145,7 +146,7 @@ public:
     /// Appends the screen triangles of one triangle of a mesh or strip, with the winding that signed_area() expects.
     template <class Mesh>
     void append(const Mesh& mesh, std::size_t triangle, bool both_sides, buffer<screen_triangle>& result) const {
-        std::array<camera_vertex, 8> corners;  // every plane can add one to the first three
+        std::array<camera_vertex, 8> corners;  // each plane can add one corner to the first three
         std::size_t count = 3;
         for (std::size_t i = 0; i < 3; ++i) corners[i] = to_camera(mesh, mesh.triangles[3 * triangle + i]);
         for (int plane = 0; plane < 5; ++plane) count = clip(corners, count, plane);
@@ -159,7 +160,8 @@ public:
     }
 
 private:
-    /// The point where an edge meets a plane, put exactly onto it: however far the ends lie apart, it can be projected.
+    /// Intersects an edge with a plane and moves the point exactly onto the plane, so that it can be projected for any length of
+    /// edge.
     camera_vertex cut(const camera_vertex& a, const camera_vertex& b, double t, int plane) const {
         camera_vertex result{{}, (1 - t) * a.u + t * b.u, (1 - t) * a.v + t * b.v, (1 - t) * a.opacity + t * b.opacity};
         for (std::size_t i = 0; i < 3; ++i) result.position[i] = (1 - t) * a.position[i] + t * b.position[i];
@@ -176,7 +178,7 @@ private:
 
     template <class Mesh>
     camera_vertex to_camera(const Mesh& mesh, std::size_t vertex) const {
-        // In double precision, where no finite mesh overflows.
+        // Double precision cannot overflow for finite float positions.
         std::array<double, 3> moved{};
         for (std::size_t i = 0; i < 3; ++i) moved[i] = double{mesh.positions[3 * vertex + i]} - from_.position[i];
         std::array<double, 3> seen{};
@@ -199,7 +201,7 @@ private:
         }
     }
 
-    /// An edge is cut going from its inner to its outer end, so that triangles on both sides of it are cut at the same point.
+    /// Cuts every edge from its inner to its outer end, so that the triangles on both sides are cut at the same point.
     std::size_t clip(std::array<camera_vertex, 8>& corners, std::size_t count, int plane) const {
         std::array<double, 8> distance{};
         bool any_outside = false;
@@ -225,8 +227,8 @@ private:
         const double inverse_depth = -1 / v.position[2];
         const double scale = from_.camera.focal_length * inverse_depth;
         const double steps = nearest_double(subsample_steps) * samples_;
-        return {std::llround((0.5 * from_.camera.width + v.position[0] * scale) * steps),
-                std::llround((0.5 * from_.camera.height - v.position[1] * scale) * steps),
+        return {std::llround((double{from_.axis_x()} + v.position[0] * scale) * steps),
+                std::llround((double{from_.axis_y()} - v.position[1] * scale) * steps),
                 inverse_depth,
                 v.u,
                 v.v,

@@ -1,6 +1,6 @@
 // Follows a surface of a layered image along a row or a column of the screen, from sample to sample. Depth peeling uses it to
-// find which surfaces at neighboring pixels are connected. Integer arithmetic with the rasterizer's edge rule, so that both
-// always agree.
+// find which surfaces at neighboring pixels are connected. Uses integer arithmetic and the rasterizer's edge rule, so that both
+// agree.
 #pragma once
 
 #include <ldi/core/graph.hpp>
@@ -12,7 +12,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// One of the four triangles of a pixel, named by the side that it reaches.
+/// One of the four triangles of a pixel, identified by the side that it touches.
 struct surface_triangle {
     std::int32_t pixel = no_pixel;
     side outer = side::up;
@@ -20,7 +20,9 @@ struct surface_triangle {
     bool operator==(const surface_triangle&) const = default;
 };
 
-/// Whether the sample belongs to the triangle, of positive area, as for_each_span has it.
+/// Whether the sample belongs to the triangle by the rule of for_each_span().
+///
+/// t  of positive area
 inline bool holds_sample(const screen_triangle& t, std::int64_t x, std::int64_t y) {
     const std::int64_t px = x * subsample_steps + subsample_steps / 2, py = y * subsample_steps + subsample_steps / 2;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -36,19 +38,19 @@ class surface_walk {
 public:
     surface_walk(const graph_view& g, const pixel_squares& squares) : graph_(g), squares_(squares) {}
 
-    /// The triangle that the surface has reached one sample to the right of (x, y), or below it, having started in `from`, which
-    /// holds that sample. No pixel if it ends, or folds back, before.
+    /// Follows the surface from triangle `from`, which contains sample (x, y), to the next sample on the right or below. Returns
+    /// the triangle there, or no pixel if the surface ends or folds back first.
     surface_triangle one_sample(surface_triangle from, std::int64_t x, std::int64_t y, side direction) const {
         const bool to_right = direction == side::right;
         const std::int64_t target_x = x + (to_right ? 1 : 0), target_y = y + (to_right ? 0 : 1);
-        // The rule for edges is that of a sample moved right by e and down by e^2, e > 0 and as small as need be. The line that
-        // is followed is moved likewise: it meets no corner, and corners exactly on it lie on one side.
+        // The edge rule is that of a sample moved right by e and down by e^2, for an infinitesimal e > 0. The line is moved in
+        // the same way: it meets no corner, and corners exactly on it lie on one side.
         const std::int64_t line = (to_right ? y : x) * subsample_steps + subsample_steps / 2;
         const auto before_line = [&](const screen_vertex& v) { return (to_right ? v.y : v.x) <= line; };
 
         screen_triangle t = squares_.triangle(from.pixel, from.outer);
         const bool faces_us = signed_area(t) > 0;
-        // In a clockwise triangle, the right edge crosses the line downward and the left edge upward. The lower edge leads left.
+        // In a clockwise triangle, the right edge crosses the line downward and the left edge upward. The lower edge runs left.
         std::size_t exit = 3;
         for (std::size_t e = 0; e < 3; ++e)
             if (before_line(t[e]) != before_line(t[(e + 1) % 3]) && before_line(t[e]) == (to_right == faces_us)) exit = e;
@@ -68,8 +70,8 @@ public:
     }
 
 private:
-    /// Goes over an edge of a triangle: 0 and 2 lead from its pixel's center to a corner, 1 is the pixel's side. Returns the edge
-    /// by which the next triangle is entered.
+    /// Crosses an edge of a triangle and returns the edge by which the next triangle is entered. Edges 0 and 2 run from the
+    /// pixel's center to a corner; edge 1 is the pixel's side.
     std::size_t cross(surface_triangle& from, std::size_t edge) const {
         if (edge == 1) {
             from = {graph_.neighbor(from.pixel, from.outer), opposite(from.outer)};

@@ -1,4 +1,4 @@
-// Draws a chart as large as the photo (texture/sheets.hpp), row by row.
+// Draws a chart at the photo's full size (texture/sheets.hpp), row by row.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -25,7 +25,7 @@ public:
         : place_(place),
           atlas_(atlas),
           photo_(photo),
-          sources_(shape, atlas, in_atlas, layout.padding, worked_on),
+          sources_(shape, atlas, in_atlas, layout.padding, layout.across.margin, worked_on),
           columns_(
               samples_along(layout.across, place.photo_x, place.room.width, shape.x, shape.width, in_atlas.x, layout.padding)),
           rows_(samples_along(layout.down, place.photo_y, place.room.height, shape.y, shape.height, in_atlas.y, layout.padding)) {
@@ -33,13 +33,13 @@ public:
 
     std::size_t rows() const { return rows_.size(); }
 
-    /// Draws a row of the chart's room.
+    /// Draws one row of the chart's room.
     void draw(std::int32_t y, image<std::uint8_t>& sheet) const {
         std::uint8_t* to = sheet.row(place_.room.y + y) + 3 * std::ptrdiff_t{place_.room.x};
         const std::int32_t pixel_y = rows_[y].pixel;
         for (std::int32_t x = 0, end = 0; x < columns_.count(); to += 3 * (end - x), x = end) {
             const sheet_source source = sources_.at(columns_[x].pixel, pixel_y);
-            const auto is_alike = [&](std::int32_t other) {  // cleaned ones differ in the color beside
+            const auto is_alike = [&](std::int32_t other) {  // cleaned pixels differ in the color of the neighboring surface
                 return columns_[other].pixel == columns_[x].pixel ||
                        (source != sheet_source::cleaned && sources_.at(columns_[other].pixel, pixel_y) == source);
             };
@@ -61,11 +61,11 @@ public:
 private:
     using color = std::array<float, 3>;
 
-    /// A texel along one direction.
+    /// Sample position of a texel along one direction.
     struct sample {
-        std::int32_t pixel;          ///< of sheet_sources, that its middle lies in
-        std::int32_t first, second;  ///< texels of the atlas that the atlas is interpolated between
-        float share;                 ///< of the second
+        std::int32_t pixel;          ///< pixel of sheet_sources that contains the texel's center
+        std::int32_t first, second;  ///< texels of the atlas to interpolate between
+        float share;                 ///< weight of `second`
     };
 
     static buffer<sample> samples_along(const sheet_scale& scale, std::int32_t photo_pixel, std::int32_t count,
@@ -97,10 +97,10 @@ private:
         return result;
     }
 
-    /// The photo's color without the neighboring surface's share: subtracts the component from the own surface's color towards
-    /// the neighbor's. The rest is the own surface's texture.
+    /// Removes the neighboring surface's share from a color of the photo: projects the difference from the surface's own color
+    /// on the direction to the neighbor's color and subtracts it. The rest is the texture of the surface.
     static color cleaned(const std::uint8_t* photo, const color& own, const color& beside) {
-        // A share that noise has, too, stays; so does what is beside where it looks alike. By trial.
+        // Keeps shares as small as noise, and shares of a neighbor with a similar color. Thresholds tuned by experiment.
         constexpr float min_share = 0.02F, certain_share = 0.08F, min_difference = 20;
         color result{};
         float along = 0, squared = 0;

@@ -1,4 +1,4 @@
-// Which colors a chart takes from the photo when it is drawn as large as that (texture/sheets.hpp).
+// Selects the photo pixels that color a chart at full texture size (texture/sheets.hpp).
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -20,16 +20,16 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 enum class sheet_source : std::uint8_t {
     atlas,
     photo,
-    cleaned,  ///< the photo, with the neighboring surface's share removed
+    cleaned,  ///< photo color, with the neighboring surface's share removed
 };
 
-/// The sources of a chart's pixels, and of those up to `padding` around its bounding box. Places count from the first of these.
+/// Sources of a chart's pixels, and of the pixels up to `padding` around its bounding box. Coordinates start at the padding.
 class sheet_sources {
 public:
     sheet_sources(const chart& shape, const texture_atlas& atlas, chart_placement in_atlas, std::int32_t padding,
-                  image_view<const std::uint8_t> worked_on)
-        : left_(shape.x - padding),
-          top_(shape.y - padding),
+                  std::int32_t margin, image_view<const std::uint8_t> worked_on)
+        : left_(shape.x - padding - margin),
+          top_(shape.y - padding - margin),
           atlas_left_(in_atlas.x - padding),
           atlas_top_(in_atlas.y - padding),
           width_(shape.width + 2 * padding),
@@ -46,7 +46,8 @@ public:
         return x >= 0 && y >= 0 && x < width_ && y < height_ ? found_(y, x) : sheet_source::atlas;
     }
 
-    /// The color of the surface that the photo may mix in there: of all in reach that are not this chart's, the most different.
+    /// Color of the surface that the photo may mix in at this pixel: of all pixels within reach outside this chart, the most
+    /// different.
     std::array<float, 3> color_beside(std::int32_t x, std::int32_t y) const {
         const std::uint8_t* const own = atlas_.color.row(atlas_top_ + y) + 3 * std::ptrdiff_t{atlas_left_ + x};
         std::array<float, 3> color{nearest_float(own[0]), nearest_float(own[1]), nearest_float(own[2])};
@@ -65,8 +66,8 @@ public:
     }
 
 private:
-    /// Within this distance, in pixels, from the end of its surface or from a refilled pixel, a pixel that looks unmixed may
-    /// contain a rim of another surface, which the full-size photo shows. By trial.
+    /// Distance in pixels from the end of a surface or from a refilled pixel. Within this distance, a pixel that looks unmixed
+    /// may contain a rim of another surface, which only the full-size photo shows. Tuned by experiment.
     static constexpr std::int32_t guarded = 2;
     /// Search distance for that other surface, in pixels.
     static constexpr std::int32_t reach = 3;
@@ -79,7 +80,7 @@ private:
         return worked_on_.row(top_ + y) + 3 * std::ptrdiff_t{left_ + x};
     }
 
-    /// By the pixel alone.
+    /// Source by the pixel alone, without its neighbors.
     sheet_source own_source(std::int32_t x, std::int32_t y) const {
         if (!is_in_photo(x, y)) return sheet_source::atlas;
         const texel_kind kind = atlas_.kind(atlas_top_ + y, atlas_left_ + x);
@@ -89,9 +90,10 @@ private:
         return kind == texel_kind::photo || kind == texel_kind::refilled ? sheet_source::cleaned : sheet_source::atlas;
     }
 
-    /// Looks along rows, then along columns.
+    /// Searches along rows, then along columns.
     void guard_borders() {
-        image<std::uint8_t> beside(found_.height(), found_.width());  // 1: one of the row, within reach, is not the photo's
+        // 1 if a pixel of the row within `guarded` columns does not show the photo
+        image<std::uint8_t> beside(found_.height(), found_.width());
         for (std::int32_t y = 0; y < height_; ++y)
             for (std::int32_t x = 0; x < width_; ++x)
                 if (found_(y, x) != sheet_source::photo && is_in_photo(x, y))
@@ -105,7 +107,8 @@ private:
             }
     }
 
-    std::int32_t left_, top_, atlas_left_, atlas_top_, width_, height_;
+    std::int32_t left_, top_;  // in the photo
+    std::int32_t atlas_left_, atlas_top_, width_, height_;
     const texture_atlas& atlas_;
     image_view<const std::uint8_t> worked_on_;
     image<sheet_source> found_;

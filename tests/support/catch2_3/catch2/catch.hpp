@@ -1,4 +1,4 @@
-// Catch2 3 by the names of Catch2 2, with which the tests are written.
+// Catch2 3 with the names of Catch2 2, which the tests use.
 #pragma once
 
 #include <catch2/catch_all.hpp>

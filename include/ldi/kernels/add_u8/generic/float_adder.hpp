@@ -1,9 +1,9 @@
-// The sum of two tensors in float. Each x86 instruction set includes this file inside its namespace and target region, after
-// detail/lanes_*.hpp and
+// Adds two tensors in float. Each x86 instruction set includes this file inside its namespace and target region, after
+// detail/lanes_*.hpp and these definitions:
 //
-//   lane_count                       32-bit lanes per vector
-//   add_scaled(a, b, scales...)      one vector: round(a * a_scale + (b * b_scale + offset)), fused
-//   store_in_order(to, bytes)        stores what pack_bytes() returns, all of its first argument first
+//     lane_count                    32-bit lanes per vector
+//     add_scaled(a, b, scales...)   one vector: round(a * a_scale + (b * b_scale + offset)), fused
+//     store_in_order(to, bytes)     stores the result of pack_bytes(a, b, c, d) in the order a, b, c, d
 
 struct adder {
     static constexpr std::size_t width = 4 * lane_count;  ///< bytes per step

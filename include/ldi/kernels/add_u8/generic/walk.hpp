@@ -1,7 +1,7 @@
-// The walk of add_u8 over a row. Each instruction set includes this file inside its namespace and target region. Its `adder` has
+// Loop of add_u8 over a row. Each instruction set includes this file inside its namespace and target region, after its `adder`:
 //
-//   width                 bytes per step
-//   add(a, b, result)     adds `width` bytes
+//     width             bytes per step
+//     add(a, b, result)  adds `width` bytes
 
 inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                    std::uint8_t* result) {

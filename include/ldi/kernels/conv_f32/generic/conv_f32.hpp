@@ -1,4 +1,5 @@
-// conv_f32() of an instruction set, which includes this file inside its namespace and target region after its conv_f32_tiles.
+// conv_f32() of one instruction set. The set includes this file inside its namespace and target region, after its
+// conv_f32_tiles.
 
 inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                      const float* ratios, float* result) {

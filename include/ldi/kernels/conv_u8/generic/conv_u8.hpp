@@ -1,14 +1,14 @@
-// The tiles of conv_u8, and its entry. Each instruction set includes this file inside its namespace and target region, after
-// its primitives in a namespace conv_u8_set:
+// Tiles and entry point of conv_u8. Each instruction set includes this file inside its namespace and target region, after its
+// primitives in a namespace conv_u8_set:
 //
-//   width, group, max_vectors, pixels[]   as in detail/generic/conv_walk.hpp
-//   sums_type                             `width` sums of 32 bits
-//   inputs_type                           one group of a pixel's inputs, repeated for each output
-//   weights_type                          a group's weights of `width` outputs
-//   load_inputs(from, count)              `count` inputs, 1 to `group`; zeros behind them
-//   load_weights(from)
-//   add_products(sums, inputs, weights)
-//   finish_vector(output, pixel, from, sums, ratio)   stores the results of outputs `from` and up
+//     width, group, max_vectors, pixels[]             as in detail/generic/conv_walk.hpp
+//     sums_type                                       `width` sums of 32 bits
+//     inputs_type                                     one group of a pixel's inputs, repeated for each output
+//     weights_type                                    a group's weights for `width` outputs
+//     load_inputs(from, count)                        loads 1 to `group` inputs and fills the group with zeros
+//     load_weights(from)
+//     add_products(sums, inputs, weights)
+//     finish_vector(output, pixel, from, sums, ratio)  stores the results of outputs `from` and up
 
 struct conv_u8_tiles {
     static constexpr std::size_t group = conv_u8_set::group, width = conv_u8_set::width, max_vectors = conv_u8_set::max_vectors;
@@ -34,7 +34,7 @@ struct conv_u8_tiles {
     }
 
 private:
-    /// `count` inputs of every pixel, with all vectors of weights.
+    /// Adds the products of `count` inputs of every pixel and all vectors of weights.
     template <std::size_t... p, std::size_t... v>
     [[gnu::always_inline]] static void add_groups(std::index_sequence<p...>, std::index_sequence<v...> vectors,
                                                   conv_u8_set::sums_type* sums, const std::uint8_t* inputs, std::size_t stride,
@@ -55,7 +55,7 @@ private:
     }
 };
 
-/// Result: float or std::uint8_t.
+/// Result  float or std::uint8_t
 template <class Result>
 void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
              const float* ratios, Result* result) {

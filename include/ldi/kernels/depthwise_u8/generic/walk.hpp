@@ -1,14 +1,17 @@
-// The walk of depthwise_u8/avx2.hpp and depthwise_u8/avx512vnni.hpp along a row. Each of them includes this file inside its
-// namespace and target region, after its primitives:
+// Loop of depthwise_u8/avx2.hpp and depthwise_u8/avx512vnni.hpp along a row. Both include this file inside their namespace and
+// target region, after these primitives:
 //
-//   depthwise_max_channels      channels of a full unit
-//   depthwise_vectors           one column of the window, interleaved, or one sum for each channel
-//   depthwise_lanes             the channels that exist, from existing_lanes()
-//   depthwise_rows<channels>    loads columns
-//   depthwise_sums              the weights of a unit: start() is the bias; left(), middle() and right() add a column
-//   depthwise_result<channels>  requantizes and stores
+//     depthwise_max_channels      channels of a full unit
+//     depthwise_vectors           one interleaved column of the window, or one sum per channel
+//     depthwise_lanes             the existing channels, from existing_lanes()
+//     depthwise_rows<channels>    loads columns
+//     depthwise_sums              the weights of a unit: start() is the bias; add<window_left>(sum, column), and likewise
+//                                 window_middle and window_right, adds the products of a column at that place of a window
+//     depthwise_result<channels>  requantizes and stores
 
-/// Computes one unit.
+inline constexpr std::size_t window_left = 0, window_middle = 1, window_right = 2;
+
+/// Computes one unit of channels along a row.
 template <std::size_t channels, class Sums>
 struct depthwise_run {
     static constexpr std::size_t stretch_count = depthwise_max_channels / channels;
@@ -18,7 +21,7 @@ struct depthwise_run {
     std::size_t pixel_stride;
     depthwise_lanes lanes;
 
-    /// all  pixels to be cut into stretches
+    /// all  number of pixels to split into stretches
     depthwise_run(const detail::depthwise_call& call, const Sums& sums, std::size_t first_channel, std::size_t all)
         : stretches(call, first_channel, all),
           packed(sums),
@@ -35,77 +38,79 @@ struct depthwise_run {
         return found;
     }
 
-    /// Each column ends one window, is the middle of the next and begins the one after it.
+    /// Each column is the right column of one window, the middle column of the next, and the left column of the one after.
     void stride_1() const {
-        const Sums sums = packed;  // in registers
+        const Sums sums = packed;  // a copy, so that the compiler keeps it in registers
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_rows<channels> rows = rows_at(0, 1);
         const depthwise_result<channels> result = result_at(1);
-        depthwise_vectors next = sums.left(sums.start(), rows_at(-1, 1).column(0));
+        depthwise_vectors next = sums.template add<window_left>(sums.start(), rows_at(-1, 1).column(0));
         depthwise_vectors column = rows.column(0);
-        depthwise_vectors current = sums.middle(next, column);
-        next = sums.left(sums.start(), column);
+        depthwise_vectors current = sums.template add<window_middle>(next, column);
+        next = sums.template add<window_left>(sums.start(), column);
         for (std::size_t x = 1; x < length; ++x) {
             column = rows.column(x * pixel_bytes);
-            result.store(sums.right(current, column), (x - 1) * pixel_bytes);
-            current = sums.middle(next, column);
-            next = sums.left(sums.start(), column);
+            result.store(sums.template add<window_right>(current, column), (x - 1) * pixel_bytes);
+            current = sums.template add<window_middle>(next, column);
+            next = sums.template add<window_left>(sums.start(), column);
         }
         column = rows_at(static_cast<std::ptrdiff_t>(length), 1).column(0);
-        result.store(sums.right(current, column), (length - 1) * pixel_bytes);
+        result.store(sums.template add<window_right>(current, column), (length - 1) * pixel_bytes);
     }
 
-    /// Stride 2. Each pair of columns completes one window, as its middle and right columns. The second column is also the left
-    /// one of the next window.
+    /// Stride 2. Each pair of columns completes one window, as its middle and right columns. The second column of the pair is
+    /// also the left column of the next window.
     void stride_2() const {
         const Sums sums = packed;
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_rows<channels> rows = rows_at(0, 2);
         const depthwise_result<channels> result = result_at(1);
-        depthwise_vectors current = sums.left(sums.start(), rows_at(-1, 2).column(0));
+        depthwise_vectors current = sums.template add<window_left>(sums.start(), rows_at(-1, 2).column(0));
         for (std::size_t x = 0; x + 1 < length; ++x) {
-            current = sums.middle(current, rows.column(2 * x * pixel_bytes));
+            current = sums.template add<window_middle>(current, rows.column(2 * x * pixel_bytes));
             const depthwise_vectors column = rows.column((2 * x + 1) * pixel_bytes);
-            result.store(sums.right(current, column), x * pixel_bytes);
-            current = sums.left(sums.start(), column);
+            result.store(sums.template add<window_right>(current, column), x * pixel_bytes);
+            current = sums.template add<window_left>(sums.start(), column);
         }
         const std::ptrdiff_t last = static_cast<std::ptrdiff_t>(2 * length) - 1;
-        current = sums.middle(current, rows_at(last - 1, 2).column(0));
-        result.store(sums.right(current, rows_at(last, 2).column(0)), (length - 1) * pixel_bytes);
+        current = sums.template add<window_middle>(current, rows_at(last - 1, 2).column(0));
+        result.store(sums.template add<window_right>(current, rows_at(last, 2).column(0)), (length - 1) * pixel_bytes);
     }
 
-    /// Every column counts twice: it ends the window around the second half of the column before it, is two thirds of the windows
-    /// around its own halves, and begins the one around the first half of the column behind it.
+    /// Repeats each column c twice. Column c is the right column of the window around the second copy of column c - 1, fills two
+    /// of three columns of the windows around its own copies, and is the left column of the window around the first copy of
+    /// column c + 1.
     void enlarged_twice() const {
         const Sums sums = packed;
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_rows<channels> rows = rows_at(0, 1);
         const depthwise_result<channels> result = result_at(2);
-        depthwise_vectors first = sums.left(sums.start(), rows_at(-1, 1).column(0));
+        depthwise_vectors first = sums.template add<window_left>(sums.start(), rows_at(-1, 1).column(0));
         depthwise_vectors column = rows.column(0);
-        result.store(sums.right(sums.middle(first, column), column), 0);
-        first = sums.left(sums.start(), column);
-        depthwise_vectors second = sums.middle(first, column);
+        result.store(sums.template add<window_right>(sums.template add<window_middle>(first, column), column), 0);
+        first = sums.template add<window_left>(sums.start(), column);
+        depthwise_vectors second = sums.template add<window_middle>(first, column);
         for (std::size_t x = 1; x < length; ++x) {
             column = rows.column(x * pixel_bytes);
-            result.store(sums.right(second, column), (2 * x - 1) * pixel_bytes);
-            result.store(sums.right(sums.middle(first, column), column), 2 * x * pixel_bytes);
-            first = sums.left(sums.start(), column);
-            second = sums.middle(first, column);
+            result.store(sums.template add<window_right>(second, column), (2 * x - 1) * pixel_bytes);
+            result.store(sums.template add<window_right>(sums.template add<window_middle>(first, column), column),
+                         2 * x * pixel_bytes);
+            first = sums.template add<window_left>(sums.start(), column);
+            second = sums.template add<window_middle>(first, column);
         }
         column = rows_at(static_cast<std::ptrdiff_t>(length), 1).column(0);
-        result.store(sums.right(second, column), (2 * length - 1) * pixel_bytes);
+        result.store(sums.template add<window_right>(second, column), (2 * length - 1) * pixel_bytes);
     }
 
-    /// Any stride and repetition: three columns for each window.
+    /// Any stride and repetition: loads three columns per window.
     void any() const {
         const Sums sums = packed;
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_result<channels> result = result_at(1);
         for (std::size_t x = 0; x < length; ++x) {
-            depthwise_vectors sum = sums.left(sums.start(), rows_at_tap(x, 0).column(0));
-            sum = sums.middle(sum, rows_at_tap(x, 1).column(0));
-            result.store(sums.right(sum, rows_at_tap(x, 2).column(0)), x * pixel_bytes);
+            depthwise_vectors sum = sums.template add<window_left>(sums.start(), rows_at_tap(x, 0).column(0));
+            sum = sums.template add<window_middle>(sum, rows_at_tap(x, 1).column(0));
+            result.store(sums.template add<window_right>(sum, rows_at_tap(x, 2).column(0)), x * pixel_bytes);
         }
     }
 };

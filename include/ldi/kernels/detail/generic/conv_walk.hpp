@@ -1,11 +1,11 @@
-// The walk of conv_f32 and conv_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its
-// namespace and target region. Kernel is a family's primitives there:
+// Loops of conv_f32 and conv_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its
+// namespace and target region. The template parameter Kernel provides the primitives:
 //
-//   group, width, max_vectors   inputs multiplied together; outputs per vector; vectors per panel
-//   pixels[v]                   pixels of a full tile with v + 1 vectors
-//   tile(pixels, vectors, input, first_pixel, output)   computes one tile
+//     group, width, max_vectors   inputs multiplied together; outputs per vector; vectors per panel
+//     pixels[v]                   pixels of a full tile with v + 1 vectors
+//     tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
-/// Pixels first to last - 1, in tiles as large as fit.
+/// Computes pixels first to last - 1 in the largest possible tiles.
 template <class Kernel, std::size_t pixels, std::size_t vectors, class Input, class Output>
 inline void conv_panel(const Input& input, std::size_t first, std::size_t last, const Output& out) {
     for (; first + pixels <= last; first += pixels)
@@ -14,7 +14,8 @@ inline void conv_panel(const Input& input, std::size_t first, std::size_t last, 
         if (first < last) conv_panel<Kernel, (pixels > 4 ? 4 : pixels / 2), vectors>(input, first, last, out);
 }
 
-/// Panel by panel, each through a table: so the compiler keeps the loops of one size in a function of their own.
+/// Computes all outputs panel by panel. Calls go through a table, so that the compiler keeps the loops of each size in a
+/// separate function.
 template <class Kernel, class Weights, class Input, class Output, std::size_t... v>
 inline void conv_panels(std::index_sequence<v...>, const Weights& weights, Input input, std::size_t pixels, Output out) {
     static constexpr void (*panel_functions[])(const Input&, std::size_t, std::size_t,

@@ -1,12 +1,12 @@
 // Requantization with a zero point of 0. Each x86 instruction set includes this file inside its namespace and target region,
-// after
+// after these definitions:
 //
-//   float_lanes, int_lanes                vectors of 32-bit values
-//   spread(float)                         one value in all lanes
-//   scale_and_truncate(sums, scale, offset)   trunc(fma(float(sums), scale, offset)); offset may depend on the lane
-//   pack_bytes(a, b, c, d)                saturated bytes: in each 128-bit lane 4 values of a, then those of b, c and d
+//     float_lanes, int_lanes                   vectors of 32-bit values
+//     spread(float)                            one value in all lanes
+//     scale_and_truncate(sums, scale, offset)  trunc(fma(float(sums), scale, offset)); offset may depend on the lane
+//     pack_bytes(a, b, c, d)                   saturated bytes: in each 128-bit lane 4 values of a, then of b, c, d
 
-/// Negative values become 0 with any offset, so the offset needs no sign.
+/// Requantizes with one sign of the offset: with a zero point of 0, negative values become 0 for either sign.
 struct rectifier {
     float_lanes scale, offset;
 

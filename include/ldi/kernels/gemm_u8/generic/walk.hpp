@@ -1,11 +1,19 @@
-// The walk of gemm_u8 over the pixels of one panel of outputs. Each x86 instruction set includes this file inside its namespace
-// and target region. Kernel::tile(pixels, vectors, panel, requantize, first) computes one tile of the set.
+// Loops of gemm_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its namespace
+// and target region, after
+//
+//     gemm_lanes, gemm_max_vectors   outputs per vector; vectors per panel
+//     gemm_tile_pixels[v]            pixels of a full tile with v + 1 vectors
+//     gemm_panel                     arguments of one panel: pixels, bias, result, outputs of the layer, outputs held by
+//                                    the panel; skip(lanes) moves the weights to the next panel
+//     gemm_kernel                    tile(pixels, vectors, panel, requantize, first) computes one tile
+//     gemm_half_kernel               computes a tile whose last vector is at most half full; gemm_kernel in sets without one
 
-/// All pixels of a panel, in tiles of `pixels` pixels.
-template <class Kernel, std::size_t pixels, std::size_t vectors, class Requantizer, class Panel>
-inline void gemm_u8_tiles(const Panel& given, const float_requantization& output) {
-    const Panel panel = given;  // a local copy: results cannot alias it
+/// Computes all pixels of a panel.
+template <class Kernel, std::size_t vectors, class Requantizer, class Output>
+inline void gemm_u8_tiles(const gemm_panel& given, const Output& output) {
+    const gemm_panel panel = given;  // a local copy, which results cannot alias
     const Requantizer requantize(output);
+    constexpr std::size_t pixels = gemm_tile_pixels[vectors - 1];
     constexpr std::make_index_sequence<vectors> wide{};
     if (panel.pixels < pixels) {
         for (std::size_t p = 0; p < panel.pixels; ++p) Kernel::tile(std::index_sequence<0>{}, wide, panel, requantize, p);
@@ -15,4 +23,36 @@ inline void gemm_u8_tiles(const Panel& given, const float_requantization& output
         const std::size_t first = p + pixels <= panel.pixels ? p : panel.pixels - pixels;
         Kernel::tile(std::make_index_sequence<pixels>{}, wide, panel, requantize, first);
     }
+}
+
+template <std::size_t vectors, class Requantizer, class Output>
+inline void gemm_u8_panel(const gemm_panel& panel, const Output& output) {
+    if constexpr (!std::is_same_v<gemm_kernel, gemm_half_kernel>)
+        if (panel.held <= vectors * gemm_lanes - gemm_lanes / 2)
+            return gemm_u8_tiles<gemm_half_kernel, vectors, Requantizer>(panel, output);
+    gemm_u8_tiles<gemm_kernel, vectors, Requantizer>(panel, output);
+}
+
+/// Computes all panels. Calls go through a table, so that the compiler keeps the loops of each size in a separate function.
+template <class Rectifier, class Requantizer, class Output, std::size_t... v>
+inline void gemm_u8_panels(std::index_sequence<v...>, std::size_t outputs, const Output& output, gemm_panel panel) {
+    static constexpr void (*panel_functions[2][sizeof...(v)])(const gemm_panel&, const Output&) = {
+        {gemm_u8_panel<v + 1, Requantizer, Output>...}, {gemm_u8_panel<v + 1, Rectifier, Output>...}};
+    const detail::panel_cut cut(outputs, gemm_lanes, gemm_max_vectors);
+    std::size_t rest = outputs;
+    for (std::size_t i = 0; i < cut.panels; ++i) {
+        const std::size_t vectors = cut.vectors_in(i), lanes = vectors * gemm_lanes;
+        panel.held = rest < lanes ? rest : lanes;
+        panel_functions[output.zero_point == 0][vectors - 1](panel, output);
+        rest -= panel.held;
+        panel.bias += lanes;
+        panel.result += lanes;
+        panel.skip(lanes);
+    }
+}
+
+/// Rectifier  requantizer for a zero point of 0
+template <class Rectifier, class Requantizer, class Output>
+inline void gemm_u8_panels(std::size_t outputs, const Output& output, const gemm_panel& panel) {
+    gemm_u8_panels<Rectifier, Requantizer>(std::make_index_sequence<gemm_max_vectors>{}, outputs, output, panel);
 }

@@ -14,16 +14,7 @@
 #include <string>
 #include <variant>
 
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-/// Height and width of a tensor.
-struct tensor_size {
-    std::size_t height = 0, width = 0;
-
-    friend bool operator==(const tensor_size&, const tensor_size&) = default;
-};
-
-namespace detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 struct dense_layer {
     std::size_t kernel, stride;
@@ -47,13 +38,15 @@ struct resize_layer {
 
 struct packed_layer {
     std::string name;
-    quantization values;         ///< of the layer's result
-    std::size_t channels = 0;    ///< of the layer's result
-    buffer<std::size_t> inputs;  ///< tensors; two for an addition
+    quantization values;         ///< quantization of the layer's result
+    std::size_t channels = 0;    ///< channels of the layer's result
+    buffer<std::size_t> inputs;  ///< indices of tensors; two for an addition
     std::variant<resize_layer, dense_layer, depthwise_layer, addition_layer> kind;
 };
 
-/// `description` has passed check_network(). `inputs` are the tensors that op.inputs number.
+/// Packs an operator that has passed check_network().
+///
+/// values, channels  one per tensor
 inline packed_layer pack_layer(isa target, const operator_description& op, const buffer<quantization>& values,
                                const buffer<std::size_t>& channels) {
     packed_layer packed{op.name, op.output, 0, {}, resize_layer{1}};

@@ -27,13 +27,13 @@ struct row_range {
 /// One layer of a chain and the shapes around it.
 struct chain_stage {
     const packed_layer* layer = nullptr;
-    tensor_size input, output;  ///< as stored, before the enlargement by `repeat`
+    tensor_size input, output;  ///< stored sizes, before the enlargement by `repeat`
     std::size_t input_channels = 0;
     std::size_t repeat = 1;        ///< depthwise only: enlargement of the input
     std::size_t other = 0;         ///< addition only: the tensor from outside the chain
-    bool chain_is_second = false;  ///< addition only
-    std::size_t rows = 0;          ///< computed at a time
-    std::size_t ring_rows = 0;     ///< rows of its result in the ring; 0 for the last stage
+    bool chain_is_second = false;  ///< addition only: the chain computes the second operand
+    std::size_t rows = 0;          ///< rows computed per step
+    std::size_t ring_rows = 0;     ///< rows of the result that the ring keeps; 0 for the last stage
 
     std::size_t output_row_bytes() const { return output.width * layer->channels; }
     std::size_t input_row_bytes() const { return input.width * input_channels; }
@@ -47,13 +47,13 @@ struct chain_stage {
         const auto* d = std::get_if<depthwise_layer>(&layer->kind);
         return d == nullptr ? 1 : d->weights.stride;
     }
-    /// Vertical enlargement by a resize, alone or fused with a depthwise convolution.
+    /// Vertical enlargement by a resize, on its own or fused with a depthwise convolution.
     std::size_t enlargement() const {
         const auto* r = std::get_if<resize_layer>(&layer->kind);
         return r == nullptr ? repeat : r->factor;
     }
 
-    /// The rows of the input that these rows of the result depend on.
+    /// Rows of the input that the given rows of the result depend on.
     row_range needs(row_range result) const {
         const std::size_t margin = kernel() / 2, height = input.height * enlargement();
         const std::size_t first = result.first * stride(), last = (result.end - 1) * stride() + margin;
@@ -75,7 +75,8 @@ struct chain_stage {
     static constexpr std::size_t slack = 64;  ///< readable bytes after the last value, which kernels require
 };
 
-inline constexpr std::size_t wanted_pixels = 64;  ///< pixels per step: enough to reuse packed weights while they are in the cache
+/// minimum pixels per step: enough to reuse packed weights while they are in the cache
+inline constexpr std::size_t wanted_pixels = 64;
 
 /// Decides how many rows each stage computes per step, and how many its ring keeps.
 inline void plan_rings(buffer<chain_stage>& chain) {
@@ -89,7 +90,7 @@ inline void plan_rings(buffer<chain_stage>& chain) {
 
 inline std::size_t round_up(std::size_t bytes) { return (bytes + buffer_alignment - 1) / buffer_alignment * buffer_alignment; }
 
-/// Working memory of one strip.
+/// Bytes of working memory per strip.
 inline std::size_t chain_bytes(const buffer<chain_stage>& chain) {
     std::size_t bytes = 0;
     for (const chain_stage& stage : chain) bytes += round_up(stage.ring_bytes()) + round_up(stage.padded_bytes());
@@ -97,11 +98,12 @@ inline std::size_t chain_bytes(const buffer<chain_stage>& chain) {
 }
 
 /// Addresses of a tensor's rows: `middle` in the tensor itself, the rows before and after it in copies, because other strips may
-/// overwrite them.
+/// overwrite the originals.
 struct row_source {
-    const std::uint8_t *rows = nullptr, *before = nullptr, *behind = nullptr;  ///< of row 0, of row middle.first, ...
+    /// addresses of row 0, row middle.first - reach and row middle.end
+    const std::uint8_t *rows = nullptr, *before = nullptr, *behind = nullptr;
     row_range middle;
-    std::size_t reach = 0, row_bytes = 0;  ///< copied rows on each side of a cut
+    std::size_t reach = 0, row_bytes = 0;  ///< reach: number of copied rows on each side of a cut
 
     const std::uint8_t* row(std::size_t y) const {
         if (y < middle.first) return before + (y + reach - middle.first) * row_bytes;
@@ -114,7 +116,7 @@ struct row_source {
     }
 };
 
-/// Computes rows of a chain's result. One object per strip.
+/// Computes rows of a chain's result; one object per strip.
 class chain_runner {
 public:
     /// memory   chain_bytes() bytes, aligned to a cache line
@@ -144,10 +146,10 @@ private:
     struct stage_state {
         std::uint8_t *ring = nullptr, *padded = nullptr;
         std::size_t made = 0;         // rows before this one are computed
-        std::size_t next_padded = 0;  // rows of the input before this one have been copied
+        std::size_t next_padded = 0;  // rows of the input before this one are copied
     };
 
-    /// Computes the rows of a stage before `end`.
+    /// Computes the rows of a stage up to `end`.
     void make(std::size_t s, std::size_t end) {
         const chain_stage& stage = chain_[s];
         while (state_[s].made < end) {
@@ -163,7 +165,7 @@ private:
         const std::size_t bytes = chain_[s].output_row_bytes();
         return s + 1 == chain_.size() ? result_ + y * bytes : state_[s].ring + y % chain_[s].ring_rows * bytes;
     }
-    /// Number of contiguous rows from y on in a stage's result.
+    /// Number of contiguous rows of a stage's result from y on.
     std::size_t run_of_output(std::size_t s, std::size_t y) const {
         return s + 1 == chain_.size() ? ~std::size_t{0} : chain_[s].ring_rows - y % chain_[s].ring_rows;
     }
@@ -201,10 +203,10 @@ private:
         }
         std::array<const std::uint8_t*, gemm_u8_weights::max_segments> segments{};
         for (std::size_t k = 0; k < layer.kernel; ++k) {
-            const std::size_t row = y * layer.stride + k;  // plus the margin
+            const std::size_t row = y * layer.stride + k;  // counted with the margin
             if (row >= margin && row < height + margin) {
                 segments[k] = state.padded + (row - margin) % layer.kernel * row_bytes;
-            } else {  // at least one row inside is missing from the window, so its slot is free
+            } else {  // the window misses at least one row of the image, so its slot is free
                 std::uint8_t* const free = state.padded + (row + layer.kernel - margin) % layer.kernel * row_bytes;
                 std::memset(free, layer.padding, row_bytes);
                 segments[k] = free;
@@ -219,7 +221,7 @@ private:
         for (std::size_t y = rows.first; y < rows.end; ++y) {
             const std::uint8_t* window[3];
             for (std::size_t k = 0; k < 3; ++k) {
-                const std::size_t row = y * layer.weights.stride + k;  // plus one
+                const std::size_t row = y * layer.weights.stride + k;  // counted with the margin of 1
                 window[k] = row == 0 || row > height ? nullptr : input_row(s, (row - 1) / stage.repeat);
             }
             depthwise_u8(layer.weights, window, stage.input.width, stage.repeat, output_row(s, y));

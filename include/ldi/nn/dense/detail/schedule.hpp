@@ -1,4 +1,4 @@
-// Groups the layers of a network into chains, and places their tensors in one block of memory.
+// Groups the layers of a network into chains and places their tensors in one block of memory.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -13,7 +13,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Layers that run as one chain. The first reads tensor `input`; the last makes tensor `layers.back() + 1`.
+/// Layers that run as one chain. The first layer reads tensor `input`; the last layer writes tensor `layers.back() + 1`.
 struct schedule_step {
     std::size_t input = 0;
     buffer<std::size_t> layers;
@@ -21,7 +21,7 @@ struct schedule_step {
     std::size_t output() const { return layers.back() + 1; }
 };
 
-/// Number of readers of each tensor; the network's result has one more.
+/// Number of readers of each tensor. The network's result counts one extra reader.
 inline buffer<std::size_t> count_readers(const buffer<packed_layer>& layers, std::size_t output) {
     buffer<std::size_t> readers(layers.size() + 1);
     for (const packed_layer& layer : layers)
@@ -35,7 +35,7 @@ inline const dense_layer* pointwise(const packed_layer& layer) {
     return d != nullptr && d->is_pointwise() ? d : nullptr;
 }
 
-/// Whether to recompute a layer for each of its readers: a dense convolution with few inputs, read by 1 x 1 convolutions only,
+/// Whether to recompute a layer for each of its readers. A dense convolution with few inputs that only 1 x 1 convolutions read
 /// costs less to recompute than to store and load.
 inline bool is_cheap_head(const buffer<packed_layer>& layers, std::size_t layer, std::size_t output) {
     constexpr std::size_t few = 64;
@@ -61,14 +61,14 @@ inline bool continues(const packed_layer& layer, const packed_layer& next) {
     return pointwise(next) != nullptr && std::holds_alternative<depthwise_layer>(layer.kind);
 }
 
-/// One layer per step.
+/// Schedules one layer per step.
 inline buffer<schedule_step> layer_by_layer(const buffer<packed_layer>& layers) {
     buffer<schedule_step> steps;
     for (std::size_t i = 0; i < layers.size(); ++i) steps.push_back({layers[i].inputs[0], {i}});
     return steps;
 }
 
-/// Steps such that as few tensors as possible leave their chain.
+/// Groups layers so that as few tensors as possible leave their chain.
 inline buffer<schedule_step> fuse(const buffer<packed_layer>& layers, std::size_t output) {
     const buffer<std::size_t> readers = count_readers(layers, output);
     buffer<schedule_step> steps;
@@ -94,7 +94,7 @@ inline buffer<schedule_step> fuse(const buffer<packed_layer>& layers, std::size_
     return steps;
 }
 
-/// The tensors that a step reads from memory.
+/// Tensors that a step reads from memory.
 inline buffer<std::size_t> tensors_read(const buffer<packed_layer>& layers, const schedule_step& step) {
     buffer<std::size_t> read{step.input};
     std::size_t brought = step.input;
@@ -109,18 +109,18 @@ inline buffer<std::size_t> tensors_read(const buffer<packed_layer>& layers, cons
     return read;
 }
 
-/// A step for an input of a certain size.
+/// A step for one input size.
 struct planned_step {
     buffer<chain_stage> chain;
     std::size_t input = 0, output = 0;
     bool overwrites_input = false;  ///< the result replaces the input in memory
-    std::size_t reach = 0;          ///< rows of the input above and below that a row of the result depends on, if it overwrites
+    std::size_t reach = 0;  ///< rows of the input above and below that a row of the result depends on; 0 unless overwrites_input
 };
 
 struct schedule_plan {
     buffer<planned_step> steps;
-    buffer<std::size_t> offsets;   ///< of each tensor that is stored
-    std::size_t tensor_bytes = 0;  ///< of all of them together
+    buffer<std::size_t> offsets;   ///< offset of each stored tensor
+    std::size_t tensor_bytes = 0;  ///< sum over all tensors
     std::size_t strip_bytes = 0;   ///< working memory of one strip
     std::size_t cut_bytes = 0;     ///< copied rows around one cut between strips
 };
@@ -153,7 +153,7 @@ inline buffer<chain_stage> plan_chain(const buffer<packed_layer>& layers, const 
     return chain;
 }
 
-/// Whether the result of a chain may overwrite `tensor`, which its last addition reads and nothing reads later.
+/// Lets the result of a chain overwrite `tensor`, which the chain's last addition is the last to read.
 inline void plan_overwriting(planned_step& step, std::size_t tensor) {
     if (tensor != step.input || step.chain.size() == 1) return;
     std::size_t reach = 0;
@@ -166,13 +166,13 @@ inline bool can_overwrite(const planned_step& step, std::size_t tensor) {
     const chain_stage& last = step.chain.back();
     if (!std::holds_alternative<addition_layer>(last.layer->kind) || last.other != tensor) return false;
     if (tensor != step.input || step.chain.size() == 1) return true;
-    // The chain overwrites rows of the input soon after it reads them, so each may be read only once, apart from the addition.
+    // The chain overwrites input rows soon after reading them, so only the addition may read them a second time.
     for (const chain_stage& stage : step.chain)
         if (stage.stride() != 1 || stage.repeat != 1) return false;
     return std::holds_alternative<dense_layer>(step.chain.front().layer->kind);
 }
 
-/// A piece of memory for one tensor after another.
+/// Memory that holds several tensors in succession.
 struct tensor_block {
     std::size_t bytes = 0, first_step = 0, last_step = 0, offset = 0;
 };
@@ -186,7 +186,7 @@ inline std::size_t place(buffer<tensor_block>& blocks) {
     std::size_t highest = 0;
     for (tensor_block* block : order) {
         block->offset = 0;
-        for (const tensor_block* other : placed) {  // by offset
+        for (const tensor_block* other : placed) {  // sorted by offset
             const bool meets = other->first_step <= block->last_step && block->first_step <= other->last_step;
             if (!meets) continue;
             if (block->offset + block->bytes <= other->offset) break;
@@ -200,7 +200,9 @@ inline std::size_t place(buffer<tensor_block>& blocks) {
     return highest;
 }
 
-/// sizes, channels  of all tensors
+/// Plans memory for an input size.
+///
+/// sizes, channels  one per tensor
 inline schedule_plan plan_schedule(const buffer<packed_layer>& layers, const buffer<schedule_step>& schedule,
                                    const buffer<tensor_size>& sizes, const buffer<std::size_t>& channels, std::size_t output,
                                    bool overwrite) {

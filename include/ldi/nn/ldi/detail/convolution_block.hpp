@@ -1,5 +1,5 @@
-// Computes one block of a convolution's outputs: regular segments in place where possible, everything else from windows gathered
-// in a small buffer. Both use the same kernel and order of summation.
+// Computes one block of a convolution's outputs: regular segments in place where possible, all other outputs from windows
+// gathered in a small buffer. Both ways use the same kernel and order of summation.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -19,7 +19,6 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Calls the kernel that the weights are packed for.
 inline void multiply(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                      const float* ratios, float* result) {
     conv_f32(weights, rows, pixel_stride, pixels, ratios, result);
@@ -30,7 +29,7 @@ void multiply(const conv_u8_weights& weights, const std::uint8_t* const* rows, s
     conv_u8(weights, rows, pixel_stride, pixels, ratios, result);
 }
 
-/// The value that represents zero in results of these weights.
+/// Result value that represents zero.
 template <class Result, class Weights>
 Result zero_of_results(const Weights& weights) {
     if constexpr (std::is_same_v<Result, std::uint8_t>)
@@ -39,7 +38,7 @@ Result zero_of_results(const Weights& weights) {
         return Result{};
 }
 
-/// The arguments that all blocks of a convolution share.
+/// Arguments that all blocks of a convolution share.
 template <class Weights, class Result>
 struct convolution_job {
     using value_type = typename Weights::value_type;
@@ -57,7 +56,7 @@ struct convolution_job {
     bool reads_memory_as_it_is() const { return sources.size() == 1 && sources[0].rows.empty() && sources[0].mask.empty(); }
 };
 
-/// The working memory of a thread.
+/// Computes blocks; one object per thread with its working memory.
 template <class Job>
 class convolution_block {
 public:
@@ -93,9 +92,9 @@ public:
 private:
     using value_type = typename Job::value_type;
     using result_type = typename Job::result_type;
-    using row_starts = std::array<const value_type*, largest_kernel_size>;
+    using row_starts = std::array<const value_type*, max_kernel_size>;
 
-    static constexpr std::size_t largest_buffer = 8192, largest_batch = 96;  // values, about; outputs
+    static constexpr std::size_t largest_buffer = 8192, largest_batch = 96;  // approximate limit in values; limit in outputs
 
     /// Rounds up to a multiple of the kernels' tiles.
     static std::size_t whole_tiles(std::size_t outputs) {
@@ -112,9 +111,9 @@ private:
     std::size_t stride() const { return static_cast<std::size_t>(job_.plan.stride); }
     result_type* result_of(std::size_t output) const { return job_.result.data() + output * job_.weights.outputs; }
 
-    using row_pixels = std::array<std::int32_t, largest_kernel_size>;
+    using row_pixels = std::array<std::int32_t, max_kernel_size>;
 
-    /// Whether the kernel can read these pixels in place: a single source without a map, with all pixels present.
+    /// Whether the kernel can read these pixels in place: one source without an index map, and no pixel masked.
     bool is_whole(const row_pixels& rows, std::size_t first, std::size_t pixels) const {
         const auto& source = job_.sources[0];
         if (job_.sources.size() != 1 || !source.rows.empty()) return false;
@@ -132,7 +131,7 @@ private:
         if (!job_.result_mask.empty()) std::fill_n(job_.result_mask.data() + output, count, std::uint8_t{1});
     }
 
-    /// rows  the pixel under the upper left element of the first output's window, and those below it
+    /// rows  pixels under the first column of the first output's window, top to bottom
     void run_segment(std::size_t output, std::size_t count, const row_pixels& rows) {
         if (job_.reads_memory_as_it_is()) return run_in_place(output, count, rows, 0);
         row_starts starts{};
@@ -186,7 +185,7 @@ private:
         return counted == 0 ? 0.0F : nearest_float(job_.plan.elements() * job_.channels) / nearest_float(counted);
     }
 
-    /// Sets results to zero if the whole window is masked: not even the bias applies.
+    /// Sets results to zero if the whole window is masked; the bias is not added either.
     void finish(std::size_t output, float ratio) const {
         if (!job_.is_partial) return;
         if (ratio == 0.0F) std::fill_n(result_of(output), job_.weights.outputs, zero_of_results<result_type>(job_.weights));
@@ -194,11 +193,11 @@ private:
     }
 
     const Job& job_;
-    std::size_t batch_ = 0, stretch_ = 0;  // outputs per call: gathered; copied from a segment
+    std::size_t batch_ = 0, stretch_ = 0;  // outputs per kernel call: gathered ones; ones copied from a segment
     buffer<value_type> values_;
     buffer<result_type> results_;
     buffer<float> ratios_;
-    buffer<std::size_t> counts_;  // unmasked channels per column of a segment's rows
+    buffer<std::size_t> counts_;  // unmasked channels per column of a segment
 };
 
 template <class Weights, class Result, executor Executor>
@@ -217,7 +216,7 @@ void run_convolution(const convolution_plan& plan, const Weights& weights,
     LDI_ASSERT(result_mask.empty() || result_mask.size() == plan.output_count);
     const convolution_job<Weights, Result> job{plan, weights, sources, is_partial, result, result_mask, channels};
 
-    // Gathered outputs follow the segments of their block while the inputs are still in the cache.
+    // Each block computes its gathered outputs right after its segments, while the inputs are still in the cache.
     constexpr std::size_t block = 4096;
     parallel_for(threads, (plan.output_count + block - 1) / block, 1, [&](std::size_t first, std::size_t last) {
         convolution_block thread(job);

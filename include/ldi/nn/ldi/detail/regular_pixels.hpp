@@ -1,4 +1,4 @@
-// Finds the pixels of a graph with an image-like k x k window: k rows of k pixels that are adjacent in memory.
+// Finds the pixels of a graph whose k x k window is image-like: k rows of k pixels that are adjacent in memory.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -12,10 +12,10 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// One bit per pixel. Bits outside are zero. Shifts and masks replace / 64 and % 64, which are slower for signed numbers.
+/// One bit per pixel; bits outside are zero. Shifts and masks replace / 64 and % 64, which are slower for signed numbers.
 class pixel_bits {
 public:
-    explicit pixel_bits(std::size_t count) : words_(count / 64 + 3, 0) {}  // one word before and two after stay zero
+    explicit pixel_bits(std::size_t count) : words_(count / 64 + 3, 0) {}  // one zero word before and two after
 
     std::int32_t word_count() const { return words_.count() - 2; }
     std::uint64_t& word(std::int32_t index) { return words_[index + 1]; }
@@ -23,14 +23,14 @@ public:
 
     bool operator[](std::int32_t i) const { return (word(i >> 6) >> (i & 63) & 1) != 0; }
 
-    /// Bits i to i + 63; i from -64 to the last pixel.
+    /// Returns bits i to i + 63, where i ranges from -64 to the last pixel.
     std::uint64_t from(std::int32_t i) const {
         const std::int32_t at = i + 64, shift = at & 63;
         const std::uint64_t low = words_[at >> 6] >> shift;
         return shift == 0 ? low : low | words_[(at >> 6) + 1] << (64 - shift);
     }
 
-    /// Sets the bits of [first, first + count) that are set at [source_first, ...) of `source`, another object.
+    /// Sets bits [first, first + count) where bits [source_first, ...) of `source`, another object, are set.
     void copy(std::int32_t first, std::int32_t count, const pixel_bits& source, std::int32_t source_first) {
         for (const std::int32_t last = first + count; first < last;) {
             const std::int32_t here = (std::min)(64 - (first & 63), last - first);
@@ -64,9 +64,11 @@ struct pixel_strip {
     std::int32_t first, count, target;
 };
 
-/// The first index from `i` on, i > 0, whose value is not one more than the value before it.
+/// Returns the first index at or after `i` whose value is not the previous value plus one.
+///
+/// i  at least 1
 inline std::int32_t end_of_strip(std::span<const std::int32_t> links, std::size_t i) {
-    // Values compared together: strips are as long as image rows, and these loops read every link.
+    // Compares values in blocks: strips are as long as image rows, and these loops read every link.
     constexpr std::size_t block = 16;
     for (; i + block <= links.size(); i += block) {
         std::int32_t different = 0;
@@ -77,7 +79,7 @@ inline std::int32_t end_of_strip(std::span<const std::int32_t> links, std::size_
     return static_cast<std::int32_t>(i);
 }
 
-/// All pixels with a neighbor in a column of links, in as few strips as possible.
+/// Splits the pixels that have a neighbor in a column of links into as few strips as possible.
 inline buffer<pixel_strip> strips_of(array_view<const std::int32_t> links) {
     buffer<pixel_strip> strips;
     for (std::int32_t first = 0, last; first < links.count(); first = last) {
@@ -89,38 +91,37 @@ inline buffer<pixel_strip> strips_of(array_view<const std::int32_t> links) {
     return strips;
 }
 
-/// The strips of a graph's links: found once for all kernel sizes.
+/// Strips of a graph's links, computed once for all kernel sizes.
 struct link_strips {
     buffer<pixel_strip> up, down, right;
 
     explicit link_strips(const graph_view& g) : up(strips_of(g.up())), down(strips_of(g.down())), right(strips_of(g.right())) {}
 };
 
-/// A pixel is regular if, with r = kernel_size / 2, r links lead straight up from it and r straight down (the spine), and from
-/// each pixel of the spine r links lead left and r right (a rib), to pixels side by side in memory. Then its window is its ribs,
-/// whatever other links there are.
+/// A pixel is regular if it has a spine and ribs. With r = kernel_size / 2, the spine consists of r pixels straight up and r
+/// straight down from it; from each pixel of the spine, a rib of r pixels extends to the left and r to the right, adjacent in
+/// memory. The window of a regular pixel consists of its ribs, whatever other links exist.
 ///
-/// Proof. An element (x, y) of the window, seen from the center, is reached along spine and rib in |x| + |y| steps, and in fewer
-/// along no path, so exploration reaches it in round d = |x| + |y|. Claim: in each round the elements are taken up in this order,
-/// and each holds its rib's pixel: those above the center, farthest up first; those below, farthest down first; then (-d, 0) and
-/// (d, 0). It is so in round 0. Suppose it is in round d, and look at an element (x, y) of round d + 1. If x = 0, only (0, y -+
-/// 1) of round d borders on it, and that is the spine. If y = 0, only (x -+ 1, 0) of round d does, and that is the rib. Else two
-/// do: the next one on the rib, towards the spine, and the one nearer to the center's row, (x, y -+ 1). Of the two the rib's lies
-/// farther from the center's row (or the other is (x, 0) itself), so it is taken up first, and its link along the rib
-/// exists: (x, y) gets the rib's pixel. So each element is reached from the element before it on its spine or rib, those of
-/// one row in the order in which their predecessors are; and (0, y -+ 1), taken up first on its side, reaches first what lies
-/// farthest up or down (it has no more sides but those of its own row, which come next). That is the claimed order in round d
-/// + 1.
+/// Proof. An element (x, y) of the window, relative to the center, lies |x| + |y| steps away along spine and rib, and no path is
+/// shorter. Exploration therefore reaches it in round d = |x| + |y|. Claim: each round appends its elements in the following
+/// order, each with the pixel of its rib: those above the center, topmost first; those below, bottommost first; then (-d, 0) and
+/// (d, 0). Round 0 satisfies the claim. Suppose round d does, and consider an element (x, y) of round d + 1. If x = 0, its only
+/// neighbor in round d is (0, y -+ 1), on the spine. If y = 0, its only neighbor is (x -+ 1, 0), on the rib. Otherwise it has
+/// two: the one on the same rib, closer to the spine, and the one in the row closer to the center, (x, y -+ 1). The former is
+/// farther from the center's row (or the latter is (x, 0)), so it was appended first, and its link along the rib exists: (x, y)
+/// gets the pixel of the rib. Hence each element is reached from the previous element of its spine or rib. Elements of one row
+/// keep the order of their predecessors. (0, y -+ 1) was appended first on its side, so round d + 1 begins with the topmost or
+/// bottommost element; its other neighbors are in its own row and follow. This is the claimed order of round d + 1.
 ///
-/// Links beside spine and ribs do not matter, so a fold or a silhouette there changes nothing. A few other windows are
-/// contiguous, too, where exploration goes around a gap in the spine or a rib; they are gathered like all the rest.
+/// Links beside spine and ribs are irrelevant, so a fold or a silhouette there changes nothing. Some other windows are also
+/// contiguous, where exploration bypasses a gap in the spine or a rib; they are gathered like all irregular windows.
 class regular_pixels {
 public:
     regular_pixels(const graph_view& g, std::int32_t kernel_size) : regular_pixels(g, kernel_size, link_strips(g)) {}
 
     regular_pixels(const graph_view& g, std::int32_t kernel_size, const link_strips& strips)
         : radius_(kernel_size / 2), g_(g), regular_(g.size()), goes_on_(g.size()) {
-        pixel_bits has_right(g.size());  // the right neighbor is next in memory
+        pixel_bits has_right(g.size());  // whether the right neighbor is the next pixel in memory
         for (const pixel_strip& strip : strips.right)
             if (strip.target == strip.first + 1) has_right.set(strip.first, strip.count, true);
         goes_on_ = has_right;
@@ -134,8 +135,8 @@ public:
 
     bool contains(std::int32_t pixel) const { return regular_[pixel]; }
 
-    /// Calls `visit(first, count, rows)` for each run of regular pixels whose windows are adjacent, too; `rows` are the
-    /// kernel_size pixels of the first one's spine. Pixels for which `visit` returns false become irregular.
+    /// Calls `visit(first, count, rows)` for each run of regular pixels whose windows are adjacent as well; `rows` is the spine
+    /// of the run's first pixel, kernel_size pixels. Pixels for which `visit` returns false become irregular.
     template <class Visit>
     void for_each_segment(Visit&& visit) {
         buffer<std::int32_t> firsts, lasts, rows(static_cast<std::size_t>(2 * radius_ + 1));
@@ -155,7 +156,7 @@ public:
         }
     }
 
-    /// Calls `visit(pixel)` for every pixel that is not regular, in ascending order.
+    /// Calls `visit(pixel)` for every irregular pixel, in ascending order.
     template <class Visit>
     void for_each_other(Visit&& visit) const {
         buffer<std::int32_t> pixels;
@@ -169,7 +170,9 @@ private:
         for (; bits != 0; bits &= bits - 1) pixels.push_back(word * 64 + std::countr_zero(bits));
     }
 
-    /// Keeps the pixels with the half of the spine that leads to one side, and ribs along it.
+    /// Removes pixels without a spine on one side, or without ribs along it.
+    ///
+    /// strips  links to that side
     void follow(std::span<const pixel_strip> strips, const pixel_bits& ribs) {
         pixel_bits with_rib = ribs, side_by_side(g_.size());
         for (const pixel_strip& strip : strips) side_by_side.set(strip.first, strip.count - 1, true);
@@ -181,7 +184,7 @@ private:
         }
     }
 
-    /// At each pixel the bit of its neighbor, zero where there is none.
+    /// For each pixel the bit of its neighbor; zero without a neighbor.
     pixel_bits as_seen_from_neighbors(const pixel_bits& bits, std::span<const pixel_strip> strips) const {
         pixel_bits seen(g_.size());
         for (const pixel_strip& strip : strips) seen.copy(strip.first, strip.count, bits, strip.target);

@@ -1,4 +1,4 @@
-"""The student in the arithmetic of the library's 8-bit networks, trainable (quantisation-aware training).
+"""The student in the arithmetic of the library's 8-bit networks, trainable (quantization-aware training).
 
 Every tensor holds whole numbers: 8-bit values less their zero point. Sums of their products stay exact in float32 as long as they are
 below 2^24, which they are but for a few. Gradients pass through rounding as if it were not there, and stop at what is clipped.
@@ -24,7 +24,7 @@ class Round(torch.autograd.Function):
         return gradient
 
 
-class Requantise(torch.autograd.Function):
+class Requantize(torch.autograd.Function):
     """accumulator * factor, rounded and clipped to [low, high]. Works in place; what ends on a bound passes no gradient."""
 
     @staticmethod
@@ -43,13 +43,13 @@ class Requantise(torch.autograd.Function):
 
 
 def scale_and_zero_point(low, high):
-    """The quantisation that covers [low, high] and 0."""
+    """The quantization that covers [low, high] and 0."""
     low, high = min(low, 0.0), max(high, 1e-6)
     scale = float(np.float32((high - low) / 255))
     return scale, int(min(255, max(0, round(-low / scale))))
 
 
-def weight_quantisation(low, high, bits):
+def weight_quantization(low, high, bits):
     """As much below 0 as above: weights less their zero point are signed bytes, which processors multiply three times faster than wider ones."""
     half = 2 ** (bits - 1)
     return float(np.float32(max(-low / half, high / (half - 1), 1e-9))), half
@@ -71,10 +71,10 @@ def best_range(values):
 
 @torch.no_grad()
 def find_ranges(student, batches):
-    """Quantisation of every tensor, from what the float network makes of some photographs."""
+    """Quantization of every tensor, from what the float network makes of some photographs."""
     seen = {}
-    for colour in batches:
-        tensors = {"photo": colour}
+    for color in batches:
+        tensors = {"photo": color}
         for op in student.operators:
             if isinstance(op, Convolution):
                 tensors[op.name] = student.layers[key(op.name)](tensors[op.input])
@@ -95,8 +95,8 @@ def find_ranges(student, batches):
     return ranges
 
 
-class Quantised(nn.Module):
-    """colour B x 3 x H x W in [0, 1], multiples of 1/255 -> disparity B x 1 x H x W"""
+class Quantized(nn.Module):
+    """color B x 3 x H x W in [0, 1], multiples of 1/255 -> disparity B x 1 x H x W"""
 
     def __init__(self, ranges, weight_bits=8):
         super().__init__()
@@ -110,7 +110,7 @@ class Quantised(nn.Module):
 
     @torch.no_grad()
     def take(self, student):
-        """Takes the weights of a float network, normalisation folded in."""
+        """Takes the weights of a float network, normalization folded in."""
         for name, layer in student.layers.items():
             weight, bias = layer.folded()
             self.weights[name].copy_(weight)
@@ -121,17 +121,17 @@ class Quantised(nn.Module):
         """(weights less zero point, scale, zero point, bias) of a convolution, whole numbers in float32"""
         weight, bias = self.weights[key(op.name)], self.biases[key(op.name)]
         with torch.no_grad():
-            scale, zero_point = weight_quantisation(weight.min().item(), weight.max().item(), self.weight_bits)
+            scale, zero_point = weight_quantization(weight.min().item(), weight.max().item(), self.weight_bits)
         whole = Round.apply((weight / scale).clamp(-zero_point, zero_point - 1))
         bias = Round.apply(bias / (self.ranges[op.input][0] * scale))
         return whole, scale, zero_point, bias
 
     def clip(self, name, accumulator, factor):
         _, zero_point = self.ranges[name]
-        return Requantise.apply(accumulator, factor, -zero_point, 255 - zero_point)
+        return Requantize.apply(accumulator, factor, -zero_point, 255 - zero_point)
 
-    def forward(self, colour):
-        tensors = {"photo": (colour * 255).round().contiguous(memory_format=torch.channels_last)}
+    def forward(self, color):
+        tensors = {"photo": (color * 255).round().contiguous(memory_format=torch.channels_last)}
         for op in self.operators:
             scale = self.ranges[op.name][0]
             if isinstance(op, Convolution):

@@ -1,0 +1,34 @@
+// Bytes that each stage allocates on the shipped sample, with the inpainting network in 8 bits, per pixel of the photo, and the
+// peak meanwhile. Every stage writes what it allocates, so the sum is the least that it writes. Prints the table of
+// bench/photo3d/README.md.
+#include "tests/support/counted_memory.hpp"
+#include "tests/support/stage_peaks.hpp"
+
+#include <ldi/io/depth_map.hpp>
+#include <ldi/io/farbrausch_file.hpp>
+#include <ldi/io/photo.hpp>
+#include <ldi/photo3d.hpp>
+
+#include <cstdio>
+#include <filesystem>
+
+int main() {
+    const std::filesystem::path root = LDI_SOURCE_DIR, sample = root / "examples/photo3d";
+    const ldi::image<std::uint8_t> photo = ldi::load_photo(sample / "sample.jpg").color;
+    const ldi::given_disparity depth{ldi::fill_invalid(ldi::load_depth_map(sample / "sample_depth.png"))};
+    const ldi::farbrausch inpainter =
+        ldi::load_farbrausch(root / "examples/models/farbrausch.safetensors", ldi::arithmetic::int8);
+    ldi::testing::counted_memory own;
+    ldi::testing::stage_peaks peaks(own);
+    ldi::photo3d_options options;
+    options.normalize.is_inverse_depth = false;
+    options.progress = peaks.listener();
+    const ldi::memory_scope scope(own.source);
+    const ldi::photo3d made = ldi::make_photo3d(photo, depth, inpainter, options);
+    const double pixels = static_cast<double>(photo.height() * photo.width());
+    std::printf("%.1f %% hidden\n\n| stage | allocated | peak |\n|---|---|---|\n",
+                100 * (static_cast<double>(made.layers.size()) / pixels - 1));
+    for (const auto& stage : peaks.stages)
+        std::printf("| %s | %.0f | %.0f |\n", stage.name.c_str(), static_cast<double>(stage.allocated) / pixels,
+                    static_cast<double>(stage.peak) / pixels);
+}

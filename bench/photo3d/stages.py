@@ -1,0 +1,118 @@
+"""What bench/photo3d/run.sh and bench/compare.sh measure.
+
+    stages.py [--runs N] PHOTO3D                              every stage, beside the paper
+    stages.py [--runs N] --beside OTHER --name NAME PHOTO3D   ratios of every stage to those of another program
+
+The stages' times are those of `photo3d --report`. Times of one thread are the processor's, which other programs on the machine
+hardly change; a program that does not report them is timed by the clock.
+"""
+import argparse
+import json
+import os
+import statistics
+import subprocess
+import tempfile
+
+ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
+COMPANIONS = os.path.join(ROOT, "..", "shared", "depth_companions")
+SAMPLE = os.path.join(ROOT, "examples", "photo3d", "sample.jpg")
+OF_SHARED = ("iphone_mpo_a.jpg", "iphone_portrait_pug.heic", "gdepth_cafe.jpg", "pair_flowers.jpg", "pair_mango.jpg", "pair_shelf.jpg")
+
+# Milliseconds of the paper's table (section "Performance") on an iPhone 11 Pro, 1152 x 1536.
+PAPER = {"depth estimation": 230, "depth filter": 51, "connected components": 12, "occluded geometry": 31, "color inpainting": 540,
+         "chart generation": 72, "chart padding": 151, "meshing": 11}
+
+
+def photos():
+    """The sample first."""
+    shared = [os.path.join(COMPANIONS, name) for name in OF_SHARED]
+    return [SAMPLE] + [photo for photo in shared if os.path.exists(photo)]
+
+
+def report_of(program, photo, threads, folder):
+    """The report of a run, the stages in milliseconds of the processor where there is one thread and the program tells."""
+    report = os.path.join(folder, "report.json")
+    models = os.path.join(os.path.dirname(os.path.abspath(program)), "..", "..", "..", "examples", "models")
+    subprocess.run([program, photo, "--threads", str(threads), "-o", os.path.join(folder, "out.glb"), "--report", report, "--quiet"],
+                   check=True, env={**os.environ, "LDI_MODELS": models})
+    with open(report, encoding="utf-8") as file:
+        facts = json.load(file)
+    facts["milliseconds"].pop("total")
+    if threads == 1:
+        facts["milliseconds"] = facts.get("processor_milliseconds", facts["milliseconds"])
+    return facts
+
+
+def stages_of(runs):
+    """The median of each stage, in the order of the run."""
+    return {stage: statistics.median(run["milliseconds"].get(stage, 0) for run in runs) for stage in runs[0]["milliseconds"]}
+
+
+def name_of(photo):
+    return os.path.basename(photo)
+
+
+def print_table(header, rows):
+    print("\n| " + " | ".join(header) + " |\n|" + "---|" * len(header))
+    for row in rows:
+        print("| " + " | ".join(row) + " |")
+
+
+def measure(program, number):
+    """Prints each photo's stages."""
+    sums = []
+    with tempfile.TemporaryDirectory() as folder:
+        for photo in photos():
+            runs = {threads: [] for threads in (1, 2)}
+            for _ in range(number):  # in turns, so that what else the machine does falls on both
+                for threads, reports in runs.items():
+                    reports.append(report_of(program, photo, threads, folder))
+            facts = runs[1][0]
+            pixels = facts["width"] * facts["height"]
+            hidden, peak = 100 * facts["hidden_pixels"] / pixels, max(run["peak_memory_bytes"] for run in runs[1]) / 1e6
+            one, two = stages_of(runs[1]), stages_of(runs[2])
+            print(f"\n{name_of(photo)}, {facts['width']} x {facts['height']}, {hidden:.1f} % hidden, peak {peak:.0f} MB, "
+                  f"{1e6 * peak / pixels:.0f} bytes per pixel")
+            rows = [[stage, f"{one[stage]:.1f}", f"{two.get(stage, 0):.1f}", str(PAPER.get(stage, ""))] for stage in one]
+            sums.append((sum(one.values()), sum(two.values()), hidden, peak))
+            rows.append(["sum", f"{sums[-1][0]:.0f}", f"{sums[-1][1]:.0f}", ""])
+            print_table(["stage", "one thread, ms of the processor", "two threads, ms", "paper, ms"], rows)
+    one, two, hidden, peak = sums[0]
+    print(f"\nwhole photo {one:.0f} ms at {hidden:.1f} % hidden, one thread; two threads {two:.0f}; peak {peak:.0f} MB")
+
+
+def compare(program, other, name, number):
+    """Prints, for each photo, this program's stages divided by the other's, and the ratio of page faults and of peaks."""
+    ratios, rows, stages = [], [], []
+    with tempfile.TemporaryDirectory() as folder:
+        for photo in photos():
+            runs = {program: [], other: []}
+            for i in range(number):
+                for which in (program, other) if i % 2 == 0 else (other, program):
+                    runs[which].append(report_of(which, photo, 1, folder))
+            here, there = stages_of(runs[program]), stages_of(runs[other])
+            peaks = [statistics.median(run["peak_memory_bytes"] for run in runs[which]) for which in (program, other)]
+            ratios.append(sum(here.values()) / sum(there.values()))
+            stages = stages or [stage for stage in here if there.get(stage, 0) >= 1]
+            cells = [f"{here[s] / there[s]:.2f}" if here.get(s, 0) > 0 and there.get(s, 0) >= 1 else "" for s in stages]
+            rows.append([name_of(photo), *cells, f"{ratios[-1]:.3f}", f"{sum(here.values()):.0f}", f"{sum(there.values()):.0f}",
+                         f"{peaks[0] / peaks[1]:.2f}"])
+            print(".", end="", flush=True)
+    print_table(["photo", *stages, "sum", "here, ms", "there, ms", "peak memory"], rows)
+    print(f"\nthis tree takes {statistics.geometric_mean(ratios):.3f} of {name}")
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--runs", type=int, default=5)
+    parser.add_argument("--beside")
+    parser.add_argument("--name", default="the other")
+    parser.add_argument("program")
+    a = parser.parse_args()
+    if a.beside:
+        compare(os.path.abspath(a.program), os.path.abspath(a.beside), a.name, a.runs)
+    else:
+        measure(os.path.abspath(a.program), a.runs)
+
+
+main()

@@ -1,0 +1,143 @@
+// Color features of texture cells: their high frequencies, and their blurred surroundings. A 3 x 3 binomial filter over links,
+// applied four times, blurs them. Sums remain integers: each pass adds four bits, 24 in total.
+#pragma once
+
+#include <ldi/base/buffer.hpp>
+#include <ldi/core/graph.hpp>
+#include <ldi/inpaint/detail/texture_cells.hpp>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+/// A cell with its surroundings: blurred colors of the cell, and of the cells `tap_distance` steps away on each side. Padded
+/// with a 0 to 16 bytes for vector instructions.
+using texture_surroundings = std::array<std::uint8_t, 16>;
+
+inline constexpr int tap_distance = 4;
+inline constexpr int tap_values = 15;
+
+/// Returns the sum of absolute differences.
+inline int difference_of(const texture_surroundings& a, const texture_surroundings& b) {
+    int sum = 0;
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC unroll 1  // unrolled, GCC does not recognize the sum of absolute differences, for which there is an instruction
+#endif
+    for (std::size_t i = 0; i < a.size(); ++i) sum += std::abs(int{a[i]} - int{b[i]});
+    return sum;
+}
+
+/// Cells of one run whose neighbors above are contiguous, and whose neighbors below are contiguous.
+struct cell_stretch {
+    std::int32_t first, count;
+    std::int32_t above, below;  ///< offset from a cell to its neighbor; 0 if there is none
+};
+
+inline buffer<cell_stretch> find_stretches(const texture_cells& cells) {
+    buffer<cell_stretch> result;
+    for (std::int32_t cell = 0; cell < cells.count(); ++cell) {
+        const std::int32_t above = cells.above[cell] - cell, below = cells.below[cell] - cell;
+        if (cells.left_steps[cell] > 0 && result.back().above == above && result.back().below == below)
+            ++result.back().count;
+        else
+            result.push_back({cell, 1, above, below});
+    }
+    return result;
+}
+
+/// Blurs colors, three channels each, with a binomial filter over links, first along x, then along y. The cell itself replaces a
+/// missing neighbor.
+class cell_blur {
+public:
+    explicit cell_blur(const texture_cells& cells) : cells_(cells), stretches_(find_stretches(cells)) {}
+
+    /// Returns 16 times the blurred colors.
+    template <class To, class From>
+    buffer<To> operator()(const buffer<From>& colors) const {
+        const buffer<To> across = blur_across<To>(colors);
+        buffer<To> result(colors.size(), unset);
+        for (const cell_stretch& s : stretches_) {
+            const To *const middle = across.data() + 3 * std::ptrdiff_t{s.first},
+                            *const above = middle + 3 * std::ptrdiff_t{s.above},
+                            *const below = middle + 3 * std::ptrdiff_t{s.below};
+            To* const to = result.data() + 3 * std::ptrdiff_t{s.first};
+            for (std::ptrdiff_t i = 0; i < 3 * std::ptrdiff_t{s.count}; ++i)
+                to[i] = static_cast<To>(2U * middle[i] + above[i] + below[i]);
+        }
+        return result;
+    }
+
+private:
+    template <class To, class From>
+    buffer<To> blur_across(const buffer<From>& colors) const {
+        buffer<To> result(colors.size(), unset);
+        for (const cell_stretch& s : stretches_) {
+            const std::ptrdiff_t begin = 3 * std::ptrdiff_t{s.first}, end = begin + 3 * std::ptrdiff_t{s.count};
+            const std::ptrdiff_t left = cells_.left_steps[s.first] > 0 ? -3 : 0;
+            const std::ptrdiff_t right = cells_.right_steps[s.first + s.count - 1] > 0 ? 3 : 0;
+            const From* const from = colors.data();
+            To* const to = result.data();
+            const auto blur = [&](std::ptrdiff_t i, std::ptrdiff_t before, std::ptrdiff_t after) {
+                to[i] = static_cast<To>(2U * from[i] + from[i + before] + from[i + after]);
+            };
+            for (std::ptrdiff_t i = begin; i < begin + 3; ++i) blur(i, left, s.count > 1 ? 3 : right);
+            for (std::ptrdiff_t i = begin + 3; i < end - 3; ++i) blur(i, -3, 3);
+            for (std::ptrdiff_t i = end - 3; s.count > 1 && i < end; ++i) blur(i, -3, right);
+        }
+        return result;
+    }
+
+    const texture_cells& cells_;
+    buffer<cell_stretch> stretches_;
+};
+
+/// Features for the search of texture, and the detail to copy.
+struct texture_looks {
+    buffer<texture_surroundings> surroundings;   ///< per cell
+    buffer<std::array<std::int16_t, 3>> detail;  ///< per cell: color minus blurred color, in sixteenths
+};
+
+inline buffer<texture_surroundings> describe_cells(const texture_cells& cells,
+                                                   const buffer<std::array<std::uint8_t, 3>>& blurred) {
+    buffer<texture_surroundings> result(cells.pixel.size());
+    for (std::int32_t cell = 0; cell < cells.count(); ++cell) {
+        std::size_t at = 0;
+        const auto put = [&](std::int32_t tap) {
+            for (const std::uint8_t value : blurred[tap]) result[cell][at++] = value;
+        };
+        put(cell);
+        for (side s : all_sides) put(cells.walk(cell, s, tap_distance));
+    }
+    return result;
+}
+
+/// color  of the cells' layered image
+inline texture_looks look_at(const texture_cells& cells, array_view<const std::uint8_t> color) {
+    const cell_blur blur(cells);
+    texture_looks result;
+    buffer<std::uint16_t> colors(3 * cells.pixel.size(), unset);
+    for (std::int32_t cell = 0; cell < cells.count(); ++cell)
+        for (std::ptrdiff_t c = 0; c < 3; ++c)
+            colors[3 * std::ptrdiff_t{cell} + c] = color.data()[3 * std::ptrdiff_t{cells.pixel[cell]} + c];
+    buffer<std::uint16_t> once = blur.operator()<std::uint16_t>(colors);
+    result.detail.resize(cells.pixel.size(), unset);
+    for (std::int32_t cell = 0; cell < cells.count(); ++cell)
+        for (std::size_t c = 0; c < 3; ++c) {
+            const std::size_t i = 3 * static_cast<std::size_t>(cell) + c;
+            result.detail[cell][c] = static_cast<std::int16_t>(16 * colors[i] - once[i]);
+        }
+    colors = blur.operator()<std::uint16_t>(once);
+    once = {};
+    const buffer<std::uint32_t> sums = blur.operator()<std::uint32_t>(blur.operator()<std::uint32_t>(colors));
+    buffer<std::array<std::uint8_t, 3>> blurred(cells.pixel.size(), unset);
+    for (std::int32_t cell = 0; cell < cells.count(); ++cell)
+        for (std::size_t c = 0; c < 3; ++c)
+            blurred[cell][c] = static_cast<std::uint8_t>((sums[3 * static_cast<std::size_t>(cell) + c] + 0x8000) >> 16);
+    result.surroundings = describe_cells(cells, blurred);
+    return result;
+}
+
+}}}  // namespace ldi::detail

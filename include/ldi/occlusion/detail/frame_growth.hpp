@@ -1,0 +1,306 @@
+// The layout of a layered image whose surfaces continue past the photo's border (occlusion/past_frame.hpp).
+#pragma once
+
+#include <ldi/base/buffer.hpp>
+#include <ldi/core/graph_builder.hpp>
+#include <ldi/core/layered_image.hpp>
+#include <ldi/core/runs.hpp>
+#include <ldi/occlusion/detail/border_lines.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <numeric>
+#include <utility>
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+/// Lays out old and new pixels row by row, from the top, in canonical order. Each run that reaches the left or the right border
+/// continues past it; then each pixel of the first and the last row, and of their continuation, continues upwards or downwards.
+class frame_growth {
+public:
+    /// g       in canonical order, with at least one pixel
+    /// reach   reach(pixel) returns the number of steps by which the surface of a border pixel continues, 0 or more
+    template <class Reach>
+    frame_growth(const graph_view& g, array_view<const std::uint8_t> color, array_view<const std::uint8_t> known,
+                 array_view<const float> disparity, Reach&& reach)
+        : graph_(g),
+          disparity_(disparity),
+          runs_(runs_of(g)),
+          first_run_(static_cast<std::size_t>(g.height()) + 1),
+          left_(g, color, known, runs_, side::right),
+          right_(g, color, known, runs_, side::left),
+          top_(g, color, known, runs_, side::down),
+          bottom_(g, color, known, runs_, side::up),
+          new_index_(g.size(), unset),
+          result_(0, 0) {
+        for (const pixel_run& r : runs_) ++first_run_[g.y()[r.first] + 1];
+        for (std::size_t y = 1; y < first_run_.size(); ++y) first_run_[y] += first_run_[y - 1];
+        for (const pixel_run& r : runs_) {
+            if (g.x()[r.first] == 0) left_.pixels.push_back(r.first);
+            if (g.x()[r.last - 1] + 1 == g.width()) right_.pixels.push_back(r.last - 1);
+            for (std::int32_t i = r.first; g.y()[r.first] == 0 && i < r.last; ++i) top_.pixels.push_back(i);
+            for (std::int32_t i = r.first; g.y()[r.first] + 1 == g.height() && i < r.last; ++i) bottom_.pixels.push_back(i);
+        }
+        for (border_side* b : {&left_, &right_, &top_, &bottom_}) {
+            b->slopes = b->lines.slopes(b->pixels);
+            for (const std::int32_t pixel : b->pixels) b->reach.push_back(reach(pixel));
+            for (const std::int32_t steps : b->reach) margin_ = (std::max)(margin_, steps);
+        }
+    }
+
+    /// Width of the new lattice's margin on each side.
+    std::int32_t margin() const { return margin_; }
+    /// Number of old and new pixels.
+    std::int64_t count() const {
+        std::int64_t total = graph_.count();
+        const std::int32_t last = graph_.height() - 1;
+        for (const border_side* b : {&left_, &right_, &top_, &bottom_})
+            for (std::size_t i = 0; i < b->pixels.size(); ++i) {
+                const std::int64_t reach = b->reach[i];
+                total += reach;
+                if (b != &left_ && b != &right_) continue;
+                const std::int32_t y = graph_.y()[b->pixels[i]];  // a corner continues in both directions
+                total += reach * reach * ((y == 0 ? 1 : 0) + (y == last ? 1 : 0));
+            }
+        return total;
+    }
+
+    grown_pixels run() {
+        result_ =
+            graph_builder(graph_.width() + 2 * margin_, graph_.height() + 2 * margin_, static_cast<std::size_t>(count()), unset);
+        const std::int32_t last = graph_.height() - 1;
+        strips before, here;
+        for (std::int32_t y = 0; y <= last; ++y) {
+            const buffer<line> lines = lines_of(y);
+            buffer<std::int32_t> above;
+            if (y == 0) above = add_outer_rows(lines, side::up, {});
+            const std::int32_t begin = next_;
+            add_row(lines, y, before, here);
+            for (std::int32_t c = 0; c < above.count(); ++c)
+                if (above[c] != no_pixel) link_down(above[c], begin + c);
+            std::swap(before, here);
+            if (y < last) continue;
+            buffer<std::int32_t> row(static_cast<std::size_t>(next_ - begin), unset);
+            std::iota(row.begin(), row.end(), begin);
+            add_outer_rows(lines, side::down, std::move(row));
+        }
+        LDI_ASSERT(next_ == result_.count());
+        for (const border_side* b : {&left_, &right_, &top_, &bottom_})
+            for (const std::int32_t pixel : b->pixels) repaint_rim(*b, pixel);
+        for (const side s : {side::up, side::down}) {
+            const array_view<std::int32_t> to = result_.write_neighbors(s);
+            const array_view<const std::int32_t> from = graph_.neighbors(s);
+            for (std::int32_t i = 0; i < graph_.count(); ++i)
+                if (from[i] != no_pixel) to[new_index_[i]] = new_index_[from[i]];
+        }
+        return {std::move(result_).build(), std::move(pieces_), origins_};
+    }
+
+    /// An old pixel, and the pixel whose color it gets.
+    struct repainted_pixel {
+        std::int32_t pixel, source;
+    };
+    /// Returns the pixels of rims, in the order in which the caller has to repaint them.
+    const buffer<repainted_pixel>& repainted() const { return repainted_; }
+    /// Returns the new index of each old pixel.
+    const buffer<std::int32_t>& new_index() const { return new_index_; }
+    /// For each new pixel: origins() contains the old pixel that it shows, borders() the border pixel whose surface it
+    /// continues.
+    const buffer<std::int32_t>& origins() const { return origins_; }
+    const buffer<std::int32_t>& borders() const { return borders_; }
+
+private:
+    /// A run of old pixels, and the lengths of its continuation to the left and to the right.
+    struct line {
+        std::int32_t first, last, left, right;
+    };
+    /// A pixel of the photo's first or last row, or of its continuation, that a column of new pixels continues.
+    struct column {
+        std::int32_t x, border, source, reach;
+        float slope;
+        bool follows;  ///< linked to the previous column
+    };
+    /// The new pixels beside a border pixel.
+    struct strip {
+        std::int32_t border, nearest, count;  ///< nearest: new index of the pixel next to the border pixel
+    };
+    /// All strips of one row.
+    struct strips {
+        buffer<strip> left, right;
+    };
+
+    std::int32_t left_of(const pixel_run& r) const { return graph_.x()[r.first] == 0 ? left_.reach[left_.find(r.first)] : 0; }
+    std::int32_t right_of(const pixel_run& r) const {
+        return graph_.x()[r.last - 1] + 1 == graph_.width() ? right_.reach[right_.find(r.last - 1)] : 0;
+    }
+
+    /// Canonical order of two runs that begin at x and other_x with the disparities of `pixel` and `other`.
+    bool is_before(std::int32_t x, std::int32_t pixel, std::int32_t other_x, std::int32_t other) const {
+        if (x != other_x) return x < other_x;
+        return disparity_[pixel] != disparity_[other] ? disparity_[pixel] > disparity_[other] : pixel < other;
+    }
+
+    buffer<line> lines_of(std::int32_t y) const {
+        buffer<line> lines;
+        for (std::size_t r = first_run_[y]; r < first_run_[static_cast<std::size_t>(y) + 1]; ++r)
+            lines.push_back({runs_[r].first, runs_[r].last - 1, left_of(runs_[r]), right_of(runs_[r])});
+        std::sort(lines.begin(), lines.end(), [&](const line& a, const line& b) {
+            return is_before(graph_.x()[a.first] - a.left, a.first, graph_.x()[b.first] - b.left, b.first);
+        });
+        return lines;
+    }
+
+    /// Lists the pixels of the rim inside a border pixel, with the pixels that they show.
+    void repaint_rim(const border_side& b, std::int32_t pixel) {
+        buffer<std::int32_t> path;
+        for (std::int32_t k = b.add_path(pixel, 0, path); k-- > 0;) {
+            repainted_.push_back({pixel, path[k]});
+            pixel = graph_.neighbor(pixel, b.inwards);
+        }
+    }
+
+    void add_row(const buffer<line>& lines, std::int32_t y, const strips& before, strips& here) {
+        here.left.clear(), here.right.clear();
+        for (const line& l : lines) {
+            const std::int32_t begin = next_;
+            const buffer<std::int32_t> left = left_.shown_past(l.first, l.left), right = right_.shown_past(l.last, l.right);
+            add_piece(l.left);
+            for (std::int32_t k = l.left; k > 0; --k) add_new(-k, y, l.first, left[k - 1]);
+            if (l.left > 0) link_strip({l.first, next_ - 1, l.left}, -1, before.left, here.left);
+            add_old(l, y);
+            add_piece(l.right);
+            const std::int32_t nearest = next_;
+            for (std::int32_t k = 1; k <= l.right; ++k) add_new(graph_.width() - 1 + k, y, l.last, right[k - 1]);
+            if (l.right > 0) link_strip({l.last, nearest, l.right}, 1, before.right, here.right);
+            link_row(begin);
+        }
+    }
+
+    /// Links a strip to the strip of the pixel above its border pixel, up to the length of the shorter one. `step` is the
+    /// difference in index to the next pixel outwards.
+    void link_strip(const strip& s, std::int32_t step, const buffer<strip>& before, buffer<strip>& here) {
+        here.push_back(s);
+        const std::int32_t above = graph_.up()[s.border];
+        for (const strip& other : before)
+            for (std::int32_t k = 0; other.border == above && k < (std::min)(s.count, other.count); ++k)
+                link_down(other.nearest + k * step, s.nearest + k * step);
+    }
+
+    /// Adds the rows above the photo's first row, or below its last row.
+    ///
+    /// beside  new indices of the last row and its continuation; empty for rows above
+    ///
+    /// For rows above, returns the new indices of the row next to the photo, one per column; no_pixel if a column has none there.
+    buffer<std::int32_t> add_outer_rows(const buffer<line>& lines, side outwards, buffer<std::int32_t> beside) {
+        const border_side& from = outwards == side::up ? top_ : bottom_;
+        const buffer<column> columns = columns_of(lines, from);
+        // paths: pixels that the columns show, outwards; start: index of each column's first one
+        buffer<std::int32_t> paths, start;
+        std::int32_t longest = 0;
+        for (const column& c : columns) {
+            const std::int32_t begin = paths.count();
+            start.push_back(begin + from.lines.add_path(c.source, c.reach, c.slope, paths));
+            longest = (std::max)(longest, c.reach);
+        }
+        beside.resize(columns.size(), no_pixel);
+        buffer<std::int32_t> row(columns.size(), unset);
+        for (std::int32_t n = 1; n <= longest; ++n) {
+            const std::int32_t distance = outwards == side::up ? longest + 1 - n : n;
+            const std::int32_t y = outwards == side::up ? -distance : graph_.height() - 1 + distance;
+            std::fill(row.begin(), row.end(), no_pixel);
+            for (const auto& [first, last] : runs_at(distance, columns)) {
+                const std::int32_t begin = next_;
+                add_piece(last - first);
+                for (std::int32_t c = first; c < last; ++c) {
+                    row[c] = next_;
+                    add_new(columns[c].x, y, columns[c].border, paths[start[c] + distance - 1]);
+                }
+                link_row(begin);
+            }
+            for (std::int32_t c = 0; c < columns.count(); ++c)
+                if (beside[c] != no_pixel && row[c] != no_pixel) link_down(beside[c], row[c]);
+            std::swap(beside, row);
+        }
+        return beside;
+    }
+
+    /// Returns the runs of columns that reach a distance from the photo, in canonical order: the first column, and one after the
+    /// last.
+    buffer<std::pair<std::int32_t, std::int32_t>> runs_at(std::int32_t distance, const buffer<column>& columns) const {
+        const auto is_there = [&](std::int32_t c) { return columns[c].reach >= distance; };
+        buffer<std::pair<std::int32_t, std::int32_t>> runs;
+        for (std::int32_t c = 0; c < columns.count(); ++c) {
+            if (!is_there(c)) continue;
+            if (c > 0 && columns[c].follows && is_there(c - 1))
+                ++runs.back().second;
+            else
+                runs.emplace_back(c, c + 1);
+        }
+        std::sort(runs.begin(), runs.end(), [&](const auto& a, const auto& b) {
+            return is_before(columns[a.first].x, columns[a.first].border, columns[b.first].x, columns[b.first].border);
+        });
+        return runs;
+    }
+
+    /// Returns a column for each pixel of a row and of its continuation.
+    buffer<column> columns_of(const buffer<line>& lines, const border_side& from) const {
+        buffer<column> columns;
+        for (const line& l : lines) {
+            const std::size_t first = columns.size();
+            const auto add = [&](std::int32_t x, std::int32_t pixel, std::int32_t source) {
+                const std::size_t i = from.find(pixel);
+                columns.push_back({x, pixel, source, from.reach[i], from.slopes[i], columns.size() > first});
+            };
+            const buffer<std::int32_t> left = left_.shown_past(l.first, l.left), right = right_.shown_past(l.last, l.right);
+            for (std::int32_t k = l.left; k > 0; --k) add(-k, l.first, left[k - 1]);
+            for (std::int32_t i = l.first; i <= l.last; ++i) add(graph_.x()[i], i, i);
+            for (std::int32_t k = 1; k <= l.right; ++k) add(graph_.width() - 1 + k, l.last, right[k - 1]);
+        }
+        return columns;
+    }
+
+    void place(std::int32_t x, std::int32_t y) {
+        result_.write_x()[next_] = x + margin_, result_.write_y()[next_] = y + margin_;
+        result_.write_neighbors(side::up)[next_] = result_.write_neighbors(side::down)[next_] = no_pixel;
+        ++next_;
+    }
+    void add_piece(std::int32_t count) {
+        if (count > 0) pieces_.push_back({origins_.count(), count, true});
+    }
+    void add_new(std::int32_t x, std::int32_t y, std::int32_t border, std::int32_t source) {
+        origins_.push_back(source), borders_.push_back(border);
+        place(x, y);
+    }
+    void add_old(const line& l, std::int32_t y) {
+        pieces_.push_back({l.first, l.last - l.first + 1, false});
+        for (std::int32_t i = l.first; i <= l.last; ++i) {
+            new_index_[i] = next_;
+            place(graph_.x()[i], y);
+        }
+    }
+    /// Links all pixels from `begin` on as one run.
+    void link_row(std::int32_t begin) {
+        const array_view<std::int32_t> left = result_.write_neighbors(side::left), right = result_.write_neighbors(side::right);
+        for (std::int32_t i = begin; i < next_; ++i) left[i] = i - 1, right[i] = i + 1;
+        left[begin] = right[next_ - 1] = no_pixel;
+    }
+    void link_down(std::int32_t upper, std::int32_t lower) {
+        result_.write_neighbors(side::down)[upper] = lower, result_.write_neighbors(side::up)[lower] = upper;
+    }
+
+    graph_view graph_;
+    array_view<const float> disparity_;
+    std::int32_t margin_ = 0;
+    buffer<pixel_run> runs_;
+    buffer<std::size_t> first_run_;  // index of each row's first run
+    border_side left_, right_, top_, bottom_;
+    buffer<std::int32_t> new_index_;  // new index of each old pixel
+    graph_builder result_;
+    std::int32_t next_ = 0;  // new index of the next pixel
+    buffer<grown_piece> pieces_;
+    buffer<std::int32_t> origins_, borders_;  // one per new pixel
+    buffer<repainted_pixel> repainted_;
+};
+
+}}}  // namespace ldi::detail

@@ -1,0 +1,141 @@
+// Surfaces past the photo's border. A moving camera sees past the border. grow_past_frame() continues every surface that reaches
+// the border, as far as a camera within the motion budget sees it. The paper hides the border behind a smaller frame instead.
+//
+// The frame is a window as large as the photo, at the middle of its disparities (window_disparity). Surfaces at the window keep
+// their position in it. Others move by up to the motion, times their difference in disparity from the window, in any direction.
+// Each surface continues past the border by this distance, at the disparity of its border pixel. Its colors are those of the
+// photo, mirrored at the border along the surface, slightly softened, and sheared so that lines continue straight
+// (detail/border_lines.hpp). This costs little, keeps the photo's texture, and leaves no seam.
+//
+// The lattice gets a margin of the same width on all four sides. The photo's center stays the lattice's center, so later stages
+// see a photo of the same camera with a larger sensor (photo_facts::layers_camera()).
+#pragma once
+
+#include <ldi/base/buffer.hpp>
+#include <ldi/base/error.hpp>
+#include <ldi/base/numbers.hpp>
+#include <ldi/core/layered_image.hpp>
+#include <ldi/core/photo_facts.hpp>
+#include <ldi/occlusion/detail/frame_growth.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// Frame in which viewers show a 3D photo.
+enum class photo_frame : std::uint8_t {
+    grow,  ///< the photo's size: surfaces continue past its border
+    crop,  ///< the paper's frame, smaller than the photo: surfaces end at its border
+};
+
+/// Returns how far past the photo's border a camera within the motion budget sees a surface, in pixels.
+///
+/// camera  camera that took the photo
+/// motion  photo_facts::motion
+inline float reach_past_frame(float disparity, const pinhole_camera& camera, float motion) {
+    // Errors of the mesh that its tolerances allow (mesh/simplify.hpp, mesh/studs.hpp): its outline is a pixel off, disparities a
+    // few hundredths.
+    constexpr float mesh_pixels = 2.0F, mesh_disparity = 0.02F;
+    const float width = detail::nearest_float(camera.width);
+    const float pixels_per_disparity = motion * (std::max)(width, detail::nearest_float(camera.height));
+    // The window of a stereo pair is at the nearest surface. Each eye moves by at most a sixtieth of the width
+    // (render/stereo.hpp).
+    const float eye = (std::min)(0.5F * pixels_per_disparity, width / 60.0F);
+    const float d = std::clamp(disparity, 0.0F, 1.0F);
+    return (std::max)(std::abs(d - window_disparity) * pixels_per_disparity, (1.0F - d) * eye) + mesh_pixels +
+           mesh_disparity * pixels_per_disparity;
+}
+
+namespace detail {
+
+/// Returns the color of a pixel of the photo, softened with those beside it: detail past the border costs bytes and only repeats.
+///
+/// margin  photo_facts::margin of the layers
+template <has_column<color_column> Layers>
+std::array<std::uint8_t, 3> softened_color(const Layers& layers, std::int32_t margin, std::int32_t pixel) {
+    const graph& g = layers.topology();
+    const auto color = layers.template column<color_column>();
+    std::array<int, 3> sum{};
+    int count = 0;
+    const auto add = [&](std::int32_t i, int weight) {
+        for (std::size_t c = 0; c < 3; ++c) sum[c] += weight * color.data()[3 * std::ptrdiff_t{i} + std::ptrdiff_t(c)];
+        count += weight;
+    };
+    add(pixel, 2);
+    for (const side s : all_sides) {
+        const std::int32_t i = g.neighbor(pixel, s);
+        if (i == no_pixel || (std::min)(g.x()[i], g.y()[i]) < margin) continue;
+        if (g.x()[i] < g.width() - margin && g.y()[i] < g.height() - margin) add(i, 1);
+    }
+    std::array<std::uint8_t, 3> result{};
+    for (std::size_t c = 0; c < 3; ++c) result[c] = static_cast<std::uint8_t>((sum[c] + count / 2) / count);
+    return result;
+}
+
+}  // namespace detail
+
+/// Continues all surfaces past the photo's border and returns the width of the lattice's new margin (photo_facts::margin).
+///
+/// layers  layers of a photo, in canonical order, with a color everywhere, on the photo's lattice
+/// facts   camera and motion are used
+///
+/// New pixels are unknown. Their columns have the values of the pixels that they show, by the columns' new_pixel rules; their
+/// disparity is that of the border pixel. A rim of one color along a side, such as the edge of a scanned slide, would become a
+/// line across the picture: it is replaced by the colors inside it, and becomes unknown. The result is in canonical order. Raises
+/// too_large for 2^31 pixels or positions. Linear time.
+template <payload_column... Columns>
+std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_facts& facts) {
+    static_assert(has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>);
+    if (layers.size() == 0) return 0;
+    std::optional<detail::frame_growth> growth;
+    std::int32_t margin = 0;
+    // Inside grow() the layers are empty, but these views are valid.
+    const array_view<const std::uint8_t> old_color = layers.template column<color_column>(),
+                                         old_known = layers.template column<known_column>();
+    const array_view<const float> old_disparity = layers.template column<disparity_column>();
+    const buffer<grown_piece> pieces = layers.grow([&](graph_builder base) {
+        const graph old = std::move(base).build();
+        const auto reach = [&](std::int32_t pixel) {
+            return static_cast<std::int32_t>(std::ceil(reach_past_frame(old_disparity[pixel], facts.camera, facts.motion)));
+        };
+        growth.emplace(old, old_color, old_known, old_disparity, reach);
+        margin = growth->margin();
+        constexpr std::int64_t limit = (std::numeric_limits<std::int32_t>::max)();
+        const std::int64_t width = std::int64_t{old.width()} + 2 * margin, height = std::int64_t{old.height()} + 2 * margin;
+        if (growth->count() > limit || width * height > limit)
+            raise(error_code::too_large, "grow_past_frame", "fewer than 2^31 pixels",
+                  std::to_string(width) + " x " + std::to_string(height));
+        return growth->run();
+    });
+    const auto copy_color = [&](std::int32_t from, std::int32_t to) {
+        const auto shown = layers.template at<color_column>(from);
+        std::copy(shown.begin(), shown.end(), layers.template at<color_column>(to).begin());
+    };
+    const buffer<std::int32_t>& new_index = growth->new_index();
+    for (const auto& [pixel, source] : growth->repainted()) {
+        copy_color(new_index[source], new_index[pixel]);
+        layers.template column<known_column>()[new_index[pixel]] = 0;
+    }
+    const auto disparity = layers.template column<disparity_column>();
+    std::int32_t to = 0;
+    for (const grown_piece& p : pieces) {
+        for (std::int32_t i = p.first; p.is_new && i < p.first + p.count; ++i) {
+            // color_column made the new pixels black, and disparity_column copied the disparities of the pixels that they show.
+            const std::int32_t at = to + i - p.first;
+            const auto color = detail::softened_color(layers, margin, new_index[growth->origins()[i]]);
+            std::copy(color.begin(), color.end(), layers.template at<color_column>(at).begin());
+            disparity[at] = disparity[new_index[growth->borders()[i]]];
+        }
+        to += p.count;
+    }
+    return margin;
+}
+
+}}  // namespace ldi

@@ -1,0 +1,73 @@
+#include <ldi/core/graph_builder.hpp>
+#include <ldi/mesh/gather.hpp>
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+
+using namespace ldi;
+
+namespace {
+struct weight_column {
+    using scalar = float;
+    static constexpr std::size_t channels = 1;
+};
+struct label_column {  // two numbers that belong together: pixels vote for one of them
+    using scalar = std::uint8_t;
+    static constexpr std::size_t channels = 2;
+    static std::array<std::uint8_t, 2> at_vertex(pixel_values<std::uint8_t, 2> pixels) {
+        std::size_t best = 0, most_votes = 0;
+        for (std::size_t i = 0; i < pixels.size(); ++i) {
+            std::size_t votes = 0;
+            for (std::size_t k = 0; k < pixels.size(); ++k) votes += pixels(i, 0) == pixels(k, 0) && pixels(i, 1) == pixels(k, 1);
+            if (votes > most_votes) best = i, most_votes = votes;
+        }
+        return {pixels(best, 0), pixels(best, 1)};
+    }
+};
+using layers_of_test = layered_image<weight_column, label_column>;
+
+/// A mesh with a single vertex, at lattice position (x, y), that belongs to a pixel.
+textured_mesh vertex_at(const pinhole_camera& camera, float x, float y, std::int32_t pixel) {
+    textured_mesh mesh;
+    const auto p = camera.unproject(x, y, 2.0F);
+    mesh.positions.append(p.begin(), p.end());
+    mesh.texture_coordinates.resize(2);
+    mesh.pixels.push_back(pixel);
+    return mesh;
+}
+}  // namespace
+
+TEST_CASE("a vertex receives the mean of its surface's pixels around it, and of no other surface") {
+    graph_builder b(make_grid(3, 3));
+    b.unlink(1, side::left), b.unlink(4, side::left), b.unlink(7, side::left);  // the first column is another surface
+    layers_of_test layers(std::move(b).build());
+    for (std::int32_t i = 0; i < 9; ++i) layers.at<weight_column>(i)[0] = static_cast<float>(i * i);
+    const pinhole_camera camera{3, 3, 4.0F};
+    const auto at = [&](float x, float y, std::int32_t pixel) {
+        return gather<weight_column>(vertex_at(camera, x, y, pixel), layers, camera)[0];
+    };
+    CHECK(at(2, 2, 4) == Approx((16 + 25 + 49 + 64) / 4.0));
+    CHECK(at(1, 1, 4) == Approx((1 + 16) / 2.0));
+    CHECK(at(1, 1, 3) == Approx((0 + 9) / 2.0));
+    CHECK(at(0, 0, 0) == Approx(0));
+    CHECK(at(3, 3, 8) == Approx(64));
+}
+
+TEST_CASE("a rule of a column may let whole pixels vote") {
+    layers_of_test layers(make_grid(2, 2));
+    const std::uint8_t labels[][2] = {{1, 9}, {2, 8}, {2, 8}, {1, 8}};
+    for (std::int32_t i = 0; i < 4; ++i) std::copy_n(labels[i], 2, layers.at<label_column>(i).begin());
+    const pinhole_camera camera{2, 2, 3.0F};
+    CHECK(gather<label_column>(vertex_at(camera, 1, 1, 0), layers, camera) == buffer<std::uint8_t>{2, 8});
+}
+
+TEST_CASE("gather() refuses vertices of pixels that the layers don't have") {
+    const layers_of_test layers(make_grid(2, 2));
+    const pinhole_camera camera{2, 2, 3.0F};
+    for (const std::int32_t pixel : {-1, 4})
+        CHECK_THROWS_AS(gather<weight_column>(vertex_at(camera, 1, 1, pixel), layers, camera), error);
+    textured_mesh mesh = vertex_at(camera, 1, 1, 0);
+    mesh.pixels.push_back(0);
+    CHECK_THROWS_AS(gather<weight_column>(mesh, layers, camera), error);
+}
