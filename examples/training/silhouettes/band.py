@@ -5,7 +5,7 @@ import subprocess
 import cv2
 import numpy as np
 
-LARGEST_STEP = 0.02  # neighbors farther apart than this lie on different surfaces
+MAX_STEP = 0.02      # neighbors farther apart than this lie on different surfaces
 MIN_STEP = 0.06      # between front and back, for a band
 SIDES_RADIUS = 4     # front and back of a curve are the extremes within so many pixels of it
 BAND_RADIUS = 12     # alpha is wanted this far from a curve, in pixels
@@ -55,8 +55,8 @@ class Band:
 
     def __init__(self, prepared):
         """prepared: disparity after resampling and the weighted median"""
-        step_x = np.abs(np.diff(prepared, axis=1)) > LARGEST_STEP
-        step_y = np.abs(np.diff(prepared, axis=0)) > LARGEST_STEP
+        step_x = np.abs(np.diff(prepared, axis=1)) > MAX_STEP
+        step_y = np.abs(np.diff(prepared, axis=0)) > MAX_STEP
         curve = np.zeros(prepared.shape, bool)
         curve[:, 1:] |= step_x
         curve[:, :-1] |= step_x

@@ -51,7 +51,8 @@ void serve(const ldi::tiefenrausch& network) {
         const std::int32_t sides[2] = {static_cast<std::int32_t>(map.height()), static_cast<std::int32_t>(map.width())};
         write(sides, 2), write(map), write(resampled), write(cleaned);
         const float sample = ldi::detail::sample_size(map, photo);
-        ldi::align_silhouettes(cleaned, photo, options.surface, ldi::detail::scaled(options.alignment, sample), threads);
+        const ldi::aligned_silhouettes decider{options.alignment};
+        cleaned = decider.decide({photo, map, std::move(cleaned), options.surface, sample}, threads).disparity;
         ldi::merge_middle_components(cleaned, options.surface, ldi::detail::scaled(options.components, sample));
         write(cleaned);
         std::fflush(stdout);
