@@ -103,8 +103,9 @@ void measure_photographs(const ldi::tiefenrausch& network, const ldi::silhouette
         layers.push_back(static_cast<double>(f.layers)), borders.push_back(static_cast<double>(f.hard_borders));
         hidden.push_back(static_cast<double>(made.layers.size()) / static_cast<double>(made.disparity.size()) - 1);
         band += f.band, of_neither += f.neither, views_with_holes += holes;
-        std::printf("| %s | %zu | %zu | %zu | %.1f %% | %lld | %.1f %% | %zu |\n", name.c_str(), f.islands, f.charts, f.layers,
-                    100 * f.neither / std::max(f.band, 1.0), static_cast<long long>(f.hard_borders), 100 * hidden.back(), holes);
+        std::printf("| %s | %zu | %zu | %zu | %.1f %% | %lld | %.1f %% | %s |\n", name.c_str(), f.islands, f.charts, f.layers,
+                    100 * f.neither / std::max(f.band, 1.0), static_cast<long long>(f.hard_borders), 100 * hidden.back(),
+                    options.counts_holes ? std::to_string(holes).c_str() : "not counted");
         std::fflush(stdout);
         for (const bad_place& p : f.places)
             if (worst.has_room_for(p.score)) worst.add(p, picture_of(made, p, threads));
@@ -117,9 +118,10 @@ void measure_photographs(const ldi::tiefenrausch& network, const ldi::silhouette
     for (const auto& [place, seen] : worst.places) score += place.score;
     std::printf(
         "\nislands %.2f per photo, charts %.0f (median), layers %.0f (median), fits neither %.2f %% of the band, hard borders "
-        "%.0f px per photo, hidden %.2f %% (median), views with holes %zu, worst places %lld\n",
+        "%.0f px per photo, hidden %.2f %% (median), views with holes %s, worst places %lld\n",
         mean(islands), median(charts), median(layers), 100 * of_neither / std::max(band, 1.0), mean(borders),
-        100 * median(hidden), views_with_holes, static_cast<long long>(score));
+        100 * median(hidden), options.counts_holes ? std::to_string(views_with_holes).c_str() : "not counted",
+        static_cast<long long>(score));
 }
 
 }  // namespace ldi_quality

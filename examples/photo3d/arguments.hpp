@@ -55,8 +55,7 @@ struct arguments {
 };
 
 inline constexpr const char* program_version = "photo3d " LDI_PROGRAM_VERSION;
-inline constexpr const char *depth_weights = "tiefenrausch_small.safetensors", *inpainting_weights = "farbrausch.safetensors",
-                            *silhouette_weights = "silhouettes.safetensors";
+inline constexpr const char *depth_weights = "tiefenrausch_small.safetensors", *inpainting_weights = "farbrausch.safetensors";
 
 inline void describe_compression(CLI::App& app, compression_choice& c) {
     CLI::Option* compress = app.add_flag(
@@ -93,8 +92,7 @@ inline void describe(CLI::App& app, arguments& a, const std::filesystem::path& d
     a.viewer = data / "viewer" / "viewer.html";
     app.description("Turns a photo into a 3D photo: a GLB file with one textured mesh, and a page that shows it.");
     app.footer(std::string("Without an option, weights are searched in the folder that ") + model_folders::variable +
-               " names,\nthen in " + (data / "models").string() + ":\n" + depth_weights + ", " + inpainting_weights + " and " +
-               silhouette_weights + ".");
+               " names,\nthen in " + (data / "models").string() + ":\n" + depth_weights + " and " + inpainting_weights + ".");
     const CLI::Validator named = examples::named();
     app.set_version_flag("--version", program_version, "print the version and exit");
     app.add_option(
@@ -134,7 +132,7 @@ inline void describe(CLI::App& app, arguments& a, const std::filesystem::path& d
     app.add_option(
         "--silhouette-model", a.silhouette_model,
         "weights (safetensors) of the network that decides which pixels beside a silhouette belong to what is in front; "
-        "none: silhouettes are moved onto edges of the photo instead; default: see below");
+        "none, the default: silhouettes are moved onto edges of the photo instead");
     app.add_option("--inpaint", a.inpaint,
                    "method that colors hidden surfaces: network (the default if its weights are found) or diffusion")
         ->check(CLI::IsMember({"diffusion", "network"}));
@@ -207,10 +205,9 @@ inline void find_weights(arguments& a, const std::filesystem::path& data) {
     a.data = data;
     const bool needs_depth = a.depth.empty() && a.depth_model.empty();
     const bool needs_inpainting = a.inpaint != "diffusion" && a.inpainting_model.empty();
-    const bool needs_silhouettes = a.silhouette_model.empty();
     if (a.inpaint == "diffusion") a.inpainting_model.clear();
     if (a.silhouette_model == "none") a.silhouette_model.clear();
-    if (!needs_depth && !needs_inpainting && !needs_silhouettes) return;
+    if (!needs_depth && !needs_inpainting) return;
     const model_folders folders(data);
     const auto missing = [&](const char* options, const char* file) {
         raise(error_code::invalid_option, "photo3d", std::string(options) + ", or " + file + " in " + folders.text(),
@@ -220,7 +217,6 @@ inline void find_weights(arguments& a, const std::filesystem::path& data) {
         a.depth_model = folders.find(depth_weights).value_or("");
         if (a.depth_model.empty() && !a.takes_depth_of_photo) missing("--depth FILE, or --depth-model PATH", depth_weights);
     }
-    if (needs_silhouettes) a.silhouette_model = folders.find(silhouette_weights).value_or("");
     if (needs_inpainting) {
         a.inpainting_model = folders.find(inpainting_weights).value_or("");
         if (a.inpainting_model.empty() && a.inpaint == "network") missing("--inpainting-model FILE", inpainting_weights);

@@ -21,7 +21,7 @@ from files import is_whole_glb, pixels, png
 PROGRAM, SOURCE = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
 SAMPLE, SAMPLE_DEPTH = (os.path.join(SOURCE, "examples/photo3d", name) for name in ("sample.jpg", "sample_depth.png"))
 SHARED = os.path.join(SOURCE, "..", "shared")
-MODELS = {"depth": "tiefenrausch_small.safetensors", "silhouettes": "silhouettes.safetensors", "inpainting": "farbrausch.safetensors"}
+MODELS = {"depth": "tiefenrausch_small.safetensors", "inpainting": "farbrausch.safetensors"}
 WITHOUT_MODELS = {name: value for name, value in os.environ.items() if name != "LDI_MODELS"}
 passed = failed = 0
 
@@ -268,9 +268,9 @@ def main():
         run("an inpainting network cut off", [small, *depth, "--inpainting-model", file(folder, "cut.safetensors", open(weights, "rb").read()[:9000])], ["cut.safetensors", "tensor", "expected"])
         run("a photo for an inpainting network", [small, *depth, "--inpainting-model", SAMPLE], ["sample.jpg", "expected"])
 
-        decider = os.path.join(SOURCE, "examples/models", MODELS["silhouettes"])
+        decider = os.path.join(SOURCE, "examples/models/silhouettes.safetensors")
         check_report("silhouettes by a network", [small, *depth, "--silhouette-model", decider], {"silhouettes": decider})
-        check_report("silhouettes without a network", [small, *depth, "--silhouette-model", "none"], {"silhouettes": "alignment"})
+        check_report("silhouettes without a network", [small, *depth], {"silhouettes": "alignment"})
         run("an inpainting network for silhouettes", [small, *depth, "--silhouette-model", weights], ["farbrausch_weights.safetensors", "a silhouette network", "found farbrausch"])
         run("a silhouette network cut off", [small, *depth, "--silhouette-model", file(folder, "cut.safetensors", open(decider, "rb").read()[:9000])], ["cut.safetensors", "tensor", "expected"])
 
