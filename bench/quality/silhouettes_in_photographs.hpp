@@ -4,9 +4,11 @@
 #include "beside_silhouettes.hpp"
 #include "holes.hpp"
 
+#include <ldi/depth/network_decider.hpp>
 #include <ldi/io/photo.hpp>
 #include <ldi/io/picture.hpp>
 #include <ldi/networks/farbrausch.hpp>
+#include <ldi/networks/silhouettes.hpp>
 #include <ldi/networks/tiefenrausch.hpp>
 #include <ldi/photo3d.hpp>
 
@@ -74,8 +76,9 @@ struct photograph_options {
 
 /// Prints the table, and writes worst_places.png and .txt to `folder`; with `before`, worst_places_before_and_after.png too.
 template <ldi::executor Executor>
-void measure_photographs(const ldi::tiefenrausch& network, const ldi::farbrausch& inpainter, const std::filesystem::path& folder,
-                         const photograph_options& options, Executor& threads) {
+void measure_photographs(const ldi::tiefenrausch& network, const ldi::silhouette_network* silhouettes,
+                         const ldi::farbrausch& inpainter, const std::filesystem::path& folder, const photograph_options& options,
+                         Executor& threads) {
     const std::vector<std::filesystem::path> files = forty_photographs();
     if (files.empty()) return;
     const std::vector<bad_place> earlier = options.before.empty() ? std::vector<bad_place>() : read_places(options.before);
@@ -92,15 +95,17 @@ void measure_photographs(const ldi::tiefenrausch& network, const ldi::farbrausch
         files.size());
     for (const std::filesystem::path& file : files) {
         const std::string name = file.stem().string();
-        const ldi::photo3d made = ldi::make_photo3d(ldi::load_photo(file).color, network, inpainter, of_photos, threads);
+        const ldi::photo3d made = ldi::make_photo3d(ldi::load_photo(file).color, network, ldi::network_decider(silhouettes),
+                                                    inpainter, of_photos, threads);
         const silhouette_faults f = find_faults(made, name, threads);
         const std::size_t holes = options.counts_holes ? count_holes(made.mesh, made.facts, 1000, threads).views_with_holes : 0;
         islands.push_back(static_cast<double>(f.islands)), charts.push_back(static_cast<double>(f.charts));
         layers.push_back(static_cast<double>(f.layers)), borders.push_back(static_cast<double>(f.hard_borders));
         hidden.push_back(static_cast<double>(made.layers.size()) / static_cast<double>(made.disparity.size()) - 1);
         band += f.band, of_neither += f.neither, views_with_holes += holes;
-        std::printf("| %s | %zu | %zu | %zu | %.1f %% | %lld | %.1f %% | %zu |\n", name.c_str(), f.islands, f.charts, f.layers,
-                    100 * f.neither / std::max(f.band, 1.0), static_cast<long long>(f.hard_borders), 100 * hidden.back(), holes);
+        std::printf("| %s | %zu | %zu | %zu | %.1f %% | %lld | %.1f %% | %s |\n", name.c_str(), f.islands, f.charts, f.layers,
+                    100 * f.neither / std::max(f.band, 1.0), static_cast<long long>(f.hard_borders), 100 * hidden.back(),
+                    options.counts_holes ? std::to_string(holes).c_str() : "not counted");
         std::fflush(stdout);
         for (const bad_place& p : f.places)
             if (worst.has_room_for(p.score)) worst.add(p, picture_of(made, p, threads));
@@ -113,9 +118,10 @@ void measure_photographs(const ldi::tiefenrausch& network, const ldi::farbrausch
     for (const auto& [place, seen] : worst.places) score += place.score;
     std::printf(
         "\nislands %.2f per photo, charts %.0f (median), layers %.0f (median), fits neither %.2f %% of the band, hard borders "
-        "%.0f px per photo, hidden %.2f %% (median), views with holes %zu, worst places %lld\n",
+        "%.0f px per photo, hidden %.2f %% (median), views with holes %s, worst places %lld\n",
         mean(islands), median(charts), median(layers), 100 * of_neither / std::max(band, 1.0), mean(borders),
-        100 * median(hidden), views_with_holes, static_cast<long long>(score));
+        100 * median(hidden), options.counts_holes ? std::to_string(views_with_holes).c_str() : "not counted",
+        static_cast<long long>(score));
 }
 
 }  // namespace ldi_quality
