@@ -4,7 +4,7 @@
     stages.py [--runs N] --beside OTHER --name NAME PHOTO3D   ratios of every stage to those of another program
 
 The stages' times are those of `photo3d --report`. Times of one thread are the processor's, which other programs on the machine
-hardly change; a program that does not report them is timed by the clock.
+hardly change. Beside a program that does not report them, both are timed by the clock.
 """
 import argparse
 import json
@@ -30,7 +30,7 @@ def photos():
 
 
 def report_of(program, photo, threads, folder):
-    """The report of a run, the stages in milliseconds of the processor where there is one thread and the program tells."""
+    """The report of a run."""
     report = os.path.join(folder, "report.json")
     models = os.path.join(os.path.dirname(os.path.abspath(program)), "..", "..", "..", "examples", "models")
     subprocess.run([program, photo, "--threads", str(threads), "-o", os.path.join(folder, "out.glb"), "--report", report, "--quiet"],
@@ -38,14 +38,12 @@ def report_of(program, photo, threads, folder):
     with open(report, encoding="utf-8") as file:
         facts = json.load(file)
     facts["milliseconds"].pop("total")
-    if threads == 1:
-        facts["milliseconds"] = facts.get("processor_milliseconds", facts["milliseconds"])
     return facts
 
 
-def stages_of(runs):
-    """The median of each stage, in the order of the run."""
-    return {stage: statistics.median(run["milliseconds"].get(stage, 0) for run in runs) for stage in runs[0]["milliseconds"]}
+def stages_of(runs, clock):
+    """The median of each stage, in the order of the run. clock: "milliseconds" or "processor_milliseconds"."""
+    return {stage: statistics.median(run[clock].get(stage, 0) for run in runs) for stage in runs[0][clock]}
 
 
 def name_of(photo):
@@ -70,7 +68,7 @@ def measure(program, number):
             facts = runs[1][0]
             pixels = facts["width"] * facts["height"]
             hidden, peak = 100 * facts["hidden_pixels"] / pixels, max(run["peak_memory_bytes"] for run in runs[1]) / 1e6
-            one, two = stages_of(runs[1]), stages_of(runs[2])
+            one, two = stages_of(runs[1], "processor_milliseconds"), stages_of(runs[2], "milliseconds")
             print(f"\n{name_of(photo)}, {facts['width']} x {facts['height']}, {hidden:.1f} % hidden, peak {peak:.0f} MB, "
                   f"{1e6 * peak / pixels:.0f} bytes per pixel")
             rows = [[stage, f"{one[stage]:.1f}", f"{two.get(stage, 0):.1f}", str(PAPER.get(stage, ""))] for stage in one]
@@ -90,7 +88,8 @@ def compare(program, other, name, number):
             for i in range(number):
                 for which in (program, other) if i % 2 == 0 else (other, program):
                     runs[which].append(report_of(which, photo, 1, folder))
-            here, there = stages_of(runs[program]), stages_of(runs[other])
+            clock = "processor_milliseconds" if "processor_milliseconds" in runs[other][0] else "milliseconds"
+            here, there = stages_of(runs[program], clock), stages_of(runs[other], clock)
             peaks = [statistics.median(run["peak_memory_bytes"] for run in runs[which]) for which in (program, other)]
             ratios.append(sum(here.values()) / sum(there.values()))
             stages = stages or [stage for stage in here if there.get(stage, 0) >= 1]
