@@ -61,8 +61,9 @@ void run(const arguments& a) {
         for (const subject& s : pairs) {
             views.push_back(measure_estimated_view(s, networks, network, perceived, a.pictures, threads));
             for (const auto& [name, depth] : networks)
-                silhouettes.push_back(measure_silhouettes(
-                    s, name, aligned_estimate(depth.disparity(s.photo, {}, threads), s.inverse_depth), a.pictures, threads));
+                silhouettes.push_back(
+                    measure_silhouettes(s, name, aligned_estimate(depth.disparity(s.photo, {}, threads), s.inverse_depth),
+                                        nullptr, a.pictures, threads));
         }
         if (!views.empty())
             print_estimated_views(networks, views), print_silhouettes("stereo pairs, estimated depth", silhouettes);
@@ -81,7 +82,7 @@ void run(const arguments& a) {
         std::vector<silhouette_row> silhouettes;
         for (const subject& s : *subjects) {
             views.push_back(measure_novel_view(s, network, perceived, a.pictures, threads));
-            measure_silhouettes(silhouettes, s, {}, a.pictures, threads);
+            measure_silhouettes(silhouettes, s, {}, nullptr, a.pictures, threads);
             const float longer = static_cast<float>(std::max(s.camera.width, s.camera.height));
             for (const float side : {1.0F, -1.0F}) {
                 const inpainting_result r = measure_inpainting(s, side * 0.08F * longer, network, perceived, a.pictures, threads);

@@ -4,9 +4,11 @@
 #include "beside_silhouettes.hpp"
 #include "holes.hpp"
 
+#include <ldi/depth/network_decider.hpp>
 #include <ldi/io/photo.hpp>
 #include <ldi/io/picture.hpp>
 #include <ldi/networks/farbrausch.hpp>
+#include <ldi/networks/silhouettes.hpp>
 #include <ldi/networks/tiefenrausch.hpp>
 #include <ldi/photo3d.hpp>
 
@@ -74,8 +76,9 @@ struct photograph_options {
 
 /// Prints the table, and writes worst_places.png and .txt to `folder`; with `before`, worst_places_before_and_after.png too.
 template <ldi::executor Executor>
-void measure_photographs(const ldi::tiefenrausch& network, const ldi::farbrausch& inpainter, const std::filesystem::path& folder,
-                         const photograph_options& options, Executor& threads) {
+void measure_photographs(const ldi::tiefenrausch& network, const ldi::silhouette_network* silhouettes,
+                         const ldi::farbrausch& inpainter, const std::filesystem::path& folder, const photograph_options& options,
+                         Executor& threads) {
     const std::vector<std::filesystem::path> files = forty_photographs();
     if (files.empty()) return;
     const std::vector<bad_place> earlier = options.before.empty() ? std::vector<bad_place>() : read_places(options.before);
@@ -92,7 +95,8 @@ void measure_photographs(const ldi::tiefenrausch& network, const ldi::farbrausch
         files.size());
     for (const std::filesystem::path& file : files) {
         const std::string name = file.stem().string();
-        const ldi::photo3d made = ldi::make_photo3d(ldi::load_photo(file).color, network, inpainter, of_photos, threads);
+        const ldi::photo3d made = ldi::make_photo3d(ldi::load_photo(file).color, network, ldi::network_decider(silhouettes),
+                                                    inpainter, of_photos, threads);
         const silhouette_faults f = find_faults(made, name, threads);
         const std::size_t holes = options.counts_holes ? count_holes(made.mesh, made.facts, 1000, threads).views_with_holes : 0;
         islands.push_back(static_cast<double>(f.islands)), charts.push_back(static_cast<double>(f.charts));

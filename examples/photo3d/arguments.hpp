@@ -27,7 +27,8 @@ namespace ldi::examples {
 
 struct arguments {
     std::vector<std::filesystem::path> photos;  // one; with --batch any number, also folders and lists
-    std::filesystem::path output, html, viewer, depth, depth_model, inpainting_model, stages, report, data, stereo_image, usdz;
+    std::filesystem::path output, html, viewer, depth, depth_model, inpainting_model, silhouette_model, stages, report, data,
+        stereo_image, usdz;
     bool batch = false, skip_existing = false;
     std::uint64_t memory = 0;  // bytes; 0: half of the machine's memory
     depth_map_options depth_map;
@@ -90,7 +91,7 @@ inline void describe_batch(CLI::App& app, arguments& a) {
 inline void describe(CLI::App& app, arguments& a, const std::filesystem::path& data) {
     a.viewer = data / "viewer" / "viewer.html";
     app.description("Turns a photo into a 3D photo: a GLB file with one textured mesh, and a page that shows it.");
-    app.footer(std::string("Weights that no option names are looked for in the folder that ") + model_folders::variable +
+    app.footer(std::string("Without an option, weights are searched in the folder that ") + model_folders::variable +
                " names,\nthen in " + (data / "models").string() + ":\n" + depth_weights + " and " + inpainting_weights + ".");
     const CLI::Validator named = examples::named();
     app.set_version_flag("--version", program_version, "print the version and exit");
@@ -128,6 +129,10 @@ inline void describe(CLI::App& app, arguments& a, const std::filesystem::path& d
         ->excludes(depth);
     app.add_option("--inpainting-model", a.inpainting_model,
                    "weights (safetensors) of the network that colors hidden surfaces; default: see below");
+    app.add_option(
+        "--silhouette-model", a.silhouette_model,
+        "weights (safetensors) of the network that decides which pixels beside a silhouette belong to what is in front; "
+        "none, the default: silhouettes are moved onto edges of the photo instead");
     app.add_option("--inpaint", a.inpaint,
                    "method that colors hidden surfaces: network (the default if its weights are found) or diffusion")
         ->check(CLI::IsMember({"diffusion", "network"}));
@@ -201,6 +206,7 @@ inline void find_weights(arguments& a, const std::filesystem::path& data) {
     const bool needs_depth = a.depth.empty() && a.depth_model.empty();
     const bool needs_inpainting = a.inpaint != "diffusion" && a.inpainting_model.empty();
     if (a.inpaint == "diffusion") a.inpainting_model.clear();
+    if (a.silhouette_model == "none") a.silhouette_model.clear();
     if (!needs_depth && !needs_inpainting) return;
     const model_folders folders(data);
     const auto missing = [&](const char* options, const char* file) {

@@ -7,12 +7,14 @@
 #include "photo_texture.hpp"
 #include "report.hpp"
 
+#include <ldi/depth/network_decider.hpp>
 #include <ldi/formats/glb.hpp>
 #include <ldi/inpaint/diffusion_inpainter.hpp>
 #include <ldi/io/depth_map.hpp>
 #include <ldi/io/farbrausch_file.hpp>
 #include <ldi/io/photo_depth.hpp>
 #include <ldi/io/picture.hpp>
+#include <ldi/io/silhouettes_file.hpp>
 #include <ldi/io/tiefenrausch_file.hpp>
 #include <ldi/photo3d.hpp>
 
@@ -29,8 +31,9 @@ namespace ldi::examples {
 
 /// Networks, loaded once for any number of photos.
 struct networks {
-    std::optional<tiefenrausch> depth;     ///< none where depth is given
-    std::optional<farbrausch> inpainting;  ///< none: diffusion
+    std::optional<tiefenrausch> depth;              ///< empty if depth is given
+    std::optional<farbrausch> inpainting;           ///< empty: diffusion
+    std::optional<silhouette_network> silhouettes;  ///< empty: aligned_silhouettes
 };
 
 /// Loads the networks. Raises the errors of reading weights.
@@ -39,6 +42,10 @@ inline networks load_networks(const arguments& a, stage_clock& clock) {
     if (!a.inpainting_model.empty()) {
         clock.begin("reading inpainting network");
         loaded.inpainting = load_farbrausch(a.inpainting_model, a.inpainting_arithmetic());
+    }
+    if (!a.silhouette_model.empty()) {
+        clock.begin("reading silhouette network");
+        loaded.silhouettes = load_silhouettes(a.silhouette_model);
     }
     if (!a.depth_model.empty()) {
         clock.begin("reading depth network");
@@ -134,7 +141,7 @@ photo_with_depth decode_input(const arguments& a, const photo_files& names, std:
 }
 
 /// An existing depth map, moved into the conversion instead of copied, because it may be much larger than the photo.
-struct disparity_in_hand {
+struct moved_disparity {
     image<float>& map;
 
     template <executor Executor>
@@ -151,10 +158,11 @@ template <executor Executor>
 photo3d convert(const arguments& a, photo_with_depth& input, const networks& by, stage_clock& clock, Executor& threads) {
     photo3d_options options = options_for(a, input);
     options.progress = clock.listener();
+    const network_decider silhouettes(by.silhouettes ? &*by.silhouettes : nullptr, options.alignment);
     const auto with = [&](const auto& inpainter) {
-        return input.depth
-                   ? make_photo3d(input.photo.color, disparity_in_hand{input.depth->disparity}, inpainter, options, threads)
-                   : make_photo3d(input.photo.color, *by.depth, inpainter, options, threads);
+        return input.depth ? make_photo3d(input.photo.color, moved_disparity{input.depth->disparity}, silhouettes, inpainter,
+                                          options, threads)
+                           : make_photo3d(input.photo.color, *by.depth, silhouettes, inpainter, options, threads);
     };
     return by.inpainting ? with(*by.inpainting) : with(diffusion_inpainter());
 }
@@ -210,7 +218,8 @@ inline void name_outputs(photo_files& names, const std::filesystem::path& viewer
 
 /// Reports problems with names before any work. Raises invalid_option, file_access.
 inline void check_names(const photo_files& names, const arguments& a, output_files& files) {
-    for (const std::filesystem::path& input : {names.photo, map_file(names), a.depth_model, a.inpainting_model, a.viewer})
+    for (const std::filesystem::path& input :
+         {names.photo, map_file(names), a.depth_model, a.inpainting_model, a.silhouette_model, a.viewer})
         files.read_from(input);
     if (names.are_own) {
         check_own(names.glb, R"("generator":"ldi )", "-o");
@@ -232,7 +241,8 @@ inline nlohmann::ordered_json report_on(const photo3d& made, const encoded_photo
                                         const arguments& a, const stage_clock& clock) {
     const std::string depth = input.depth ? input.depth->source : a.depth_model.string(),
                       inpainting = a.inpainting_model.empty() ? "diffusion" : a.inpainting_model.string();
-    return make_report(made, clock, depth, inpainting, a.texture, a.grain, encoded.glb.size(), encoded.shown);
+    const std::string silhouettes = a.silhouette_model.empty() ? "alignment" : a.silhouette_model.string();
+    return make_report(made, clock, depth, silhouettes, inpainting, a.texture, a.grain, encoded.glb.size(), encoded.shown);
 }
 
 /// Makes the page that shows a photo.

@@ -140,11 +140,11 @@ struct texture_figures {
 /// Collects the figures of the result; file sizes in bytes. `width` and `height` are the size of the layered image,
 /// `texture_width` and `texture_height` the size of the shown photo, on `textures` pictures.
 ///
-/// depth, inpainting  what they come from: paths of files, or the name of a method
-/// texture, grain     their strengths over what was inpainted
+/// depth, silhouettes, inpainting  sources: paths of files, or the name of a method
+/// texture, grain                  strengths on inpainted pixels
 inline nlohmann::ordered_json make_report(const photo3d& result, const stage_clock& clock, const std::string& depth,
-                                          const std::string& inpainting, float texture, float grain, std::size_t glb_bytes,
-                                          const texture_figures& shown) {
+                                          const std::string& silhouettes, const std::string& inpainting, float texture,
+                                          float grain, std::size_t glb_bytes, const texture_figures& shown) {
     nlohmann::ordered_json report;
     double total = 0.0;
     for (const stage_time& time : clock.stages()) {
@@ -163,6 +163,7 @@ inline nlohmann::ordered_json make_report(const photo3d& result, const stage_clo
     report["hidden_pixels"] = result.layers.size() - result.photo.size() / 3 - past_frame;
     report["pixels_past_frame"] = past_frame;
     report["depth"] = depth;
+    report["silhouettes"] = silhouettes;
     report["inpainting"] = inpainting;
     report["texture"] = texture;
     report["grain"] = grain;
@@ -212,6 +213,7 @@ inline std::string to_table(const nlohmann::ordered_json& report) {
     std::snprintf(fill, sizeof fill, "%.0f %% full", 100.0 * report["atlas_fill"].get<double>());
     line("charts", number("charts") + ", in an atlas of " + number("atlas_width") + " x " + number("atlas_height") + ", " + fill);
     line("depth from", escaped(report["depth"].get<std::string>()));
+    line("silhouettes by", escaped(report["silhouettes"].get<std::string>()));
     line("inpainting by", escaped(report["inpainting"].get<std::string>()));
     line("triangles", number("triangles") + ", " + number("vertices") + " vertices");
     line("bytes", number("glb_bytes") + ", " + number("texture_bytes") + " of them texture");

@@ -23,6 +23,7 @@
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/core/photo_facts.hpp>
+#include <ldi/core/pixel_region.hpp>
 #include <ldi/core/runs.hpp>
 #include <ldi/core/surface.hpp>
 #include <ldi/core/validate.hpp>
@@ -47,6 +48,7 @@
 #include <ldi/nn/ldi/from_column.hpp>
 #include <ldi/nn/ldi/pixel_subset.hpp>
 #include <ldi/nn/ldi/pooling.hpp>
+#include <ldi/nn/ldi/region_plan.hpp>
 #include <ldi/nn/ldi/weights.hpp>
 
 #include <ldi/nn/dense/network_description.hpp>
@@ -54,14 +56,18 @@
 #include <ldi/nn/dense/quantized_weights.hpp>
 
 #include <ldi/networks/farbrausch.hpp>
+#include <ldi/networks/silhouettes.hpp>
 #include <ldi/networks/tiefenrausch.hpp>
 
 #include <ldi/depth/align_silhouettes.hpp>
+#include <ldi/depth/decided_depth.hpp>
 #include <ldi/depth/discontinuity.hpp>
 #include <ldi/depth/middle_components.hpp>
+#include <ldi/depth/network_decider.hpp>
 #include <ldi/depth/normalize.hpp>
 #include <ldi/depth/resample.hpp>
 #include <ldi/depth/sharpen_edges.hpp>
+#include <ldi/depth/step_band.hpp>
 #include <ldi/depth/trace_curves.hpp>
 #include <ldi/depth/weighted_median.hpp>
 
@@ -115,6 +121,7 @@
 #include <ldi/formats/picture_header.hpp>
 #include <ldi/formats/plain_png.hpp>
 #include <ldi/formats/safetensors.hpp>
+#include <ldi/formats/silhouettes.hpp>
 #include <ldi/formats/tiefenrausch.hpp>
 
 #include <ldi/photo3d.hpp>

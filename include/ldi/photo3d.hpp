@@ -14,7 +14,7 @@
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/core/photo_facts.hpp>
-#include <ldi/depth/align_silhouettes.hpp>
+#include <ldi/depth/decided_depth.hpp>
 #include <ldi/depth/middle_components.hpp>
 #include <ldi/depth/normalize.hpp>
 #include <ldi/depth/resample.hpp>
@@ -66,6 +66,13 @@ template <class T>
 concept color_inpainter = requires(const T& t, working_layers<>& layers, const progress_listener& progress,
                                    serial_executor& threads) {
     t.inpaint(layers, progress, threads);
+};
+
+/// Decides where silhouettes lie. `decide(depth, threads)` accepts an undecided_depth (depth/decided_depth.hpp) and returns a
+/// decided_depth of the same size. Examples: `network_decider` (depth/network_decider.hpp), `aligned_silhouettes`.
+template <class T>
+concept silhouette_decider = requires(const T& t, undecided_depth depth, const serial_executor& threads) {
+    { t.decide(std::move(depth), threads) } -> std::same_as<decided_depth>;
 };
 
 /// An existing disparity map, for example from a phone or a file.
@@ -168,11 +175,6 @@ template <std::integral Count>
 Count scaled(Count count, float by) {
     return static_cast<Count>(std::lround(nearest_float(count) * by));
 }
-inline alignment_options scaled(alignment_options options, float sample_size) {
-    options.uncertainty *= sample_size;
-    options.min_length = scaled(options.min_length, sample_size);
-    return options;
-}
 inline middle_component_options scaled(middle_component_options options, float sample_size) {
     options.min_size = scaled(options.min_size, sample_size * sample_size);
     return options;
@@ -233,23 +235,24 @@ inline photo3d_options for_sheets(photo3d_options options, std::size_t photo_hei
 
 /// A photo at the size of its layered image, with its depth.
 struct cleaned_photo {
-    image<std::uint8_t> photo;  ///< H x W x 3, no larger than options.long_side
-    image<float> estimated;     ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
-    image<float> resampled;     ///< H x W x 1, before cleaning
-    image<float> disparity;     ///< H x W x 1, cleaned
-    depth_range range;          ///< the distances that its disparities stand for
+    image<std::uint8_t> photo;   ///< H x W x 3, no larger than options.long_side
+    image<float> estimated;      ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
+    image<float> resampled;      ///< H x W x 1, before cleaning
+    image<float> disparity;      ///< H x W x 1, cleaned
+    image<std::uint8_t> shares;  ///< share of the front surface; see decided_depth
+    depth_range range;           ///< distances at disparity 1 and 0
 };
 
 /// Estimates and cleans the depth of a photo: the stages "depth estimation", "depth filter" and "connected components".
 ///
 /// photo  H x W x 3, at least one pixel
 ///
-/// Raises what the stages raise; before anything is estimated, error_code::invalid_data for a photo of another shape, and
-/// error_code::invalid_option if long_side is 0, the focal length is not in [1, 1e5] or the surface rule's step not in [0.001,
-/// 1].
-template <depth_estimator Estimator, executor Executor = const serial_executor>
-cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator& estimator, const photo3d_options& options = {},
-                          Executor&& threads = {}) {
+/// Raises the errors of the stages; before the estimate, error_code::invalid_data for a photo of another shape, and
+/// error_code::invalid_option if long_side is 0, the focal length is not in [1, 1e5], or the surface rule's step is not in
+/// [0.001, 1].
+template <depth_estimator Estimator, silhouette_decider Decider, executor Executor = const serial_executor>
+cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator& estimator, const Decider& decider,
+                          const photo3d_options& options = {}, Executor&& threads = {}) {
     const progress_listener& progress = options.progress;
     detail::check_photo(photo);
     detail::check(options);
@@ -266,15 +269,24 @@ cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator&
 
     progress.report("depth filter", 0.0F);
     result.resampled = detail::resample_estimate(result.estimated, result.photo, options, threads);
-    result.disparity = weighted_median(result.resampled, options.surface, options.median, threads);
     const float sample_size = detail::sample_size(result.estimated, result.photo);
-    align_silhouettes(result.disparity, result.photo, options.surface, detail::scaled(options.alignment, sample_size), threads);
+    decided_depth decided = decider.decide(
+        {result.photo, result.estimated, weighted_median(result.resampled, options.surface, options.median, threads),
+         options.surface, sample_size},
+        threads);
+    result.disparity = std::move(decided.disparity), result.shares = std::move(decided.shares);
     progress.report("depth filter", 1.0F);
 
     progress.report("connected components", 0.0F);
     merge_middle_components(result.disparity, options.surface, detail::scaled(options.components, sample_size));
     progress.report("connected components", 1.0F);
     return result;
+}
+/// Same as above, with aligned_silhouettes.
+template <depth_estimator Estimator, executor Executor = const serial_executor>
+cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator& estimator, const photo3d_options& options = {},
+                          Executor&& threads = {}) {
+    return clean_depth(photo, estimator, aligned_silhouettes{options.alignment}, options, threads);
 }
 
 /// The layer of a photo, and its silhouettes.
@@ -346,7 +358,7 @@ lifted_photo<Own...> lift_photo(const cleaned_photo& photo, const photo_columns<
         own.images);
     result.curves = find_discontinuity_curves(result.layer, options.surface, detail::scaled(options.curves, sample_size));
     close_spurious_discontinuities(result.layer, result.curves);
-    unmix_colors(result.layer, options.mixed_colors);
+    unmix_colors(result.layer, options.mixed_colors, {photo.shares.data(), photo.shares.size()});
     result.rims = mark_uncertain_rims(result.layer, detail::rim_width(options.alignment, sample_size));
     return result;
 }
@@ -376,12 +388,13 @@ void inpaint_hidden(Layers& layers, std::span<const uncertain_rim> rims, const I
 ///
 /// Raises the errors of the stages. Memory and time are bounded for any depth map: each stage documents its bound, and
 /// bench/photo3d/README.md has the peaks.
-template <depth_estimator Estimator, color_inpainter Inpainter, payload_column... Own, executor Executor = const serial_executor>
+template <depth_estimator Estimator, silhouette_decider Decider, color_inpainter Inpainter, payload_column... Own,
+          executor Executor = const serial_executor>
 basic_photo3d<Own...> make_photo3d(image_view<const std::uint8_t> photo, const photo_columns<Own...>& own,
-                                   const Estimator& estimator, const Inpainter& inpainter, const photo3d_options& options = {},
-                                   Executor&& threads = {}) {
+                                   const Estimator& estimator, const Decider& decider, const Inpainter& inpainter,
+                                   const photo3d_options& options = {}, Executor&& threads = {}) {
     const progress_listener& progress = options.progress;
-    cleaned_photo cleaned = clean_depth(photo, estimator, options, threads);
+    cleaned_photo cleaned = clean_depth(photo, estimator, decider, options, threads);
 
     progress.report("occluded geometry", 0.0F);
     lifted_photo<Own...> lifted = lift_photo(cleaned, own, options, threads);
@@ -410,6 +423,19 @@ basic_photo3d<Own...> make_photo3d(image_view<const std::uint8_t> photo, const p
     result.mesh = build_mesh(result.layers, result.facts, result.charts, result.atlas, options.mesh, threads);
     progress.report("meshing", 1.0F);
     return result;
+}
+template <depth_estimator Estimator, silhouette_decider Decider, color_inpainter Inpainter,
+          executor Executor = const serial_executor>
+photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& estimator, const Decider& decider,
+                     const Inpainter& inpainter, const photo3d_options& options = {}, Executor&& threads = {}) {
+    return make_photo3d(photo, photo_columns<>(), estimator, decider, inpainter, options, threads);
+}
+/// Same as above, with aligned_silhouettes.
+template <depth_estimator Estimator, color_inpainter Inpainter, payload_column... Own, executor Executor = const serial_executor>
+basic_photo3d<Own...> make_photo3d(image_view<const std::uint8_t> photo, const photo_columns<Own...>& own,
+                                   const Estimator& estimator, const Inpainter& inpainter, const photo3d_options& options = {},
+                                   Executor&& threads = {}) {
+    return make_photo3d(photo, own, estimator, aligned_silhouettes{options.alignment}, inpainter, options, threads);
 }
 template <depth_estimator Estimator, color_inpainter Inpainter, executor Executor = const serial_executor>
 photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& estimator, const Inpainter& inpainter,

@@ -27,6 +27,11 @@ TEST_CASE("where the paper has no number, these are the defaults") {
     CHECK(o.alignment.uncertainty == 3.0F);
     CHECK(o.alignment.stiffness == 1.5F);
     CHECK(o.alignment.min_length == 20);
+    CHECK(ldi::step_band_options().max_step == 0.02F);  // these five are those of the network's training
+    CHECK(ldi::step_band_options().min_step == 0.06F);
+    CHECK(ldi::step_sides_radius == 4);
+    CHECK(ldi::step_band_radius == 12);
+    CHECK(ldi::step_region_radius == 16);
     CHECK(o.mixed_colors.foreground_margin == 2);
     CHECK(o.mixed_colors.background_margin == 1);
     CHECK(o.mixed_colors.reach == 4.0F / 1536.0F);

@@ -268,6 +268,12 @@ def main():
         run("an inpainting network cut off", [small, *depth, "--inpainting-model", file(folder, "cut.safetensors", open(weights, "rb").read()[:9000])], ["cut.safetensors", "tensor", "expected"])
         run("a photo for an inpainting network", [small, *depth, "--inpainting-model", SAMPLE], ["sample.jpg", "expected"])
 
+        decider = os.path.join(SOURCE, "examples/models/silhouettes.safetensors")
+        check_report("silhouettes by a network", [small, *depth, "--silhouette-model", decider], {"silhouettes": decider})
+        check_report("silhouettes without a network", [small, *depth], {"silhouettes": "alignment"})
+        run("an inpainting network for silhouettes", [small, *depth, "--silhouette-model", weights], ["farbrausch_weights.safetensors", "a silhouette network", "found farbrausch"])
+        run("a silhouette network cut off", [small, *depth, "--silhouette-model", file(folder, "cut.safetensors", open(decider, "rb").read()[:9000])], ["cut.safetensors", "tensor", "expected"])
+
         student = os.path.join(SOURCE, "tests/io/files/tiefenrausch_weights.safetensors")
         run("a depth network in a file", [small, "--depth-model", student])
         run("an inpainting network for depth", [small, "--depth-model", weights], ["farbrausch_weights.safetensors", "a depth network", "found farbrausch"])
@@ -280,7 +286,7 @@ def main():
         moved, both = shutil.copy(PROGRAM, alone), {"LDI_MODELS": models}
         shutil.copy(weights, os.path.join(other, "farbrausch.safetensors"))
         run("a program without its data", [small], ["--depth-model", "tiefenrausch_small.safetensors", "share/ldi/models"], program=moved)
-        check_report("a program without its data: depth given", [small, *depth], {"depth": small_depth, "inpainting": "diffusion"}, program=moved)
+        check_report("a program without its data: depth given", [small, *depth], {"depth": small_depth, "silhouettes": "alignment", "inpainting": "diffusion"}, program=moved)
         run("a network that is not found", [small, *depth, "--inpaint", "network"], ["--inpainting-model", "farbrausch.safetensors", "share/ldi/models"], program=moved)
         check_report("weights found by the environment", [small], {name: os.path.join(models, file) for name, file in MODELS.items()}, both, moved)
         run("weights in no folder", [small], ["LDI_MODELS", "no/such"], {"LDI_MODELS": "no/such"})

@@ -16,6 +16,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -173,11 +174,13 @@ private:
 /// one.
 ///
 /// layers  every pixel with a missing link inside the photo lies on a silhouette
+/// shares  H x W, of the surface in front, as in decided_depth, where they are known; may be empty
 ///
 /// Raises invalid_option. Time is linear except for sorting the pixels beside silhouettes; up to 150 bytes per pixel, if all lie
 /// beside silhouettes.
 template <payload_column... Columns>
-void unmix_colors(single_layer<Columns...>& layers, const mixed_color_options& options = {}) {
+void unmix_colors(single_layer<Columns...>& layers, const mixed_color_options& options = {},
+                  std::span<const std::uint8_t> shares = {}) {
     static_assert(has_columns<single_layer<Columns...>, color_column, disparity_column, known_column>);
     if (options.foreground_margin < 0 || options.background_margin < 0 || !(options.reach >= 0 && options.reach <= 1) ||
         !(options.contrast > 0))
@@ -196,7 +199,7 @@ void unmix_colors(single_layer<Columns...>& layers, const mixed_color_options& o
     detail::mark_margin(layers, foreground, detail::scaled_to_photo(options.foreground_margin, g));
     detail::mark_margin(layers, background, detail::scaled_to_photo(options.background_margin, g));
 
-    detail::local_matte mixed(g, band, layers.template column<color_column>());
+    detail::local_matte mixed(g, band, layers.template column<color_column>(), shares);
     mixed.smooth(2);
     detail::color_cleaner(layers, band, mixed.mixtures()).clean();
     if constexpr (has_column<single_layer<Columns...>, matte_column>)

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <ldi/base/buffer.hpp>
+#include <ldi/base/numbers.hpp>
 #include <ldi/core/diffusion.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/inpaint/detail/silhouette_band.hpp>
@@ -15,6 +16,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <span>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -27,8 +29,10 @@ struct mixture {
 
 /// Mixture of a foreground and a background sample closest to a color. Nearly pure mixtures are preferred, because in textured
 /// regions some pair explains every color; the preference was tuned on bench/quality.
-inline mixture unmix(const float_color& color, const float_color* foregrounds, const float_color* backgrounds,
-                     std::size_t count) {
+///
+/// known_alpha  share of the foreground if it is known, else nullptr
+inline mixture unmix(const float_color& color, const float_color* foregrounds, const float_color* backgrounds, std::size_t count,
+                     const float* known_alpha) {
     mixture best;
     float least = std::numeric_limits<float>::infinity(), contrast = 1;
     for (std::size_t f = 0; f < count; ++f)
@@ -38,7 +42,7 @@ inline mixture unmix(const float_color& color, const float_color* foregrounds, c
                 across[c] = foregrounds[f][c] - backgrounds[b][c], from_background[c] = color[c] - backgrounds[b][c];
             const float squared = across[0] * across[0] + across[1] * across[1] + across[2] * across[2];
             const float along = from_background[0] * across[0] + from_background[1] * across[1] + from_background[2] * across[2];
-            const float alpha = std::clamp(along / (squared + 1.0F), 0.0F, 1.0F);
+            const float alpha = known_alpha != nullptr ? *known_alpha : std::clamp(along / (squared + 1.0F), 0.0F, 1.0F);
             for (std::size_t c = 0; c < 3; ++c) error[c] = from_background[c] - alpha * across[c];
             const float squared_error = error[0] * error[0] + error[1] * error[1] + error[2] * error[2];
             const float cost = squared_error + 0.5F * squared * alpha * (1.0F - alpha);
@@ -56,8 +60,10 @@ inline mixture unmix(const float_color& color, const float_color* foregrounds, c
 /// distinguishable, confidence is 0, and alpha is 1 in front and 0 behind.
 class local_matte {
 public:
-    local_matte(const graph_view& g, const silhouette_band& band, array_view<const std::uint8_t> colors)
-        : graph_(g), band_(band) {
+    /// shares  of the foreground where they are known, as in decided_depth; may be empty
+    local_matte(const graph_view& g, const silhouette_band& band, array_view<const std::uint8_t> colors,
+                std::span<const std::uint8_t> shares = {})
+        : graph_(g), band_(band), shares_(shares) {
         mixtures_.reserve(band.places().size());
         for (const silhouette_band::place& p : band.places()) mixtures_.push_back(estimate(p, colors));
     }
@@ -72,7 +78,7 @@ public:
         std::sort(order.begin(), order.end());
         for (const std::int32_t pixel : order) {
             const std::int32_t i = band_.find(pixel);
-            if (!can_tell(i)) continue;
+            if (!is_estimated(i)) continue;
             const std::int32_t cell = cells[i] = solver.add_cell(graph_.x()[pixel], graph_.y()[pixel]);
             for (int n = 0; n < mixtures_[i].confidence; ++n) solver.add_known_neighbor(cell, &mixtures_[i].alpha);
             add_neighbors(solver, cells, i);
@@ -89,8 +95,18 @@ private:
 
     bool can_tell(std::int32_t place) const { return band_.sides()[band_.places()[place].side].can_tell; }
 
+    /// Whether a share is known, and on the side that the pixel is on: stages in between may have moved a silhouette.
+    bool has_share(const silhouette_band::place& p) const {
+        const std::uint8_t share = shares_.empty() ? std::uint8_t{0} : shares_[static_cast<std::size_t>(p.pixel)];
+        return share != 0 && (share >= 128) == p.in_front;
+    }
+    bool is_estimated(std::int32_t place) const { return can_tell(place) && !has_share(band_.places()[place]); }
+
     mixture estimate(const silhouette_band::place& p, array_view<const std::uint8_t> colors) const {
-        if (!band_.sides()[p.side].can_tell) return {p.in_front ? 1.0F : 0.0F, {}, {}, 0};
+        const bool is_known = has_share(p);
+        const float pure = p.in_front ? 1.0F : 0.0F;
+        const float share = is_known ? nearest_float(shares_[static_cast<std::size_t>(p.pixel)] - 1) / 254.0F : pure;
+        if (!band_.sides()[p.side].can_tell) return {share, {}, {}, 0};
         float_color foregrounds[max_samples], backgrounds[max_samples], color;
         std::int32_t taken[max_samples];
         std::size_t count = 0;
@@ -109,7 +125,7 @@ private:
             if (other >= 0) take(band_.places()[other].side);
         }
         for (std::size_t c = 0; c < 3; ++c) color[c] = static_cast<float>(colors[3 * static_cast<std::size_t>(p.pixel) + c]);
-        return unmix(color, foregrounds, backgrounds, count);
+        return unmix(color, foregrounds, backgrounds, count, is_known ? &share : nullptr);
     }
 
     /// Connects a pixel to its neighbors in the picture, also across the silhouette, because shares are smooth there. Outside
@@ -124,6 +140,8 @@ private:
             const std::int32_t other = band_.find(v * graph_.width() + u);
             if (other < 0)
                 solver.add_known_neighbor(cell, &pure);
+            else if (has_share(band_.places()[other]))
+                solver.add_known_neighbor(cell, &mixtures_[other].alpha);
             else if (!can_tell(other))
                 continue;
             else if (s == side::left)
@@ -135,6 +153,7 @@ private:
 
     graph_view graph_;
     const silhouette_band& band_;
+    std::span<const std::uint8_t> shares_;
     buffer<mixture> mixtures_;
 };
 

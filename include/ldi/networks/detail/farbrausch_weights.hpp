@@ -3,10 +3,10 @@
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
-#include <ldi/base/numbers.hpp>
 #include <ldi/base/printable.hpp>
 #include <ldi/kernels/requantize.hpp>
 #include <ldi/networks/detail/network_input.hpp>
+#include <ldi/networks/detail/network_tensors.hpp>
 #include <ldi/networks/inpainting_architecture.hpp>
 #include <ldi/nn/ldi/convolution.hpp>
 #include <ldi/nn/ldi/weights.hpp>
@@ -151,24 +151,15 @@ private:
     }
 
     const values& finite(const std::string& name, const buffer<std::size_t>& shape) const {
-        const values& found = tensor_values<float>(file_, name, shape);
-        if (!std::all_of(found.begin(), found.end(), [](float v) { return std::isfinite(v); }))
-            raise(error_code::invalid_data, tensor_place(file_, name), "finite values", "infinite values or NaN");
-        return found;
+        return finite_values(file_, name, shape);
     }
 
     quantization range(const std::string& of) const {
-        const std::string name = of + ".range";
-        if (!file_.tensors.contains(name))
+        if (!file_.tensors.contains(of + ".range"))
             raise(error_code::mismatch, where(),
                   "for int8 weights with the ranges of values, as examples/training/farbrausch/export.py writes them",
-                  "no tensor " + name);
-        const values& ends = finite(name, {2});
-        const float scale = (ends[1] - ends[0]) / 255.0F;
-        if (!(ends[0] <= 0.0F && ends[1] >= 0.0F && std::isnormal(scale)))
-            raise(error_code::invalid_data, tensor_place(file_, name), "a range around 0",
-                  to_text(ends[0]) + " to " + to_text(ends[1]));
-        return {scale, rounded_to_byte(-ends[0] / scale)};
+                  "no tensor " + of + ".range");
+        return quantization_of(file_, of);
     }
 
     const named_tensors& file_;

@@ -1,0 +1,115 @@
+// A part of a lattice that a sparse computation visits: runs of pixels, row by row. Pixels are numbered in this order.
+#pragma once
+
+#include <ldi/base/buffer.hpp>
+#include <ldi/base/config.hpp>
+#include <ldi/core/graph.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// Pixels of a lattice of `width` x `height`. Build it row by row: add_run() from left to right, then end_row().
+class pixel_region {
+public:
+    /// Columns first to last - 1 of a row. The runs of a row neither overlap nor touch.
+    struct run {
+        std::int32_t first, last;
+        std::int32_t pixel;  ///< number of the first pixel
+
+        std::int32_t pixel_at(std::int32_t x) const { return pixel + (x - first); }
+    };
+
+    explicit pixel_region(std::int32_t width = 0) : width_(width) { first_run_.push_back(0); }
+
+    void add_run(std::int32_t first, std::int32_t last) {
+        LDI_ASSERT(first >= 0 && first < last && last <= width_);
+        if (runs_.count() > first_run_.back() && runs_.back().last == first) {
+            runs_.back().last = last;
+        } else {
+            LDI_ASSERT(runs_.count() == first_run_.back() || runs_.back().last < first);
+            runs_.push_back({first, last, count_});
+        }
+        count_ += last - first;
+    }
+    void end_row() { first_run_.push_back(runs_.count()); }
+
+    std::int32_t width() const { return width_; }
+    std::int32_t height() const { return first_run_.count() - 1; }
+    /// Number of pixels.
+    std::int32_t count() const { return count_; }
+    std::size_t size() const { return static_cast<std::size_t>(count_); }
+
+    /// Returns the runs of a row; empty for rows outside the lattice.
+    std::span<const run> row(std::int32_t y) const {
+        if (y < 0 || y >= height()) return {};
+        return {runs_.data() + first_run_[y], static_cast<std::size_t>(first_run_[y + 1] - first_run_[y])};
+    }
+
+    /// Writes the numbers of the pixels at (x, y), (x + 1, y), ...; no_pixel outside the region.
+    void numbers(std::int32_t x, std::int32_t y, std::span<std::int32_t> result) const {
+        const std::span<const run> runs = row(y);
+        auto here = std::partition_point(runs.begin(), runs.end(), [&](const run& r) { return r.last <= x; });
+        for (std::int32_t& number : result) {
+            if (here != runs.end() && here->last == x) ++here;
+            number = here != runs.end() && here->first <= x ? here->pixel_at(x) : no_pixel;
+            ++x;
+        }
+    }
+    std::int32_t number(std::int32_t x, std::int32_t y) const {
+        std::int32_t result = no_pixel;
+        numbers(x, y, std::span(&result, 1));
+        return result;
+    }
+
+private:
+    std::int32_t width_, count_ = 0;
+    buffer<run> runs_;
+    buffer<std::int32_t> first_run_;  // index of each row's first run, and the end of the last row
+};
+
+/// Returns the region's pixels with even x and even y, on a lattice of half the size, rounded up.
+inline pixel_region halved(const pixel_region& region) {
+    pixel_region result((region.width() + 1) / 2);
+    for (std::int32_t y = 0; y < region.height(); y += 2) {
+        for (const pixel_region::run& r : region.row(y))
+            if (const std::int32_t first = (r.first + 1) / 2, last = (r.last + 1) / 2; first < last) result.add_run(first, last);
+        result.end_row();
+    }
+    return result;
+}
+
+/// Returns for each pixel (x, y) the number of the pixel (x / 2, y / 2) of the halved region, or no_pixel.
+inline buffer<std::int32_t> parents(const pixel_region& region, const pixel_region& half) {
+    buffer<std::int32_t> result(region.size(), unset);
+    for (std::int32_t y = 0; y < region.height(); ++y) {
+        const auto coarse = half.row(y / 2);
+        auto here = coarse.begin();
+        for (const pixel_region::run& r : region.row(y))
+            for (std::int32_t x = r.first; x < r.last; ++x) {
+                while (here != coarse.end() && here->last <= x / 2) ++here;
+                result[r.pixel_at(x)] = here != coarse.end() && here->first <= x / 2 ? here->pixel_at(x / 2) : no_pixel;
+            }
+    }
+    return result;
+}
+
+/// Returns for each pixel the number of the pixel below it, or no_pixel.
+inline buffer<std::int32_t> pixels_below(const pixel_region& region) {
+    buffer<std::int32_t> result(region.size(), unset);
+    for (std::int32_t y = 0; y < region.height(); ++y) {
+        const auto below = region.row(y + 1);
+        auto here = below.begin();
+        for (const pixel_region::run& r : region.row(y))
+            for (std::int32_t x = r.first; x < r.last; ++x) {
+                while (here != below.end() && here->last <= x) ++here;
+                result[r.pixel_at(x)] = here != below.end() && here->first <= x ? here->pixel_at(x) : no_pixel;
+            }
+    }
+    return result;
+}
+
+}}  // namespace ldi

@@ -1,0 +1,50 @@
+// Input and output of a silhouette_decider (photo3d.hpp), and `aligned_silhouettes`, a decider without a network.
+// network_decider.hpp has the decider with a network.
+#pragma once
+
+#include <ldi/base/executor.hpp>
+#include <ldi/base/numbers.hpp>
+#include <ldi/core/image.hpp>
+#include <ldi/core/surface.hpp>
+#include <ldi/depth/align_silhouettes.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// A photo and its depth before silhouettes are decided.
+struct undecided_depth {
+    image_view<const std::uint8_t> photo;  ///< H x W x 3
+    image_view<const float> estimated;     ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
+    image<float> disparity;                ///< H x W x 1, sharpened, resampled and filtered
+    surface_rule surface;
+    float sample_size = 1.0F;  ///< side of a sample of the estimate, in pixels, 1 to 16
+};
+
+/// Depth after silhouettes are decided.
+struct decided_depth {
+    image<float> disparity;  ///< H x W x 1
+    /// H x W x 1, or empty. 0 for pixels that were not decided, else 1 + 254 * the share of the front surface in the pixel.
+    /// Pixels from 128 on belong to the front.
+    image<std::uint8_t> shares;
+};
+
+/// Moves silhouettes onto the photo's edges with align_silhouettes(). Lengths in `options` are for a depth map with the photo's
+/// resolution.
+struct aligned_silhouettes {
+    alignment_options options;
+
+    template <executor Executor>
+    decided_depth decide(undecided_depth depth, Executor&& threads) const {
+        alignment_options scaled = options;
+        scaled.uncertainty *= depth.sample_size;
+        scaled.min_length =
+            static_cast<std::size_t>(detail::nearest_whole(double{depth.sample_size * detail::nearest_float(scaled.min_length)}));
+        align_silhouettes(depth.disparity, depth.photo, depth.surface, scaled, threads);
+        return {std::move(depth.disparity), {}};
+    }
+};
+
+}}  // namespace ldi

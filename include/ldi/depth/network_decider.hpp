@@ -1,0 +1,93 @@
+// Decides silhouettes with a network: beside sharp steps, it assigns each pixel to the front or the back surface. The pixel then
+// gets the depth of pixels of that surface that are not blurred by the step.
+#pragma once
+
+#include <ldi/base/buffer.hpp>
+#include <ldi/base/executor.hpp>
+#include <ldi/base/numbers.hpp>
+#include <ldi/core/image.hpp>
+#include <ldi/depth/decided_depth.hpp>
+#include <ldi/depth/detail/band_input.hpp>
+#include <ldi/depth/detail/side_surfaces.hpp>
+#include <ldi/depth/step_band.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// A silhouette_decider (photo3d.hpp). `Network` has a function logits() like silhouette_network (networks/silhouettes.hpp). The
+/// network must outlive the decider.
+///
+///     const ldi::silhouette_network network = ldi::load_silhouettes("silhouettes.safetensors");
+///     make_photo3d(photo, depth, ldi::network_decider(&network), inpainter);
+template <class Network>
+class network_decider {
+public:
+    /// network    nullptr selects aligned_silhouettes, for programs that let the user choose
+    /// alignment  options of aligned_silhouettes
+    explicit network_decider(const Network* network, const alignment_options& alignment = {})
+        : network_(network), by_hand_{alignment} {}
+
+    /// Decides the silhouettes of a depth map. In the result, no disparity in the band lies between the two surfaces, except for
+    /// the surfaces' own slope. Time and memory are linear in the number of pixels for any disparity.
+    template <executor Executor>
+    decided_depth decide(undecided_depth depth, Executor&& threads) const {
+        if (network_ == nullptr) return by_hand_.decide(std::move(depth), threads);
+        const step_band band = find_step_band(depth.disparity);
+        decided_depth result;
+        result.shares = image<std::uint8_t>(depth.disparity.height(), depth.disparity.width(), 1, std::uint8_t{0});
+        if (band.region.count() > 0) {
+            buffer<std::uint8_t> decided(band.region.size(), unset);
+            for (std::int32_t i = 0; i < band.region.count(); ++i) decided[i] = band.is_decided(i) ? 1 : 0;
+            buffer<std::uint8_t> input = detail::band_input(band, depth);
+            const buffer<std::uint8_t> priors = detail::channel_of(input, 4);
+            const buffer<float> logits = network_->logits(band.region, std::move(input), decided, threads);
+            buffer<std::uint8_t> shares(band.region.size(), std::uint8_t{0});
+            for (std::int32_t i = 0; i < band.region.count(); ++i)
+                if (decided[i] != 0) shares[i] = share_of(logits[2 * std::int64_t{i}], priors[i]);
+            const auto min_island =
+                static_cast<std::int32_t>(detail::nearest_whole(min_island_samples * double{depth.sample_size}));
+            detail::side_surfaces(band, shares, min_island).apply(depth.disparity, result.shares);
+        }
+        result.disparity = std::move(depth.disparity);
+        return result;
+    }
+
+private:
+    /// Minimum size of an island in pixels, relative to the side of a depth sample in pixels.
+    static constexpr double min_island_samples = 24;
+    /// Weight of the side on which the disparity already lies, added to the logit.
+    static constexpr float prior = 6.0F;
+
+    /// Returns the share in the units of decided_depth::shares. C libraries differ in the exponential function; a table of the
+    /// logits between two shares makes the bytes the same everywhere.
+    static std::uint8_t share_of(float logit, std::uint8_t prior_byte) {
+        static const share_table table;
+        const float lean = std::clamp((detail::nearest_float(prior_byte) - 128.0F) / 127.0F, -0.5F, 0.5F);
+        return table(logit + prior * lean);
+    }
+
+    struct share_table {
+        /// limits[n] is the logit of the share (n + 0.5) / 254, the limit between shares n / 254 and (n + 1) / 254.
+        float limits[254];
+
+        share_table() {
+            for (std::int32_t n = 0; n < 254; ++n) {
+                const float share = (detail::nearest_float(n) + 0.5F) / 254.0F;
+                limits[n] = detail::natural_logarithm(share) - detail::natural_logarithm(1.0F - share);
+            }
+        }
+        std::uint8_t operator()(float logit) const {
+            return static_cast<std::uint8_t>(1 + (std::upper_bound(limits, limits + 254, logit) - limits));
+        }
+    };
+
+    const Network* network_;
+    aligned_silhouettes by_hand_;
+};
+
+}}  // namespace ldi

@@ -1,0 +1,49 @@
+#include <ldi/core/pixel_region.hpp>
+
+#include "tests/support/random_region.hpp"
+
+#include <catch2/catch.hpp>
+
+using namespace ldi;
+using ldi::testing::number_in;
+using ldi::testing::random_marks;
+using ldi::testing::region_of;
+
+TEST_CASE("a region numbers its pixels row by row, and nothing outside") {
+    for (std::uint32_t seed = 0; seed < 20; ++seed) {
+        const image<std::uint8_t> marks = random_marks(9, 13, seed);
+        const pixel_region region = region_of(marks);
+        CHECK(region.height() == 9);
+        for (std::int32_t y = -2; y < 11; ++y)
+            for (std::int32_t x = 0; x < 15; ++x) CHECK(region.number(x, y) == number_in(marks, x, y));
+        buffer<std::int32_t> row(13);
+        for (std::int32_t y = 0; y < 9; ++y) {
+            region.numbers(0, y, row);
+            for (std::int32_t x = 0; x < 13; ++x) CHECK(row[x] == number_in(marks, x, y));
+        }
+    }
+}
+
+TEST_CASE("halving keeps the pixels with even coordinates") {
+    for (const auto& [height, width] : {std::pair<std::size_t, std::size_t>{1, 1}, {1, 2}, {2, 1}, {8, 8}, {7, 10}, {9, 5}})
+        for (std::uint32_t seed = 0; seed < 10; ++seed) {
+            const image<std::uint8_t> marks = random_marks(height, width, seed);
+            const pixel_region region = region_of(marks), half = halved(region);
+            image<std::uint8_t> expected((height + 1) / 2, (width + 1) / 2);
+            for (std::size_t y = 0; y < expected.height(); ++y)
+                for (std::size_t x = 0; x < expected.width(); ++x) expected(y, x) = marks(2 * y, 2 * x);
+            CHECK(half.height() == static_cast<std::int32_t>(expected.height()));
+            CHECK(half.width() == static_cast<std::int32_t>(expected.width()));
+            const buffer<std::int32_t> parent = parents(region, half), below = pixels_below(region);
+            REQUIRE(parent.size() == region.size());
+            for (std::int32_t y = 0; y < region.height(); ++y)
+                for (std::int32_t x = 0; x < region.width(); ++x) {
+                    const std::int32_t i = region.number(x, y);
+                    if (i == no_pixel) continue;
+                    CHECK(parent[i] == number_in(expected, x / 2, y / 2));
+                    CHECK(below[i] == number_in(marks, x, y + 1));
+                }
+            for (std::int32_t y = 0; y < half.height(); ++y)
+                for (std::int32_t x = 0; x < half.width(); ++x) CHECK(half.number(x, y) == number_in(expected, x, y));
+        }
+}

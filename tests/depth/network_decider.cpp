@@ -1,0 +1,182 @@
+#include <ldi/depth/network_decider.hpp>
+
+#include "tests/support/counted_memory.hpp"
+#include "tests/support/hard_maps.hpp"
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+using namespace ldi;
+
+namespace {
+
+/// Stands in for the network: the logit of each pixel from its input.
+template <class Logit>
+struct network_like {
+    Logit logit;
+
+    template <class Executor>
+    buffer<float> logits(const pixel_region& region, const buffer<std::uint8_t>& input, std::span<const std::uint8_t>,
+                         Executor&) const {
+        buffer<float> result(2 * region.size(), 0.0F);
+        for (std::size_t i = 0; i < region.size(); ++i) result[2 * i] = logit(std::span(input).subspan(8 * i, 8), i);
+        return result;
+    }
+};
+template <class Logit>
+network_like(Logit) -> network_like<Logit>;
+
+/// Goes by the photo's red, whatever the disparity: bright is in front.
+constexpr auto by_red = [](std::span<const std::uint8_t> input, std::size_t) { return input[0] > 128 ? 20.0F : -20.0F; };
+constexpr auto by_disparity = [](std::span<const std::uint8_t>, std::size_t) { return 0.0F; };
+/// Pixels change sides without any order.
+constexpr auto at_random = [](std::span<const std::uint8_t>, std::size_t i) {
+    return (i * 2654435761U >> 16) % 2 == 0 ? 20.0F : -20.0F;
+};
+
+template <class Logit>
+decided_depth decide(Logit logit, image_view<const std::uint8_t> photo, const image<float>& estimated, image<float> disparity) {
+    const network_like network{logit};
+    return network_decider(&network).decide({photo, estimated, std::move(disparity), {}, 1.0F}, serial_executor());
+}
+
+image<std::uint8_t> halves(std::size_t height, std::size_t width, std::size_t edge) {
+    image<std::uint8_t> photo(height, width, 3, std::uint8_t{20});
+    for (std::size_t y = 0; y < height; ++y) std::fill_n(photo.row(y), 3 * edge, std::uint8_t{220});
+    return photo;
+}
+
+/// Front to the left of a ramp, back to the right.
+image<float> ramp(std::size_t height, std::size_t width, std::size_t first, std::size_t last, float slope = 0) {
+    image<float> map(height, width);
+    for (std::size_t y = 0; y < height; ++y)
+        for (std::size_t x = 0; x < width; ++x) {
+            const float way = x <= first  ? 0.0F
+                              : x >= last ? 1.0F
+                                          : static_cast<float>(x - first) / static_cast<float>(last - first);
+            map(y, x) = 0.8F - 0.6F * way + slope * static_cast<float>(y);
+        }
+    return map;
+}
+
+}  // namespace
+
+TEST_CASE("a blurred step becomes two surfaces, cut where the network decides") {
+    for (const std::size_t edge : {std::size_t{36}, std::size_t{40}, std::size_t{44}})
+        for (const std::size_t width : {std::size_t{1}, std::size_t{4}, std::size_t{8}}) {
+            CAPTURE(edge, width);
+            const image<float> map = ramp(30, 80, 40 - width / 2, 40 - width / 2 + width);
+            const decided_depth decided = decide(by_red, halves(30, 80, edge), map, map);
+            for (std::size_t y = 0; y < 30; ++y)
+                for (std::size_t x = 0; x < 80; ++x) {
+                    CAPTURE(x, y);
+                    REQUIRE(decided.disparity(y, x) == (x < edge ? 0.8F : map(0, 79)));
+                    if (decided.shares(y, x) != 0) REQUIRE((decided.shares(y, x) >= 128) == (x < edge));
+                }
+        }
+}
+
+TEST_CASE("the share of the front tells the network's certainty") {
+    const image<float> map = ramp(20, 40, 19, 20);
+    const auto certain = [](float logit) { return [logit](std::span<const std::uint8_t>, std::size_t) { return logit; }; };
+    // The prior adds 3 to what lies in front, and takes 3 from what lies behind.
+    CHECK(decide(certain(0.0F), halves(20, 40, 20), map, map).shares(10, 5) == 0);  // beyond the band
+    CHECK(decide(certain(0.0F), halves(20, 40, 20), map, map).shares(10, 15) == 243);
+    CHECK(decide(certain(0.0F), halves(20, 40, 20), map, map).shares(10, 25) == 13);
+    CHECK(decide(certain(-3.0F), halves(20, 40, 20), map, map).shares(10, 15) == 128);
+    CHECK(decide(certain(100.0F), halves(20, 40, 20), map, map).shares(10, 15) == 255);
+    CHECK(decide(certain(-100.0F), halves(20, 40, 20), map, map).shares(10, 15) == 1);
+}
+
+TEST_CASE("surfaces keep their slope, and no value lies in the middle of the step") {
+    const image<float> map = ramp(30, 80, 36, 44, 0.002F);
+    const decided_depth decided = decide(by_red, halves(30, 80, 42), map, map);
+    const step_band band = find_step_band(map);
+    for (std::int32_t y = 0; y < 30; ++y) {
+        CHECK(std::abs(decided.disparity(y, 41) - map(y, 30)) < 0.03F);
+        CHECK(std::abs(decided.disparity(y, 42) - map(y, 50)) < 0.03F);
+        for (std::int32_t x = 0; x < 80; ++x) {
+            const std::int32_t i = band.region.number(x, y);
+            if (i == no_pixel || !band.is_decided(i)) continue;
+            const float share = band.share(i, decided.disparity(y, x));
+            CHECK((share < 0.25F || share > 0.75F));
+        }
+    }
+}
+
+TEST_CASE("small islands go to the side around them") {
+    const image<float> map = ramp(40, 80, 39, 40);
+    image<std::uint8_t> photo = halves(40, 80, 40);
+    for (std::size_t y = 10; y < 14; ++y)
+        for (std::size_t x = 32; x < 37; ++x) photo(y, x, 0) = 20, photo(y, x + 10, 0) = 220;  // 20 pixels each
+    for (std::size_t y = 25; y < 31; ++y)
+        for (std::size_t x = 44; x < 49; ++x) photo(y, x, 0) = 220;  // 30 pixels
+    const decided_depth decided = decide(by_red, photo, map, map);
+    for (std::size_t y = 0; y < 40; ++y)
+        for (std::size_t x = 0; x < 80; ++x) {
+            const bool is_kept = y >= 25 && y < 31 && x >= 44 && x < 49;
+            CHECK(decided.disparity(y, x) == (x < 40 || is_kept ? 0.8F : map(0, 79)));
+        }
+}
+
+TEST_CASE("disparity without a sharp step stays as it is, and has no shares") {
+    for (const std::string_view name : {"flat", "ramp"}) {
+        const image<float> map = ldi::testing::hard_map(name, 40, 60, 1);
+        const decided_depth decided = decide(at_random, ldi::testing::noisy_photo(40, 60), map, map);
+        CHECK(decided.disparity == map);
+        CHECK(std::all_of(decided.shares.begin(), decided.shares.end(), [](std::uint8_t s) { return s == 0; }));
+    }
+}
+
+TEST_CASE("without a network silhouettes are aligned by hand") {
+    const image<float> map = ramp(60, 80, 38, 39);
+    const image<std::uint8_t> photo = halves(60, 80, 40);
+    const undecided_depth depth{photo, map, map, {}, 1.0F};
+    const network_like network{by_disparity};
+    const network_like<decltype(by_disparity)>* const none = nullptr;
+    const decided_depth by_hand = network_decider(none, alignment_options{}).decide(depth, serial_executor());
+    CHECK(by_hand.disparity == aligned_silhouettes{}.decide(depth, serial_executor()).disparity);
+    CHECK(by_hand.disparity(30, 39) == 0.8F);
+    CHECK(by_hand.shares.empty());
+    CHECK(network_decider(&network).decide(depth, serial_executor()).disparity(30, 39) == map(30, 39));
+}
+
+TEST_CASE("memory in the band is linear in the pixels, whatever the map, the estimate and the decisions") {
+    for (const std::string_view name : ldi::testing::hard_maps)
+        for (const std::size_t unit : {std::size_t{1}, std::size_t{5}}) {
+            std::array<double, 2> per_pixel{}, peak_per_pixel{};
+            for (std::size_t i = 0; i < 2; ++i) {
+                const std::size_t height = 96 << i, width = 128 << i;
+                const image<float> map = ldi::testing::hard_map(name, height, width, unit);
+                const image<std::uint8_t> photo = ldi::testing::noisy_photo(height, width);
+                ldi::testing::counted_memory own;
+                const memory_scope scope(own.source);
+                const decided_depth decided = decide(at_random, photo, image<float>(3, 2, 1, 0.5F), map);
+                per_pixel[i] = static_cast<double>(own.allocated) / static_cast<double>(map.size());
+                peak_per_pixel[i] = static_cast<double>(own.peak) / static_cast<double>(map.size());
+                for (const float d : decided.disparity) CHECK((d >= 0.0F && d <= 1.0F));
+            }
+            CAPTURE(name, unit);
+            CHECK(per_pixel[1] < 1.25 * per_pixel[0] + 1);
+            CHECK(peak_per_pixel[1] < 150);
+        }
+}
+
+TEST_CASE("maps of any size beside photos of any size are decided") {
+    for (const auto& [rows, columns] :
+         {std::pair<std::size_t, std::size_t>{1, 1}, {1, 2}, {2, 2}, {1, 60}, {60, 1}, {3, 5}, {17, 16}, {40, 50}})
+        for (const auto& [map_rows, map_columns] : {std::pair<std::size_t, std::size_t>{1, 1}, {1, 40}, {60, 60}})
+            for (const std::string_view name : {"flat", "checkerboard", "noise"}) {
+                CAPTURE(name, rows, columns, map_rows, map_columns);
+                const decided_depth decided = decide(at_random, ldi::testing::noisy_photo(rows, columns),
+                                                     ldi::testing::hard_map(name, map_rows, map_columns, 1),
+                                                     ldi::testing::hard_map(name, rows, columns, 1));
+                CHECK(decided.disparity.height() == rows);
+                CHECK(decided.shares.width() == columns);
+            }
+}
