@@ -173,7 +173,8 @@ mask faults_seen(const ldi::photo3d& made, const picture& marks, const ldi::view
 }  // namespace detail
 
 /// Enlarges the pixels around a place fourfold.
-inline picture enlarged(const picture& seen, std::int32_t x, std::int32_t y, std::int32_t side = 80, std::int32_t times = 4) {
+inline picture enlarged(const picture& seen, std::int32_t x, std::int32_t y) {
+    constexpr std::int32_t side = 80, times = 4;
     picture result(side * times, side * times, 3);
     for (std::int32_t v = 0; v < side * times; ++v)
         for (std::int32_t u = 0; u < side * times; ++u) {

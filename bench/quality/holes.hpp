@@ -100,9 +100,9 @@ public:
         : from_(from), photo_(photo), range_(range) {}
 
     bool shows_photo(std::int32_t x, std::int32_t y) const {
-        const std::array<float, 3> ray = from_.direction_to_photo({ldi::detail::nearest_float(x) + 0.5F - from_.axis_x(),
-                                                                   from_.axis_y() - ldi::detail::nearest_float(y) - 0.5F,
-                                                                   -from_.camera.focal_length});
+        const std::array<float, 3> ray =
+            from_.direction_to_photo({ldi::detail::nearest_float(x) + 0.5F - from_.axis_x(),
+                                      from_.axis_y() - ldi::detail::nearest_float(y) - 0.5F, -from_.camera.focal_length});
         for (const float depth : {range_.z_near, range_.z_far}) {
             if (!(ray[2] < 0) || !(from_.position[2] > -depth)) return false;
             const float along = (-depth - from_.position[2]) / ray[2];

@@ -4,7 +4,9 @@
 # uncovered D.DDD %, lpips D.DDD (diffusion D.DDD), silhouettes D.D px, halo D.D" in one line.
 #
 #   bench/quality/run.sh [--inpainting-model FILE] [OPTION...]     --no-depth, --no-views, --no-sizes: the rest
-#   bench/quality/run.sh --only silhouettes [OPTION...]            half a minute: --no-scenes, --sigma SAMPLES, --shift SAMPLES
+#   bench/quality/run.sh --only silhouettes [OPTION...]            minutes: --no-pairs (nothing with true depth), --no-scenes,
+#                                                                  --sigma SAMPLES, --shift SAMPLES, --no-photographs, --no-holes,
+#                                                                  --before FOLDER (pictures of an earlier run, to compare)
 #   bench/quality/run.sh --only holes [PHOTO...] [OPTION...]       minutes: --crops FOLDER, --each, --geometry-size PIXELS
 #
 # Without a model: examples/models/farbrausch.safetensors. LPIPS needs the weights of ../shared/lpips. Photographs with depth and

@@ -86,6 +86,8 @@ void measure_photographs(const ldi::tiefenrausch& network, const ldi::silhouette
     sheet_of_places worst;
     ldi::buffer<double> islands, charts, layers, neither, borders, hidden;
     double band = 0, of_neither = 0;
+    ldi::photo3d_options of_photos;
+    of_photos.frame = ldi::photo_frame::crop;  // the layers' lattice is the photo's
     std::size_t views_with_holes = 0;
     std::printf(
         "\n### Silhouettes: %zu photographs without true depth\n\n| photo | islands | charts | layers | fits neither surface "
@@ -93,16 +95,17 @@ void measure_photographs(const ldi::tiefenrausch& network, const ldi::silhouette
         files.size());
     for (const std::filesystem::path& file : files) {
         const std::string name = file.stem().string();
-        const ldi::photo3d made =
-            ldi::make_photo3d(ldi::load_photo(file).color, network, ldi::network_decider(silhouettes), inpainter, {}, threads);
+        const ldi::photo3d made = ldi::make_photo3d(ldi::load_photo(file).color, network, ldi::network_decider(silhouettes),
+                                                    inpainter, of_photos, threads);
         const silhouette_faults f = find_faults(made, name, threads);
         const std::size_t holes = options.counts_holes ? count_holes(made.mesh, made.facts, 1000, threads).views_with_holes : 0;
         islands.push_back(static_cast<double>(f.islands)), charts.push_back(static_cast<double>(f.charts));
         layers.push_back(static_cast<double>(f.layers)), borders.push_back(static_cast<double>(f.hard_borders));
         hidden.push_back(static_cast<double>(made.layers.size()) / static_cast<double>(made.disparity.size()) - 1);
         band += f.band, of_neither += f.neither, views_with_holes += holes;
-        std::printf("| %s | %zu | %zu | %zu | %.1f %% | %lld | %.1f %% | %zu |\n", name.c_str(), f.islands, f.charts, f.layers,
-                    100 * f.neither / std::max(f.band, 1.0), static_cast<long long>(f.hard_borders), 100 * hidden.back(), holes);
+        std::printf("| %s | %zu | %zu | %zu | %.1f %% | %lld | %.1f %% | %s |\n", name.c_str(), f.islands, f.charts, f.layers,
+                    100 * f.neither / std::max(f.band, 1.0), static_cast<long long>(f.hard_borders), 100 * hidden.back(),
+                    options.counts_holes ? std::to_string(holes).c_str() : "not counted");
         std::fflush(stdout);
         for (const bad_place& p : f.places)
             if (worst.has_room_for(p.score)) worst.add(p, picture_of(made, p, threads));
@@ -115,9 +118,10 @@ void measure_photographs(const ldi::tiefenrausch& network, const ldi::silhouette
     for (const auto& [place, seen] : worst.places) score += place.score;
     std::printf(
         "\nislands %.2f per photo, charts %.0f (median), layers %.0f (median), fits neither %.2f %% of the band, hard borders "
-        "%.0f px per photo, hidden %.2f %% (median), views with holes %zu, worst places %lld\n",
+        "%.0f px per photo, hidden %.2f %% (median), views with holes %s, worst places %lld\n",
         mean(islands), median(charts), median(layers), 100 * of_neither / std::max(band, 1.0), mean(borders),
-        100 * median(hidden), views_with_holes, static_cast<long long>(score));
+        100 * median(hidden), options.counts_holes ? std::to_string(views_with_holes).c_str() : "not counted",
+        static_cast<long long>(score));
 }
 
 }  // namespace ldi_quality

@@ -24,7 +24,7 @@ std::pair<Eigen::Vector3f, float> plane_through(const Eigen::MatrixX3f& points) 
 int main() {
     const learn::sample photo = learn::load_sample(learn::everything, 4);
     ldi::photo3d_options options;
-    options.focal_length_35mm = 32.55F;  // the sample's camera, and the distances at disparity 1 and 0
+    options.frame = ldi::photo_frame::crop, options.focal_length_35mm = 32.55F;  // the sample's own surfaces and camera
     options.normalize = {.clipped_share = 0, .is_inverse_depth = false, .assumed_range = {0.687F, 2.047F}};
     const ldi::photo3d made =
         ldi::make_photo3d(photo.color, ldi::given_disparity{photo.disparity}, ldi::diffusion_inpainter{}, options);

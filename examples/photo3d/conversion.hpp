@@ -31,9 +31,9 @@ namespace ldi::examples {
 
 /// Networks, loaded once for any number of photos.
 struct networks {
-    std::optional<tiefenrausch> depth;              ///< none where depth is given
-    std::optional<farbrausch> inpainting;           ///< none: diffusion
-    std::optional<silhouette_network> silhouettes;  ///< none: aligned by hand
+    std::optional<tiefenrausch> depth;              ///< empty if depth is given
+    std::optional<farbrausch> inpainting;           ///< empty: diffusion
+    std::optional<silhouette_network> silhouettes;  ///< empty: aligned_silhouettes
 };
 
 /// Loads the networks. Raises the errors of reading weights.
@@ -141,7 +141,7 @@ photo_with_depth decode_input(const arguments& a, const photo_files& names, std:
 }
 
 /// An existing depth map, moved into the conversion instead of copied, because it may be much larger than the photo.
-struct disparity_in_hand {
+struct moved_disparity {
     image<float>& map;
 
     template <executor Executor>
@@ -160,7 +160,7 @@ photo3d convert(const arguments& a, photo_with_depth& input, const networks& by,
     options.progress = clock.listener();
     const network_decider silhouettes(by.silhouettes ? &*by.silhouettes : nullptr, options.alignment);
     const auto with = [&](const auto& inpainter) {
-        return input.depth ? make_photo3d(input.photo.color, disparity_in_hand{input.depth->disparity}, silhouettes, inpainter,
+        return input.depth ? make_photo3d(input.photo.color, moved_disparity{input.depth->disparity}, silhouettes, inpainter,
                                           options, threads)
                            : make_photo3d(input.photo.color, *by.depth, silhouettes, inpainter, options, threads);
     };

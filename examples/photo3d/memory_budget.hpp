@@ -113,7 +113,7 @@ public:
 
     /// Raises the error for a photo whose stages need more than for_one().
     [[noreturn]] void refuse(const std::string& name) const {
-        raise(error_code::too_large, name, expected(), "one whose depth hides so much that it takes more");
+        raise(error_code::too_large, name, expected(), "one that needs more, because its depth hides large areas");
     }
 
     /// Waits until `bytes` are free. The sum of this request and of the caller's share must have passed check(), and only one

@@ -140,8 +140,8 @@ struct texture_figures {
 /// Collects the figures of the result; file sizes in bytes. `width` and `height` are the size of the layered image,
 /// `texture_width` and `texture_height` the size of the shown photo, on `textures` pictures.
 ///
-/// depth, silhouettes, inpainting  what they come from: paths of files, or the name of a method
-/// texture, grain     their strengths over what was inpainted
+/// depth, silhouettes, inpainting  sources: paths of files, or the name of a method
+/// texture, grain                  strengths on inpainted pixels
 inline nlohmann::ordered_json make_report(const photo3d& result, const stage_clock& clock, const std::string& depth,
                                           const std::string& silhouettes, const std::string& inpainting, float texture,
                                           float grain, std::size_t glb_bytes, const texture_figures& shown) {

@@ -15,7 +15,6 @@
 #include <ldi/core/layered_image.hpp>
 #include <ldi/core/photo_facts.hpp>
 #include <ldi/depth/decided_depth.hpp>
-#include <ldi/depth/merge_flakes.hpp>
 #include <ldi/depth/middle_components.hpp>
 #include <ldi/depth/normalize.hpp>
 #include <ldi/depth/resample.hpp>
@@ -69,14 +68,14 @@ concept color_inpainter = requires(const T& t, working_layers<>& layers, const p
     t.inpaint(layers, progress, threads);
 };
 
-/// What decides where silhouettes lie. `decide(depth, threads)` takes an undecided_depth (depth/decided_depth.hpp) and returns a
-/// decided_depth of the same size. `network_decider` (depth/network_decider.hpp) is one, `aligned_silhouettes` another.
+/// Decides where silhouettes lie. `decide(depth, threads)` accepts an undecided_depth (depth/decided_depth.hpp) and returns a
+/// decided_depth of the same size. Examples: `network_decider` (depth/network_decider.hpp), `aligned_silhouettes`.
 template <class T>
 concept silhouette_decider = requires(const T& t, undecided_depth depth, const serial_executor& threads) {
     { t.decide(std::move(depth), threads) } -> std::same_as<decided_depth>;
 };
 
-/// A disparity map that is there already, from a phone or a file.
+/// An existing disparity map, for example from a phone or a file.
 struct given_disparity {
     /// h x w x 1, finite, larger is nearer. With normalize_options::is_inverse_depth, the default, values are 0 or more, and 0
     /// is infinitely far, such as the sky. If 0 means unknown, fill these pixels first, for example with fill_invalid() of
@@ -90,7 +89,7 @@ struct given_disparity {
     float quantization_step() const { return 1.0F; }
 };
 
-/// Lengths and sizes in `alignment`, `flakes`, `components` and `curves` are in pixels, for depth as fine as the photo. If one
+/// Lengths and sizes in `alignment`, `components` and `curves` are in pixels, for depth as fine as the photo. If one
 /// depth sample covers several pixels, make_photo3d() multiplies lengths by the sample's side and sizes by its area.
 struct photo3d_options {
     /// Maximum long side in pixels; a larger photo is shrunk to it.
@@ -106,7 +105,6 @@ struct photo3d_options {
     resample_options resample;
     weighted_median_options median;
     alignment_options alignment;
-    flake_options flakes;
     middle_component_options components;
     mixed_color_options mixed_colors;
     curve_options curves;
@@ -177,12 +175,6 @@ template <std::integral Count>
 Count scaled(Count count, float by) {
     return static_cast<Count>(std::lround(nearest_float(count) * by));
 }
-/// Depth as fine as the photo has no flakes.
-inline flake_options scaled(flake_options options, float sample_size) {
-    constexpr std::int32_t max_radius = 8;
-    options.radius = sample_size > 1.0F ? (std::min)(scaled(options.radius, sample_size), max_radius) : 0;
-    return options;
-}
 inline middle_component_options scaled(middle_component_options options, float sample_size) {
     options.min_size = scaled(options.min_size, sample_size * sample_size);
     return options;
@@ -247,17 +239,17 @@ struct cleaned_photo {
     image<float> estimated;      ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
     image<float> resampled;      ///< H x W x 1, before cleaning
     image<float> disparity;      ///< H x W x 1, cleaned
-    image<std::uint8_t> shares;  ///< of the front, as in decided_depth
-    depth_range range;           ///< the distances that its disparities stand for
+    image<std::uint8_t> shares;  ///< share of the front surface; see decided_depth
+    depth_range range;           ///< distances at disparity 1 and 0
 };
 
 /// Estimates and cleans the depth of a photo: the stages "depth estimation", "depth filter" and "connected components".
 ///
 /// photo  H x W x 3, at least one pixel
 ///
-/// Raises what the stages raise; before anything is estimated, error_code::invalid_data for a photo of another shape, and
-/// error_code::invalid_option if long_side is 0, the focal length is not in [1, 1e5] or the surface rule's step not in [0.001,
-/// 1].
+/// Raises the errors of the stages; before the estimate, error_code::invalid_data for a photo of another shape, and
+/// error_code::invalid_option if long_side is 0, the focal length is not in [1, 1e5], or the surface rule's step is not in
+/// [0.001, 1].
 template <depth_estimator Estimator, silhouette_decider Decider, executor Executor = const serial_executor>
 cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator& estimator, const Decider& decider,
                           const photo3d_options& options = {}, Executor&& threads = {}) {
@@ -286,12 +278,11 @@ cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator&
     progress.report("depth filter", 1.0F);
 
     progress.report("connected components", 0.0F);
-    merge_flakes(result.disparity, result.photo, options.surface, detail::scaled(options.flakes, sample_size));
     merge_middle_components(result.disparity, options.surface, detail::scaled(options.components, sample_size));
     progress.report("connected components", 1.0F);
     return result;
 }
-/// The same with silhouettes aligned by hand.
+/// Same as above, with aligned_silhouettes.
 template <depth_estimator Estimator, executor Executor = const serial_executor>
 cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator& estimator, const photo3d_options& options = {},
                           Executor&& threads = {}) {
@@ -439,7 +430,7 @@ photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& esti
                      const Inpainter& inpainter, const photo3d_options& options = {}, Executor&& threads = {}) {
     return make_photo3d(photo, photo_columns<>(), estimator, decider, inpainter, options, threads);
 }
-/// The same with silhouettes aligned by hand.
+/// Same as above, with aligned_silhouettes.
 template <depth_estimator Estimator, color_inpainter Inpainter, payload_column... Own, executor Executor = const serial_executor>
 basic_photo3d<Own...> make_photo3d(image_view<const std::uint8_t> photo, const photo_columns<Own...>& own,
                                    const Estimator& estimator, const Inpainter& inpainter, const photo3d_options& options = {},

@@ -2295,6 +2295,9 @@ public:
         levels_[0].clear();
     }
 
+    /// Makes room for so many cells. Optional, after start().
+    void reserve(std::size_t cells) { levels_[0].reserve(cells + 1); }
+
     /// Adds an unknown cell and returns its number, starting at 1. Add cells in scanline order. Several may share a position.
     std::int32_t add_cell(std::int32_t x, std::int32_t y) { return levels_[0].add(x, y); }
 
@@ -2353,6 +2356,10 @@ private:
         buffer<std::int32_t> parent;
 
         std::size_t size() const { return value.empty() ? 0 : value.size() - 1; }
+
+        void reserve(std::size_t cells) {
+            value.reserve(cells), known.reserve(cells), links.reserve(cells), position.reserve(cells);
+        }
 
         void clear() {
             value.clear(), known.clear(), links.clear(), position.clear();
@@ -2692,6 +2699,113 @@ struct photo_facts {
     /// Returns the camera whose pixels the layered image has: the photo's, with a sensor larger by the margin.
     pinhole_camera layers_camera() const { return {camera.width + 2 * margin, camera.height + 2 * margin, camera.focal_length}; }
 };
+
+}}  // namespace ldi
+
+// ---- ldi/core/pixel_region.hpp
+// A part of a lattice that a sparse computation visits: runs of pixels, row by row. Pixels are numbered in this order.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// Pixels of a lattice of `width` x `height`. Build it row by row: add_run() from left to right, then end_row().
+class pixel_region {
+public:
+    /// Columns first to last - 1 of a row. The runs of a row neither overlap nor touch.
+    struct run {
+        std::int32_t first, last;
+        std::int32_t pixel;  ///< number of the first pixel
+
+        std::int32_t pixel_at(std::int32_t x) const { return pixel + (x - first); }
+    };
+
+    explicit pixel_region(std::int32_t width = 0) : width_(width) { first_run_.push_back(0); }
+
+    void add_run(std::int32_t first, std::int32_t last) {
+        LDI_ASSERT(first >= 0 && first < last && last <= width_);
+        if (runs_.count() > first_run_.back() && runs_.back().last == first) {
+            runs_.back().last = last;
+        } else {
+            LDI_ASSERT(runs_.count() == first_run_.back() || runs_.back().last < first);
+            runs_.push_back({first, last, count_});
+        }
+        count_ += last - first;
+    }
+    void end_row() { first_run_.push_back(runs_.count()); }
+
+    std::int32_t width() const { return width_; }
+    std::int32_t height() const { return first_run_.count() - 1; }
+    /// Number of pixels.
+    std::int32_t count() const { return count_; }
+    std::size_t size() const { return static_cast<std::size_t>(count_); }
+
+    /// Returns the runs of a row; empty for rows outside the lattice.
+    std::span<const run> row(std::int32_t y) const {
+        if (y < 0 || y >= height()) return {};
+        return {runs_.data() + first_run_[y], static_cast<std::size_t>(first_run_[y + 1] - first_run_[y])};
+    }
+
+    /// Writes the numbers of the pixels at (x, y), (x + 1, y), ...; no_pixel outside the region.
+    void numbers(std::int32_t x, std::int32_t y, std::span<std::int32_t> result) const {
+        const std::span<const run> runs = row(y);
+        auto here = std::partition_point(runs.begin(), runs.end(), [&](const run& r) { return r.last <= x; });
+        for (std::int32_t& number : result) {
+            if (here != runs.end() && here->last == x) ++here;
+            number = here != runs.end() && here->first <= x ? here->pixel_at(x) : no_pixel;
+            ++x;
+        }
+    }
+    std::int32_t number(std::int32_t x, std::int32_t y) const {
+        std::int32_t result = no_pixel;
+        numbers(x, y, std::span(&result, 1));
+        return result;
+    }
+
+private:
+    std::int32_t width_, count_ = 0;
+    buffer<run> runs_;
+    buffer<std::int32_t> first_run_;  // index of each row's first run, and the end of the last row
+};
+
+/// Returns the region's pixels with even x and even y, on a lattice of half the size, rounded up.
+inline pixel_region halved(const pixel_region& region) {
+    pixel_region result((region.width() + 1) / 2);
+    for (std::int32_t y = 0; y < region.height(); y += 2) {
+        for (const pixel_region::run& r : region.row(y))
+            if (const std::int32_t first = (r.first + 1) / 2, last = (r.last + 1) / 2; first < last) result.add_run(first, last);
+        result.end_row();
+    }
+    return result;
+}
+
+/// Returns for each pixel (x, y) the number of the pixel (x / 2, y / 2) of the halved region, or no_pixel.
+inline buffer<std::int32_t> parents(const pixel_region& region, const pixel_region& half) {
+    buffer<std::int32_t> result(region.size(), unset);
+    for (std::int32_t y = 0; y < region.height(); ++y) {
+        const auto coarse = half.row(y / 2);
+        auto here = coarse.begin();
+        for (const pixel_region::run& r : region.row(y))
+            for (std::int32_t x = r.first; x < r.last; ++x) {
+                while (here != coarse.end() && here->last <= x / 2) ++here;
+                result[r.pixel_at(x)] = here != coarse.end() && here->first <= x / 2 ? here->pixel_at(x / 2) : no_pixel;
+            }
+    }
+    return result;
+}
+
+/// Returns for each pixel the number of the pixel below it, or no_pixel.
+inline buffer<std::int32_t> pixels_below(const pixel_region& region) {
+    buffer<std::int32_t> result(region.size(), unset);
+    for (std::int32_t y = 0; y < region.height(); ++y) {
+        const auto below = region.row(y + 1);
+        auto here = below.begin();
+        for (const pixel_region::run& r : region.row(y))
+            for (std::int32_t x = r.first; x < r.last; ++x) {
+                while (here != below.end() && here->last <= x) ++here;
+                result[r.pixel_at(x)] = here != below.end() && here->first <= x ? here->pixel_at(x) : no_pixel;
+            }
+    }
+    return result;
+}
 
 }}  // namespace ldi
 
@@ -9549,7 +9663,8 @@ feature_map activate(feature_map x, activation by, Executor&& threads = {}) {
 
 /// Applies relu to a map of bytes: raises values to at least the zero point. Bytes support no other activation.
 template <executor Executor = const serial_executor>
-basic_feature_map<std::uint8_t> activate(basic_feature_map<std::uint8_t> x, activation by, Executor&& threads = {}) {
+basic_feature_map<std::uint8_t> activate(basic_feature_map<std::uint8_t> x, [[maybe_unused]] activation by,
+                                         Executor&& threads = {}) {
     LDI_ASSERT(by.negative_slope == 0.0F);
     const std::uint8_t zero = x.zero;
     return detail::for_each_value(std::move(x), threads, [zero](std::uint8_t v) { return (std::max)(v, zero); });
@@ -9763,6 +9878,113 @@ template <class Value, executor Executor = const serial_executor>
 basic_feature_map<Value> max_pool(const basic_feature_map<Value>& fine, const coarsened& by, Executor&& threads = {}) {
     return detail::pool<Value>(
         fine, by, threads, [](Value a, Value b) { return (std::max)(a, b); }, [](Value largest, std::size_t) { return largest; });
+}
+
+}}  // namespace ldi
+
+// ---- ldi/nn/ldi/region_plan.hpp
+// Plans convolutions on a region of a single image. Windows follow the lattice instead of links: they contain all pixels of the
+// region at their positions, and positions outside the region count as missing.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+namespace detail {
+
+/// Columns first to last - 1.
+struct column_range {
+    std::int32_t first, last;
+};
+
+/// Finds the columns of row y whose windows lie in the region. Each range lies inside one run of every row of the window.
+inline void find_regular_columns(const pixel_region& region, std::int32_t y, std::int32_t radius, buffer<column_range>& result,
+                                 buffer<column_range>& next) {
+    result.assign(1, {0, region.width()});
+    for (std::int32_t v = y - radius; v <= y + radius && !result.empty(); ++v) {
+        const auto runs = region.row(v);
+        next.clear();
+        auto run = runs.begin();
+        for (auto range = result.begin(); range != result.end() && run != runs.end();) {
+            const std::int32_t first = (std::max)(range->first, run->first + radius),
+                               last = (std::min)(range->last, run->last - radius);
+            if (first < last) next.push_back({first, last});
+            if (range->last < run->last)
+                ++range;
+            else
+                ++run;
+        }
+        result.swap(next);
+    }
+}
+
+class region_planner {
+public:
+    region_planner(const pixel_region& inputs, const pixel_region& outputs, std::int32_t kernel_size, std::int32_t stride)
+        : inputs_(inputs), outputs_(outputs), radius_(kernel_size / 2) {
+        plan_.kernel_size = kernel_size, plan_.stride = stride;
+        plan_.input_count = inputs.size(), plan_.output_count = outputs.size();
+    }
+
+    convolution_plan run() {
+        buffer<column_range> regular, scratch;
+        for (std::int32_t y = 0; y < outputs_.height(); ++y) {
+            const auto runs = outputs_.row(y);
+            if (runs.empty()) continue;
+            find_regular_columns(inputs_, plan_.stride * y, radius_, regular, scratch);
+            auto range = regular.begin();
+            for (const pixel_region::run& run : runs)
+                for (std::int32_t x = run.first; x < run.last;) {
+                    while (range != regular.end() && range->last <= plan_.stride * x) ++range;
+                    const bool is_regular = range != regular.end() && range->first <= plan_.stride * x;
+                    const std::int32_t end =
+                        range == regular.end() ? run.last : output_from(is_regular ? range->last : range->first);
+                    x = add(run, x, (std::min)(end, run.last), y, is_regular);
+                }
+        }
+        return std::move(plan_);
+    }
+
+private:
+    /// Returns the first output whose center is at or after a column.
+    std::int32_t output_from(std::int32_t column) const { return (column + plan_.stride - 1) / plan_.stride; }
+
+    std::int32_t add(const pixel_region::run& run, std::int32_t first, std::int32_t last, std::int32_t y, bool is_regular) {
+        const std::int32_t row = plan_.stride * y;
+        if (is_regular && last - first >= min_segment) {
+            plan_.segments.push_back({run.pixel_at(first), last - first});
+            for (std::int32_t v = row - radius_; v <= row + radius_; ++v)
+                plan_.rows.push_back(inputs_.number(plan_.stride * first, v));
+            return last;
+        }
+        for (std::int32_t x = first; x < last; ++x) {
+            plan_.irregular.push_back(run.pixel_at(x));
+            plan_.windows.resize(plan_.windows.size() + plan_.elements());
+            std::span<std::int32_t> window = std::span(plan_.windows).last(plan_.elements());
+            for (std::int32_t v = row - radius_; v <= row + radius_; ++v, window = window.subspan(plan_.k())) {
+                const std::int32_t x_first = plan_.stride * x - radius_, outside = (std::max)(-x_first, 0);
+                std::fill_n(window.begin(), outside, no_pixel);
+                inputs_.numbers(x_first + outside, v, window.first(plan_.k()).subspan(static_cast<std::size_t>(outside)));
+            }
+        }
+        return last;
+    }
+
+    const pixel_region &inputs_, &outputs_;
+    std::int32_t radius_;
+    convolution_plan plan_;
+};
+
+}  // namespace detail
+
+/// Plans a convolution with stride 1.
+///
+/// kernel_size  odd, 1 to max_kernel_size
+inline convolution_plan plan_convolution(const pixel_region& region, std::int32_t kernel_size) {
+    return detail::region_planner(region, region, kernel_size, 1).run();
+}
+
+/// Plans a convolution with stride 2. Outputs are the pixels of `half`, which is halved(region).
+inline convolution_plan plan_convolution(const pixel_region& region, std::int32_t kernel_size, const pixel_region& half) {
+    return detail::region_planner(region, half, kernel_size, 2).run();
 }
 
 }}  // namespace ldi
@@ -10077,7 +10299,9 @@ struct packed_layer {
     std::variant<resize_layer, dense_layer, depthwise_layer, addition_layer> kind;
 };
 
-/// Packs an operator that has passed check_network(). values, channels  per tensor
+/// Packs an operator that has passed check_network().
+///
+/// values, channels  one per tensor
 inline packed_layer pack_layer(isa target, const operator_description& op, const buffer<quantization>& values,
                                const buffer<std::size_t>& channels) {
     packed_layer packed{op.name, op.output, 0, {}, resize_layer{1}};
@@ -10556,7 +10780,9 @@ inline std::size_t place(buffer<tensor_block>& blocks) {
     return highest;
 }
 
-/// Plans memory for an input size. sizes, channels  per tensor
+/// Plans memory for an input size.
+///
+/// sizes, channels  one per tensor
 inline schedule_plan plan_schedule(const buffer<packed_layer>& layers, const buffer<schedule_step>& schedule,
                                    const buffer<tensor_size>& sizes, const buffer<std::size_t>& channels, std::size_t output,
                                    bool overwrite) {
@@ -11051,6 +11277,33 @@ struct masked_map {
 
 }}}  // namespace ldi::detail
 
+// ---- ldi/networks/detail/network_tensors.hpp
+// Reads tensors of a weight file for networks with 8-bit arithmetic.
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+/// Returns the values of a tensor. Raises the errors of tensor_values(), and invalid_data for values that are not finite.
+inline const buffer<float>& finite_values(const named_tensors& file, const std::string& name, const buffer<std::size_t>& shape) {
+    const buffer<float>& found = tensor_values<float>(file, name, shape);
+    if (!std::all_of(found.begin(), found.end(), [](float v) { return std::isfinite(v); }))
+        raise(error_code::invalid_data, tensor_place(file, name), "finite values", "infinite values or NaN");
+    return found;
+}
+
+/// Returns the quantization of a tensor from its range in the file, "NAME.range": the minimum and maximum of the quantized
+/// values.
+inline quantization quantization_of(const named_tensors& file, const std::string& of) {
+    const std::string name = of + ".range";
+    const buffer<float>& ends = finite_values(file, name, {2});
+    const float scale = (ends[1] - ends[0]) / 255.0F;
+    if (!(ends[0] <= 0.0F && ends[1] >= 0.0F && std::isnormal(scale)))
+        raise(error_code::invalid_data, tensor_place(file, name), "a range around 0",
+              to_text(ends[0]) + " to " + to_text(ends[1]));
+    return {scale, rounded_to_byte(-ends[0] / scale)};
+}
+
+}}}  // namespace ldi::detail
+
 // ---- ldi/networks/inpainting_architecture.hpp
 // Architectures of inpainting networks that networks/farbrausch.hpp runs: Farbrausch, and the full-size PartialConv that the
 // paper compares it with.
@@ -11271,24 +11524,15 @@ private:
     }
 
     const values& finite(const std::string& name, const buffer<std::size_t>& shape) const {
-        const values& found = tensor_values<float>(file_, name, shape);
-        if (!std::all_of(found.begin(), found.end(), [](float v) { return std::isfinite(v); }))
-            raise(error_code::invalid_data, tensor_place(file_, name), "finite values", "infinite values or NaN");
-        return found;
+        return finite_values(file_, name, shape);
     }
 
     quantization range(const std::string& of) const {
-        const std::string name = of + ".range";
-        if (!file_.tensors.contains(name))
+        if (!file_.tensors.contains(of + ".range"))
             raise(error_code::mismatch, where(),
                   "for int8 weights with the ranges of values, as examples/training/farbrausch/export.py writes them",
-                  "no tensor " + name);
-        const values& ends = finite(name, {2});
-        const float scale = (ends[1] - ends[0]) / 255.0F;
-        if (!(ends[0] <= 0.0F && ends[1] >= 0.0F && std::isnormal(scale)))
-            raise(error_code::invalid_data, tensor_place(file_, name), "a range around 0",
-                  to_text(ends[0]) + " to " + to_text(ends[1]));
-        return {scale, rounded_to_byte(-ends[0] / scale)};
+                  "no tensor " + of + ".range");
+        return quantization_of(file_, of);
     }
 
     const named_tensors& file_;
@@ -11958,6 +12202,165 @@ image<std::uint8_t> farbrausch::inpaint(image_view<const std::uint8_t> color, im
     inpaint(layers, progress, threads);
     image<std::uint8_t> result(color.height(), color.width(), 3, unset);
     std::copy(layers.column<color_column>().begin(), layers.column<color_column>().end(), result.begin());
+    return result;
+}
+
+}}  // namespace ldi
+
+// ---- ldi/networks/silhouettes.hpp
+// The silhouette network decides, beside sharp steps of a disparity map, to which of the two surfaces a pixel belongs. It is a
+// small U-Net that computes only the region around the steps, in 8-bit arithmetic. examples/training/silhouettes/README.md
+// defines its input and its layers; io/silhouettes_file.hpp loads it from a file; depth/network_decider.hpp runs it on a photo.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// All member functions are const and keep no state, so any number of threads may use one object at the same time.
+class silhouette_network {
+public:
+    static constexpr std::size_t input_channels = 8, output_channels = 2;
+    static constexpr std::size_t level_count = 4;
+
+    /// Checks and packs the weights.
+    ///
+    /// weights  for each layer `NAME.weight`, outputs x inputs x 3 x 3, and `NAME.bias`, batch normalization folded in;
+    ///          `input.range`, and `NAME.range` for every layer that another layer reads
+    /// target   the instruction set to pack weights for; all give the same results
+    ///
+    /// Raises mismatch, with the name of the tensor, if one is missing, unexpected, or of another type or shape; invalid_data for
+    /// weights that are not finite.
+    explicit silhouette_network(const named_tensors& weights, isa target = best_isa());
+
+    /// Returns the results of the last layer, K x 2: the logit of the front's share, before the prior is added, and the logit of
+    /// the probability that this share is on the correct side of 0.5. Undefined for pixels that are not wanted.
+    ///
+    /// region  K pixels
+    /// input   K x 8; examples/training/silhouettes/README.md defines the channels
+    /// wanted  K; 0 for pixels whose result is not wanted
+    ///
+    /// Time and memory are linear in the number of pixels of the region; memory is about 130 bytes per pixel.
+    template <executor Executor = const serial_executor>
+    buffer<float> logits(const pixel_region& region, buffer<std::uint8_t> input, std::span<const std::uint8_t> wanted,
+                         Executor&& threads = {}) const;
+
+private:
+    using map = basic_feature_map<std::uint8_t>;
+    using view = basic_feature_view<std::uint8_t>;
+
+    /// In the order of the table of layers.
+    enum layer : std::size_t {
+        fine,
+        half_down,
+        half,
+        quarter_down,
+        quarter,
+        eighth_down,
+        eighth,
+        quarter_up,
+        half_up,
+        fine_up,
+        out
+    };
+    struct layer_shape {
+        std::string_view name;
+        std::array<std::string_view, 2> reads;  ///< sources; of two, the first one is upsampled; the second may be empty
+        std::size_t inputs, outputs;            ///< inputs: number per source
+    };
+    static constexpr std::array<layer_shape, 11> shapes{{{"fine", {"input", ""}, input_channels, 16},
+                                                         {"half.down", {"fine", ""}, 16, 32},
+                                                         {"half", {"half.down", ""}, 32, 32},
+                                                         {"quarter.down", {"half", ""}, 32, 32},
+                                                         {"quarter", {"quarter.down", ""}, 32, 32},
+                                                         {"eighth.down", {"quarter", ""}, 32, 32},
+                                                         {"eighth", {"eighth.down", ""}, 32, 32},
+                                                         {"quarter.up", {"eighth", "quarter"}, 32, 32},
+                                                         {"half.up", {"quarter.up", "half"}, 32, 16},
+                                                         {"fine.up", {"half.up", "fine"}, 16, 16},
+                                                         {"out", {"fine.up", ""}, 16, output_channels}}};
+
+    /// A resolution level: its pixels, and its connections to the next coarser level.
+    struct level {
+        pixel_region region;
+        convolution_plan same, down;
+        buffer<std::int32_t> parent;
+    };
+    static std::array<level, level_count> plan_levels(const pixel_region& region);
+
+    template <class Result, executor Executor>
+    void run(layer l, const convolution_plan& plan, std::initializer_list<view> sources, Result& result,
+             Executor& threads) const {
+        convolve(plan, layers_[l], std::span<const view>(sources.begin(), sources.size()), result, threads);
+    }
+    template <executor Executor>
+    map run(layer l, const convolution_plan& plan, std::initializer_list<view> sources, Executor& threads) const {
+        map result(plan.output_count, layers_[l].outputs, layers_[l].result_zero_point);
+        run(l, plan, sources, result.values, threads);
+        return result;
+    }
+
+    std::array<conv_u8_weights, shapes.size()> layers_;
+    std::uint8_t input_zero_ = 0;
+};
+
+inline silhouette_network::silhouette_network(const named_tensors& weights, isa target) {
+    std::vector<std::string> names{"input.range"};
+    for (std::size_t l = 0; l < shapes.size(); ++l) {
+        const layer_shape& shape = shapes[l];
+        const std::string name(shape.name);
+        const bool is_last = l + 1 == shapes.size();
+        buffer<quantized_source> sources;
+        for (const std::string_view read : shape.reads)
+            if (!read.empty()) sources.push_back({shape.inputs, detail::quantization_of(weights, std::string(read))});
+        const buffer<float>& values =
+            detail::finite_values(weights, name + ".weight", {shape.outputs, sources.size() * shape.inputs, 3, 3});
+        const buffer<float>& bias = detail::finite_values(weights, name + ".bias", {shape.outputs});
+        names.push_back(name + ".weight"), names.push_back(name + ".bias");
+        if (!is_last) names.push_back(name + ".range");
+        layers_[l] = pack_byte_convolution(target, values, bias, 3, is_last ? no_activation : relu, sources,
+                                           is_last ? quantization{} : detail::quantization_of(weights, name));
+    }
+    check_no_others(weights, names);
+    input_zero_ = detail::quantization_of(weights, "input").zero_point;
+}
+
+inline std::array<silhouette_network::level, silhouette_network::level_count> silhouette_network::plan_levels(
+    const pixel_region& region) {
+    std::array<level, level_count> levels;
+    levels[0].region = region;
+    for (std::size_t i = 0; i < level_count; ++i) {
+        levels[i].same = plan_convolution(levels[i].region, 3);
+        if (i + 1 == level_count) break;
+        levels[i + 1].region = halved(levels[i].region);
+        levels[i].down = plan_convolution(levels[i].region, 3, levels[i + 1].region);
+        levels[i].parent = parents(levels[i].region, levels[i + 1].region);
+    }
+    return levels;
+}
+
+template <executor Executor>
+buffer<float> silhouette_network::logits(const pixel_region& region, buffer<std::uint8_t> input,
+                                         std::span<const std::uint8_t> wanted, Executor&& threads) const {
+    LDI_ASSERT(input.size() == input_channels * region.size() && wanted.size() == region.size());
+    buffer<float> result(output_channels * region.size(), unset);
+    if (region.count() == 0) return result;
+    const std::array<level, level_count> levels = plan_levels(region);
+    const auto with_coarser = [&](const map& coarser, std::size_t l) { return upsample(coarser, std::span(levels[l].parent)); };
+
+    map read(0, input_channels, input_zero_);
+    read.values = std::move(input);
+    const map at_fine = run(fine, levels[0].same, {view(read)}, threads);
+    read = {};
+    const map at_half = run(half, levels[1].same, {view(run(half_down, levels[0].down, {view(at_fine)}, threads))}, threads);
+    map at_quarter = run(quarter, levels[2].same, {view(run(quarter_down, levels[1].down, {view(at_half)}, threads))}, threads);
+    const map at_eighth =
+        run(eighth, levels[3].same, {view(run(eighth_down, levels[2].down, {view(at_quarter)}, threads))}, threads);
+    at_quarter = run(quarter_up, levels[2].same, {with_coarser(at_eighth, 2), view(at_quarter)}, threads);
+    const map back_at_half = run(half_up, levels[1].same, {with_coarser(at_quarter, 1), view(at_half)}, threads);
+
+    // The last two layers compute only the wanted pixels and their inputs.
+    const convolution_plan last = restrict_to(levels[0].same, pixel_subset::marked(wanted).pixels);
+    const convolution_plan before = restrict_to(levels[0].same, needed_inputs(last));
+    const map back_at_fine = run(fine_up, before, {with_coarser(back_at_half, 0), view(at_fine)}, threads);
+    run(out, last, {view(back_at_fine)}, result, threads);
     return result;
 }
 
@@ -12903,6 +13306,47 @@ void align_silhouettes(image_view<float> disparity, image_view<const std::uint8_
 
 }}  // namespace ldi
 
+// ---- ldi/depth/decided_depth.hpp
+// Input and output of a silhouette_decider (photo3d.hpp), and `aligned_silhouettes`, a decider without a network.
+// network_decider.hpp has the decider with a network.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// A photo and its depth before silhouettes are decided.
+struct undecided_depth {
+    image_view<const std::uint8_t> photo;  ///< H x W x 3
+    image_view<const float> estimated;     ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
+    image<float> disparity;                ///< H x W x 1, sharpened, resampled and filtered
+    surface_rule surface;
+    float sample_size = 1.0F;  ///< side of a sample of the estimate, in pixels, 1 to 16
+};
+
+/// Depth after silhouettes are decided.
+struct decided_depth {
+    image<float> disparity;  ///< H x W x 1
+    /// H x W x 1, or empty. 0 for pixels that were not decided, else 1 + 254 * the share of the front surface in the pixel.
+    /// Pixels from 128 on belong to the front.
+    image<std::uint8_t> shares;
+};
+
+/// Moves silhouettes onto the photo's edges with align_silhouettes(). Lengths in `options` are for a depth map with the photo's
+/// resolution.
+struct aligned_silhouettes {
+    alignment_options options;
+
+    template <executor Executor>
+    decided_depth decide(undecided_depth depth, Executor&& threads) const {
+        alignment_options scaled = options;
+        scaled.uncertainty *= depth.sample_size;
+        scaled.min_length =
+            static_cast<std::size_t>(detail::nearest_whole(double{depth.sample_size * detail::nearest_float(scaled.min_length)}));
+        align_silhouettes(depth.disparity, depth.photo, depth.surface, scaled, threads);
+        return {std::move(depth.disparity), {}};
+    }
+};
+
+}}  // namespace ldi
+
 // ---- ldi/depth/middle_components.hpp
 // Removes artifacts of the weighted median: isolated features at middle values, between a foreground and a background (paper,
 // section "Depth Pre-processing", connected components).
@@ -13108,6 +13552,564 @@ inline std::size_t merge_middle_components(image_view<float> disparity, surface_
         if (merger.merge(c)) ++merged;
     return merged;
 }
+
+}}  // namespace ldi
+
+// ---- ldi/depth/step_band.hpp
+// Finds the band beside sharp steps of a disparity map, in which the silhouette network decides: curves of pixels on a step, the
+// front and back disparity of each curve pixel, and the nearest curve pixel for every pixel around.
+// examples/training/silhouettes/README.md defines the same band for training.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// The network was trained with the defaults.
+struct step_band_options {
+    float max_step = 0.02F;  ///< maximum difference of neighbors that do not lie on a curve
+    float min_step = 0.06F;  ///< minimum difference between front and back of a curve
+};
+
+/// Radius of the disk, in pixels, whose extreme disparities are the front and back of a curve pixel.
+inline constexpr std::int32_t step_sides_radius = 4;
+/// Maximum distance of decided pixels from a curve.
+inline constexpr std::int32_t step_band_radius = 12;
+/// Maximum distance from a curve of pixels that the network reads.
+inline constexpr std::int32_t step_region_radius = 16;
+
+/// Pixels within step_region_radius of a curve.
+struct step_band {
+    struct sides {
+        float front, back;  ///< disparity of the nearer and the farther surface
+    };
+
+    pixel_region region;                      ///< K pixels
+    buffer<std::uint16_t> squared_distances;  ///< K: squared distance to the nearest curve pixel, 0 to 256
+    buffer<std::int32_t> curve_pixels;        ///< K: index of the nearest curve pixel in `curve`
+    buffer<sides> curve;                      ///< front and back of each curve pixel, row by row
+    float min_step = 0;
+
+    bool is_decided(std::int32_t pixel) const { return squared_distances[pixel] <= step_band_radius * step_band_radius; }
+    const sides& sides_of(std::int32_t pixel) const { return curve[curve_pixels[pixel]]; }
+    /// Returns the position of a disparity between back (0) and front (1), not clamped.
+    float share(std::int32_t pixel, float disparity) const {
+        const sides& s = sides_of(pixel);
+        return (disparity - s.back) / (std::max)(s.front - s.back, min_step);
+    }
+};
+
+/// Finds the band.
+///
+/// disparity  H x W x 1, finite
+///
+/// A pixel lies on a curve if a neighbor differs by more than max_step, and the extremes within step_sides_radius by at least
+/// min_step. Distances are Euclidean and exact. Among curve pixels at the same distance, the leftmost one counts, then the
+/// uppermost. Linear time: up to 33 operations on 16 bits per pixel within step_region_radius of a column that a curve crosses. 6
+/// bytes per pixel, and 20 per pixel of the region.
+step_band find_step_band(image_view<const float> disparity, const step_band_options& options = {});
+
+namespace detail {
+
+class step_band_finder {
+public:
+    step_band_finder(image_view<const float> disparity, const step_band_options& options)
+        : disparity_(disparity),
+          options_(options),
+          width_(static_cast<std::int32_t>(disparity.width())),
+          height_(static_cast<std::int32_t>(disparity.height())),
+          below_(disparity.height(), disparity.width(), 1, unset),
+          number_(disparity.height() * disparity.width(), unset) {
+        band_.region = pixel_region(width_);
+        band_.min_step = options.min_step;
+    }
+
+    step_band run() {
+        find_curves();
+        measure_below();
+        measure_rows();
+        return std::move(band_);
+    }
+
+private:
+    static constexpr std::int32_t radius = step_region_radius;
+    static constexpr std::uint8_t beyond = radius + 1;
+    /// Keys combine a candidate's squared distance and its column in one number, so that one minimum finds both.
+    static constexpr std::int32_t column_bits = 6;
+    static constexpr std::uint16_t far_key = 49000;
+
+    void find_curves() {
+        buffer<std::uint8_t> stepped(disparity_.width(), 0);
+        for (std::int32_t y = 0; y < height_; ++y) {
+            std::uint8_t* const to = below_.row(y);
+            std::fill_n(to, width_, beyond);
+            find_steps(y, stepped);
+            for (std::int32_t x = 0; x < width_; ++x) {
+                if (stepped[x] == 0) continue;
+                const step_band::sides sides = extremes(x, y);
+                if (!(sides.front - sides.back >= options_.min_step)) continue;
+                to[x] = 0;
+                number_[index(x, y)] = band_.curve.count();
+                band_.curve.push_back(sides);
+            }
+        }
+    }
+
+    /// Marks the pixels of a row with a neighbor across a step.
+    void find_steps(std::int32_t y, buffer<std::uint8_t>& stepped) const {
+        const float* const here = disparity_.row(y);
+        const float* const above = disparity_.row((std::max)(y - 1, 0));
+        const float* const below = disparity_.row((std::min)(y + 1, height_ - 1));
+        const float step = options_.max_step;
+        std::uint8_t* const to = stepped.data();
+        for (std::int32_t x = 0; x < width_; ++x)
+            to[x] = static_cast<std::uint8_t>((std::abs(here[x] - above[x]) > step ? 1 : 0) |
+                                              (std::abs(here[x] - below[x]) > step ? 1 : 0));
+        for (std::int32_t x = 0; x + 1 < width_; ++x) {
+            const std::uint8_t differs = std::abs(here[x] - here[x + 1]) > step ? 1 : 0;
+            to[x] |= differs, to[x + 1] |= differs;
+        }
+    }
+
+    /// Returns the extreme disparities within step_sides_radius.
+    step_band::sides extremes(std::int32_t x, std::int32_t y) const {
+        constexpr std::int32_t r = step_sides_radius;
+        step_band::sides result{disparity_(y, x), disparity_(y, x)};
+        for (std::int32_t v = (std::max)(y - r, 0); v <= (std::min)(y + r, height_ - 1); ++v) {
+            const float* const row = disparity_.row(v);
+            for (std::int32_t u = (std::max)(x - r, 0); u <= (std::min)(x + r, width_ - 1); ++u) {
+                if ((u - x) * (u - x) + (v - y) * (v - y) > r * r + r) continue;
+                result.front = (std::max)(result.front, row[u]), result.back = (std::min)(result.back, row[u]);
+            }
+        }
+        return result;
+    }
+
+    /// Computes the distance from each pixel down to the next curve pixel, at most `beyond`.
+    void measure_below() {
+        for (std::int32_t y = height_ - 1; y-- > 0;) {
+            std::uint8_t* const here = below_.row(y);
+            const std::uint8_t* const below = below_.row(y + 1);
+            for (std::int32_t x = 0; x < width_; ++x) here[x] = (std::min)(here[x], next(below[x]));
+        }
+    }
+    static std::uint8_t next(std::uint8_t distance) { return static_cast<std::uint8_t>((std::min)(distance + 1, int{beyond})); }
+
+    void measure_rows() {
+        const std::size_t padded = disparity_.width() + 2 * radius;
+        buffer<std::uint8_t> above(disparity_.width(), beyond);
+        buffer<std::uint16_t> columns(padded, far_key), keys(disparity_.width(), unset);
+        for (std::int32_t y = 0; y < height_; ++y) {
+            const std::uint8_t* const below = below_.row(y);
+            std::uint8_t nearest = beyond;
+            for (std::int32_t x = 0; x < width_; ++x) {
+                above[x] = below[x] == 0 ? std::uint8_t{0} : next(above[x]);
+                const std::uint8_t distance = (std::min)(above[x], below[x]);
+                nearest = (std::min)(nearest, distance);
+                const std::uint16_t squared = static_cast<std::uint16_t>(distance * distance << column_bits);
+                columns[x + radius] = distance < beyond ? squared : far_key;
+            }
+            if (nearest < beyond) measure_row(y, above, below, columns, keys);
+            band_.region.end_row();
+        }
+    }
+
+    void measure_row(std::int32_t y, const buffer<std::uint8_t>& above, const std::uint8_t* below,
+                     const buffer<std::uint16_t>& columns, buffer<std::uint16_t>& keys) {
+        for (std::int32_t x = 0, last; x < width_; x = last) {
+            const std::uint16_t* const found = std::find_if(columns.begin() + radius + x, columns.begin() + radius + width_,
+                                                            [](std::uint16_t key) { return key != far_key; });
+            const std::int32_t column = static_cast<std::int32_t>(found - columns.begin()) - radius;
+            if (column == width_) return;
+            // Extends the range over all columns that lie within `radius` of a column with a curve pixel.
+            const std::int32_t first = (std::max)(x, column - radius);
+            last = column + 1;
+            for (std::int32_t u = last; u < (std::min)(width_, last + 2 * radius + 1); ++u)
+                if (columns[u + radius] != far_key) last = u + 1;
+            last = (std::min)(last + radius, width_);
+            find_minima(columns.data() + first, keys.data() + first, last - first);
+            add_pixels(y, first, last, above, below, keys);
+        }
+    }
+
+    static void find_minima(const std::uint16_t* columns, std::uint16_t* keys, std::int32_t count) {
+        std::fill_n(keys, count, far_key);
+        for (std::int32_t d = 0; d <= 2 * radius; ++d) {
+            const std::uint16_t across = static_cast<std::uint16_t>(((d - radius) * (d - radius) << column_bits) + d);
+            const std::uint16_t* const from = columns + d;
+            for (std::int32_t i = 0; i < count; ++i) {
+                const std::uint16_t key = static_cast<std::uint16_t>(from[i] + across);
+                keys[i] = key < keys[i] ? key : keys[i];
+            }
+        }
+    }
+
+    void add_pixels(std::int32_t y, std::int32_t first, std::int32_t last, const buffer<std::uint8_t>& above,
+                    const std::uint8_t* below, const buffer<std::uint16_t>& keys) {
+        constexpr std::uint16_t largest = radius * radius;
+        for (std::int32_t x = first, end; x < last; x = end) {
+            for (end = x; end < last && keys[end] >> column_bits <= largest; ++end) {
+                const std::int32_t u = end + (keys[end] & ((1 << column_bits) - 1)) - radius;
+                const std::int32_t v = above[u] <= below[u] ? y - above[u] : y + below[u];
+                band_.squared_distances.push_back(static_cast<std::uint16_t>(keys[end] >> column_bits));
+                band_.curve_pixels.push_back(number_[index(u, v)]);
+            }
+            if (end > x) band_.region.add_run(x, end);
+            while (end < last && keys[end] >> column_bits > largest) ++end;
+        }
+    }
+
+    std::size_t index(std::int32_t x, std::int32_t y) const {
+        return static_cast<std::size_t>(y) * disparity_.width() + static_cast<std::size_t>(x);
+    }
+
+    image_view<const float> disparity_;
+    step_band_options options_;
+    std::int32_t width_, height_;
+    image<std::uint8_t> below_;
+    buffer<std::int32_t> number_;  // index of each curve pixel; not set elsewhere
+    step_band band_;
+};
+
+}  // namespace detail
+
+inline step_band find_step_band(image_view<const float> disparity, const step_band_options& options) {
+    return detail::step_band_finder(disparity, options).run();
+}
+
+}}  // namespace ldi
+
+// ---- ldi/depth/detail/band_input.hpp
+// Computes the input of the silhouette network, in 8 bits (examples/training/silhouettes/README.md, "The band").
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+/// Two samples on either side of a pixel's center, and their weights.
+struct bilinear_place {
+    std::int32_t first, second;
+    float share;  ///< weight of `second`
+};
+
+/// Returns the samples for each pixel, along one side of a map and of a photo. Centers of pixels and samples are at 0.5.
+inline buffer<bilinear_place> bilinear_places(std::size_t samples, std::size_t pixels) {
+    buffer<bilinear_place> places(pixels, unset);
+    const float scale = nearest_float(samples) / nearest_float(pixels), last = nearest_float(samples - 1);
+    for (std::size_t i = 0; i < pixels; ++i) {
+        const float at = std::clamp((nearest_float(i) + 0.5F) * scale - 0.5F, 0.0F, last), whole = std::floor(at);
+        const std::int32_t first = static_cast<std::int32_t>(whole);
+        places[i] = {first, (std::min)(first + 1, static_cast<std::int32_t>(samples) - 1), at - whole};
+    }
+    return places;
+}
+
+/// Maps v from [-1, 1] to a byte.
+inline std::uint8_t unit_to_byte(float v) { return static_cast<std::uint8_t>(std::clamp(127.0F * v + 128.5F, 0.0F, 255.0F)); }
+
+/// Returns the network's input: K x 8 bytes.
+inline buffer<std::uint8_t> band_input(const step_band& band, const undecided_depth& depth) {
+    constexpr std::size_t channels = 8;
+    const image_view<const float> map = depth.estimated;
+    const buffer<bilinear_place> columns = bilinear_places(map.width(), depth.disparity.width()),
+                                 rows = bilinear_places(map.height(), depth.disparity.height());
+    std::array<std::uint8_t, 256> of_color;
+    for (std::int32_t c = 0; c < 256; ++c) of_color[static_cast<std::size_t>(c)] = unit_to_byte(nearest_float(c) / 127.5F - 1.0F);
+    std::array<std::uint8_t, step_region_radius * step_region_radius + 1> of_distance;
+    for (std::size_t d = 0; d < of_distance.size(); ++d)
+        of_distance[d] = unit_to_byte(std::sqrt(nearest_float(d)) / nearest_float(step_region_radius));
+    const float ratio = nearest_float(depth.disparity.width()) / nearest_float(map.width());
+    const std::uint8_t of_ratio = unit_to_byte((std::min)(ratio, 8.0F) / 4.0F - 1.0F);
+    const auto of_share = [](float share) { return unit_to_byte(std::clamp(share, -0.5F, 1.5F) - 0.5F); };
+
+    buffer<std::uint8_t> result(channels * band.region.size(), unset);
+    std::uint8_t* to = result.data();
+    std::int32_t i = 0;
+    for (std::int32_t y = 0; y < band.region.height(); ++y) {
+        const float *const above = map.row(rows[y].first), *const below = map.row(rows[y].second);
+        for (const pixel_region::run& run : band.region.row(y))
+            for (std::int32_t x = run.first; x < run.last; ++x, ++i, to += channels) {
+                const std::uint8_t* const color = depth.photo.row(y) + 3 * static_cast<std::size_t>(x);
+                const bilinear_place& at = columns[x];
+                const float upper = above[at.first] + at.share * (above[at.second] - above[at.first]),
+                            lower = below[at.first] + at.share * (below[at.second] - below[at.first]);
+                const step_band::sides& sides = band.sides_of(i);
+                const float prepared = band.share(i, depth.disparity(y, x));
+                const std::uint8_t distance = of_distance[band.squared_distances[i]];
+                for (std::size_t c = 0; c < 3; ++c) to[c] = of_color[color[c]];
+                to[3] = of_share(band.share(i, upper + rows[y].share * (lower - upper)));
+                to[4] = of_share(prepared);
+                to[5] = unit_to_byte(4.0F * (std::min)(sides.front - sides.back, 0.5F) - 1.0F);
+                to[6] = prepared > 0.5F ? distance : static_cast<std::uint8_t>(256 - distance);
+                to[7] = of_ratio;
+            }
+    }
+    return result;
+}
+
+inline buffer<std::uint8_t> channel_of(const buffer<std::uint8_t>& input, std::size_t channel) {
+    constexpr std::size_t channels = 8;
+    buffer<std::uint8_t> result(input.size() / channels, unset);
+    for (std::size_t i = 0; i < result.size(); ++i) result[i] = input[channels * i + channel];
+    return result;
+}
+
+}}}  // namespace ldi::detail
+
+// ---- ldi/depth/detail/side_surfaces.hpp
+// Splits a band into two surfaces, given the share of the front in each pixel: islands change sides, and pixels whose depth was
+// blurred get the depth of nearby pixels of the same surface.
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+class side_surfaces {
+public:
+    /// shares      K, in the units of decided_depth; 0 for pixels around the band, which do not change
+    /// min_island  minimum number of connected pixels on one side; fewer, if they all lie in the band, change to the other side
+    side_surfaces(const step_band& band, buffer<std::uint8_t>& shares, std::int32_t min_island)
+        : band_(band), shares_(shares), min_island_(min_island), in_front_(band.region.size(), unset) {}
+
+    /// Changes the disparity in the band, and writes the shares there.
+    void apply(image<float>& disparity, image<std::uint8_t>& shares) {
+        find_sides(disparity);
+        flip_islands();
+        carry_into_band(disparity);
+        for_each_run([&](std::int32_t y, const pixel_region::run& run) {
+            for (std::int32_t x = run.first, i = run.pixel; x < run.last; ++x, ++i)
+                if (shares_[i] != 0) disparity(y, x) = values_[i], shares(y, x) = shares_[i];
+        });
+    }
+
+private:
+    /// Maximum distance over which disparity is copied into the band, in steps to neighbors.
+    static constexpr std::size_t max_steps = 2 * step_band_radius;
+    /// For surfaces that do not reach out of the band: a pixel keeps its disparity if it differs from its side's by at most this
+    /// share of the step.
+    static constexpr float tolerance = 0.2F;
+    /// Squared distance in pixels: an island that is farther from every curve is not part of a silhouette.
+    static constexpr std::int32_t near_curve = 16;
+    static constexpr std::uint8_t half = 128;
+
+    /// Adjacent pixels of a row on one side.
+    struct stretch {
+        std::int32_t first, last, pixel;
+    };
+
+    template <class Visit>
+    void for_each_run(Visit&& visit) const {
+        for (std::int32_t y = 0; y < band_.region.height(); ++y)
+            for (const pixel_region::run& run : band_.region.row(y)) visit(y, run);
+    }
+
+    void find_sides(const image<float>& disparity) {
+        for_each_run([&](std::int32_t y, const pixel_region::run& run) {
+            const float* const row = disparity.row(y);
+            for (std::int32_t x = run.first, i = run.pixel; x < run.last; ++x, ++i)
+                in_front_[i] = (shares_[i] != 0 ? shares_[i] >= half : band_.share(i, row[x]) > 0.5F) ? 1 : 0;
+        });
+    }
+
+    void flip_islands() {
+        buffer<stretch> stretches;
+        disjoint_sets sets;
+        for (std::int32_t y = 0, above = 0; y < band_.region.height(); ++y) {
+            const std::int32_t row_start = stretches.count();
+            for (const pixel_region::run& run : band_.region.row(y)) append_stretches(run, stretches, sets);
+            for (std::int32_t here = row_start; above < row_start && here < stretches.count();) {
+                const stretch &a = stretches[above], &b = stretches[here];
+                if (in_front_[a.pixel] == in_front_[b.pixel] && (std::max)(a.first, b.first) < (std::min)(a.last, b.last))
+                    sets.merge(above, here);
+                const bool above_ends = a.last <= b.last, here_ends = b.last <= a.last;
+                above += above_ends ? 1 : 0, here += here_ends ? 1 : 0;
+            }
+            above = row_start;
+        }
+        buffer<std::int32_t> sizes(stretches.size(), 0);  // number of pixels of each set
+        buffer<std::uint8_t> is_near(stretches.size(), std::uint8_t{0}), leaves(stretches.size(), std::uint8_t{0});
+        for (std::int32_t s = 0; s < stretches.count(); ++s) {
+            const std::int32_t set = sets.find(s), last = end_of(stretches[s]);
+            sizes[set] += last - stretches[s].pixel;
+            for (std::int32_t i = stretches[s].pixel; i < last; ++i) {
+                if (shares_[i] == 0) leaves[set] = 1;
+                if (band_.squared_distances[i] <= near_curve) is_near[set] = 1;
+            }
+        }
+        for (std::int32_t s = 0; s < stretches.count(); ++s) {
+            const std::int32_t set = sets.find(s);
+            if (leaves[set] != 0 || (sizes[set] >= min_island_ && is_near[set] != 0)) continue;
+            const std::uint8_t flipped = in_front_[stretches[s].pixel] == 0 ? 1 : 0;
+            for (std::int32_t i = stretches[s].pixel; i < end_of(stretches[s]); ++i)
+                in_front_[i] = flipped, shares_[i] = flipped != 0 ? 255 : 1;
+        }
+    }
+    static std::int32_t end_of(const stretch& s) { return s.pixel + (s.last - s.first); }
+
+    void append_stretches(const pixel_region::run& run, buffer<stretch>& stretches, disjoint_sets& sets) const {
+        for (std::int32_t x = run.first, end; x < run.last; x = end) {
+            const std::int32_t pixel = run.pixel_at(x);
+            for (end = x + 1; end < run.last && in_front_[run.pixel_at(end)] == in_front_[pixel];) ++end;
+            stretches.push_back({x, end, pixel});
+            sets.add();
+        }
+    }
+
+    float side_value(std::int32_t i) const { return in_front_[i] != 0 ? band_.sides_of(i).front : band_.sides_of(i).back; }
+
+    /// Copies disparities into the band, first from pixels outside it. On surfaces that do not reach out of the band, pixels with
+    /// a disparity of their own side keep it and pass it on. All others get the disparity of their curve's side.
+    void carry_into_band(const image<float>& disparity) {
+        values_.resize(band_.region.size(), unset), is_open_.resize(band_.region.size(), unset);
+        for_each_run([&](std::int32_t y, const pixel_region::run& run) {
+            std::copy_n(disparity.row(y) + run.first, run.last - run.first, values_.begin() + run.pixel);
+        });
+        for (std::int32_t i = 0; i < values_.count(); ++i) is_open_[i] = shares_[i] != 0 ? 1 : 0;
+        const neighbors beside(band_.region);
+        carry(beside, max_steps);
+        for (std::int32_t i = 0; i < values_.count(); ++i) {
+            if (is_open_[i] == 0) continue;
+            const float share = band_.share(i, values_[i]);
+            const bool is_own = in_front_[i] != 0 ? share >= 1.0F - tolerance : share <= tolerance;
+            if (is_own)
+                is_open_[i] = 0;
+            else
+                values_[i] = side_value(i);
+        }
+        carry(beside, values_.size());
+    }
+
+    /// Neighbors of the region's pixels.
+    class neighbors {
+    public:
+        explicit neighbors(const pixel_region& region)
+            : below_(pixels_below(region)), above_(region.size(), no_pixel), is_first_(region.size() + 1, std::uint8_t{0}) {
+            for (std::int32_t i = 0; i < below_.count(); ++i)
+                if (below_[i] != no_pixel) above_[below_[i]] = i;
+            is_first_.back() = 1;
+            for (std::int32_t y = 0; y < region.height(); ++y)
+                for (const pixel_region::run& run : region.row(y)) is_first_[run.pixel] = 1;
+        }
+
+        template <class Visit>
+        void for_each(std::int32_t i, Visit&& visit) const {
+            if (is_first_[i] == 0) visit(i - 1);
+            if (is_first_[i + 1] == 0) visit(i + 1);
+            if (above_[i] != no_pixel) visit(above_[i]);
+            if (below_[i] != no_pixel) visit(below_[i]);
+        }
+
+    private:
+        buffer<std::int32_t> below_, above_;
+        buffer<std::uint8_t> is_first_;  // 1 for the first pixel of a run
+    };
+
+    /// Passes values on to open pixels of the same side, breadth-first, so that each gets the value of the nearest pixel with
+    /// one.
+    void carry(const neighbors& beside, std::size_t reach) {
+        buffer<std::int32_t> ring, next;
+        const auto visit_open = [&](std::int32_t from) {
+            beside.for_each(from, [&](std::int32_t n) {
+                if (is_open_[n] == 0 || in_front_[n] != in_front_[from] || !fits(values_[from], n)) return;
+                values_[n] = values_[from], is_open_[n] = 0;
+                next.push_back(n);
+            });
+        };
+        for (std::int32_t i = 0; i < values_.count(); ++i)
+            if (is_open_[i] == 0) ring.push_back(i);
+        for (std::size_t steps = 0; steps < reach && !ring.empty(); ++steps, ring.swap(next)) {
+            next.clear();
+            for (const std::int32_t i : ring) visit_open(i);
+        }
+    }
+
+    /// Whether a disparity fits the pixel's side of its step: next to another curve, that side may be another surface. Accepts
+    /// disparities outside the step, because a blurred step may extend beyond the neighborhood of its curve pixels.
+    bool fits(float value, std::int32_t i) const {
+        constexpr float inwards = 0.5F, outwards = 3.0F;  // in steps
+        const step_band::sides& s = band_.sides_of(i);
+        const float step = s.front - s.back, beyond = in_front_[i] != 0 ? value - s.front : s.back - value;
+        return beyond >= -inwards * step && beyond <= outwards * step;
+    }
+
+    const step_band& band_;
+    buffer<std::uint8_t>& shares_;
+    std::int32_t min_island_;
+    buffer<std::uint8_t> in_front_, is_open_;
+    buffer<float> values_;
+};
+
+}}}  // namespace ldi::detail
+
+// ---- ldi/depth/network_decider.hpp
+// Decides silhouettes with a network: beside sharp steps, it assigns each pixel to the front or the back surface. The pixel then
+// gets the depth of pixels of that surface that are not blurred by the step.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// A silhouette_decider (photo3d.hpp). `Network` has a function logits() like silhouette_network (networks/silhouettes.hpp). The
+/// network must outlive the decider.
+///
+///     const ldi::silhouette_network network = ldi::load_silhouettes("silhouettes.safetensors");
+///     make_photo3d(photo, depth, ldi::network_decider(&network), inpainter);
+template <class Network>
+class network_decider {
+public:
+    /// network    nullptr selects aligned_silhouettes, for programs that let the user choose
+    /// alignment  options of aligned_silhouettes
+    explicit network_decider(const Network* network, const alignment_options& alignment = {})
+        : network_(network), by_hand_{alignment} {}
+
+    /// Decides the silhouettes of a depth map. In the result, no disparity in the band lies between the two surfaces, except for
+    /// the surfaces' own slope. Time and memory are linear in the number of pixels for any disparity.
+    template <executor Executor>
+    decided_depth decide(undecided_depth depth, Executor&& threads) const {
+        if (network_ == nullptr) return by_hand_.decide(std::move(depth), threads);
+        const step_band band = find_step_band(depth.disparity);
+        decided_depth result;
+        result.shares = image<std::uint8_t>(depth.disparity.height(), depth.disparity.width(), 1, std::uint8_t{0});
+        if (band.region.count() > 0) {
+            buffer<std::uint8_t> decided(band.region.size(), unset);
+            for (std::int32_t i = 0; i < band.region.count(); ++i) decided[i] = band.is_decided(i) ? 1 : 0;
+            buffer<std::uint8_t> input = detail::band_input(band, depth);
+            const buffer<std::uint8_t> priors = detail::channel_of(input, 4);
+            const buffer<float> logits = network_->logits(band.region, std::move(input), decided, threads);
+            buffer<std::uint8_t> shares(band.region.size(), std::uint8_t{0});
+            for (std::int32_t i = 0; i < band.region.count(); ++i)
+                if (decided[i] != 0) shares[i] = share_of(logits[2 * std::int64_t{i}], priors[i]);
+            const auto min_island =
+                static_cast<std::int32_t>(detail::nearest_whole(min_island_samples * double{depth.sample_size}));
+            detail::side_surfaces(band, shares, min_island).apply(depth.disparity, result.shares);
+        }
+        result.disparity = std::move(depth.disparity);
+        return result;
+    }
+
+private:
+    /// Minimum size of an island in pixels, relative to the side of a depth sample in pixels.
+    static constexpr double min_island_samples = 24;
+    /// Weight of the side on which the disparity already lies, added to the logit.
+    static constexpr float prior = 6.0F;
+
+    /// Returns the share in the units of decided_depth::shares. C libraries differ in the exponential function; a table of the
+    /// logits between two shares makes the bytes the same everywhere.
+    static std::uint8_t share_of(float logit, std::uint8_t prior_byte) {
+        static const share_table table;
+        const float lean = std::clamp((detail::nearest_float(prior_byte) - 128.0F) / 127.0F, -0.5F, 0.5F);
+        return table(logit + prior * lean);
+    }
+
+    struct share_table {
+        /// limits[n] is the logit of the share (n + 0.5) / 254, the limit between shares n / 254 and (n + 1) / 254.
+        float limits[254];
+
+        share_table() {
+            for (std::int32_t n = 0; n < 254; ++n) {
+                const float share = (detail::nearest_float(n) + 0.5F) / 254.0F;
+                limits[n] = detail::natural_logarithm(share) - detail::natural_logarithm(1.0F - share);
+            }
+        }
+        std::uint8_t operator()(float logit) const {
+            return static_cast<std::uint8_t>(1 + (std::upper_bound(limits, limits + 254, logit) - limits));
+        }
+    };
+
+    const Network* network_;
+    aligned_silhouettes by_hand_;
+};
 
 }}  // namespace ldi
 
@@ -14292,8 +15294,9 @@ private:
 
     enum class meeting { none, ends, goes_beneath };
 
-    // Hidden surfaces at similar depth are one. Where a front meets another they are linked. Where that one already has a
-    // neighbor here, this one ends on it, or goes on beneath it for as many pixels as a camera can see into the gap between both.
+    // Joins hidden surfaces at similar depth. If the surface of `pixel` meets another surface, links the two. If the other
+    // surface already has a neighbor on that side, this surface ends there, or continues beneath it for as many pixels as a
+    // camera can see into the gap between them.
     meeting meet_others(std::int32_t pixel, side s, std::int32_t position) {
         std::int32_t other = no_pixel;
         float nearest = max_link * surface_.max_step;
@@ -14311,18 +15314,18 @@ private:
         return meeting::ends;
     }
 
-    // A surface that comes as near to the photo's as the threshold, and cannot be linked to it, goes on beneath it for as many
-    // pixels as a camera can see into the gap: otherwise there would be a hole between its end and the photo's. Not over another
-    // hidden surface, that closes the gap, too.
+    // Whether another hidden surface lies at this disparity, within the threshold. A hidden surface that comes within the
+    // threshold of the photo's surface but cannot be linked to it continues beneath it, for as many pixels as a camera can see
+    // into the gap: otherwise there would be a hole between them. It stops at another hidden surface, which closes the gap, too.
     bool lies_on_another(std::int32_t position, float disparity) const {
         for (std::int32_t there = pixels_.next_at_position(position); there != no_pixel; there = pixels_.next_at_position(there))
             if (surface_.same_surface(pixels_.disparity(there), disparity)) return true;
         return false;
     }
     bool may_link(float a, float b) const { return std::abs(a - b) <= max_link * surface_.max_step; }
-    // In thresholds. A front ends on a surface that is nearer by up to resting_step. At 1.25, one of forty photographs has a
-    // hole.
-    static constexpr float min_gap = 1.001F, max_link = 1.0F + min_gap, resting_step = 1.2F;
+    // As multiples of the threshold. A surface ends at another one that is nearer by up to resting_step; with 1.2, some
+    // photographs had holes.
+    static constexpr float min_gap = 1.001F, max_link = 1.0F + min_gap, resting_step = 1.1F;
     std::int32_t dive_of(std::int32_t pixel) const {
         const std::int32_t hidden = pixel - reach_.count();
         return hidden < 0 ? 0 : dives_[hidden];
@@ -14335,8 +15338,8 @@ private:
         return reach_[origin] - std::sqrt(dx * dx + dy * dy);
     }
 
-    // The pixel next to (x, y) on side `s`, with no neighbor there yet, that is nearest in disparity to `source` and may be
-    // linked to it.
+    // Returns the pixel next to (x, y) on side `s` that is free to be linked to (x, y) and is nearest in disparity to `source`;
+    // no_pixel if none may be linked to `source`.
     std::int32_t free_neighbor(std::int32_t x, std::int32_t y, side s, float source) const {
         const std::int32_t u = x + step_x(s), v = y + step_y(s);
         if (!pixels_.inside(u, v)) return no_pixel;
@@ -14405,17 +15408,18 @@ private:
 /// surface  rule that lift() linked the layer by
 /// curves   discontinuity curves of this layer; raises mismatch for curves of another layer
 ///
-/// Returns the same image with hidden pixels added, in canonical order. The disparity of a new pixel is the average of those that
-/// it grew from, and always farther than the photo's at that position by more than surface_rule::max_step; every other column
-/// follows its own rule (new_pixel in core/columns.hpp). New links join pixels of one surface, which differ by up to twice the
-/// threshold: fronts at similar depth become one surface. A surface that can't be linked to another goes on beneath it for a few
-/// pixels, so that no camera sees a gap between them; there disparities may be a little below 0. `after_iteration(graph,
-/// disparity, first_new)`, if given, sees the unordered state after every iteration (for tests and pictures; it costs a copy
-/// each).
+/// Returns the same image with hidden pixels added, in canonical order. The disparity of a new pixel is the average of the pixels
+/// that it grew from, but farther than the photo's pixel at that position by more than surface_rule::max_step. All other columns
+/// follow their own rules (new_pixel in core/columns.hpp). New links join pixels that differ by up to twice the threshold, so
+/// that growing surfaces at similar depth become one. A surface that can't be linked to another continues beneath it for a few
+/// pixels, so that no camera sees a gap between them; disparities there may be slightly below 0.
 ///
-/// At most 1 / surface_rule::max_step surfaces lie at one position. A disparity map of noise at all scales adds six pixels
-/// per pixel of the photo; most photos add less than half a pixel. Time is linear in the number of pixels of the result; memory
-/// is up to 110 bytes per pixel.
+/// `after_iteration(graph, disparity, first_new)`, if given, receives a copy of the unordered state after every iteration, for
+/// tests and pictures.
+///
+/// At most 1 / surface_rule::max_step surfaces lie at one position. Most photos add less than half a pixel per pixel of the
+/// photo; noise at all scales adds six. Time is linear in the number of pixels of the result; memory is up to 110 bytes per
+/// pixel.
 template <payload_column... Columns, class AfterIteration = std::nullptr_t>
 expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule surface,
                                    std::span<const discontinuity_curve> curves, const expand_options& options = {},
@@ -15086,8 +16090,8 @@ private:
 // The frame is a window as large as the photo, at the middle of its disparities (window_disparity). Surfaces at the window keep
 // their position in it. Others move by up to the motion, times their difference in disparity from the window, in any direction.
 // Each surface continues past the border by this distance, at the disparity of its border pixel. Its colors are those of the
-// photo, mirrored at the border along the surface, and sheared so that lines continue straight (detail/border_lines.hpp). This
-// costs little, keeps the photo's texture, and leaves no seam.
+// photo, mirrored at the border along the surface, slightly softened, and sheared so that lines continue straight
+// (detail/border_lines.hpp). This costs little, keeps the photo's texture, and leaves no seam.
 //
 // The lattice gets a margin of the same width on all four sides. The photo's center stays the lattice's center, so later stages
 // see a photo of the same camera with a larger sensor (photo_facts::layers_camera()).
@@ -15117,6 +16121,34 @@ inline float reach_past_frame(float disparity, const pinhole_camera& camera, flo
     return (std::max)(std::abs(d - window_disparity) * pixels_per_disparity, (1.0F - d) * eye) + mesh_pixels +
            mesh_disparity * pixels_per_disparity;
 }
+
+namespace detail {
+
+/// Returns the color of a pixel of the photo, softened with those beside it: detail past the border costs bytes and only repeats.
+///
+/// margin  photo_facts::margin of the layers
+template <has_column<color_column> Layers>
+std::array<std::uint8_t, 3> softened_color(const Layers& layers, std::int32_t margin, std::int32_t pixel) {
+    const graph& g = layers.topology();
+    const auto color = layers.template column<color_column>();
+    std::array<int, 3> sum{};
+    int count = 0;
+    const auto add = [&](std::int32_t i, int weight) {
+        for (std::size_t c = 0; c < 3; ++c) sum[c] += weight * color.data()[3 * std::ptrdiff_t{i} + std::ptrdiff_t(c)];
+        count += weight;
+    };
+    add(pixel, 2);
+    for (const side s : all_sides) {
+        const std::int32_t i = g.neighbor(pixel, s);
+        if (i == no_pixel || (std::min)(g.x()[i], g.y()[i]) < margin) continue;
+        if (g.x()[i] < g.width() - margin && g.y()[i] < g.height() - margin) add(i, 1);
+    }
+    std::array<std::uint8_t, 3> result{};
+    for (std::size_t c = 0; c < 3; ++c) result[c] = static_cast<std::uint8_t>((sum[c] + count / 2) / count);
+    return result;
+}
+
+}  // namespace detail
 
 /// Continues all surfaces past the photo's border and returns the width of the lattice's new margin (photo_facts::margin).
 ///
@@ -15164,9 +16196,10 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
     std::int32_t to = 0;
     for (const grown_piece& p : pieces) {
         for (std::int32_t i = p.first; p.is_new && i < p.first + p.count; ++i) {
-            // Colors of new pixels are black until now (color_column), and disparities those of the pixels that they show.
+            // color_column made the new pixels black, and disparity_column copied the disparities of the pixels that they show.
             const std::int32_t at = to + i - p.first;
-            copy_color(new_index[growth->origins()[i]], at);
+            const auto color = detail::softened_color(layers, margin, new_index[growth->origins()[i]]);
+            std::copy(color.begin(), color.end(), layers.template at<color_column>(at).begin());
             disparity[at] = disparity[new_index[growth->borders()[i]]];
         }
         to += p.count;
@@ -15234,7 +16267,8 @@ void diffuse_unknown(const graph_view& g, array_view<const std::uint8_t> known, 
                      BeforeSolving&& before_solving, Store&& store) {
     diffusion<Channels> solver;
     solver.start();
-    buffer<std::int32_t> cell_of(g.size(), 0);
+    solver.reserve(static_cast<std::size_t>(std::count(known.begin(), known.end(), std::uint8_t{0})));
+    buffer<std::int32_t> cell_of(g.size(), unset);  // where a pixel is not known
     for (std::int32_t i = 0; i < g.count(); ++i) {
         if (known[i] != 0) continue;
         const std::int32_t cell = cell_of[i] = solver.add_cell(g.x()[i], g.y()[i]);
@@ -15251,8 +16285,9 @@ void diffuse_unknown(const graph_view& g, array_view<const std::uint8_t> known, 
     }
     before_solving();
     solver.solve(rounds);
+    std::int32_t cell = 0;
     for (std::int32_t i = 0; i < g.count(); ++i)
-        if (known[i] == 0) store(i, solver.value(cell_of[i]));
+        if (known[i] == 0) store(i, solver.value(++cell));
 }
 
 }}}  // namespace ldi::detail
@@ -15577,8 +16612,10 @@ struct mixture {
 
 /// Mixture of a foreground and a background sample closest to a color. Nearly pure mixtures are preferred, because in textured
 /// regions some pair explains every color; the preference was tuned on bench/quality.
-inline mixture unmix(const float_color& color, const float_color* foregrounds, const float_color* backgrounds,
-                     std::size_t count) {
+///
+/// known_alpha  share of the foreground if it is known, else nullptr
+inline mixture unmix(const float_color& color, const float_color* foregrounds, const float_color* backgrounds, std::size_t count,
+                     const float* known_alpha) {
     mixture best;
     float least = std::numeric_limits<float>::infinity(), contrast = 1;
     for (std::size_t f = 0; f < count; ++f)
@@ -15588,7 +16625,7 @@ inline mixture unmix(const float_color& color, const float_color* foregrounds, c
                 across[c] = foregrounds[f][c] - backgrounds[b][c], from_background[c] = color[c] - backgrounds[b][c];
             const float squared = across[0] * across[0] + across[1] * across[1] + across[2] * across[2];
             const float along = from_background[0] * across[0] + from_background[1] * across[1] + from_background[2] * across[2];
-            const float alpha = std::clamp(along / (squared + 1.0F), 0.0F, 1.0F);
+            const float alpha = known_alpha != nullptr ? *known_alpha : std::clamp(along / (squared + 1.0F), 0.0F, 1.0F);
             for (std::size_t c = 0; c < 3; ++c) error[c] = from_background[c] - alpha * across[c];
             const float squared_error = error[0] * error[0] + error[1] * error[1] + error[2] * error[2];
             const float cost = squared_error + 0.5F * squared * alpha * (1.0F - alpha);
@@ -15606,8 +16643,10 @@ inline mixture unmix(const float_color& color, const float_color* foregrounds, c
 /// distinguishable, confidence is 0, and alpha is 1 in front and 0 behind.
 class local_matte {
 public:
-    local_matte(const graph_view& g, const silhouette_band& band, array_view<const std::uint8_t> colors)
-        : graph_(g), band_(band) {
+    /// shares  of the foreground where they are known, as in decided_depth; may be empty
+    local_matte(const graph_view& g, const silhouette_band& band, array_view<const std::uint8_t> colors,
+                std::span<const std::uint8_t> shares = {})
+        : graph_(g), band_(band), shares_(shares) {
         mixtures_.reserve(band.places().size());
         for (const silhouette_band::place& p : band.places()) mixtures_.push_back(estimate(p, colors));
     }
@@ -15622,7 +16661,7 @@ public:
         std::sort(order.begin(), order.end());
         for (const std::int32_t pixel : order) {
             const std::int32_t i = band_.find(pixel);
-            if (!can_tell(i)) continue;
+            if (!is_estimated(i)) continue;
             const std::int32_t cell = cells[i] = solver.add_cell(graph_.x()[pixel], graph_.y()[pixel]);
             for (int n = 0; n < mixtures_[i].confidence; ++n) solver.add_known_neighbor(cell, &mixtures_[i].alpha);
             add_neighbors(solver, cells, i);
@@ -15639,8 +16678,18 @@ private:
 
     bool can_tell(std::int32_t place) const { return band_.sides()[band_.places()[place].side].can_tell; }
 
+    /// Whether a share is known, and on the side that the pixel is on: stages in between may have moved a silhouette.
+    bool has_share(const silhouette_band::place& p) const {
+        const std::uint8_t share = shares_.empty() ? std::uint8_t{0} : shares_[static_cast<std::size_t>(p.pixel)];
+        return share != 0 && (share >= 128) == p.in_front;
+    }
+    bool is_estimated(std::int32_t place) const { return can_tell(place) && !has_share(band_.places()[place]); }
+
     mixture estimate(const silhouette_band::place& p, array_view<const std::uint8_t> colors) const {
-        if (!band_.sides()[p.side].can_tell) return {p.in_front ? 1.0F : 0.0F, {}, {}, 0};
+        const bool is_known = has_share(p);
+        const float pure = p.in_front ? 1.0F : 0.0F;
+        const float share = is_known ? nearest_float(shares_[static_cast<std::size_t>(p.pixel)] - 1) / 254.0F : pure;
+        if (!band_.sides()[p.side].can_tell) return {share, {}, {}, 0};
         float_color foregrounds[max_samples], backgrounds[max_samples], color;
         std::int32_t taken[max_samples];
         std::size_t count = 0;
@@ -15659,7 +16708,7 @@ private:
             if (other >= 0) take(band_.places()[other].side);
         }
         for (std::size_t c = 0; c < 3; ++c) color[c] = static_cast<float>(colors[3 * static_cast<std::size_t>(p.pixel) + c]);
-        return unmix(color, foregrounds, backgrounds, count);
+        return unmix(color, foregrounds, backgrounds, count, is_known ? &share : nullptr);
     }
 
     /// Connects a pixel to its neighbors in the picture, also across the silhouette, because shares are smooth there. Outside
@@ -15674,6 +16723,8 @@ private:
             const std::int32_t other = band_.find(v * graph_.width() + u);
             if (other < 0)
                 solver.add_known_neighbor(cell, &pure);
+            else if (has_share(band_.places()[other]))
+                solver.add_known_neighbor(cell, &mixtures_[other].alpha);
             else if (!can_tell(other))
                 continue;
             else if (s == side::left)
@@ -15685,6 +16736,7 @@ private:
 
     graph_view graph_;
     const silhouette_band& band_;
+    std::span<const std::uint8_t> shares_;
     buffer<mixture> mixtures_;
 };
 
@@ -15850,11 +16902,13 @@ private:
 /// one.
 ///
 /// layers  every pixel with a missing link inside the photo lies on a silhouette
+/// shares  H x W, of the surface in front, as in decided_depth, where they are known; may be empty
 ///
 /// Raises invalid_option. Time is linear except for sorting the pixels beside silhouettes; up to 150 bytes per pixel, if all lie
 /// beside silhouettes.
 template <payload_column... Columns>
-void unmix_colors(single_layer<Columns...>& layers, const mixed_color_options& options = {}) {
+void unmix_colors(single_layer<Columns...>& layers, const mixed_color_options& options = {},
+                  std::span<const std::uint8_t> shares = {}) {
     static_assert(has_columns<single_layer<Columns...>, color_column, disparity_column, known_column>);
     if (options.foreground_margin < 0 || options.background_margin < 0 || !(options.reach >= 0 && options.reach <= 1) ||
         !(options.contrast > 0))
@@ -15873,7 +16927,7 @@ void unmix_colors(single_layer<Columns...>& layers, const mixed_color_options& o
     detail::mark_margin(layers, foreground, detail::scaled_to_photo(options.foreground_margin, g));
     detail::mark_margin(layers, background, detail::scaled_to_photo(options.background_margin, g));
 
-    detail::local_matte mixed(g, band, layers.template column<color_column>());
+    detail::local_matte mixed(g, band, layers.template column<color_column>(), shares);
     mixed.smooth(2);
     detail::color_cleaner(layers, band, mixed.mixtures()).clean();
     if constexpr (has_column<single_layer<Columns...>, matte_column>)
@@ -16645,9 +17699,11 @@ private:
 
     void grow_from(const strip& r, array_view<const std::int32_t> links, std::int32_t y) {
         std::int32_t pixel = r.first;
-        for (std::int32_t x = r.x; x < r.x + r.count; ++x, pixel = graph_.right()[pixel]) {
-            const std::int32_t beyond = links[pixel];
-            if (may_join(beyond, x, y)) add_strip(beyond, x, y);
+        for (std::int32_t x = r.x; x < r.x + r.count; pixel = graph_.right()[pixel]) {
+            const std::int32_t first = pixel;  // of pixels side by side in memory, over which no step waits for a link
+            while (x + pixel - first + 1 < r.x + r.count && graph_.right()[pixel] == pixel + 1) ++pixel;
+            for (std::int32_t p = first; p <= pixel; ++p, ++x)
+                if (may_join(links[p], x, y)) add_strip(links[p], x, y);
         }
     }
 
@@ -16746,7 +17802,7 @@ private:
                differ(other, walk(along_y, std::abs(steps_y), along_x, std::abs(steps_x)));
     }
 
-    /// Surfaces within twice the threshold are one, as they are for expand().
+    /// Whether two pixels belong to different surfaces: as in expand(), if they differ by more than twice the threshold.
     bool differ(std::int32_t a, std::int32_t b) const { return std::abs(disparity_[a] - disparity_[b]) > threshold_; }
 
     std::size_t at(std::int32_t x, std::int32_t y) const { return graph_.position(x, y); }
@@ -20973,7 +22029,9 @@ inline void check_raster_options(const view& from, const raster_options& options
                   std::to_string(backdrop.channels()));
 }
 
-/// Samples a texture. u, v  texture coordinates
+/// Samples a texture.
+///
+/// u, v  texture coordinates
 inline std::array<std::uint8_t, 3> bilinear(const image<std::uint8_t>& texture, double u, double v) {
     const double last_x = nearest_double(texture.width() - 1), last_y = nearest_double(texture.height() - 1);
     const double x = std::clamp(u * (last_x + 1) - 0.5, 0.0, last_x), y = std::clamp(v * (last_y + 1) - 0.5, 0.0, last_y);
@@ -23819,6 +24877,38 @@ inline buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const s
 
 }}  // namespace ldi
 
+// ---- ldi/formats/silhouettes.hpp
+// Decodes the silhouette network from the bytes of a safetensors file that examples/training/silhouettes/export.py wrote.
+// io/silhouettes_file.hpp loads it from a file.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// Decodes a silhouette network. Raises the errors of decode_safetensors() and silhouette_network; mismatch and unsupported if
+/// the metadata describe another kind of network, or a band with other constants than in depth/step_band.hpp.
+inline silhouette_network decode_silhouettes(std::span<const std::byte> bytes, const std::string& where = "weights",
+                                             isa target = best_isa()) {
+    const named_tensors file = decode_safetensors(bytes, where);
+    detail::check_metadata(file, "a silhouette network", "format", "ldi");
+    detail::check_metadata(file, "a silhouette network", "name", "silhouettes");
+    const auto found = file.metadata.find("architecture");
+    if (found == file.metadata.end())
+        raise(error_code::mismatch, where, "a silhouette network, with its architecture in the metadata", "none");
+    const std::string here = where + ", architecture";
+    const detail::json_value text = detail::read_json_object(found->second, 4, here);
+    // Other values would require another band or other arithmetic.
+    const std::string_view fixed[][2] = {{"version", "1"},        {"layout", "\"out,in,height,width\""},
+                                         {"prior", "6.0"},        {"kernel", "3"},
+                                         {"max_step", "0.02"},    {"min_step", "0.06"},
+                                         {"sides_radius", "4"},   {"band_radius", "12"},
+                                         {"region_radius", "16"}, {"activation", "\"relu, none in the last\""}};
+    for (const auto& [key, value] : fixed)
+        if (const detail::json_value is = detail::json_member(text, key); is.text != value)
+            raise(error_code::unsupported, here, std::string(key) + " " + std::string(value), detail::printable(is.text));
+    return silhouette_network(file, target);
+}
+
+}}  // namespace ldi
+
 // ---- ldi/formats/tiefenrausch.hpp
 // Reads a depth network from the bytes of a safetensors file that examples/training/tiefenrausch_small/export.py wrote: a small
 // student of the published network with the same arithmetic. io/tiefenrausch_file.hpp loads it from disk.
@@ -23865,156 +24955,6 @@ inline tiefenrausch decode_tiefenrausch(std::span<const std::byte> bytes, const 
 
 }}  // namespace ldi
 
-// ---- ldi/depth/merge_flakes.hpp
-// Flakes: thin surfaces of a depth between that of a nearer and a farther surface beside them, such as depth networks leave where
-// three surfaces meet, and where a step is blurred. No scene has them. Each joins the surface that it looks like.
-
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-struct flake_options {
-    /// Surfaces that hold no square with a side of 2 * radius + 1 pixels are thin. 0 to 8; 0 merges nothing.
-    std::int32_t radius = 4;
-    /// Disparities within a square of one surface differ by at most this many thresholds: surfaces slope.
-    float max_slope = 2.0F;
-};
-
-namespace detail {
-
-// For every pixel the extreme value of the square around it, cut off at the map's border. `extreme` is min or max. The windows
-// along rows, then those along columns, double in length step by step.
-template <class T, class Extreme>
-image<T> extreme_of_square(const image<T>& from, std::int32_t radius, Extreme&& extreme) {
-    const std::int32_t rows = static_cast<std::int32_t>(from.height()), columns = static_cast<std::int32_t>(from.width());
-    const std::int32_t window = 2 * radius + 1, all_rows = rows + 2 * radius, all_columns = columns + 2 * radius;
-    image<T> padded(static_cast<std::size_t>(all_rows), static_cast<std::size_t>(all_columns), 1), result = from;
-    const auto widen = [&](T* to, const T* other, std::int32_t count) {
-        for (std::int32_t x = 0; x < count; ++x) to[x] = extreme(to[x], other[x]);
-    };
-    std::int32_t length = 1;
-    for (std::int32_t y = 0; y < all_rows; ++y) {
-        T* const row = padded.row(y);
-        const T* const source = from.row(std::clamp(y - radius, 0, rows - 1));
-        std::copy_n(source, columns, row + radius);
-        std::fill_n(row, radius, source[0]), std::fill_n(row + radius + columns, radius, source[columns - 1]);
-        for (length = 1; 2 * length <= window; length *= 2) widen(row, row + length, all_columns - length);
-        widen(row, row + window - length, columns);
-    }
-    for (length = 1; 2 * length <= window; length *= 2)
-        for (std::int32_t y = 0; y + length < all_rows; ++y) widen(padded.row(y), padded.row(y + length), columns);
-    for (std::int32_t y = 0; y < rows; ++y) {
-        widen(padded.row(y), padded.row(y + window - length), columns);
-        std::copy_n(padded.row(y), columns, result.row(y));
-    }
-    return result;
-}
-
-class flake_merger {
-public:
-    flake_merger(const image<float>& disparity, image_view<const std::uint8_t> photo, surface_rule surface,
-                 const flake_options& options)
-        : disparity_(disparity), photo_(photo), surface_(surface), reach_(2 * options.radius + 1), vote_(options.radius / 2) {
-        const auto smaller = [](auto a, auto b) { return (std::min)(a, b); };
-        const auto larger = [](auto a, auto b) { return (std::max)(a, b); };
-        const image<float> lowest = extreme_of_square(disparity, options.radius, smaller),
-                           highest = extreme_of_square(disparity, options.radius, larger);
-        image<std::uint8_t> holds_square(disparity.height(), disparity.width());
-        for (std::size_t i = 0; i < holds_square.size(); ++i)
-            holds_square.data()[i] = highest.data()[i] - lowest.data()[i] <= options.max_slope * surface.max_step ? 1 : 0;
-        is_solid_ = extreme_of_square(holds_square, options.radius, larger);
-        is_near_solid_ = extreme_of_square(is_solid_, reach_, larger);  // noise has none: nothing to search
-    }
-
-    // Finds the samples of flakes, and lets each join the surface that most of its flake around it looks like.
-    std::size_t merge(image<float>& result) {
-        const std::int32_t rows = static_cast<std::int32_t>(disparity_.height()),
-                           columns = static_cast<std::int32_t>(disparity_.width());
-        buffer<flake> flakes;
-        image<std::int32_t> sums(disparity_.height() + 1, disparity_.width() + 1);  // +1 for the front, -1 for the back
-        for (std::int32_t y = 0; y < rows; ++y)
-            for (std::int32_t x = 0, row = 0; x < columns; ++x) {
-                flake f{x, y, {}, {}};
-                if (is_solid_(y, x) == 0 && is_near_solid_(y, x) != 0 && find_sides(f)) {
-                    flakes.push_back(f);
-                    row += contrast(x, y, f.front) <= contrast(x, y, f.back) ? 1 : -1;
-                }
-                sums(y + 1, x + 1) = sums(y, x + 1) + row;
-            }
-        for (const flake& f : flakes) {
-            const std::int32_t left = (std::max)(f.x - vote_, 0), right = (std::min)(f.x + vote_ + 1, columns);
-            const std::int32_t top = (std::max)(f.y - vote_, 0), bottom = (std::min)(f.y + vote_ + 1, rows);
-            const std::int32_t votes = sums(bottom, right) - sums(top, right) - sums(bottom, left) + sums(top, left);
-            const found& side = votes >= 0 ? f.front : f.back;
-            result(f.y, f.x) = disparity_(side.y, side.x);
-        }
-        return flakes.size();
-    }
-
-private:
-    struct found {
-        std::int32_t squared_distance = 1 << 20, x = 0, y = 0;
-        bool is_any() const { return squared_distance < 1 << 20; }
-    };
-    struct flake {
-        std::int32_t x, y;
-        found front, back;
-    };
-
-    // Whether there is a nearer and a farther surface beside a sample, and none as far as itself.
-    bool find_sides(flake& f) const {
-        const std::int32_t rows = static_cast<std::int32_t>(disparity_.height()),
-                           columns = static_cast<std::int32_t>(disparity_.width());
-        const float own = disparity_(f.y, f.x);
-        for (std::int32_t v = (std::max)(f.y - reach_, 0); v <= (std::min)(f.y + reach_, rows - 1); ++v)
-            for (std::int32_t u = (std::max)(f.x - reach_, 0); u <= (std::min)(f.x + reach_, columns - 1); ++u) {
-                if (is_solid_(v, u) == 0) continue;
-                const float there = disparity_(v, u);
-                if (surface_.same_surface(there, own)) return false;  // a corner of a surface
-                found& side = there > own ? f.front : f.back;
-                const std::int32_t squared = (u - f.x) * (u - f.x) + (v - f.y) * (v - f.y);
-                if (squared < side.squared_distance) side = {squared, u, v};
-            }
-        return f.front.is_any() && f.back.is_any();
-    }
-
-    std::int32_t contrast(std::int32_t x, std::int32_t y, const found& other) const {
-        std::int32_t sum = 0;
-        for (std::size_t c = 0; c < 3; ++c) {
-            const std::int32_t difference = std::int32_t{photo_(y, x, c)} - std::int32_t{photo_(other.y, other.x, c)};
-            sum += difference * difference;
-        }
-        return sum;
-    }
-
-    const image<float>& disparity_;
-    image_view<const std::uint8_t> photo_;
-    surface_rule surface_;
-    std::int32_t reach_, vote_;
-    image<std::uint8_t> is_solid_, is_near_solid_;
-};
-
-}  // namespace detail
-
-/// disparity  H x W x 1, in [0, 1], larger is nearer; changed in place
-/// photo      H x W x 3
-///
-/// The flakes' pixels are thin ones with a nearer and a farther surface within 2 * radius + 1 pixels, and none as far as
-/// themselves. Each joins the nearer or the farther surface, whichever most flake pixels within half the radius resemble more in
-/// color. Things in front of one surface alone stay, however thin. Returns the number of flake pixels. Linear time; up to 80
-/// bytes per pixel. Raises mismatch and invalid_option.
-inline std::size_t merge_flakes(image<float>& disparity, image_view<const std::uint8_t> photo, surface_rule surface = {},
-                                const flake_options& options = {}) {
-    if (photo.height() != disparity.height() || photo.width() != disparity.width() || photo.channels() != 3)
-        raise(error_code::mismatch, "merge_flakes", "a photo of 3 channels as large as the map", detail::shape_text(photo));
-    if (options.radius < 0 || options.radius > 8 || !(options.max_slope > 0))
-        raise(error_code::invalid_option, "flake_options", "a radius from 0 to 8, a slope above 0",
-              std::to_string(options.radius) + " and " + detail::to_text(options.max_slope));
-    if (options.radius == 0) return 0;
-    const image<float> before = disparity;
-    return detail::flake_merger(before, photo, surface, options).merge(disparity);
-}
-
-}}  // namespace ldi
-
 // ---- ldi/photo3d.hpp
 // Converts a photo to a 3D photo: calls every stage in the paper's order with the paper's defaults. Stages beyond the paper
 // sharpen depth edges (depth/sharpen_edges.hpp), align silhouettes with the photo's edges, unmix the colors beside them, add
@@ -24045,7 +24985,14 @@ concept color_inpainter = requires(const T& t, working_layers<>& layers, const p
     t.inpaint(layers, progress, threads);
 };
 
-/// A disparity map that is there already, from a phone or a file.
+/// Decides where silhouettes lie. `decide(depth, threads)` accepts an undecided_depth (depth/decided_depth.hpp) and returns a
+/// decided_depth of the same size. Examples: `network_decider` (depth/network_decider.hpp), `aligned_silhouettes`.
+template <class T>
+concept silhouette_decider = requires(const T& t, undecided_depth depth, const serial_executor& threads) {
+    { t.decide(std::move(depth), threads) } -> std::same_as<decided_depth>;
+};
+
+/// An existing disparity map, for example from a phone or a file.
 struct given_disparity {
     /// h x w x 1, finite, larger is nearer. With normalize_options::is_inverse_depth, the default, values are 0 or more, and 0
     /// is infinitely far, such as the sky. If 0 means unknown, fill these pixels first, for example with fill_invalid() of
@@ -24059,7 +25006,7 @@ struct given_disparity {
     float quantization_step() const { return 1.0F; }
 };
 
-/// Lengths and sizes in `alignment`, `flakes`, `components` and `curves` are in pixels, for depth as fine as the photo. If one
+/// Lengths and sizes in `alignment`, `components` and `curves` are in pixels, for depth as fine as the photo. If one
 /// depth sample covers several pixels, make_photo3d() multiplies lengths by the sample's side and sizes by its area.
 struct photo3d_options {
     /// Maximum long side in pixels; a larger photo is shrunk to it.
@@ -24075,7 +25022,6 @@ struct photo3d_options {
     resample_options resample;
     weighted_median_options median;
     alignment_options alignment;
-    flake_options flakes;
     middle_component_options components;
     mixed_color_options mixed_colors;
     curve_options curves;
@@ -24146,17 +25092,6 @@ template <std::integral Count>
 Count scaled(Count count, float by) {
     return static_cast<Count>(std::lround(nearest_float(count) * by));
 }
-inline alignment_options scaled(alignment_options options, float sample_size) {
-    options.uncertainty *= sample_size;
-    options.min_length = scaled(options.min_length, sample_size);
-    return options;
-}
-/// Depth as fine as the photo has no flakes.
-inline flake_options scaled(flake_options options, float sample_size) {
-    constexpr std::int32_t max_radius = 8;
-    options.radius = sample_size > 1.0F ? (std::min)(scaled(options.radius, sample_size), max_radius) : 0;
-    return options;
-}
 inline middle_component_options scaled(middle_component_options options, float sample_size) {
     options.min_size = scaled(options.min_size, sample_size * sample_size);
     return options;
@@ -24217,23 +25152,24 @@ inline photo3d_options for_sheets(photo3d_options options, std::size_t photo_hei
 
 /// A photo at the size of its layered image, with its depth.
 struct cleaned_photo {
-    image<std::uint8_t> photo;  ///< H x W x 3, no larger than options.long_side
-    image<float> estimated;     ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
-    image<float> resampled;     ///< H x W x 1, before cleaning
-    image<float> disparity;     ///< H x W x 1, cleaned
-    depth_range range;          ///< the distances that its disparities stand for
+    image<std::uint8_t> photo;   ///< H x W x 3, no larger than options.long_side
+    image<float> estimated;      ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
+    image<float> resampled;      ///< H x W x 1, before cleaning
+    image<float> disparity;      ///< H x W x 1, cleaned
+    image<std::uint8_t> shares;  ///< share of the front surface; see decided_depth
+    depth_range range;           ///< distances at disparity 1 and 0
 };
 
 /// Estimates and cleans the depth of a photo: the stages "depth estimation", "depth filter" and "connected components".
 ///
 /// photo  H x W x 3, at least one pixel
 ///
-/// Raises what the stages raise; before anything is estimated, error_code::invalid_data for a photo of another shape, and
-/// error_code::invalid_option if long_side is 0, the focal length is not in [1, 1e5] or the surface rule's step not in [0.001,
-/// 1].
-template <depth_estimator Estimator, executor Executor = const serial_executor>
-cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator& estimator, const photo3d_options& options = {},
-                          Executor&& threads = {}) {
+/// Raises the errors of the stages; before the estimate, error_code::invalid_data for a photo of another shape, and
+/// error_code::invalid_option if long_side is 0, the focal length is not in [1, 1e5], or the surface rule's step is not in
+/// [0.001, 1].
+template <depth_estimator Estimator, silhouette_decider Decider, executor Executor = const serial_executor>
+cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator& estimator, const Decider& decider,
+                          const photo3d_options& options = {}, Executor&& threads = {}) {
     const progress_listener& progress = options.progress;
     detail::check_photo(photo);
     detail::check(options);
@@ -24250,16 +25186,24 @@ cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator&
 
     progress.report("depth filter", 0.0F);
     result.resampled = detail::resample_estimate(result.estimated, result.photo, options, threads);
-    result.disparity = weighted_median(result.resampled, options.surface, options.median, threads);
     const float sample_size = detail::sample_size(result.estimated, result.photo);
-    align_silhouettes(result.disparity, result.photo, options.surface, detail::scaled(options.alignment, sample_size), threads);
+    decided_depth decided = decider.decide(
+        {result.photo, result.estimated, weighted_median(result.resampled, options.surface, options.median, threads),
+         options.surface, sample_size},
+        threads);
+    result.disparity = std::move(decided.disparity), result.shares = std::move(decided.shares);
     progress.report("depth filter", 1.0F);
 
     progress.report("connected components", 0.0F);
-    merge_flakes(result.disparity, result.photo, options.surface, detail::scaled(options.flakes, sample_size));
     merge_middle_components(result.disparity, options.surface, detail::scaled(options.components, sample_size));
     progress.report("connected components", 1.0F);
     return result;
+}
+/// Same as above, with aligned_silhouettes.
+template <depth_estimator Estimator, executor Executor = const serial_executor>
+cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator& estimator, const photo3d_options& options = {},
+                          Executor&& threads = {}) {
+    return clean_depth(photo, estimator, aligned_silhouettes{options.alignment}, options, threads);
 }
 
 /// The layer of a photo, and its silhouettes.
@@ -24331,7 +25275,7 @@ lifted_photo<Own...> lift_photo(const cleaned_photo& photo, const photo_columns<
         own.images);
     result.curves = find_discontinuity_curves(result.layer, options.surface, detail::scaled(options.curves, sample_size));
     close_spurious_discontinuities(result.layer, result.curves);
-    unmix_colors(result.layer, options.mixed_colors);
+    unmix_colors(result.layer, options.mixed_colors, {photo.shares.data(), photo.shares.size()});
     result.rims = mark_uncertain_rims(result.layer, detail::rim_width(options.alignment, sample_size));
     return result;
 }
@@ -24361,12 +25305,13 @@ void inpaint_hidden(Layers& layers, std::span<const uncertain_rim> rims, const I
 ///
 /// Raises the errors of the stages. Memory and time are bounded for any depth map: each stage documents its bound, and
 /// bench/photo3d/README.md has the peaks.
-template <depth_estimator Estimator, color_inpainter Inpainter, payload_column... Own, executor Executor = const serial_executor>
+template <depth_estimator Estimator, silhouette_decider Decider, color_inpainter Inpainter, payload_column... Own,
+          executor Executor = const serial_executor>
 basic_photo3d<Own...> make_photo3d(image_view<const std::uint8_t> photo, const photo_columns<Own...>& own,
-                                   const Estimator& estimator, const Inpainter& inpainter, const photo3d_options& options = {},
-                                   Executor&& threads = {}) {
+                                   const Estimator& estimator, const Decider& decider, const Inpainter& inpainter,
+                                   const photo3d_options& options = {}, Executor&& threads = {}) {
     const progress_listener& progress = options.progress;
-    cleaned_photo cleaned = clean_depth(photo, estimator, options, threads);
+    cleaned_photo cleaned = clean_depth(photo, estimator, decider, options, threads);
 
     progress.report("occluded geometry", 0.0F);
     lifted_photo<Own...> lifted = lift_photo(cleaned, own, options, threads);
@@ -24395,6 +25340,19 @@ basic_photo3d<Own...> make_photo3d(image_view<const std::uint8_t> photo, const p
     result.mesh = build_mesh(result.layers, result.facts, result.charts, result.atlas, options.mesh, threads);
     progress.report("meshing", 1.0F);
     return result;
+}
+template <depth_estimator Estimator, silhouette_decider Decider, color_inpainter Inpainter,
+          executor Executor = const serial_executor>
+photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& estimator, const Decider& decider,
+                     const Inpainter& inpainter, const photo3d_options& options = {}, Executor&& threads = {}) {
+    return make_photo3d(photo, photo_columns<>(), estimator, decider, inpainter, options, threads);
+}
+/// Same as above, with aligned_silhouettes.
+template <depth_estimator Estimator, color_inpainter Inpainter, payload_column... Own, executor Executor = const serial_executor>
+basic_photo3d<Own...> make_photo3d(image_view<const std::uint8_t> photo, const photo_columns<Own...>& own,
+                                   const Estimator& estimator, const Inpainter& inpainter, const photo3d_options& options = {},
+                                   Executor&& threads = {}) {
+    return make_photo3d(photo, own, estimator, aligned_silhouettes{options.alignment}, inpainter, options, threads);
 }
 template <depth_estimator Estimator, color_inpainter Inpainter, executor Executor = const serial_executor>
 photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& estimator, const Inpainter& inpainter,

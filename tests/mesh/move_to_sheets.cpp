@@ -86,7 +86,7 @@ TEST_CASE("on sheets a mesh has the same vertices and triangles, bit for bit, in
         INFO(name);
         CHECK(s.layout.sizes.size() > 4);  // charts are divided to fit
         CHECK(s.mesh.part_count() == s.layout.sizes.size());
-        CHECK_NOTHROW(detail::check_parts(s.mesh, s.textures.size()));
+        CHECK_NOTHROW(detail::check_mesh(s.mesh, s.textures.size()));
         CHECK(s.mesh.vertex_count() == s.made.mesh.vertex_count());
         CHECK(sorted_triangles(s.mesh) == sorted_triangles(s.made.mesh));
         CHECK(s.mesh.soft_edges.positions == s.made.mesh.soft_edges.positions);

@@ -25,8 +25,8 @@ struct bound {
 };
 constexpr bound bounds[] = {
     {"depth estimation", 20, 0},     {"depth filter", 120, 0},       {"connected components", 90, 0},
-    {"occluded geometry", 200, 160}, {"color inpainting", 180, 230}, {"chart generation", 70, 100},
-    {"chart padding", 180, 190},     {"meshing", 140, 250},
+    {"occluded geometry", 200, 160}, {"color inpainting", 180, 230}, {"chart generation", 70, 110},
+    {"chart padding", 180, 210},     {"meshing", 140, 280},
 };
 
 /// Widths of maps for a photo 128 pixels wide, and of their features, in samples.

@@ -33,7 +33,8 @@ if len(includes) < 3 or len(statements) < 6:
 program = "\n".join([
     *includes, "#include <span>",
     "struct normal { using scalar = float; static constexpr std::size_t channels = 3; };",
-    "void readme(ldi::image_view<const std::uint8_t> photo, ldi::image<float> map, ldi::image_view<const float> disparity,",
+    "struct cv_mat { const std::uint8_t* data; int rows, cols; std::size_t step; };  // members of OpenCV's cv::Mat",
+    "void readme(const cv_mat& mat, ldi::image<float> map, ldi::image_view<const float> disparity,",
     "            ldi::image_view<const float> normals) {", *statements, "(void)result, (void)made, (void)options, (void)disparity;", "}", ""])
 flags = ["-std=c++20", "-fsyntax-only", "-Wall", "-Wextra", "-Werror", f"-I{ROOT / 'include'}", "-x", "c++", "-"]
 result = subprocess.run([*sys.argv[1:], *flags], input=program, capture_output=True, text=True)

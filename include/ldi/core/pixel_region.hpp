@@ -1,5 +1,4 @@
-// A part of a lattice as runs of pixels, row by row: the pixels that a sparse computation visits. Pixels are numbered in that
-// order.
+// A part of a lattice that a sparse computation visits: runs of pixels, row by row. Pixels are numbered in this order.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -16,10 +15,10 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// Pixels of a lattice of `width` x `height`. Build it row by row: add_run() from left to right, then end_row().
 class pixel_region {
 public:
-    /// Columns first, ... last - 1 of a row; no two runs of a row overlap or touch.
+    /// Columns first to last - 1 of a row. The runs of a row neither overlap nor touch.
     struct run {
         std::int32_t first, last;
-        std::int32_t pixel;  ///< number of the first one
+        std::int32_t pixel;  ///< number of the first pixel
 
         std::int32_t pixel_at(std::int32_t x) const { return pixel + (x - first); }
     };
@@ -44,13 +43,13 @@ public:
     std::int32_t count() const { return count_; }
     std::size_t size() const { return static_cast<std::size_t>(count_); }
 
-    /// Empty for rows outside the lattice.
+    /// Returns the runs of a row; empty for rows outside the lattice.
     std::span<const run> row(std::int32_t y) const {
         if (y < 0 || y >= height()) return {};
         return {runs_.data() + first_run_[y], static_cast<std::size_t>(first_run_[y + 1] - first_run_[y])};
     }
 
-    /// Numbers of the pixels at (x, y), (x + 1, y), ...; no_pixel outside the region.
+    /// Writes the numbers of the pixels at (x, y), (x + 1, y), ...; no_pixel outside the region.
     void numbers(std::int32_t x, std::int32_t y, std::span<std::int32_t> result) const {
         const std::span<const run> runs = row(y);
         auto here = std::partition_point(runs.begin(), runs.end(), [&](const run& r) { return r.last <= x; });
@@ -69,10 +68,10 @@ public:
 private:
     std::int32_t width_, count_ = 0;
     buffer<run> runs_;
-    buffer<std::int32_t> first_run_;  // of each row, and the end of the last
+    buffer<std::int32_t> first_run_;  // index of each row's first run, and the end of the last row
 };
 
-/// The region's pixels with even x and even y, on a lattice of half the size, rounded up.
+/// Returns the region's pixels with even x and even y, on a lattice of half the size, rounded up.
 inline pixel_region halved(const pixel_region& region) {
     pixel_region result((region.width() + 1) / 2);
     for (std::int32_t y = 0; y < region.height(); y += 2) {
@@ -83,7 +82,7 @@ inline pixel_region halved(const pixel_region& region) {
     return result;
 }
 
-/// For each pixel its number in the halved region at (x / 2, y / 2), or no_pixel.
+/// Returns for each pixel (x, y) the number of the pixel (x / 2, y / 2) of the halved region, or no_pixel.
 inline buffer<std::int32_t> parents(const pixel_region& region, const pixel_region& half) {
     buffer<std::int32_t> result(region.size(), unset);
     for (std::int32_t y = 0; y < region.height(); ++y) {
@@ -98,7 +97,7 @@ inline buffer<std::int32_t> parents(const pixel_region& region, const pixel_regi
     return result;
 }
 
-/// For each pixel the number of the one below it, or no_pixel.
+/// Returns for each pixel the number of the pixel below it, or no_pixel.
 inline buffer<std::int32_t> pixels_below(const pixel_region& region) {
     buffer<std::int32_t> result(region.size(), unset);
     for (std::int32_t y = 0; y < region.height(); ++y) {

@@ -1,5 +1,5 @@
-// What a decider of silhouettes reads and returns: silhouette_decider in photo3d.hpp. `aligned_silhouettes` here is the one made
-// by hand, network_decider.hpp the one that a network makes.
+// Input and output of a silhouette_decider (photo3d.hpp), and `aligned_silhouettes`, a decider without a network.
+// network_decider.hpp has the decider with a network.
 #pragma once
 
 #include <ldi/base/executor.hpp>
@@ -23,15 +23,16 @@ struct undecided_depth {
     float sample_size = 1.0F;  ///< side of a sample of the estimate, in pixels, 1 to 16
 };
 
-/// The same after it.
+/// Depth after silhouettes are decided.
 struct decided_depth {
     image<float> disparity;  ///< H x W x 1
-    /// H x W x 1, or empty. 0 where the decider did not tell, else 1 + 254 times the share of the front surface in the pixel:
-    /// from 128 on it belongs to the front.
+    /// H x W x 1, or empty. 0 for pixels that were not decided, else 1 + 254 * the share of the front surface in the pixel.
+    /// Pixels from 128 on belong to the front.
     image<std::uint8_t> shares;
 };
 
-/// Moves silhouettes onto the photo's edges (align_silhouettes()). Lengths in `options` are for depth as fine as the photo.
+/// Moves silhouettes onto the photo's edges with align_silhouettes(). Lengths in `options` are for a depth map with the photo's
+/// resolution.
 struct aligned_silhouettes {
     alignment_options options;
 

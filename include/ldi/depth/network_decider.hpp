@@ -1,5 +1,5 @@
-// Silhouettes by a network: beside sharp steps each pixel goes to the front or to the back surface, as the network decides, and
-// takes its depth from pixels of that surface that the step did not blur.
+// Decides silhouettes with a network: beside sharp steps, it assigns each pixel to the front or the back surface. The pixel then
+// gets the depth of pixels of that surface that are not blurred by the step.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -19,21 +19,21 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A silhouette_decider (photo3d.hpp). `Network` has logits() as silhouette_network (networks/silhouettes.hpp) has it, and must
-/// outlive the decider.
+/// A silhouette_decider (photo3d.hpp). `Network` has a function logits() like silhouette_network (networks/silhouettes.hpp). The
+/// network must outlive the decider.
 ///
 ///     const ldi::silhouette_network network = ldi::load_silhouettes("silhouettes.safetensors");
 ///     make_photo3d(photo, depth, ldi::network_decider(&network), inpainter);
 template <class Network>
 class network_decider {
 public:
-    /// network    nullptr for silhouettes aligned by hand, for programs in which a user chooses
-    /// alignment  how, then
+    /// network    nullptr selects aligned_silhouettes, for programs that let the user choose
+    /// alignment  options of aligned_silhouettes
     explicit network_decider(const Network* network, const alignment_options& alignment = {})
         : network_(network), by_hand_{alignment} {}
 
-    /// No value in the band lies between its two surfaces, apart from what they slope themselves. Time and memory are linear in
-    /// the pixels, whatever the disparity.
+    /// Decides the silhouettes of a depth map. In the result, no disparity in the band lies between the two surfaces, except for
+    /// the surfaces' own slope. Time and memory are linear in the number of pixels for any disparity.
     template <executor Executor>
     decided_depth decide(undecided_depth depth, Executor&& threads) const {
         if (network_ == nullptr) return by_hand_.decide(std::move(depth), threads);
@@ -58,13 +58,13 @@ public:
     }
 
 private:
-    /// Pixels of an island, per pixel that a sample of the estimate is wide.
+    /// Minimum size of an island in pixels, relative to the side of a depth sample in pixels.
     static constexpr double min_island_samples = 24;
-    /// The logit leans towards the side that the disparity is on already.
+    /// Weight of the side on which the disparity already lies, added to the logit.
     static constexpr float prior = 6.0F;
 
-    /// In the units of decided_depth::shares. Exponentials differ between C libraries: a table of the logits between two shares
-    /// makes the bytes the same everywhere.
+    /// Returns the share in the units of decided_depth::shares. C libraries differ in the exponential function; a table of the
+    /// logits between two shares makes the bytes the same everywhere.
     static std::uint8_t share_of(float logit, std::uint8_t prior_byte) {
         static const share_table table;
         const float lean = std::clamp((detail::nearest_float(prior_byte) - 128.0F) / 127.0F, -0.5F, 0.5F);
@@ -72,7 +72,7 @@ private:
     }
 
     struct share_table {
-        /// limits[n]: the logit of the share (n + 0.5) / 254, so that n shares lie below it.
+        /// limits[n] is the logit of the share (n + 0.5) / 254, the limit between shares n / 254 and (n + 1) / 254.
         float limits[254];
 
         share_table() {

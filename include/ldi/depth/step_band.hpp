@@ -1,6 +1,6 @@
-// The band beside sharp steps of a disparity map, in which the silhouette network decides: curves of pixels on a step, front and
-// back of each, and the curve pixel nearest to every pixel around. examples/training/silhouettes/README.md defines the same band
-// for training.
+// Finds the band beside sharp steps of a disparity map, in which the silhouette network decides: curves of pixels on a step, the
+// front and back disparity of each curve pixel, and the nearest curve pixel for every pixel around.
+// examples/training/silhouettes/README.md defines the same band for training.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -17,17 +17,17 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// The defaults are what the network was trained with.
+/// The network was trained with the defaults.
 struct step_band_options {
-    float max_step = 0.02F;  ///< neighbors that differ by more lie on a curve
-    float min_step = 0.06F;  ///< between front and back of a curve
+    float max_step = 0.02F;  ///< maximum difference of neighbors that do not lie on a curve
+    float min_step = 0.06F;  ///< minimum difference between front and back of a curve
 };
 
-/// Front and back of a curve pixel are the extremes within this distance, in pixels.
+/// Radius of the disk, in pixels, whose extreme disparities are the front and back of a curve pixel.
 inline constexpr std::int32_t step_sides_radius = 4;
-/// Pixels this near to a curve are decided.
+/// Maximum distance of decided pixels from a curve.
 inline constexpr std::int32_t step_band_radius = 12;
-/// Pixels this near to a curve tell about the sides.
+/// Maximum distance from a curve of pixels that the network reads.
 inline constexpr std::int32_t step_region_radius = 16;
 
 /// Pixels within step_region_radius of a curve.
@@ -37,26 +37,28 @@ struct step_band {
     };
 
     pixel_region region;                      ///< K pixels
-    buffer<std::uint16_t> squared_distances;  ///< K: to the nearest curve pixel, 0 to 256
+    buffer<std::uint16_t> squared_distances;  ///< K: squared distance to the nearest curve pixel, 0 to 256
     buffer<std::int32_t> curve_pixels;        ///< K: index of the nearest curve pixel in `curve`
-    buffer<sides> curve;                      ///< of each curve pixel, row by row
+    buffer<sides> curve;                      ///< front and back of each curve pixel, row by row
     float min_step = 0;
 
     bool is_decided(std::int32_t pixel) const { return squared_distances[pixel] <= step_band_radius * step_band_radius; }
     const sides& sides_of(std::int32_t pixel) const { return curve[curve_pixels[pixel]]; }
-    /// 0 at the back, 1 at the front, not clamped.
+    /// Returns the position of a disparity between back (0) and front (1), not clamped.
     float share(std::int32_t pixel, float disparity) const {
         const sides& s = sides_of(pixel);
         return (disparity - s.back) / (std::max)(s.front - s.back, min_step);
     }
 };
 
+/// Finds the band.
+///
 /// disparity  H x W x 1, finite
 ///
 /// A pixel lies on a curve if a neighbor differs by more than max_step, and the extremes within step_sides_radius by at least
-/// min_step. Distances are Euclidean and exact; of curve pixels at the same distance, the leftmost counts, then the uppermost.
-/// Linear time: up to 33 operations on 16 bits per pixel within step_region_radius of a column that a curve crosses. 6 bytes per
-/// pixel, and 20 per pixel of the region.
+/// min_step. Distances are Euclidean and exact. Among curve pixels at the same distance, the leftmost one counts, then the
+/// uppermost. Linear time: up to 33 operations on 16 bits per pixel within step_region_radius of a column that a curve crosses. 6
+/// bytes per pixel, and 20 per pixel of the region.
 step_band find_step_band(image_view<const float> disparity, const step_band_options& options = {});
 
 namespace detail {
@@ -84,7 +86,7 @@ public:
 private:
     static constexpr std::int32_t radius = step_region_radius;
     static constexpr std::uint8_t beyond = radius + 1;
-    /// A candidate's squared distance and column in one number, so that one minimum finds both.
+    /// Keys combine a candidate's squared distance and its column in one number, so that one minimum finds both.
     static constexpr std::int32_t column_bits = 6;
     static constexpr std::uint16_t far_key = 49000;
 
@@ -121,7 +123,7 @@ private:
         }
     }
 
-    /// Within a disk of step_sides_radius.
+    /// Returns the extreme disparities within step_sides_radius.
     step_band::sides extremes(std::int32_t x, std::int32_t y) const {
         constexpr std::int32_t r = step_sides_radius;
         step_band::sides result{disparity_(y, x), disparity_(y, x)};
@@ -135,7 +137,7 @@ private:
         return result;
     }
 
-    /// The distance from each pixel down to the next curve pixel, up to `beyond`.
+    /// Computes the distance from each pixel down to the next curve pixel, at most `beyond`.
     void measure_below() {
         for (std::int32_t y = height_ - 1; y-- > 0;) {
             std::uint8_t* const here = below_.row(y);
@@ -171,7 +173,7 @@ private:
                                                             [](std::uint16_t key) { return key != far_key; });
             const std::int32_t column = static_cast<std::int32_t>(found - columns.begin()) - radius;
             if (column == width_) return;
-            // All columns from here on that lie near to others with a curve.
+            // Extends the range over all columns that lie within `radius` of a column with a curve pixel.
             const std::int32_t first = (std::max)(x, column - radius);
             last = column + 1;
             for (std::int32_t u = last; u < (std::min)(width_, last + 2 * radius + 1); ++u)
@@ -217,7 +219,7 @@ private:
     step_band_options options_;
     std::int32_t width_, height_;
     image<std::uint8_t> below_;
-    buffer<std::int32_t> number_;  // of each curve pixel; not set elsewhere
+    buffer<std::int32_t> number_;  // index of each curve pixel; not set elsewhere
     step_band band_;
 };
 

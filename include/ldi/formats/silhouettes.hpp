@@ -1,5 +1,5 @@
-// Reads the silhouette network from the bytes of a safetensors file as examples/training/silhouettes/export.py writes it.
-// io/silhouettes_file.hpp reads it by name.
+// Decodes the silhouette network from the bytes of a safetensors file that examples/training/silhouettes/export.py wrote.
+// io/silhouettes_file.hpp loads it from a file.
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -16,8 +16,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Raises those of decode_safetensors() and silhouette_network; mismatch and unsupported where the metadata tell of another
-/// network, or of a band that depth/step_band.hpp does not find.
+/// Decodes a silhouette network. Raises the errors of decode_safetensors() and silhouette_network; mismatch and unsupported if
+/// the metadata describe another kind of network, or a band with other constants than in depth/step_band.hpp.
 inline silhouette_network decode_silhouettes(std::span<const std::byte> bytes, const std::string& where = "weights",
                                              isa target = best_isa()) {
     const named_tensors file = decode_safetensors(bytes, where);
@@ -28,12 +28,12 @@ inline silhouette_network decode_silhouettes(std::span<const std::byte> bytes, c
         raise(error_code::mismatch, where, "a silhouette network, with its architecture in the metadata", "none");
     const std::string here = where + ", architecture";
     const detail::json_value text = detail::read_json_object(found->second, 4, here);
-    // Other values would need another band, or other arithmetic.
-    const std::string_view fixed[][2] = {{"version", "1"},         {"layout", "\"out,in,height,width\""},
-                                         {"prior", "6.0"},         {"kernel", "3"},
-                                         {"largest_step", "0.02"}, {"min_step", "0.06"},
-                                         {"sides_radius", "4"},    {"band_radius", "12"},
-                                         {"region_radius", "16"},  {"activation", "\"relu, none in the last\""}};
+    // Other values would require another band or other arithmetic.
+    const std::string_view fixed[][2] = {{"version", "1"},        {"layout", "\"out,in,height,width\""},
+                                         {"prior", "6.0"},        {"kernel", "3"},
+                                         {"max_step", "0.02"},    {"min_step", "0.06"},
+                                         {"sides_radius", "4"},   {"band_radius", "12"},
+                                         {"region_radius", "16"}, {"activation", "\"relu, none in the last\""}};
     for (const auto& [key, value] : fixed)
         if (const detail::json_value is = detail::json_member(text, key); is.text != value)
             raise(error_code::unsupported, here, std::string(key) + " " + std::string(value), detail::printable(is.text));

@@ -1,4 +1,4 @@
-// Reads the silhouette network by name.
+// Loads the silhouette network from a file.
 #pragma once
 
 #include <ldi/formats/silhouettes.hpp>
@@ -8,7 +8,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Raises file_access, and what decode_silhouettes() raises.
+/// Loads a silhouette network. Raises file_access and the errors of decode_silhouettes().
 inline silhouette_network load_silhouettes(const std::filesystem::path& path) {
     return decode_silhouettes(read_file(path), path.string());
 }

@@ -1,6 +1,6 @@
-// The silhouette network: beside sharp steps of a disparity map it decides which of the two surfaces a pixel belongs to. A small
-// U-Net on the region around the steps alone, in 8-bit arithmetic. examples/training/silhouettes/README.md defines its input and
-// its layers; io/silhouettes_file.hpp loads it from a file, depth/network_decider.hpp runs it on a photo.
+// The silhouette network decides, beside sharp steps of a disparity map, to which of the two surfaces a pixel belongs. It is a
+// small U-Net that computes only the region around the steps, in 8-bit arithmetic. examples/training/silhouettes/README.md
+// defines its input and its layers; io/silhouettes_file.hpp loads it from a file; depth/network_decider.hpp runs it on a photo.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -28,28 +28,30 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// All members are const and keep no state: one object serves any number of threads at once.
+/// All member functions are const and keep no state, so any number of threads may use one object at the same time.
 class silhouette_network {
 public:
     static constexpr std::size_t input_channels = 8, output_channels = 2;
     static constexpr std::size_t level_count = 4;
 
-    /// weights  for each layer `NAME.weight`, outputs x inputs x 3 x 3, and `NAME.bias`, batch normalization folded in;
-    ///          `input.range` and `NAME.range` of everything that a layer reads
-    /// target   the instruction set to pack weights for; results are the same on all
+    /// Checks and packs the weights.
     ///
-    /// Raises mismatch, naming the tensor that is missing, of another type or shape, or one too many; invalid_data for weights
-    /// that are not finite.
+    /// weights  for each layer `NAME.weight`, outputs x inputs x 3 x 3, and `NAME.bias`, batch normalization folded in;
+    ///          `input.range`, and `NAME.range` for every layer that another layer reads
+    /// target   the instruction set to pack weights for; all give the same results
+    ///
+    /// Raises mismatch, with the name of the tensor, if one is missing, unexpected, or of another type or shape; invalid_data for
+    /// weights that are not finite.
     explicit silhouette_network(const named_tensors& weights, isa target = best_isa());
 
-    /// The last layer's results, K x 2: the logit of the front's share, before the prior is added, and of that it is on the right
-    /// side. Undefined for pixels that are not wanted.
+    /// Returns the results of the last layer, K x 2: the logit of the front's share, before the prior is added, and the logit of
+    /// the probability that this share is on the correct side of 0.5. Undefined for pixels that are not wanted.
     ///
     /// region  K pixels
-    /// input   K x 8; README.md beside the training has the channels
-    /// wanted  K, 0 where no result is wanted
+    /// input   K x 8; examples/training/silhouettes/README.md defines the channels
+    /// wanted  K; 0 for pixels whose result is not wanted
     ///
-    /// Time and memory are linear in the region's pixels, about 130 bytes each.
+    /// Time and memory are linear in the number of pixels of the region; memory is about 130 bytes per pixel.
     template <executor Executor = const serial_executor>
     buffer<float> logits(const pixel_region& region, buffer<std::uint8_t> input, std::span<const std::uint8_t> wanted,
                          Executor&& threads = {}) const;
@@ -74,8 +76,8 @@ private:
     };
     struct layer_shape {
         std::string_view name;
-        std::array<std::string_view, 2> reads;  ///< what is upsampled first; the second may be empty
-        std::size_t inputs, outputs;            ///< inputs: of each source
+        std::array<std::string_view, 2> reads;  ///< sources; of two, the first one is upsampled; the second may be empty
+        std::size_t inputs, outputs;            ///< inputs: number per source
     };
     static constexpr std::array<layer_shape, 11> shapes{{{"fine", {"input", ""}, input_channels, 16},
                                                          {"half.down", {"fine", ""}, 16, 32},
@@ -89,7 +91,7 @@ private:
                                                          {"fine.up", {"half.up", "fine"}, 16, 16},
                                                          {"out", {"fine.up", ""}, 16, output_channels}}};
 
-    /// A level of detail: its pixels, and those of the next one as they are seen from it.
+    /// A resolution level: its pixels, and its connections to the next coarser level.
     struct level {
         pixel_region region;
         convolution_plan same, down;
@@ -168,7 +170,7 @@ buffer<float> silhouette_network::logits(const pixel_region& region, buffer<std:
     at_quarter = run(quarter_up, levels[2].same, {with_coarser(at_eighth, 2), view(at_quarter)}, threads);
     const map back_at_half = run(half_up, levels[1].same, {with_coarser(at_quarter, 1), view(at_half)}, threads);
 
-    // The last two layers run where they are wanted.
+    // The last two layers compute only the wanted pixels and their inputs.
     const convolution_plan last = restrict_to(levels[0].same, pixel_subset::marked(wanted).pixels);
     const convolution_plan before = restrict_to(levels[0].same, needed_inputs(last));
     const map back_at_fine = run(fine_up, before, {with_coarser(back_at_half, 0), view(at_fine)}, threads);

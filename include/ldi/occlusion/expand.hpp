@@ -159,8 +159,9 @@ private:
 
     enum class meeting { none, ends, goes_beneath };
 
-    // Hidden surfaces at similar depth are one. Where a front meets another they are linked. Where that one already has a
-    // neighbor here, this one ends on it, or goes on beneath it for as many pixels as a camera can see into the gap between both.
+    // Joins hidden surfaces at similar depth. If the surface of `pixel` meets another surface, links the two. If the other
+    // surface already has a neighbor on that side, this surface ends there, or continues beneath it for as many pixels as a
+    // camera can see into the gap between them.
     meeting meet_others(std::int32_t pixel, side s, std::int32_t position) {
         std::int32_t other = no_pixel;
         float nearest = max_link * surface_.max_step;
@@ -178,18 +179,18 @@ private:
         return meeting::ends;
     }
 
-    // A surface that comes as near to the photo's as the threshold, and cannot be linked to it, goes on beneath it for as many
-    // pixels as a camera can see into the gap: otherwise there would be a hole between its end and the photo's. Not over another
-    // hidden surface, that closes the gap, too.
+    // Whether another hidden surface lies at this disparity, within the threshold. A hidden surface that comes within the
+    // threshold of the photo's surface but cannot be linked to it continues beneath it, for as many pixels as a camera can see
+    // into the gap: otherwise there would be a hole between them. It stops at another hidden surface, which closes the gap, too.
     bool lies_on_another(std::int32_t position, float disparity) const {
         for (std::int32_t there = pixels_.next_at_position(position); there != no_pixel; there = pixels_.next_at_position(there))
             if (surface_.same_surface(pixels_.disparity(there), disparity)) return true;
         return false;
     }
     bool may_link(float a, float b) const { return std::abs(a - b) <= max_link * surface_.max_step; }
-    // In thresholds. A front ends on a surface that is nearer by up to resting_step. At 1.25, one of forty photographs has a
-    // hole.
-    static constexpr float min_gap = 1.001F, max_link = 1.0F + min_gap, resting_step = 1.2F;
+    // As multiples of the threshold. A surface ends at another one that is nearer by up to resting_step; with 1.2, some
+    // photographs had holes.
+    static constexpr float min_gap = 1.001F, max_link = 1.0F + min_gap, resting_step = 1.1F;
     std::int32_t dive_of(std::int32_t pixel) const {
         const std::int32_t hidden = pixel - reach_.count();
         return hidden < 0 ? 0 : dives_[hidden];
@@ -202,8 +203,8 @@ private:
         return reach_[origin] - std::sqrt(dx * dx + dy * dy);
     }
 
-    // The pixel next to (x, y) on side `s`, with no neighbor there yet, that is nearest in disparity to `source` and may be
-    // linked to it.
+    // Returns the pixel next to (x, y) on side `s` that is free to be linked to (x, y) and is nearest in disparity to `source`;
+    // no_pixel if none may be linked to `source`.
     std::int32_t free_neighbor(std::int32_t x, std::int32_t y, side s, float source) const {
         const std::int32_t u = x + step_x(s), v = y + step_y(s);
         if (!pixels_.inside(u, v)) return no_pixel;
@@ -272,17 +273,18 @@ private:
 /// surface  rule that lift() linked the layer by
 /// curves   discontinuity curves of this layer; raises mismatch for curves of another layer
 ///
-/// Returns the same image with hidden pixels added, in canonical order. The disparity of a new pixel is the average of those that
-/// it grew from, and always farther than the photo's at that position by more than surface_rule::max_step; every other column
-/// follows its own rule (new_pixel in core/columns.hpp). New links join pixels of one surface, which differ by up to twice the
-/// threshold: fronts at similar depth become one surface. A surface that can't be linked to another goes on beneath it for a few
-/// pixels, so that no camera sees a gap between them; there disparities may be a little below 0. `after_iteration(graph,
-/// disparity, first_new)`, if given, sees the unordered state after every iteration (for tests and pictures; it costs a copy
-/// each).
+/// Returns the same image with hidden pixels added, in canonical order. The disparity of a new pixel is the average of the pixels
+/// that it grew from, but farther than the photo's pixel at that position by more than surface_rule::max_step. All other columns
+/// follow their own rules (new_pixel in core/columns.hpp). New links join pixels that differ by up to twice the threshold, so
+/// that growing surfaces at similar depth become one. A surface that can't be linked to another continues beneath it for a few
+/// pixels, so that no camera sees a gap between them; disparities there may be slightly below 0.
 ///
-/// At most 1 / surface_rule::max_step surfaces lie at one position. A disparity map of noise at all scales adds six pixels
-/// per pixel of the photo; most photos add less than half a pixel. Time is linear in the number of pixels of the result; memory
-/// is up to 110 bytes per pixel.
+/// `after_iteration(graph, disparity, first_new)`, if given, receives a copy of the unordered state after every iteration, for
+/// tests and pictures.
+///
+/// At most 1 / surface_rule::max_step surfaces lie at one position. Most photos add less than half a pixel per pixel of the
+/// photo; noise at all scales adds six. Time is linear in the number of pixels of the result; memory is up to 110 bytes per
+/// pixel.
 template <payload_column... Columns, class AfterIteration = std::nullptr_t>
 expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule surface,
                                    std::span<const discontinuity_curve> curves, const expand_options& options = {},

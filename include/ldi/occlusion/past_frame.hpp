@@ -4,8 +4,8 @@
 // The frame is a window as large as the photo, at the middle of its disparities (window_disparity). Surfaces at the window keep
 // their position in it. Others move by up to the motion, times their difference in disparity from the window, in any direction.
 // Each surface continues past the border by this distance, at the disparity of its border pixel. Its colors are those of the
-// photo, mirrored at the border along the surface, and sheared so that lines continue straight (detail/border_lines.hpp). This
-// costs little, keeps the photo's texture, and leaves no seam.
+// photo, mirrored at the border along the surface, slightly softened, and sheared so that lines continue straight
+// (detail/border_lines.hpp). This costs little, keeps the photo's texture, and leaves no seam.
 //
 // The lattice gets a margin of the same width on all four sides. The photo's center stays the lattice's center, so later stages
 // see a photo of the same camera with a larger sensor (photo_facts::layers_camera()).
@@ -19,6 +19,7 @@
 #include <ldi/occlusion/detail/frame_growth.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -51,6 +52,34 @@ inline float reach_past_frame(float disparity, const pinhole_camera& camera, flo
     return (std::max)(std::abs(d - window_disparity) * pixels_per_disparity, (1.0F - d) * eye) + mesh_pixels +
            mesh_disparity * pixels_per_disparity;
 }
+
+namespace detail {
+
+/// Returns the color of a pixel of the photo, softened with those beside it: detail past the border costs bytes and only repeats.
+///
+/// margin  photo_facts::margin of the layers
+template <has_column<color_column> Layers>
+std::array<std::uint8_t, 3> softened_color(const Layers& layers, std::int32_t margin, std::int32_t pixel) {
+    const graph& g = layers.topology();
+    const auto color = layers.template column<color_column>();
+    std::array<int, 3> sum{};
+    int count = 0;
+    const auto add = [&](std::int32_t i, int weight) {
+        for (std::size_t c = 0; c < 3; ++c) sum[c] += weight * color.data()[3 * std::ptrdiff_t{i} + std::ptrdiff_t(c)];
+        count += weight;
+    };
+    add(pixel, 2);
+    for (const side s : all_sides) {
+        const std::int32_t i = g.neighbor(pixel, s);
+        if (i == no_pixel || (std::min)(g.x()[i], g.y()[i]) < margin) continue;
+        if (g.x()[i] < g.width() - margin && g.y()[i] < g.height() - margin) add(i, 1);
+    }
+    std::array<std::uint8_t, 3> result{};
+    for (std::size_t c = 0; c < 3; ++c) result[c] = static_cast<std::uint8_t>((sum[c] + count / 2) / count);
+    return result;
+}
+
+}  // namespace detail
 
 /// Continues all surfaces past the photo's border and returns the width of the lattice's new margin (photo_facts::margin).
 ///
@@ -98,9 +127,10 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
     std::int32_t to = 0;
     for (const grown_piece& p : pieces) {
         for (std::int32_t i = p.first; p.is_new && i < p.first + p.count; ++i) {
-            // Colors of new pixels are black until now (color_column), and disparities those of the pixels that they show.
+            // color_column made the new pixels black, and disparity_column copied the disparities of the pixels that they show.
             const std::int32_t at = to + i - p.first;
-            copy_color(new_index[growth->origins()[i]], at);
+            const auto color = detail::softened_color(layers, margin, new_index[growth->origins()[i]]);
+            std::copy(color.begin(), color.end(), layers.template at<color_column>(at).begin());
             disparity[at] = disparity[new_index[growth->borders()[i]]];
         }
         to += p.count;

@@ -1,4 +1,4 @@
-// The silhouette network's input, in 8 bits (examples/training/silhouettes/README.md, "The band").
+// Computes the input of the silhouette network, in 8 bits (examples/training/silhouettes/README.md, "The band").
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -15,13 +15,13 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Samples beside a pixel.
+/// Two samples on either side of a pixel's center, and their weights.
 struct bilinear_place {
     std::int32_t first, second;
-    float share;  ///< of the second
+    float share;  ///< weight of `second`
 };
 
-/// Along one side of a map and of a photo; centers lie at 0.5.
+/// Returns the samples for each pixel, along one side of a map and of a photo. Centers of pixels and samples are at 0.5.
 inline buffer<bilinear_place> bilinear_places(std::size_t samples, std::size_t pixels) {
     buffer<bilinear_place> places(pixels, unset);
     const float scale = nearest_float(samples) / nearest_float(pixels), last = nearest_float(samples - 1);
@@ -33,10 +33,10 @@ inline buffer<bilinear_place> bilinear_places(std::size_t samples, std::size_t p
     return places;
 }
 
-/// v in [-1, 1] to a byte.
+/// Maps v from [-1, 1] to a byte.
 inline std::uint8_t unit_to_byte(float v) { return static_cast<std::uint8_t>(std::clamp(127.0F * v + 128.5F, 0.0F, 255.0F)); }
 
-/// K x 8 bytes.
+/// Returns the network's input: K x 8 bytes.
 inline buffer<std::uint8_t> band_input(const step_band& band, const undecided_depth& depth) {
     constexpr std::size_t channels = 8;
     const image_view<const float> map = depth.estimated;

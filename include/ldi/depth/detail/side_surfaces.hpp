@@ -1,5 +1,5 @@
-// From the share of the front at each pixel of a band to two surfaces: islands change sides, and depth that a blurred step
-// spoiled is carried over from pixels of the same surface.
+// Splits a band into two surfaces, given the share of the front in each pixel: islands change sides, and pixels whose depth was
+// blurred get the depth of nearby pixels of the same surface.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -17,8 +17,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 class side_surfaces {
 public:
-    /// shares      K, as in decided_depth; 0 for pixels around the band, which stay as they are
-    /// min_island  connected pixels of one side, fewer than this and all of them in the band, go to the other side
+    /// shares      K, in the units of decided_depth; 0 for pixels around the band, which do not change
+    /// min_island  minimum number of connected pixels on one side; fewer, if they all lie in the band, change to the other side
     side_surfaces(const step_band& band, buffer<std::uint8_t>& shares, std::int32_t min_island)
         : band_(band), shares_(shares), min_island_(min_island), in_front_(band.region.size(), unset) {}
 
@@ -34,16 +34,16 @@ public:
     }
 
 private:
-    /// Disparity is carried this far from beyond the band, in steps to neighbors.
+    /// Maximum distance over which disparity is copied into the band, in steps to neighbors.
     static constexpr std::size_t max_steps = 2 * step_band_radius;
-    /// Of the pixels of surfaces too narrow for that, those keep their disparity that are this near to their side, as a share of
-    /// the step.
+    /// For surfaces that do not reach out of the band: a pixel keeps its disparity if it differs from its side's by at most this
+    /// share of the step.
     static constexpr float tolerance = 0.2F;
-    /// An island farther than this from a curve, squared, has nothing to do with it.
+    /// Squared distance in pixels: an island that is farther from every curve is not part of a silhouette.
     static constexpr std::int32_t near_curve = 16;
     static constexpr std::uint8_t half = 128;
 
-    /// Pixels of a row and of one side, side by side.
+    /// Adjacent pixels of a row on one side.
     struct stretch {
         std::int32_t first, last, pixel;
     };
@@ -77,7 +77,7 @@ private:
             }
             above = row_start;
         }
-        buffer<std::int32_t> sizes(stretches.size(), 0);  // of each set; those that leave the band count as large
+        buffer<std::int32_t> sizes(stretches.size(), 0);  // number of pixels of each set
         buffer<std::uint8_t> is_near(stretches.size(), std::uint8_t{0}), leaves(stretches.size(), std::uint8_t{0});
         for (std::int32_t s = 0; s < stretches.count(); ++s) {
             const std::int32_t set = sets.find(s), last = end_of(stretches[s]);
@@ -108,8 +108,8 @@ private:
 
     float side_value(std::int32_t i) const { return in_front_[i] != 0 ? band_.sides_of(i).front : band_.sides_of(i).back; }
 
-    /// From beyond the band first. Surfaces that do not reach there keep what lies on their side, and carry that on; pixels
-    /// without any get the disparity of their curve's side.
+    /// Copies disparities into the band, first from pixels outside it. On surfaces that do not reach out of the band, pixels with
+    /// a disparity of their own side keep it and pass it on. All others get the disparity of their curve's side.
     void carry_into_band(const image<float>& disparity) {
         values_.resize(band_.region.size(), unset), is_open_.resize(band_.region.size(), unset);
         for_each_run([&](std::int32_t y, const pixel_region::run& run) {
@@ -152,10 +152,11 @@ private:
 
     private:
         buffer<std::int32_t> below_, above_;
-        buffer<std::uint8_t> is_first_;  // of its run
+        buffer<std::uint8_t> is_first_;  // 1 for the first pixel of a run
     };
 
-    /// Breadth first over open pixels of one side, so that each takes the value of the nearest that has one.
+    /// Passes values on to open pixels of the same side, breadth-first, so that each gets the value of the nearest pixel with
+    /// one.
     void carry(const neighbors& beside, std::size_t reach) {
         buffer<std::int32_t> ring, next;
         const auto visit_open = [&](std::int32_t from) {
@@ -173,8 +174,8 @@ private:
         }
     }
 
-    /// Whether a disparity is on a pixel's side of its step: next to another curve, that side may be another surface. A blurred
-    /// step may go on beyond what its curve pixels see of it.
+    /// Whether a disparity fits the pixel's side of its step: next to another curve, that side may be another surface. Accepts
+    /// disparities outside the step, because a blurred step may extend beyond the neighborhood of its curve pixels.
     bool fits(float value, std::int32_t i) const {
         constexpr float inwards = 0.5F, outwards = 3.0F;  // in steps
         const step_band::sides& s = band_.sides_of(i);

@@ -5,6 +5,7 @@
 #include <ldi/core/diffusion.hpp>
 #include <ldi/core/graph.hpp>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 
@@ -25,7 +26,8 @@ void diffuse_unknown(const graph_view& g, array_view<const std::uint8_t> known, 
                      BeforeSolving&& before_solving, Store&& store) {
     diffusion<Channels> solver;
     solver.start();
-    buffer<std::int32_t> cell_of(g.size(), 0);
+    solver.reserve(static_cast<std::size_t>(std::count(known.begin(), known.end(), std::uint8_t{0})));
+    buffer<std::int32_t> cell_of(g.size(), unset);  // where a pixel is not known
     for (std::int32_t i = 0; i < g.count(); ++i) {
         if (known[i] != 0) continue;
         const std::int32_t cell = cell_of[i] = solver.add_cell(g.x()[i], g.y()[i]);
@@ -42,8 +44,9 @@ void diffuse_unknown(const graph_view& g, array_view<const std::uint8_t> known, 
     }
     before_solving();
     solver.solve(rounds);
+    std::int32_t cell = 0;
     for (std::int32_t i = 0; i < g.count(); ++i)
-        if (known[i] == 0) store(i, solver.value(cell_of[i]));
+        if (known[i] == 0) store(i, solver.value(++cell));
 }
 
 }}}  // namespace ldi::detail

@@ -1,4 +1,4 @@
-// Tensors of a weight file as networks with 8-bit arithmetic read them.
+// Reads tensors of a weight file for networks with 8-bit arithmetic.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -15,7 +15,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Raises mismatch as tensor_values() does, and invalid_data for values that are not finite.
+/// Returns the values of a tensor. Raises the errors of tensor_values(), and invalid_data for values that are not finite.
 inline const buffer<float>& finite_values(const named_tensors& file, const std::string& name, const buffer<std::size_t>& shape) {
     const buffer<float>& found = tensor_values<float>(file, name, shape);
     if (!std::all_of(found.begin(), found.end(), [](float v) { return std::isfinite(v); }))
@@ -23,8 +23,8 @@ inline const buffer<float>& finite_values(const named_tensors& file, const std::
     return found;
 }
 
-/// Quantization of a tensor of which the file has the range, "NAME.range": the lowest and the highest value that bytes tell
-/// apart.
+/// Returns the quantization of a tensor from its range in the file, "NAME.range": the minimum and maximum of the quantized
+/// values.
 inline quantization quantization_of(const named_tensors& file, const std::string& of) {
     const std::string name = of + ".range";
     const buffer<float>& ends = finite_values(file, name, {2});

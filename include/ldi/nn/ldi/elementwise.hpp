@@ -123,7 +123,8 @@ feature_map activate(feature_map x, activation by, Executor&& threads = {}) {
 
 /// Applies relu to a map of bytes: raises values to at least the zero point. Bytes support no other activation.
 template <executor Executor = const serial_executor>
-basic_feature_map<std::uint8_t> activate(basic_feature_map<std::uint8_t> x, activation by, Executor&& threads = {}) {
+basic_feature_map<std::uint8_t> activate(basic_feature_map<std::uint8_t> x, [[maybe_unused]] activation by,
+                                         Executor&& threads = {}) {
     LDI_ASSERT(by.negative_slope == 0.0F);
     const std::uint8_t zero = x.zero;
     return detail::for_each_value(std::move(x), threads, [zero](std::uint8_t v) { return (std::max)(v, zero); });

@@ -1,5 +1,5 @@
-// Plans of convolutions on a region of a single image. Windows are those of the lattice, not of links: pixels of the region that
-// no link joins still see each other, and what is outside the region counts as missing.
+// Plans convolutions on a region of a single image. Windows follow the lattice instead of links: they contain all pixels of the
+// region at their positions, and positions outside the region count as missing.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -16,12 +16,12 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// Columns first, ... last - 1.
+/// Columns first to last - 1.
 struct column_range {
     std::int32_t first, last;
 };
 
-/// Columns of row y whose windows lie in the region, each range inside one run of every row of the window.
+/// Finds the columns of row y whose windows lie in the region. Each range lies inside one run of every row of the window.
 inline void find_regular_columns(const pixel_region& region, std::int32_t y, std::int32_t radius, buffer<column_range>& result,
                                  buffer<column_range>& next) {
     result.assign(1, {0, region.width()});
@@ -70,7 +70,7 @@ public:
     }
 
 private:
-    /// The first output whose center is not before a column.
+    /// Returns the first output whose center is at or after a column.
     std::int32_t output_from(std::int32_t column) const { return (column + plan_.stride - 1) / plan_.stride; }
 
     std::int32_t add(const pixel_region::run& run, std::int32_t first, std::int32_t last, std::int32_t y, bool is_regular) {
@@ -101,12 +101,14 @@ private:
 
 }  // namespace detail
 
+/// Plans a convolution with stride 1.
+///
 /// kernel_size  odd, 1 to max_kernel_size
 inline convolution_plan plan_convolution(const pixel_region& region, std::int32_t kernel_size) {
     return detail::region_planner(region, region, kernel_size, 1).run();
 }
 
-/// With stride 2: the outputs are the pixels of `half`, which is halved(region).
+/// Plans a convolution with stride 2. Outputs are the pixels of `half`, which is halved(region).
 inline convolution_plan plan_convolution(const pixel_region& region, std::int32_t kernel_size, const pixel_region& half) {
     return detail::region_planner(region, half, kernel_size, 2).run();
 }

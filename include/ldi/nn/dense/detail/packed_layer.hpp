@@ -44,7 +44,9 @@ struct packed_layer {
     std::variant<resize_layer, dense_layer, depthwise_layer, addition_layer> kind;
 };
 
-/// Packs an operator that has passed check_network(). values, channels  per tensor
+/// Packs an operator that has passed check_network().
+///
+/// values, channels  one per tensor
 inline packed_layer pack_layer(isa target, const operator_description& op, const buffer<quantization>& values,
                                const buffer<std::size_t>& channels) {
     packed_layer packed{op.name, op.output, 0, {}, resize_layer{1}};
