@@ -92,9 +92,7 @@ inline void describe(CLI::App& app, arguments& a, const std::filesystem::path& d
     a.viewer = data / "viewer" / "viewer.html";
     app.description("Turns a photo into a 3D photo: a GLB file with one textured mesh, and a page that shows it.");
     app.footer(std::string("Without an option, weights are searched in the folder that ") + model_folders::variable +
-               " names,
-then in " + (data / "models").string() + ":
-" + depth_weights + " and " + inpainting_weights + ".");
+               " names,\nthen in " + (data / "models").string() + ":\n" + depth_weights + " and " + inpainting_weights + ".");
     const CLI::Validator named = examples::named();
     app.set_version_flag("--version", program_version, "print the version and exit");
     app.add_option(
