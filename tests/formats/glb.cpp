@@ -301,7 +301,7 @@ TEST_CASE("a mesh or a texture that no viewer could show is refused") {
     refused(mesh, texture, "[0, 1]");
     mesh = make_sheet(3, 3);
     mesh.triangles[2] = 9;
-    refused(mesh, texture, "9 of 9");
+    refused(mesh, texture, "vertices below 9, found vertex 9");
     mesh = make_sheet(3, 3);
     refused(mesh, bytes_of("GIF89a"), "a GIF file");
     refused(mesh, byte_string(texture.begin(), texture.end() - 2), "cut off");

@@ -144,7 +144,7 @@ TEST_CASE("what is wrong with a document is said with the byte that it is at") {
     CHECK_THAT(complaint("{\"a\":1.}"), Contains("byte 7") && Contains("a digit after the point"));
     CHECK_THAT(complaint("{\"a\":nil}"), Contains("byte 5") && Contains("a JSON value"));
     CHECK_THAT(complaint("{\"a"), Contains("byte 3") && Contains("a quote") && Contains("found the end"));
-    CHECK_THAT(complaint("{\"\\x\":1}"), Contains("byte 3") && Contains("an escape"));
+    CHECK_THAT(complaint("{\"\\x\":1}"), Contains("byte 3") && Contains("a valid escape"));
     CHECK_THAT(complaint("{\"\\ud800\":1}"), Contains("second half"));
     CHECK_THAT(complaint("{\"\\ude00\":1}"), Contains("first half"));
     CHECK_THAT(complaint("{\"\xC0\x80\":1}"), Contains("byte 2") && Contains("UTF-8"));

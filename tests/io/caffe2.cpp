@@ -117,7 +117,7 @@ TEST_CASE("errors name the operator and say what was expected and found") {
     CHECK(contains(error_with(std::string("strides\x30\x01\x30\x01", 11), std::string("strides\x30\x03\x30\x03", 11)),
                    "expected 1 or 2, found 3"));
     CHECK(contains(error_with(std::string("shape\x30\x08\x30\x03", 9), std::string("shape\x30\x08\x30\x04", 9), true),
-                   "expected 288 values, as the shape says, found 216"));
+                   "expected 288 values for the shape, found 216"));
 }
 
 TEST_CASE("empty, truncated and foreign files are errors") {
