@@ -125,7 +125,7 @@ TEST_CASE("a mixture counts fully up to an error of a tenth of the contrast, and
     const ldi::detail::float_color foreground{220, 100, 100}, background{20, 100, 100};
     for (const auto& [error, confidence] : {std::pair{0.05F, 8}, {0.09F, 8}, {0.16F, 6}, {0.31F, 3}, {0.51F, 0}, {1.0F, 0}}) {
         CAPTURE(error);
-        CHECK(ldi::detail::unmix({220, 100 + 200 * error, 100}, &foreground, &background, 1).confidence == confidence);
+        CHECK(ldi::detail::unmix({220, 100 + 200 * error, 100}, &foreground, &background, 1, nullptr).confidence == confidence);
     }
 }
 
