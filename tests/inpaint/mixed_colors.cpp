@@ -115,7 +115,7 @@ TEST_CASE("a color near another sample of a surface counts as that surface's rat
     for (const auto& [distance, is_near] : {std::pair{30.0F, true}, {60.0F, true}, {80.0F, false}, {150.0F, false}}) {
         CAPTURE(distance);
         const ldi::detail::float_color foregrounds[] = {{220, 100, 100}, {120, 100 + distance, 100}};
-        const ldi::detail::mixture found = ldi::detail::unmix(middle, foregrounds, backgrounds, 2);
+        const ldi::detail::mixture found = ldi::detail::unmix(middle, foregrounds, backgrounds, 2, nullptr);
         CHECK((found.alpha > 0.7F) == is_near);
         CHECK(found.foreground == foregrounds[is_near ? 1 : 0]);
     }
