@@ -148,7 +148,7 @@ TEST_CASE("every invariant has a name of its own") {
     CHECK(std::find(names.begin(), names.end(), "unknown invariant") == names.end());
 }
 
-TEST_CASE("the disparities of a sound layered image lie in [0, 1]") {
+TEST_CASE("validate() accepts disparities in [-1, 1]") {
     photo_layers layers(make_grid(4, 3));
     CHECK_FALSE(validate(layers));
     layers.column<disparity_column>()[5] = 1.5F;
