@@ -165,14 +165,14 @@ inline void describe(CLI::App& app, arguments& a, const std::filesystem::path& d
         ->check(between(5, 150));
     app.add_option(
            "--motion", a.motion,
-           "how far a camera may move what is nearest against what is farthest, as a share of the long side: surfaces grow "
-           "behind silhouettes and past the photo's border for as much")
+           "maximum parallax between the nearest and the farthest surface, as a share of the long side; surfaces grow behind "
+           "silhouettes and past the photo's border accordingly")
         ->check(between(0, 0.3))
         ->capture_default_str();
     app.add_option(
            "--frame", a.frame,
-           "of pages, videos and stereo pictures: grow (the default) shows the whole photo, whose surfaces go on past its "
-           "border; crop hides the border, and a page moves sideways by at most 5.1 % of the short side")
+           "frame of pages, videos and stereo pictures: grow (the default) shows the whole photo and continues its surfaces "
+           "past the border; crop hides the border, and a page moves sideways by at most 5.1 % of the short side")
         ->transform(CLI::CheckedTransformer(
             std::map<std::string, photo_frame>{{"grow", photo_frame::grow}, {"crop", photo_frame::crop}}));
     app.add_option("--quality", a.quality, "JPEG quality of the texture")->check(between(1, 100))->capture_default_str();
