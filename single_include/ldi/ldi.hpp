@@ -1124,7 +1124,7 @@ enum class invariant {
     mutual_links,        ///< the neighbor's neighbor on the opposite side is the pixel itself
     one_step_away,       ///< a neighbor is one step to its side
     canonical_order,     ///< pixels are in canonical order; only validate_canonical() checks this
-    disparity_in_range,  ///< disparities lie in [0, 1]; only validate() of layers checks this
+    disparity_in_range,  ///< disparities lie in [-1, 1]; only validate() of layers checks this
 };
 
 constexpr std::string_view to_string(invariant i) {
@@ -1134,7 +1134,7 @@ constexpr std::string_view to_string(invariant i) {
         case invariant::mutual_links: return "mutual links";
         case invariant::one_step_away: return "neighbor one step away";
         case invariant::canonical_order: return "canonical order";
-        case invariant::disparity_in_range: return "disparity in [0, 1]";
+        case invariant::disparity_in_range: return "disparity in [-1, 1]";
     }
     return "unknown invariant";
 }
@@ -1207,6 +1207,8 @@ public:
     /// Appends an unlinked pixel and returns its index.
     std::int32_t add_pixel(std::int32_t at_x, std::int32_t at_y) {
         LDI_ASSERT(at_x >= 0 && at_y >= 0 && at_x < width_ && at_y < height_);
+        make_room(x_), make_room(y_);  // first, so that no column grows alone if memory runs out
+        for (const side s : all_sides) make_room(column(s));
         x_.push_back(at_x), y_.push_back(at_y);
         for (const side s : all_sides) column(s).push_back(no_pixel);
         return count() - 1;
@@ -1215,6 +1217,7 @@ public:
     /// Makes `b` the neighbor of `a` on side `s`, and `a` the neighbor of `b` on the opposite side. Both sides must be free, and
     /// `b` must be one step to that side.
     void link(std::int32_t a, side s, std::int32_t b) {
+        LDI_ASSERT(a >= 0 && a < count() && b >= 0 && b < count());
         std::int32_t& there = column(s)[a];
         std::int32_t& back = column(opposite(s))[b];
         LDI_ASSERT(there == no_pixel && back == no_pixel);
@@ -1224,13 +1227,15 @@ public:
 
     /// Removes the link of `a` on side `s`, if any.
     void unlink(std::int32_t a, side s) {
+        LDI_ASSERT(a >= 0 && a < count());
         std::int32_t& there = column(s)[a];
         if (there == no_pixel) return;
         column(opposite(s))[there] = no_pixel;
         there = no_pixel;
     }
 
-    /// Writable index columns, K entries each. In debug builds, build() checks that the result satisfies the invariants.
+    /// Writable index columns, K entries each. They become invalid when the builder grows or builds. In debug builds, build()
+    /// checks that the result satisfies the invariants.
     array_view<std::int32_t> write_x() { return x_; }
     array_view<std::int32_t> write_y() { return y_; }
     array_view<std::int32_t> write_neighbors(side s) { return column(s); }
@@ -1242,6 +1247,9 @@ public:
     }
 
 private:
+    static void make_room(buffer<std::int32_t>& column) {
+        if (column.size() == column.capacity()) column.reserve(column.size() + column.size() / 2 + 4);
+    }
     graph_view view() const { return graph_view(width_, height_, x_, y_, up(), down(), left(), right()); }
 };
 
@@ -1375,6 +1383,8 @@ template <class T>
 concept payload_column = requires {
     typename T::scalar;
     { T::channels } -> std::convertible_to<std::size_t>;
+    requires T::channels >
+    0;
 };
 
 /// Rules for new pixels.
@@ -1462,7 +1472,8 @@ struct color16_column {
     static constexpr std::size_t channels = 3;
 };
 
-/// Disparity in [0, 1], larger is nearer; 0 is the farthest and 1 the nearest surface of the photo.
+/// Disparity in [0, 1], larger is nearer; 0 is the farthest and 1 the nearest surface of the photo. Hidden surfaces may lie
+/// slightly below 0, because they continue beneath others.
 struct disparity_column {
     using scalar = float;
     static constexpr std::size_t channels = 1;
@@ -1856,13 +1867,14 @@ public:
 
     /// Returns the layer with one more column.
     ///
-    /// scalars  K x channels, row-major. Raises mismatch for any other length
+    /// scalars  K x channels, row-major. Raises mismatch for any other length; then the layer keeps its values
     ///
     ///     struct normal { using scalar = float; static constexpr std::size_t channels = 3; };
     ///     auto layer = ldi::lift(photo, disparity).with<normal>(normals);  // stays with its pixels, up to the mesh
     template <payload_column Column>
     single_layer<Columns..., Column> with(buffer<typename Column::scalar> scalars) && {
         static_assert(!has<Column>);
+        if (scalars.size() != size() * Column::channels) detail::refuse_column_length(size() * Column::channels, scalars.size());
         single_layer<Columns..., Column> result;
         result.layers_ = layered_image<Columns..., Column>(std::move(layers_));
         result.template set_column<Column>(std::move(scalars));
@@ -1881,13 +1893,14 @@ private:
 using photo_layers = layered_image<color_column, disparity_column, known_column, matte_column>;
 using photo_layer = single_layer<color_column, disparity_column, known_column, matte_column>;
 
-/// Checks the invariants of the topology, and that disparities are in [0, 1].
+/// Checks the invariants of the topology, and that disparities are in [-1, 1]. Those of a photo are in [0, 1]; hidden surfaces
+/// may continue beneath others, slightly below 0.
 template <has_column<disparity_column> Layers>
 std::optional<violation> validate(const Layers& layers) {
     if (const std::optional<violation> broken = validate(graph_view(layers.topology()))) return broken;
     const array_view<const float> disparity = layers.template column<disparity_column>();
     for (std::int32_t i = 0; i < disparity.count(); ++i)
-        if (!(disparity[i] >= 0.0F && disparity[i] <= 1.0F)) return violation{invariant::disparity_in_range, i};
+        if (!(disparity[i] >= -1.0F && disparity[i] <= 1.0F)) return violation{invariant::disparity_in_range, i};
     return std::nullopt;
 }
 
@@ -14897,13 +14910,13 @@ inline buffer<std::size_t> group_lengths(const buffer<trace>& traces) {
 
 namespace detail {
 
-/// Raises mismatch unless the curves separate neighboring pixels of this layer.
+/// Raises mismatch unless the curves separate neighboring pixels of this layer that are not linked.
 inline void check_curves(std::span<const discontinuity_curve> curves, const graph_view& g, const char* where) {
     for (const discontinuity_curve& c : curves)
         for (const discontinuity& d : c.sides) {
             const bool is_inside = d.back >= 0 && d.front >= 0 && d.back < g.count() && d.front < g.count();
             if (!is_inside || g.x()[d.back] + step_x(d.towards_front) != g.x()[d.front] ||
-                g.y()[d.back] + step_y(d.towards_front) != g.y()[d.front])
+                g.y()[d.back] + step_y(d.towards_front) != g.y()[d.front] || g.neighbor(d.back, d.towards_front) != no_pixel)
                 raise(error_code::mismatch, where, "curves of this layer", "curves of another one");
         }
 }
@@ -15486,17 +15499,19 @@ inline void place_row(image_view<const float> disparity, std::int32_t y, surface
     right[stride - 1] = no_pixel;
 }
 
-/// Copies a disparity map. Raises invalid_data for values that are not finite or lie outside [0, 1] by more than rounding.
+/// Copies a disparity map and clamps rounding errors to [0, 1]. Raises invalid_data for values that are not finite or lie outside
+/// [0, 1] by more than rounding.
 inline buffer<float> checked_disparity(image_view<const float> disparity) {
     constexpr float rounding = 1e-5F;
     buffer<float> values;
     values.reserve(disparity.height() * disparity.width());
     for (std::size_t y = 0; y < disparity.height(); ++y) {
         const float* row = disparity.row(y);
-        for (std::size_t x = 0; x < disparity.width(); ++x)
+        for (std::size_t x = 0; x < disparity.width(); ++x) {
             if (!(row[x] >= -rounding && row[x] <= 1.0F + rounding))
                 raise(error_code::invalid_data, "lift", "disparities in [0, 1]", to_text(row[x]));
-        values.append(row, row + disparity.width());
+            values.push_back(std::clamp(row[x], 0.0F, 1.0F));
+        }
     }
     return values;
 }
@@ -17584,12 +17599,19 @@ struct chart_options {
 
 namespace detail {
 
-/// Raises mismatch unless the charts belong to an image with `pixel_count` pixels.
-inline void check_charts(const chart_set& charts, std::size_t pixel_count, const char* where) {
-    bool fits = charts.chart_of.size() == pixel_count;
-    for (const chart& c : charts.charts)
-        for (const std::int32_t pixel : c.pixels) fits = fits && pixel >= 0 && static_cast<std::size_t>(pixel) < pixel_count;
-    if (!fits) raise(error_code::mismatch, where, "charts of these " + std::to_string(pixel_count) + " pixels", "others");
+/// Raises mismatch unless the charts are a partition of the graph's pixels, and each pixel lies in the bounding box of its chart.
+inline void check_charts(const chart_set& charts, const graph_view& g, const char* where) {
+    std::size_t count = 0;
+    bool fits = charts.chart_of.size() == g.size();
+    for (std::int32_t c = 0; fits && c < charts.charts.count(); ++c) {
+        const chart& box = charts.charts[c];
+        count += box.pixels.size();
+        for (const std::int32_t pixel : box.pixels)
+            fits = fits && pixel >= 0 && pixel < g.count() && charts.chart_of[pixel] == c && g.x()[pixel] >= box.x &&
+                   g.y()[pixel] >= box.y && g.x()[pixel] - box.x < box.width && g.y()[pixel] - box.y < box.height;
+    }
+    if (!fits || count != g.size())
+        raise(error_code::mismatch, where, "charts of these " + std::to_string(g.size()) + " pixels", "charts of other pixels");
 }
 
 /// W x H: 1 at lattice positions with several pixels, and within `range` rows and columns of the end of a surface. At all other
@@ -18285,7 +18307,7 @@ texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const at
                          Executor&& threads = {}) {
     const std::int32_t padding = options.padding.filter_padding;
     if (padding < 1) raise(error_code::invalid_option, "filter_padding", "at least 1", std::to_string(padding));
-    detail::check_charts(charts, layers.size(), "make_atlas");
+    detail::check_charts(charts, layers.topology(), "make_atlas");
 
     const auto blocks = [&](std::int32_t length) { return (length + 2 * padding + macroblock_side - 1) / macroblock_side; };
     buffer<rectangle_size> sizes;
@@ -21215,7 +21237,7 @@ visible_surfaces find_visible(const Layers& layers) {
 /// charts  a partition of the pixels (make_charts)
 /// atlas   texture atlas of these charts
 ///
-/// Raises invalid_option, and mismatch if inputs don't fit together.
+/// Raises invalid_option, mismatch if inputs don't fit together, and invalid_data for disparities that are not finite.
 ///
 /// Charts share no vertices, because each chart has its own position in the atlas. Where two charts meet, both have vertices
 /// with bitwise equal positions, and the same edges between them. Linear time except for sorting, simplification, and the number
@@ -21231,7 +21253,9 @@ textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const c
               "a camera of " + std::to_string(g.width()) + "x" + std::to_string(g.height()) + " and " +
                   std::to_string(charts.charts.size()) + " placements",
               std::to_string(camera.width) + "x" + std::to_string(camera.height) + " and " + std::to_string(placements.size()));
-    detail::check_charts(charts, layers.size(), "build_mesh");
+    detail::check_charts(charts, g, "build_mesh");
+    for (const float d : layers.template column<disparity_column>())
+        if (!std::isfinite(d)) raise(error_code::invalid_data, "build_mesh", "finite disparities", detail::to_text(d));
     const soft_edge_options& soft = options.soft_edges;
     if (!(soft.min_width >= 0 && soft.max_width >= soft.min_width && soft.max_width <= 64 && soft.max_share >= 0))
         raise(
