@@ -88,11 +88,8 @@ inline void describe_batch(CLI::App& app, arguments& a) {
         ->needs(batch);
 }
 
-inline void describe(CLI::App& app, arguments& a, const std::filesystem::path& data) {
-    a.viewer = data / "viewer" / "viewer.html";
-    app.description("Turns a photo into a 3D photo: a GLB file with one textured mesh, and a page that shows it.");
-    app.footer(std::string("Without an option, weights are searched in the folder that ") + model_folders::variable +
-               " names,\nthen in " + (data / "models").string() + ":\n" + depth_weights + " and " + inpainting_weights + ".");
+/// Adds the options of the photo and the main outputs.
+inline void describe_files(CLI::App& app, arguments& a) {
     const CLI::Validator named = examples::named();
     app.set_version_flag("--version", program_version, "print the version and exit");
     app.add_option(
@@ -110,10 +107,14 @@ inline void describe(CLI::App& app, arguments& a, const std::filesystem::path& d
     app.add_option("--viewer", a.viewer, "the viewer for pages, as examples/viewer/build.sh builds it")
         ->check(named)
         ->capture_default_str();
+}
+
+/// Adds the options of depth maps and of the depth network.
+inline void describe_depth(CLI::App& app, arguments& a) {
     CLI::Option* depth = app.add_option("--depth", a.depth,
                                         "depth map of the photo: PNG (8 or 16 bit), JPEG, PFM or NPY; none: let the network "
                                         "estimate depth, even if the photo contains a depth map");
-    depth->check(named);
+    depth->check(named());
     app.add_option("--depth-kind", a.depth_map.kind, "meaning of the map's values: disparity (nearness, the default) or meters")
         ->transform(CLI::CheckedTransformer(
             std::map<std::string, depth_map_kind>{{"disparity", depth_map_kind::disparity}, {"meters", depth_map_kind::meters}}))
@@ -127,6 +128,10 @@ inline void describe(CLI::App& app, arguments& a, const std::filesystem::path& d
                    "weights of the depth network: a safetensors file, or a folder with tiefenrausch.pb and tiefenrausch_init.pb "
                    "(the published network); default: see below")
         ->excludes(depth);
+}
+
+/// Adds the options of silhouettes and of colors for hidden surfaces.
+inline void describe_hidden_surfaces(CLI::App& app, arguments& a) {
     app.add_option("--inpainting-model", a.inpainting_model,
                    "weights (safetensors) of the network that colors hidden surfaces; default: see below");
     app.add_option(
@@ -150,6 +155,10 @@ inline void describe(CLI::App& app, arguments& a, const std::filesystem::path& d
         ->capture_default_str();
     app.add_flag("--no-soft-edges", a.hard_edges,
                  "hard silhouettes; by default they fade out over a pixel or two in a translucent strip");
+}
+
+/// Adds the options of sizes, the camera and its motion.
+inline void describe_geometry(CLI::App& app, arguments& a) {
     app.add_option(
            "--size", a.long_side,
            "maximum long side of the texture in pixels; larger photos are shrunk; full: no limit. Beyond --geometry-size, the "
@@ -175,6 +184,11 @@ inline void describe(CLI::App& app, arguments& a, const std::filesystem::path& d
            "past the border; crop hides the border, and a page moves sideways by at most 5.1 % of the short side")
         ->transform(CLI::CheckedTransformer(
             std::map<std::string, photo_frame>{{"grow", photo_frame::grow}, {"crop", photo_frame::crop}}));
+}
+
+/// Adds the options of encoding, of other outputs, and of what may be read.
+inline void describe_outputs(CLI::App& app, arguments& a) {
+    const CLI::Validator named = examples::named();
     app.add_option("--quality", a.quality, "JPEG quality of the texture")->check(between(1, 100))->capture_default_str();
     describe_compression(app, a.compression);
     app.add_option("--threads", a.threads, "number of threads; 0: one per processor")
@@ -194,6 +208,18 @@ inline void describe(CLI::App& app, arguments& a, const std::filesystem::path& d
                "default: all")
         ->type_name("NAME,...")
         ->check(formats_named());
+}
+
+inline void describe(CLI::App& app, arguments& a, const std::filesystem::path& data) {
+    a.viewer = data / "viewer" / "viewer.html";
+    app.description("Turns a photo into a 3D photo: a GLB file with one textured mesh, and a page that shows it.");
+    app.footer(std::string("Without an option, weights are searched in the folder that ") + model_folders::variable +
+               " names,\nthen in " + (data / "models").string() + ":\n" + depth_weights + " and " + inpainting_weights + ".");
+    describe_files(app, a);
+    describe_depth(app, a);
+    describe_hidden_surfaces(app, a);
+    describe_geometry(app, a);
+    describe_outputs(app, a);
     describe_batch(app, a);
     app.add_flag("--quiet", a.quiet, "print errors only");
 }
