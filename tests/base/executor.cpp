@@ -141,7 +141,7 @@ TEST_CASE("parallel_for cuts the range into consecutive pieces that are at least
     }
 }
 
-TEST_CASE("parallel_for runs on the caller's executor, unless the range fits into one piece") {
+TEST_CASE("parallel_for runs on the caller's executor, unless the range is too short to share") {
     callers_executor own{3};
     filled(own, 1000, 10);
     CHECK(own.calls > 1);

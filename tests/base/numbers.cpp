@@ -33,7 +33,7 @@ TEST_CASE("rounding to a byte rounds halves up and clamps to 0 to 255") {
     CHECK(rounded_to_byte(std::numeric_limits<float>::infinity()) == 255);
 }
 
-TEST_CASE("fused_multiply_add() rounds once where rounding to double first would give another result") {
+TEST_CASE("fused_multiply_add() rounds once, even if rounding to double first would change the result") {
     // The product is 2^-24 + 2^-57. Rounded to double and then to float, its sum with 1 would be a tie, which rounds down.
     const float a = 20857.0F, b = std::ldexp(411849.0F, -57);
     CHECK(fused_multiply_add(0x1p-30F, 0x1p-30F, 1.0F) == 1.0F);

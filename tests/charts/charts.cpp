@@ -177,7 +177,7 @@ TEST_CASE("constraint 3 keeps charts from mixing surfaces at a depth step that f
     CHECK(mixed({}) == 0);
 }
 
-TEST_CASE("a plain image is one chart, or an even grid of charts if it exceeds the size limit") {
+TEST_CASE("a flat image is one chart, or an even grid of charts if it exceeds the size limit") {
     const graph g = make_grid(100, 70);
     const buffer<float> disparity(g.size(), 0.5F);
     CHECK(make_charts(testing::surfaces_of(g, disparity), {}).charts.size() == 1);

@@ -90,7 +90,7 @@ TEST_CASE("coarsening an image keeps every second pixel of every second row") {
     }
 }
 
-TEST_CASE("inside a group, a direct link to the corner comes first, then the path up and left, then left and up") {
+TEST_CASE("inside a group, a direct link to a corner pixel is preferred, then the path up and left, then left and up") {
     testing::sketched_graph g(2, 2);
     const std::int32_t first_corner = g.add_pixel(0, 0), second_corner = g.add_pixel(0, 0);
     const std::int32_t right = g.add_pixel(1, 0), below = g.add_pixel(0, 1), diagonal = g.add_pixel(1, 1);
@@ -154,7 +154,7 @@ TEST_CASE("a pixel that cannot reach its group's corner adopts an adjacent paren
     CHECK(coarsen(g, orphan_rule::stay).parent == buffer<std::int32_t>{0, 0, 1, no_pixel, 2, 0, 0, 1, 1, 2});
 }
 
-TEST_CASE("all layers at an even position are kept, and only layers of one surface are linked") {
+TEST_CASE("all layers at an even position are kept, and linked to the kept pixels of their own surface") {
     testing::sketched_graph g(make_grid(3, 1));
     for (std::int32_t x = 0; x < 3; ++x) {
         g.add_pixel(x, 0);

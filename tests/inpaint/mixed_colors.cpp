@@ -130,8 +130,8 @@ TEST_CASE("the confidence in a mixture is full below an error of a tenth of the 
 }
 
 TEST_CASE(
-    "background pixels with two fifths of the foreground's color are refilled, and foreground pixels with a fifth of the "
-    "background's are cleaned") {
+    "background pixels are refilled above two fifths of foreground color, foreground pixels cleaned above a fifth of "
+    "background") {
     const auto unmixed = [](float behind, float in_front) {
         const color front{220, 60, 60}, back{60, 140, 200};
         ldi::image<float> disparity(30, 40);

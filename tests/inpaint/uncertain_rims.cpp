@@ -73,7 +73,7 @@ TEST_CASE("rim pixels that look like the foreground keep the painted color, and 
     }
 }
 
-TEST_CASE("fuzz keeps the painted color if the colors of both surfaces differ by more than 40, and is restored otherwise") {
+TEST_CASE("rim pixels with the foreground's color are restored only if the colors of both surfaces differ by less than 40") {
     for (const auto& [difference, is_fuzz] : {std::pair{30, false}, {36, false}, {44, true}, {60, true}, {75, true}}) {
         CAPTURE(difference);
         layer_with_rims layer = fuzzy_scene(2);
@@ -136,7 +136,7 @@ TEST_CASE("the rim of a surface too narrow for a comparison of colors is restore
         if (nearer_to_the_wall(i)) REQUIRE(layer.at<ldi::color_column>(i)[0] == before.at<ldi::color_column>(i)[0]);
 }
 
-TEST_CASE("a rim that was not painted over is restored completely") {
+TEST_CASE("every rim pixel that was not painted over is restored") {
     std::mt19937 random(2);
     for (int round = 0; round < 200; ++round) {
         layer_with_rims layer =

@@ -146,7 +146,7 @@ TEST_CASE("a length above 32 bits is refused") {
     CHECK(contains(error_of({file, sound.weights}), "4294967297 bytes"));
 }
 
-TEST_CASE("randomly damaged network files raise an error or give a network that runs") {
+TEST_CASE("randomly damaged network files raise an error or load as a network that runs") {
     const caffe2_files sound = ldi::testing::small_network();
     std::mt19937 random(1);
     int refused = 0, accepted = 0;

@@ -240,7 +240,7 @@ TEST_CASE("a progressive JPEG file with more scans than the limit on scanned sam
     CHECK_FALSE(decode(repeated, 2100 * pixels));
 }
 
-TEST_CASE("a photo is decoded if its memory is within the fixed limit or within the limit per byte of the file") {
+TEST_CASE("memory for decoding is limited to a fixed amount plus an amount per byte of the file") {
     const image<std::uint8_t> picture = smooth_picture(100, 100, 3);
     for (const byte_string& file : {encode_png(picture), encode_jpeg(picture, 80)}) {
         const std::size_t needed = estimate_photo(file).memory - detail::max_profile_memory;

@@ -53,7 +53,7 @@ void check_refused(const byte_string& file, const std::string& words) {
 
 }  // namespace
 
-TEST_CASE("both GDepth formats are converted to 1 / distance, in meters if the file states a unit") {
+TEST_CASE("both GDepth formats are converted to 1 / distance, which is metric if the file states a unit") {
     const auto inverse = [](double v) { return 1 / (8.0 * 2.0 / (8.0 - v * (8.0 - 2.0))); };  // the reference's formula
     const auto linear = [](double v) { return 1 / (2.0 + v * (8.0 - 2.0)); };
     const std::string range = "GDepth:Near=\"2\" GDepth:Far=\"8\" ";

@@ -79,7 +79,7 @@ TEST_CASE("load_depth_network() refuses files of other networks, and the error n
                Contains(inpainting.string()) && Contains("a depth network") && Contains("found farbrausch"));
 }
 
-TEST_CASE("a depth network whose output is neither disparity nor its logarithm is refused") {
+TEST_CASE("a depth network whose output is neither disparity nor log disparity is refused") {
     std::vector<std::byte> bytes = read_file(files / "tiefenrausch_weights.safetensors");
     const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     const std::size_t at = text.find("\"output\":\"disparity\"");

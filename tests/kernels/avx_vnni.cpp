@@ -43,7 +43,7 @@ std::vector<Value> emulated(std::size_t values, Compute compute, bool& used) {
 
 }  // namespace
 
-TEST_CASE("the compiled AVX-VNNI matrix product, emulated, matches scalar code") {
+TEST_CASE("the compiled AVX-VNNI matrix product matches scalar code under emulation") {
     if (!can_be_emulated()) return;
     ldi::testing::random_bytes random;
     std::size_t broken = 0;
@@ -68,7 +68,7 @@ TEST_CASE("the compiled AVX-VNNI matrix product, emulated, matches scalar code")
     CHECK(broken == 0);
 }
 
-TEMPLATE_TEST_CASE("the compiled AVX-VNNI convolution of bytes, emulated, matches scalar code", "", std::uint8_t, float) {
+TEMPLATE_TEST_CASE("the compiled AVX-VNNI convolution of bytes matches scalar code under emulation", "", std::uint8_t, float) {
     if (!can_be_emulated()) return;
     ldi::testing::random_bytes random;
     std::size_t broken = 0;
