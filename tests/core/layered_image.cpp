@@ -157,6 +157,19 @@ TEST_CASE("if memory runs out during a change, every column still has one row pe
             });
         },
         [](const small_layers& l) { REQUIRE(l.size() == 0); });
+    fail_everywhere(
+        [](small_layers& l) {
+            graph_builder b(4, 4);
+            try {
+                for (std::int32_t i = 0; i < 16; ++i) b.add_pixel(i % 4, i / 4);
+            } catch (const std::bad_alloc&) {
+                const graph partial = std::move(b).build();
+                REQUIRE_FALSE(validate(graph_view(partial)));
+                throw;
+            }
+            l = small_layers(std::move(b).build());
+        },
+        is_unchanged);
     short_memory source;  // must outlive g
     graph g = make_grid(3, 3);
     const graph before = g, larger = make_grid(30, 30);

@@ -148,7 +148,7 @@ TEST_CASE("every invariant has a unique name") {
     CHECK(std::find(names.begin(), names.end(), "unknown invariant") == names.end());
 }
 
-TEST_CASE("a disparity that is NaN or outside 0 to 1 is detected") {
+TEST_CASE("a disparity that is NaN or outside -1 to 1 is detected") {
     photo_layers layers(make_grid(4, 3));
     CHECK_FALSE(validate(layers));
     layers.column<disparity_column>()[5] = 1.5F;

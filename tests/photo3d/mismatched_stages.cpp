@@ -11,6 +11,7 @@
 
 #include <catch2/catch.hpp>
 
+#include <cmath>
 #include <random>
 
 using namespace ldi;
@@ -30,6 +31,36 @@ TEST_CASE("expand() and close_spurious_discontinuities() refuse curves of anothe
         CHECK_THROWS_AS(expand(small, {}, curves), error);
         CHECK_THROWS_AS(close_spurious_discontinuities(small, curves), error);
     }
+}
+
+TEST_CASE("expand() and make_atlas() refuse curves and charts of a mirrored photo") {
+    std::mt19937 random(3);
+    const image<float> map = testing::random_disparity(random, 40, 40);
+    image<float> mirrored(40, 40);
+    for (std::size_t y = 0; y < 40; ++y)
+        for (std::size_t x = 0; x < 40; ++x) mirrored(y, x) = map(y, 39 - x);
+    const photo_layer layer = testing::lift_disparity(map), other = testing::lift_disparity(mirrored);
+    const buffer<discontinuity_curve> curves = find_discontinuity_curves(other, {}, {.min_length = 2});
+    REQUIRE_FALSE(curves.empty());
+    CHECK_THROWS_AS(expand(layer, {}, curves), error);
+
+    // Without hidden surfaces, charts of the mirrored photo would be a partition of this photo's pixels, too.
+    const photo_layers layers = expand(layer, {}, find_discontinuity_curves(layer)).layers;
+    const photo_layers other_layers = expand(other, {}, find_discontinuity_curves(other)).layers;
+    REQUIRE(layers.size() > 1600);
+    CHECK_THROWS_AS(make_atlas(layers, make_charts(other_layers, {})), error);
+    chart_set charts = make_charts(layers, {});
+    REQUIRE(charts.charts.size() > 1);
+    std::swap(charts.charts.front(), charts.charts.back());
+    CHECK_THROWS_AS(make_atlas(layers, charts), error);
+}
+
+TEST_CASE("build_mesh() refuses disparities that are not finite") {
+    photo_layers layers = expand(random_layer(20, 20), {}, {}).layers;
+    const chart_set charts = make_charts(layers, {});
+    const texture_atlas atlas = make_atlas(layers, charts);
+    layers.column<disparity_column>()[7] = std::nanf("");
+    CHECK_THROWS_AS(build_mesh(layers, testing::facts_of(layers.topology()), charts, atlas), error);
 }
 
 TEST_CASE("make_atlas(), build_mesh() and gather() refuse charts and meshes of another photo") {

@@ -54,12 +54,19 @@ struct chart_options {
 
 namespace detail {
 
-/// Raises mismatch unless the charts belong to an image with `pixel_count` pixels.
-inline void check_charts(const chart_set& charts, std::size_t pixel_count, const char* where) {
-    bool fits = charts.chart_of.size() == pixel_count;
-    for (const chart& c : charts.charts)
-        for (const std::int32_t pixel : c.pixels) fits = fits && pixel >= 0 && static_cast<std::size_t>(pixel) < pixel_count;
-    if (!fits) raise(error_code::mismatch, where, "charts of these " + std::to_string(pixel_count) + " pixels", "others");
+/// Raises mismatch unless the charts are a partition of the graph's pixels, and each pixel lies in the bounding box of its chart.
+inline void check_charts(const chart_set& charts, const graph_view& g, const char* where) {
+    std::size_t count = 0;
+    bool fits = charts.chart_of.size() == g.size();
+    for (std::int32_t c = 0; fits && c < charts.charts.count(); ++c) {
+        const chart& box = charts.charts[c];
+        count += box.pixels.size();
+        for (const std::int32_t pixel : box.pixels)
+            fits = fits && pixel >= 0 && pixel < g.count() && charts.chart_of[pixel] == c && g.x()[pixel] >= box.x &&
+                   g.y()[pixel] >= box.y && g.x()[pixel] - box.x < box.width && g.y()[pixel] - box.y < box.height;
+    }
+    if (!fits || count != g.size())
+        raise(error_code::mismatch, where, "charts of these " + std::to_string(g.size()) + " pixels", "charts of other pixels");
 }
 
 /// W x H: 1 at lattice positions with several pixels, and within `range` rows and columns of the end of a surface. At all other

@@ -32,6 +32,8 @@ template <class T>
 concept payload_column = requires {
     typename T::scalar;
     { T::channels } -> std::convertible_to<std::size_t>;
+    requires T::channels >
+    0;
 };
 
 /// Rules for new pixels.
@@ -119,7 +121,8 @@ struct color16_column {
     static constexpr std::size_t channels = 3;
 };
 
-/// Disparity in [0, 1], larger is nearer; 0 is the farthest and 1 the nearest surface of the photo.
+/// Disparity in [0, 1], larger is nearer; 0 is the farthest and 1 the nearest surface of the photo. Hidden surfaces may lie
+/// slightly below 0, because they continue beneath others.
 struct disparity_column {
     using scalar = float;
     static constexpr std::size_t channels = 1;

@@ -43,6 +43,8 @@ public:
     /// Appends an unlinked pixel and returns its index.
     std::int32_t add_pixel(std::int32_t at_x, std::int32_t at_y) {
         LDI_ASSERT(at_x >= 0 && at_y >= 0 && at_x < width_ && at_y < height_);
+        make_room(x_), make_room(y_);  // first, so that no column grows alone if memory runs out
+        for (const side s : all_sides) make_room(column(s));
         x_.push_back(at_x), y_.push_back(at_y);
         for (const side s : all_sides) column(s).push_back(no_pixel);
         return count() - 1;
@@ -51,6 +53,7 @@ public:
     /// Makes `b` the neighbor of `a` on side `s`, and `a` the neighbor of `b` on the opposite side. Both sides must be free, and
     /// `b` must be one step to that side.
     void link(std::int32_t a, side s, std::int32_t b) {
+        LDI_ASSERT(a >= 0 && a < count() && b >= 0 && b < count());
         std::int32_t& there = column(s)[a];
         std::int32_t& back = column(opposite(s))[b];
         LDI_ASSERT(there == no_pixel && back == no_pixel);
@@ -60,13 +63,15 @@ public:
 
     /// Removes the link of `a` on side `s`, if any.
     void unlink(std::int32_t a, side s) {
+        LDI_ASSERT(a >= 0 && a < count());
         std::int32_t& there = column(s)[a];
         if (there == no_pixel) return;
         column(opposite(s))[there] = no_pixel;
         there = no_pixel;
     }
 
-    /// Writable index columns, K entries each. In debug builds, build() checks that the result satisfies the invariants.
+    /// Writable index columns, K entries each. They become invalid when the builder grows or builds. In debug builds, build()
+    /// checks that the result satisfies the invariants.
     array_view<std::int32_t> write_x() { return x_; }
     array_view<std::int32_t> write_y() { return y_; }
     array_view<std::int32_t> write_neighbors(side s) { return column(s); }
@@ -78,6 +83,9 @@ public:
     }
 
 private:
+    static void make_room(buffer<std::int32_t>& column) {
+        if (column.size() == column.capacity()) column.reserve(column.size() + column.size() / 2 + 4);
+    }
     graph_view view() const { return graph_view(width_, height_, x_, y_, up(), down(), left(), right()); }
 };
 

@@ -385,13 +385,14 @@ public:
 
     /// Returns the layer with one more column.
     ///
-    /// scalars  K x channels, row-major. Raises mismatch for any other length
+    /// scalars  K x channels, row-major. Raises mismatch for any other length; then the layer keeps its values
     ///
     ///     struct normal { using scalar = float; static constexpr std::size_t channels = 3; };
     ///     auto layer = ldi::lift(photo, disparity).with<normal>(normals);  // stays with its pixels, up to the mesh
     template <payload_column Column>
     single_layer<Columns..., Column> with(buffer<typename Column::scalar> scalars) && {
         static_assert(!has<Column>);
+        if (scalars.size() != size() * Column::channels) detail::refuse_column_length(size() * Column::channels, scalars.size());
         single_layer<Columns..., Column> result;
         result.layers_ = layered_image<Columns..., Column>(std::move(layers_));
         result.template set_column<Column>(std::move(scalars));
@@ -410,13 +411,14 @@ private:
 using photo_layers = layered_image<color_column, disparity_column, known_column, matte_column>;
 using photo_layer = single_layer<color_column, disparity_column, known_column, matte_column>;
 
-/// Checks the invariants of the topology, and that disparities are in [0, 1].
+/// Checks the invariants of the topology, and that disparities are in [-1, 1]. Those of a photo are in [0, 1]; hidden surfaces
+/// may continue beneath others, slightly below 0.
 template <has_column<disparity_column> Layers>
 std::optional<violation> validate(const Layers& layers) {
     if (const std::optional<violation> broken = validate(graph_view(layers.topology()))) return broken;
     const array_view<const float> disparity = layers.template column<disparity_column>();
     for (std::int32_t i = 0; i < disparity.count(); ++i)
-        if (!(disparity[i] >= 0.0F && disparity[i] <= 1.0F)) return violation{invariant::disparity_in_range, i};
+        if (!(disparity[i] >= -1.0F && disparity[i] <= 1.0F)) return violation{invariant::disparity_in_range, i};
     return std::nullopt;
 }
 

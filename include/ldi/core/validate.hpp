@@ -18,7 +18,7 @@ enum class invariant {
     mutual_links,        ///< the neighbor's neighbor on the opposite side is the pixel itself
     one_step_away,       ///< a neighbor is one step to its side
     canonical_order,     ///< pixels are in canonical order; only validate_canonical() checks this
-    disparity_in_range,  ///< disparities lie in [0, 1]; only validate() of layers checks this
+    disparity_in_range,  ///< disparities lie in [-1, 1]; only validate() of layers checks this
 };
 
 constexpr std::string_view to_string(invariant i) {
@@ -28,7 +28,7 @@ constexpr std::string_view to_string(invariant i) {
         case invariant::mutual_links: return "mutual links";
         case invariant::one_step_away: return "neighbor one step away";
         case invariant::canonical_order: return "canonical order";
-        case invariant::disparity_in_range: return "disparity in [0, 1]";
+        case invariant::disparity_in_range: return "disparity in [-1, 1]";
     }
     return "unknown invariant";
 }

@@ -186,7 +186,7 @@ visible_surfaces find_visible(const Layers& layers) {
 /// charts  a partition of the pixels (make_charts)
 /// atlas   texture atlas of these charts
 ///
-/// Raises invalid_option, and mismatch if inputs don't fit together.
+/// Raises invalid_option, mismatch if inputs don't fit together, and invalid_data for disparities that are not finite.
 ///
 /// Charts share no vertices, because each chart has its own position in the atlas. Where two charts meet, both have vertices
 /// with bitwise equal positions, and the same edges between them. Linear time except for sorting, simplification, and the number
@@ -202,7 +202,9 @@ textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const c
               "a camera of " + std::to_string(g.width()) + "x" + std::to_string(g.height()) + " and " +
                   std::to_string(charts.charts.size()) + " placements",
               std::to_string(camera.width) + "x" + std::to_string(camera.height) + " and " + std::to_string(placements.size()));
-    detail::check_charts(charts, layers.size(), "build_mesh");
+    detail::check_charts(charts, g, "build_mesh");
+    for (const float d : layers.template column<disparity_column>())
+        if (!std::isfinite(d)) raise(error_code::invalid_data, "build_mesh", "finite disparities", detail::to_text(d));
     const soft_edge_options& soft = options.soft_edges;
     if (!(soft.min_width >= 0 && soft.max_width >= soft.min_width && soft.max_width <= 64 && soft.max_share >= 0))
         raise(

@@ -68,13 +68,13 @@ inline buffer<std::size_t> group_lengths(const buffer<trace>& traces) {
 
 namespace detail {
 
-/// Raises mismatch unless the curves separate neighboring pixels of this layer.
+/// Raises mismatch unless the curves separate neighboring pixels of this layer that are not linked.
 inline void check_curves(std::span<const discontinuity_curve> curves, const graph_view& g, const char* where) {
     for (const discontinuity_curve& c : curves)
         for (const discontinuity& d : c.sides) {
             const bool is_inside = d.back >= 0 && d.front >= 0 && d.back < g.count() && d.front < g.count();
             if (!is_inside || g.x()[d.back] + step_x(d.towards_front) != g.x()[d.front] ||
-                g.y()[d.back] + step_y(d.towards_front) != g.y()[d.front])
+                g.y()[d.back] + step_y(d.towards_front) != g.y()[d.front] || g.neighbor(d.back, d.towards_front) != no_pixel)
                 raise(error_code::mismatch, where, "curves of this layer", "curves of another one");
         }
 }

@@ -10,6 +10,7 @@
 #include <ldi/core/photo_facts.hpp>
 #include <ldi/core/surface.hpp>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -44,17 +45,19 @@ inline void place_row(image_view<const float> disparity, std::int32_t y, surface
     right[stride - 1] = no_pixel;
 }
 
-/// Copies a disparity map. Raises invalid_data for values that are not finite or lie outside [0, 1] by more than rounding.
+/// Copies a disparity map and clamps rounding errors to [0, 1]. Raises invalid_data for values that are not finite or lie outside
+/// [0, 1] by more than rounding.
 inline buffer<float> checked_disparity(image_view<const float> disparity) {
     constexpr float rounding = 1e-5F;
     buffer<float> values;
     values.reserve(disparity.height() * disparity.width());
     for (std::size_t y = 0; y < disparity.height(); ++y) {
         const float* row = disparity.row(y);
-        for (std::size_t x = 0; x < disparity.width(); ++x)
+        for (std::size_t x = 0; x < disparity.width(); ++x) {
             if (!(row[x] >= -rounding && row[x] <= 1.0F + rounding))
                 raise(error_code::invalid_data, "lift", "disparities in [0, 1]", to_text(row[x]));
-        values.append(row, row + disparity.width());
+            values.push_back(std::clamp(row[x], 0.0F, 1.0F));
+        }
     }
     return values;
 }
