@@ -7,7 +7,7 @@
 
 #include "tests/support/lifted_scene.hpp"
 
-TEST_CASE("a mesh is V, F and UV to Eigen, in its own memory, and its area can be had from them") {
+TEST_CASE("Eigen maps the mesh's memory as vertices, triangles and texture coordinates, without a copy") {
     std::mt19937 random(3);
     const ldi::image<float> disparity = ldi::testing::random_disparity(random, 40, 60);
     const ldi::photo3d made = ldi::make_photo3d(ldi::image<std::uint8_t>(40, 60, 3, std::uint8_t{90}),
@@ -40,7 +40,7 @@ TEST_CASE("a mesh is V, F and UV to Eigen, in its own memory, and its area can b
     CHECK(area > 40 * 60 - 1);
 }
 
-TEST_CASE("a pose says the same as the view that it comes from, and comes back from it") {
+TEST_CASE("view_from() and pose() are inverse to each other, and the pose transforms points as the view does") {
     std::mt19937 random(4);
     std::normal_distribution<float> normal;
     for (int round = 0; round < 100; ++round) {

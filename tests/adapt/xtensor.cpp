@@ -10,7 +10,7 @@
 
 using namespace ldi;
 
-TEST_CASE("an image is a tensor in its own memory") {
+TEST_CASE("as_tensor() returns a tensor that shares the image's memory") {
     image<float> picture(3, 4, 2);
     std::iota(picture.begin(), picture.end(), 0.0F);
     auto tensor = as_tensor(picture);
@@ -22,7 +22,7 @@ TEST_CASE("an image is a tensor in its own memory") {
     CHECK(as_tensor(constant)(0, 0, 0) == 7.0F);
 }
 
-TEST_CASE("tensors, and strided views of them, go in without a copy") {
+TEST_CASE("view_of() refers to tensors and to strided views of them without a copy") {
     xt::xarray<std::uint8_t> photo = xt::arange<std::uint8_t>(120);
     photo.reshape({4, 10, 3});
     const image_view<std::uint8_t> all = view_of(photo);
@@ -38,7 +38,7 @@ TEST_CASE("tensors, and strided views of them, go in without a copy") {
     CHECK(view_of(map).channels() == 1);
 }
 
-TEST_CASE("what does not lie row by row is refused as a view, and computed into an image") {
+TEST_CASE("view_of() refuses a transposed tensor, which make_image() copies") {
     xt::xarray<float> values = xt::arange<float>(24);
     values.reshape({4, 6});
     auto turned = xt::transpose(values);

@@ -6,7 +6,7 @@
 
 using ldi::detail::disjoint_sets;
 
-TEST_CASE("at first every integer is a set of its own") {
+TEST_CASE("every integer starts in a set of its own") {
     disjoint_sets sets(4);
     CHECK(sets.add() == 4);
     REQUIRE(sets.size() == 5);
@@ -16,7 +16,7 @@ TEST_CASE("at first every integer is a set of its own") {
     CHECK(labels == ldi::buffer<std::int32_t>{0, 1, 2, 3, 4});
 }
 
-TEST_CASE("merging joins sets under their smallest member, whatever the order") {
+TEST_CASE("a merged set is represented by its smallest member, in any order of merging") {
     std::mt19937 random(40);
     for (int repeat = 0; repeat < 500; ++repeat) {
         const std::int32_t count = 1 + ldi::testing::below(random, 40);

@@ -7,13 +7,13 @@
 
 using namespace ldi;
 
-TEST_CASE("a message says where, what was expected, what was found, and what kind of error it is") {
+TEST_CASE("an error message states the place, what was expected, what was found, and the kind of error") {
     const error_details details{error_code::invalid_data, "photo.jpg", "a JPEG or PNG file", "0 bytes"};
     CHECK(to_string(details) == "photo.jpg: expected a JPEG or PNG file, found 0 bytes (invalid data)");
     CHECK(std::string(error(details).what()) == to_string(details));
 }
 
-TEST_CASE("raising throws an error that keeps its four details") {
+TEST_CASE("raise() throws an error with its code, place, expectation and finding") {
     try {
         raise(error_code::mismatch, "lift", "640 x 480", "480 x 640");
         FAIL("did not throw");
@@ -27,7 +27,7 @@ TEST_CASE("raising throws an error that keeps its four details") {
     REQUIRE_THROWS_AS(raise(error_code::too_large, "photo", "50 megapixels", "100"), std::runtime_error);
 }
 
-TEST_CASE("every code has a name of its own") {
+TEST_CASE("every error code has a unique name") {
     std::vector<std::string_view> names;
     for (const error_code code : {error_code::invalid_option, error_code::invalid_data, error_code::unsupported,
                                   error_code::mismatch, error_code::too_large, error_code::file_access, error_code::canceled,
@@ -38,7 +38,7 @@ TEST_CASE("every code has a name of its own") {
     CHECK(std::find(names.begin(), names.end(), "unknown error") == names.end());
 }
 
-TEST_CASE("installing a handler returns the one before, and exceptions are thrown all the same") {
+TEST_CASE("set_error_handler() returns the previous handler, and errors are still thrown as exceptions") {
     static int calls = 0;
     const error_handler counting = [](const error_details&) { ++calls; };
     REQUIRE(set_error_handler(counting) == nullptr);

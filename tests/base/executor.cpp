@@ -66,7 +66,7 @@ TEST_CASE("the serial executor runs every index in order on the calling thread")
     CHECK(seen == std::vector<std::size_t>{0, 1, 2, 3, 4});
 }
 
-TEST_CASE("a pool has as many threads as asked for, and at least one") {
+TEST_CASE("a pool has the requested number of threads, and by default at least one") {
     for (std::size_t threads = 1; threads <= 8; ++threads) CHECK(thread_pool(threads).concurrency() == threads);
     CHECK(thread_pool().concurrency() >= 1);
 }
@@ -83,7 +83,7 @@ TEST_CASE("a pool runs every index exactly once") {
     }
 }
 
-TEST_CASE("all threads of a pool work at once, the calling thread among them") {
+TEST_CASE("all threads of a pool, including the calling thread, work at the same time") {
     thread_pool pool(4);
     // Not std::barrier: MinGW's GCC 12 loses its wake-ups.
     struct meeting {
@@ -106,7 +106,7 @@ TEST_CASE("all threads of a pool work at once, the calling thread among them") {
     CHECK(shared.callers == 20);
 }
 
-TEST_CASE("several threads may give work to one pool") {
+TEST_CASE("several threads can run work on one pool at the same time") {
     thread_pool pool(3);
     std::vector<std::vector<std::uint32_t>> results(4);
     std::vector<std::thread> callers;
@@ -133,7 +133,7 @@ TEST_CASE("parallel_for gives the same result on any executor with any number of
         }
 }
 
-TEST_CASE("pieces cover the range once, and none is smaller than the grain") {
+TEST_CASE("parallel_for cuts the range into consecutive pieces that are at least as long as the grain") {
     for (std::size_t threads = 1; threads <= 8; ++threads) {
         thread_pool pool(threads);
         for (std::size_t count = 0; count < 70; ++count)
@@ -141,7 +141,7 @@ TEST_CASE("pieces cover the range once, and none is smaller than the grain") {
     }
 }
 
-TEST_CASE("the caller's executor is used, and only where there is something to share") {
+TEST_CASE("parallel_for runs on the caller's executor, unless the range is too short to share") {
     callers_executor own{3};
     filled(own, 1000, 10);
     CHECK(own.calls > 1);
@@ -151,7 +151,7 @@ TEST_CASE("the caller's executor is used, and only where there is something to s
     CHECK(own.calls == 0);
 }
 
-TEST_CASE("an exception reaches the caller once all calls have ended, and the pool goes on working") {
+TEST_CASE("an exception reaches the caller after all calls have ended, and the pool remains usable") {
     for (std::size_t threads = 1; threads <= 8; ++threads) {
         thread_pool pool(threads);
         for (int repeat = 0; repeat < 20; ++repeat) {
@@ -180,7 +180,7 @@ TEST_CASE("an exception never passes through the caller's executor") {
     CHECK(filled(own, 300, 1) == filled(serial, 300, 1));
 }
 
-TEST_CASE("when every call throws, the caller sees one of them") {
+TEST_CASE("the caller receives one exception even if every call throws") {
     thread_pool pool(4);
     const auto body = [](std::size_t, std::size_t) { raise(error_code::invalid_data, "row", "numbers", "letters"); };
     for (int repeat = 0; repeat < 50; ++repeat) REQUIRE_THROWS_AS(parallel_for(pool, 100, 1, body), ldi::error);

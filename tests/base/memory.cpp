@@ -33,7 +33,7 @@ bool equal(const buffer<T>& a, const std::vector<T>& b) {
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("a buffer does what a vector does", "", std::int32_t, std::string) {
+TEMPLATE_TEST_CASE("a buffer behaves like std::vector, and its memory is aligned", "", std::int32_t, std::string) {
     std::mt19937 random(1);
     buffer<TestType> ours;
     std::vector<TestType> theirs;
@@ -81,7 +81,7 @@ TEST_CASE("a buffer's count is the index of the value that is appended next") {
     }
 }
 
-TEST_CASE("values are inserted and erased in the middle") {
+TEST_CASE("a buffer inserts and erases values anywhere, as std::vector does") {
     std::mt19937 random(2);
     buffer<std::int32_t> ours;
     std::vector<std::int32_t> theirs;
@@ -99,7 +99,7 @@ TEST_CASE("values are inserted and erased in the middle") {
     }
 }
 
-TEST_CASE("memory comes from where the scope says, and goes back there from anywhere") {
+TEST_CASE("a buffer allocates from the current memory scope, and returns its memory there from any scope or thread") {
     testing::counted_memory outer, inner;
     buffer<float> kept;
     {
@@ -120,7 +120,7 @@ TEST_CASE("memory comes from where the scope says, and goes back there from anyw
     CHECK((inner.blocks == 0 && inner.bytes == 0));
 }
 
-TEST_CASE("a buffer that gets no memory throws, and keeps what it had") {
+TEST_CASE("a buffer that cannot grow throws and keeps its values") {
     testing::counted_memory memory;
     const memory_scope scope(memory.source);
     {
@@ -147,7 +147,7 @@ struct unmakeable {
 };
 }  // namespace
 
-TEST_CASE("a value whose constructor throws is not there, and is not destroyed") {
+TEST_CASE("a value whose constructor throws is not appended and not destroyed") {
     {
         buffer<unmakeable> values;
         values.reserve(3);
@@ -163,7 +163,7 @@ TEST_CASE("a value whose constructor throws is not there, and is not destroyed")
     CHECK(unmakeable::alive == 0);
 }
 
-TEST_CASE("a copy of buffers in a buffer that gets no memory half way gives back what it had") {
+TEST_CASE("copying a buffer of buffers releases the copies made so far if memory runs out") {
     testing::counted_memory memory;
     const memory_scope scope(memory.source);
     {

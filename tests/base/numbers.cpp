@@ -11,14 +11,14 @@
 
 using namespace ldi::detail;
 
-TEST_CASE("an integer becomes the float nearest to it") {
+TEST_CASE("nearest_float() and nearest_double() convert an integer to the nearest floating-point number") {
     STATIC_REQUIRE(nearest_float(-3) == -3.0F);
     STATIC_REQUIRE(nearest_float(std::size_t{1} << 24) == 16777216.0F);
     STATIC_REQUIRE(nearest_float((1 << 24) + 3) == 16777220.0F);
     STATIC_REQUIRE(nearest_double((std::int64_t{1} << 53) - 1) == 9007199254740991.0);
 }
 
-TEST_CASE("the nearest byte is that of the nearest whole number, and none lies outside 0 to 255") {
+TEST_CASE("rounding to a byte rounds halves up and clamps to 0 to 255") {
     for (int i = 0; i < 255; ++i) {
         const float whole = nearest_float(i);
         CHECK(rounded_to_byte(whole) == i);
@@ -33,7 +33,7 @@ TEST_CASE("the nearest byte is that of the nearest whole number, and none lies o
     CHECK(rounded_to_byte(std::numeric_limits<float>::infinity()) == 255);
 }
 
-TEST_CASE("a fused multiply-add rounds once") {
+TEST_CASE("fused_multiply_add() rounds once, even if rounding to double first would change the result") {
     // The product is 2^-24 + 2^-57. Rounded to double and then to float, its sum with 1 would be a tie, which rounds down.
     const float a = 20857.0F, b = std::ldexp(411849.0F, -57);
     CHECK(fused_multiply_add(0x1p-30F, 0x1p-30F, 1.0F) == 1.0F);
@@ -48,7 +48,7 @@ TEST_CASE("a fused multiply-add rounds once") {
 
 // glibc's functions are the reference: std::fma is exact, and the others return the float nearest to their result in double.
 #if defined(__GLIBC__)
-TEST_CASE("ldi's own arithmetic gives what glibc gives") {
+TEST_CASE("fused_multiply_add(), vector_length() and natural_logarithm() match glibc bit for bit") {
     std::mt19937 random(5);
     const auto any = [&] { return std::bit_cast<float>(static_cast<std::uint32_t>(random())); };
     const auto same = [](float x, float y) {
@@ -100,7 +100,7 @@ bool is_exact(float a, float b, float c) {
 
 }  // namespace
 
-TEST_CASE("fused_multiply_add rounds once, as std::fma is defined") {
+TEST_CASE("fused_multiply_add() matches glibc's std::fma() near ties, for subnormal results and for infinities") {
     std::mt19937 random(4);
     std::size_t wrong = 0;
     const auto check = [&](float a, float b, float c) { wrong += is_exact(a, b, c) ? 0 : 1; };

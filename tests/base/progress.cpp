@@ -8,11 +8,11 @@
 
 using namespace ldi;
 
-TEST_CASE("a listener without functions neither hears nor stops anything") {
+TEST_CASE("a listener without functions accepts every report and does not cancel") {
     CHECK_NOTHROW(progress_listener{}.report("expand", 0.5F));
 }
 
-TEST_CASE("progress reaches the listener on the calling thread") {
+TEST_CASE("a listener is called on the reporting thread, with stage and fraction") {
     struct heard {
         std::string stage;
         float fraction = -1;
@@ -29,7 +29,7 @@ TEST_CASE("progress reaches the listener on the calling thread") {
     CHECK(last.thread == std::this_thread::get_id());
 }
 
-TEST_CASE("canceling stops a loop of stages with an error that says so") {
+TEST_CASE("cancellation stops the work with an error of code `canceled` that names the stage") {
     int asked = 0;
     const progress_listener impatient{&asked, nullptr, [](void* user) { return ++*static_cast<int*>(user) == 3; }};
     int done = 0;

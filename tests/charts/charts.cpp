@@ -122,7 +122,7 @@ void check_charts(const graph_view& g, std::span<const float> disparity, const c
 
 }  // namespace
 
-TEST_CASE("every pixel of a random graph belongs to one flat, connected chart within the cap, apart from other surfaces") {
+TEST_CASE("charts partition random graphs, are flat, connected and within the size limit, and do not mix surfaces") {
     std::mt19937 random(1);
     for (int i = 0; i < 400; ++i) {
         const random_layers layers = random_graph(random, 48);
@@ -133,7 +133,7 @@ TEST_CASE("every pixel of a random graph belongs to one flat, connected chart wi
     }
 }
 
-TEST_CASE("charts need no canonical order") {
+TEST_CASE("charts of pixels in any order satisfy all constraints") {
     std::mt19937 random(2);
     for (int i = 0; i < 100; ++i) {
         const random_layers layers = shuffled(random_graph(random, 30), random);
@@ -141,7 +141,7 @@ TEST_CASE("charts need no canonical order") {
     }
 }
 
-TEST_CASE("charts of scenes with hidden surfaces keep all three constraints") {
+TEST_CASE("charts of scenes with hidden surfaces satisfy all three constraints") {
     std::mt19937 random(3);
     for (int i = 0; i < 12; ++i) {
         const photo_layers layers = random_scene(random, 120, 160);
@@ -151,7 +151,7 @@ TEST_CASE("charts of scenes with hidden surfaces keep all three constraints") {
     }
 }
 
-TEST_CASE("charts of real photos keep all three constraints") {
+TEST_CASE("charts of real photos satisfy all three constraints") {
     for (const char* name : {"mb_reindeer", "mb_cones", "iphone_a"}) {
         const std::optional<photo_layers> layers = shared_photo(name);
         if (!layers) {
@@ -163,7 +163,7 @@ TEST_CASE("charts of real photos keep all three constraints") {
     }
 }
 
-TEST_CASE("a step that fades out mixes surfaces without constraint 3, and not with it") {
+TEST_CASE("constraint 3 keeps charts from mixing surfaces at a depth step that fades out") {
     image<float> map(120, 120);
     for (std::size_t y = 0; y < 120; ++y)
         for (std::size_t x = 0; x < 120; ++x)
@@ -177,7 +177,7 @@ TEST_CASE("a step that fades out mixes surfaces without constraint 3, and not wi
     CHECK(mixed({}) == 0);
 }
 
-TEST_CASE("a plain image is one chart, or an even grid of them above the cap") {
+TEST_CASE("a flat image is one chart, or an even grid of charts if it exceeds the size limit") {
     const graph g = make_grid(100, 70);
     const buffer<float> disparity(g.size(), 0.5F);
     CHECK(make_charts(testing::surfaces_of(g, disparity), {}).charts.size() == 1);
@@ -194,7 +194,7 @@ TEST_CASE("a plain image is one chart, or an even grid of them above the cap") {
     }
 }
 
-TEST_CASE("a disc and the wall behind it are a chart each") {
+TEST_CASE("a disc and the wall behind it become one chart each") {
     image<float> disparity(60, 60, 1, 0.2F);
     for (std::size_t y = 0; y < 60; ++y)
         for (std::size_t x = 0; x < 60; ++x)
@@ -206,7 +206,7 @@ TEST_CASE("a disc and the wall behind it are a chart each") {
     CHECK(set.charts[1].width < 25);
 }
 
-TEST_CASE("a surface that winds over itself is cut into flat charts") {
+TEST_CASE("a helix that overlaps itself is cut into flat charts") {
     std::mt19937 random(4);
     testing::random_pieces builder(random, 20, 20);
     builder.add_helix(10, 10, 8, 3);
@@ -218,7 +218,7 @@ TEST_CASE("a surface that winds over itself is cut into flat charts") {
     CHECK(set.charts.size() >= 3);
 }
 
-TEST_CASE("no pixels make no charts") {
+TEST_CASE("an empty graph has no charts") {
     const graph g = graph_builder(8, 8).build();
     CHECK(make_charts(testing::surfaces_of(g, {}), {}).charts.empty());
     CHECK(make_charts(testing::surfaces(), {}).charts.empty());

@@ -10,12 +10,12 @@ namespace {
 constexpr pinhole_camera phone{1152, 1536, 1200.0F};
 }
 
-TEST_CASE("the middle of the photo lies on the optical axis") {
+TEST_CASE("the center of the photo lies on the optical axis") {
     const std::array<float, 3> point = phone.unproject(576.0F, 768.0F, 2.0F);
     CHECK(point == std::array<float, 3>{0.0F, 0.0F, -2.0F});
 }
 
-TEST_CASE("x goes to the right, y up, and the camera looks along -z") {
+TEST_CASE("x points right, y up, and the camera looks along -z") {
     const std::array<float, 3> top_left = phone.unproject(0.0F, 0.0F, 1.0F);
     CHECK(top_left[0] < 0);
     CHECK(top_left[1] > 0);
@@ -25,7 +25,7 @@ TEST_CASE("x goes to the right, y up, and the camera looks along -z") {
     CHECK(bottom_right[1] == -top_left[1]);
 }
 
-TEST_CASE("what is lifted is seen where it came from, and depth is measured along the axis") {
+TEST_CASE("project() inverts unproject(), and depth is measured along the optical axis") {
     std::mt19937 random(70);
     for (int repeat = 0; repeat < 1000; ++repeat) {
         const auto uniform = [&](float low, float high) {
@@ -40,7 +40,7 @@ TEST_CASE("what is lifted is seen where it came from, and depth is measured alon
     }
 }
 
-TEST_CASE("a 35 mm equivalent compares diagonals") {
+TEST_CASE("a 35 mm equivalent focal length is converted by the ratio of the diagonals") {
     CHECK(focal_length_from_35mm(std::hypot(36.0F, 24.0F), 300, 400) == Approx(500.0F));
     CHECK(focal_length_from_35mm(26.0F, 4032, 3024) == Approx(focal_length_from_35mm(26.0F, 3024, 4032)));
     CHECK(focal_length_from_35mm(28.0F, 3600, 2400) == Approx(2800.0F));
@@ -54,7 +54,7 @@ TEST_CASE("a field of view spans the longer side") {
     CHECK(std::atan(edge[0]) == Approx(30.0F * 3.14159265F / 180.0F));
 }
 
-TEST_CASE("disparity 1 is the nearest depth, 0 the farthest, and equal steps move equally far on screen") {
+TEST_CASE("disparity 1 is the nearest depth, 0 the farthest, and inverse depth is linear between them") {
     const depth_range range{0.5F, 20.0F};
     CHECK(range.depth(1.0F) == Approx(0.5F));
     CHECK(range.depth(0.0F) == Approx(20.0F));

@@ -29,7 +29,7 @@ bool stands_in_canonical_order(const random_layers& layers) {
 }
 }  // namespace
 
-TEST_CASE("scanlines come first, then runs by their first x, then the nearest run") {
+TEST_CASE("canonical order sorts by scanline, then runs by their first x, then the nearer run first") {
     testing::sketched_graph g(3, 2);
     const std::int32_t far_right = g.add_pixel(2, 0);
     const std::int32_t below = g.add_pixel(0, 1);
@@ -49,15 +49,15 @@ TEST_CASE("scanlines come first, then runs by their first x, then the nearest ru
     CHECK(canonical_order(g, swapped) == buffer<std::int32_t>{far_first, far_second, far_right, near_first, near_second, below});
 }
 
-TEST_CASE("without disparity runs that start at one position keep their order") {
+TEST_CASE("without disparity, runs that start at the same position keep their order") {
     testing::sketched_graph g(1, 1);
     for (int i = 0; i < 4; ++i) g.add_pixel(0, 0);
     CHECK(canonical_order(g) == buffer<std::int32_t>{0, 1, 2, 3});
 }
 
-TEST_CASE("an image stands in canonical order") { CHECK_FALSE(validate_canonical(make_grid(9, 5)).has_value()); }
+TEST_CASE("the pixels of an image are in canonical order") { CHECK_FALSE(validate_canonical(make_grid(9, 5)).has_value()); }
 
-TEST_CASE("canonical order is a permutation, and puts the pixels where the definition says") {
+TEST_CASE("canonical_order() returns a permutation that matches the definition") {
     testing::for_random_graphs(3, 1500, [](const random_layers& layers, std::mt19937&) {
         const graph& g = layers.topology();
         const buffer<std::int32_t> order = canonical_order(g, layers.disparity);
@@ -72,7 +72,7 @@ TEST_CASE("canonical order is a permutation, and puts the pixels where the defin
     });
 }
 
-TEST_CASE("validate_canonical agrees with the definition on any order") {
+TEST_CASE("validate_canonical() agrees with the definition on sorted and unsorted graphs") {
     int canonical = 0, not_canonical = 0;
     testing::for_random_graphs(4, 1000, [&](const random_layers& layers, std::mt19937&) {
         const bool expected = stands_in_canonical_order(layers);
@@ -83,7 +83,7 @@ TEST_CASE("validate_canonical agrees with the definition on any order") {
     CHECK(not_canonical > 300);
 }
 
-TEST_CASE("canonical order is idempotent, and the order before does not matter") {
+TEST_CASE("canonical order is idempotent, and does not depend on the previous order") {
     testing::for_random_graphs(5, 1000, [](const random_layers& layers, std::mt19937& random) {
         const random_layers once = testing::in_canonical_order(layers);
         const random_layers twice = testing::in_canonical_order(once);
@@ -96,7 +96,7 @@ TEST_CASE("canonical order is idempotent, and the order before does not matter")
     });
 }
 
-TEST_CASE("reordering keeps every pixel's position and neighbors") {
+TEST_CASE("reordered() keeps every pixel's position and neighbors") {
     testing::for_random_graphs(6, 500, [](const random_layers& layers, std::mt19937& random) {
         const graph& g = layers.topology();
         const buffer<std::int32_t> order = testing::random_permutation(random, g.size());
@@ -114,7 +114,7 @@ TEST_CASE("reordering keeps every pixel's position and neighbors") {
     });
 }
 
-TEST_CASE("a column is reordered row by row") {
+TEST_CASE("reordered() moves a column's rows as a whole") {
     const buffer<int> column{10, 11, 20, 21, 30, 31};
     const buffer<std::int32_t> order{2, 0, 1};
     CHECK(ldi::reordered(column, order, 2) == buffer<int>{30, 31, 10, 11, 20, 21});

@@ -78,7 +78,7 @@ buffer<std::int32_t> parents_by_exploration(const graph_view& g, const buffer<st
 }
 }  // namespace
 
-TEST_CASE("coarsening an image keeps every other pixel of every other row") {
+TEST_CASE("coarsening an image keeps every second pixel of every second row") {
     for (const auto& [width, height] : {std::pair{0, 0}, {1, 1}, {2, 2}, {5, 4}, {4, 5}, {9, 1}, {1, 8}}) {
         const coarsened result = coarsen(make_grid(width, height), orphan_rule::adopt_nearest);
         const std::int32_t coarse_width = (width + 1) / 2, coarse_height = (height + 1) / 2;
@@ -90,7 +90,7 @@ TEST_CASE("coarsening an image keeps every other pixel of every other row") {
     }
 }
 
-TEST_CASE("inside a group: the direct way first, up then left before left then up") {
+TEST_CASE("inside a group, a direct link to a corner pixel is preferred, then the path up and left, then left and up") {
     testing::sketched_graph g(2, 2);
     const std::int32_t first_corner = g.add_pixel(0, 0), second_corner = g.add_pixel(0, 0);
     const std::int32_t right = g.add_pixel(1, 0), below = g.add_pixel(0, 1), diagonal = g.add_pixel(1, 1);
@@ -99,21 +99,22 @@ TEST_CASE("inside a group: the direct way first, up then left before left then u
     REQUIRE(coarsen(g, orphan_rule::adopt_nearest).kept == buffer<std::int32_t>{first_corner, second_corner});
     CHECK(coarsen(g, orphan_rule::adopt_nearest).parent == buffer<std::int32_t>{0, 1, 0, 1, 0});
 
-    SECTION("without the upper way everything goes by the left one") {
+    SECTION("if the upper path is cut, its pixels take the parent on the left path") {
         g.unlink(right, side::left);
         CHECK(coarsen(g, orphan_rule::adopt_nearest).parent == buffer<std::int32_t>{0, 1, 1, 1, 1});
     }
-    SECTION("without the left way everything goes by the upper one") {
+    SECTION("if the left path is cut, its pixels take the parent on the upper path") {
         g.unlink(below, side::up);
         CHECK(coarsen(g, orphan_rule::adopt_nearest).parent == buffer<std::int32_t>{0, 1, 0, 0, 0});
     }
-    SECTION("without either way there is no parent, because nothing else is in reach") {
+    SECTION("if both paths are cut, the pixels have no parent") {
         g.unlink(below, side::up), g.unlink(right, side::left);
         CHECK(coarsen(g, orphan_rule::adopt_nearest).parent == buffer<std::int32_t>{0, 1, no_pixel, no_pixel, no_pixel});
     }
 }
 
-TEST_CASE("outside its group a pixel takes the nearest parent: up, then down, then left, then right") {
+TEST_CASE(
+    "a pixel without a parent in its group adopts the nearest parent, with ties resolved in the order up, down, left, right") {
     testing::sketched_graph g(4, 4);
     const std::int32_t a = g.add_pixel(0, 0), beside_a = g.add_pixel(1, 0), below_a = g.add_pixel(1, 1);
     const std::int32_t b = g.add_pixel(2, 2), between_up_and_right = g.add_pixel(1, 2), between_down_and_left = g.add_pixel(2, 1);
@@ -127,7 +128,7 @@ TEST_CASE("outside its group a pixel takes the nearest parent: up, then down, th
     CHECK(result.parent == buffer<std::int32_t>{0, 0, 0, 1, 0, 1, 1, 1});
 }
 
-TEST_CASE("an orphan that does not adopt has no parent, and nothing else changes") {
+TEST_CASE("the rule for orphans changes only the parents of orphans") {
     testing::for_random_graphs(54, 500, [](const random_layers& layers, std::mt19937&) {
         const graph& g = layers.topology();
         const coarsened adopted = coarsen(g, orphan_rule::adopt_nearest), stayed = coarsen(g, orphan_rule::stay);
@@ -146,14 +147,14 @@ TEST_CASE("an orphan that does not adopt has no parent, and nothing else changes
     });
 }
 
-TEST_CASE("a pixel cut off from its group's corner adopts a parent beside it, or stays without") {
+TEST_CASE("a pixel that cannot reach its group's corner adopts an adjacent parent, or has none, by the rule for orphans") {
     testing::sketched_graph g(make_grid(5, 2));
     g.unlink(3, side::left), g.unlink(3, side::down);
     CHECK(coarsen(g, orphan_rule::adopt_nearest).parent == buffer<std::int32_t>{0, 0, 1, 2, 2, 0, 0, 1, 1, 2});
     CHECK(coarsen(g, orphan_rule::stay).parent == buffer<std::int32_t>{0, 0, 1, no_pixel, 2, 0, 0, 1, 1, 2});
 }
 
-TEST_CASE("several pixels at one even position are all kept, and linked as their surfaces are") {
+TEST_CASE("all layers at an even position are kept, and linked to the kept pixels of their own surface") {
     testing::sketched_graph g(make_grid(3, 1));
     for (std::int32_t x = 0; x < 3; ++x) {
         g.add_pixel(x, 0);
@@ -165,7 +166,7 @@ TEST_CASE("several pixels at one even position are all kept, and linked as their
     CHECK(result.parent == buffer<std::int32_t>{0, 0, 1, 2, 2, 3});
 }
 
-TEST_CASE("the coarse graph is sound, and canonical where the fine one is") {
+TEST_CASE("the coarse graph is sound, and canonical if the fine graph is") {
     int layers_seen = 0;
     testing::for_random_graphs(50, 2000, [&](const random_layers& layers, std::mt19937&) {
         const coarsened result = coarsen(layers.topology(), orphan_rule::adopt_nearest);
@@ -178,7 +179,7 @@ TEST_CASE("the coarse graph is sound, and canonical where the fine one is") {
     CHECK(layers_seen == 2000);
 }
 
-TEST_CASE("exactly the pixels at even positions are kept, in their order, at half their position") {
+TEST_CASE("coarsening keeps exactly the pixels at even positions, in the same order, at half their coordinates") {
     testing::for_random_graphs(51, 1000, [](const random_layers& layers, std::mt19937&) {
         const graph& g = layers.topology();
         const coarsened result = coarsen(g, orphan_rule::adopt_nearest);
@@ -195,7 +196,7 @@ TEST_CASE("exactly the pixels at even positions are kept, in their order, at hal
     });
 }
 
-TEST_CASE("kept pixels are linked exactly where a path of two links joined them") {
+TEST_CASE("kept pixels are linked exactly if a path of two links joined them in the fine graph") {
     testing::for_random_graphs(52, 1000, [](const random_layers& layers, std::mt19937&) {
         const graph& g = layers.topology();
         const coarsened result = coarsen(g, orphan_rule::adopt_nearest);
@@ -220,7 +221,7 @@ TEST_CASE("kept pixels are linked exactly where a path of two links joined them"
     });
 }
 
-TEST_CASE("parents are what exploration pixel by pixel finds") {
+TEST_CASE("parents match an exploration from every single pixel") {
     int beyond_group = 0, without_parent = 0;
     testing::for_random_graphs(53, 1500, [&](const random_layers& layers, std::mt19937&) {
         const graph& g = layers.topology();
@@ -248,7 +249,7 @@ TEST_CASE("parents are what exploration pixel by pixel finds") {
     CHECK(without_parent > 2000);
 }
 
-TEST_CASE("coarsening does not depend on the order of pixels") {
+TEST_CASE("coarsening does not depend on the order of the pixels in memory") {
     testing::for_random_graphs(54, 500, [](const random_layers& layers, std::mt19937& random) {
         const graph& g = layers.topology();
         const buffer<std::int32_t> order = testing::random_permutation(random, g.size());
@@ -264,7 +265,7 @@ TEST_CASE("coarsening does not depend on the order of pixels") {
     });
 }
 
-TEST_CASE("orphans that are reached over many paths are queued once") {
+TEST_CASE("the search for parents needs bounded memory even if many paths reach each orphan") {
     // Every pixel at even x and y is a surface of its own, except for one in the middle. The rest, a grid of thin strips, has
     // its only coarse pixel there.
     constexpr std::int32_t size = 81;
@@ -279,7 +280,7 @@ TEST_CASE("orphans that are reached over many paths are queued once") {
     CHECK(std::count(result.parent.begin(), result.parent.end(), no_pixel) == 0);
 }
 
-TEST_CASE("a rule sees all channels of its pixels, so that a direction keeps its length") {
+TEST_CASE("a column's rule receives all channels of the fine pixels, so a direction can be normalized") {
     layered_image<direction> fine(make_grid(2, 1));
     fine.at<direction>(0)[0] = 1, fine.at<direction>(1)[1] = 1;
     const auto coarse = coarsen(fine).layers;
@@ -288,7 +289,7 @@ TEST_CASE("a rule sees all channels of its pixels, so that a direction keeps its
     CHECK(coarse.at<direction>(0)[1] == Approx(std::sqrt(0.5F)));
 }
 
-TEST_CASE("a coarse pixel's values follow each column's rule, over all pixels that collapse to it") {
+TEST_CASE("a coarse pixel's values follow each column's rule, applied to all pixels whose parent it is") {
     using layers_of_test = layered_image<color_column, disparity_column, known_column, material>;
     std::mt19937 random(11);
     for (int round = 0; round < 200; ++round) {

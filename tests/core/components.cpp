@@ -34,14 +34,14 @@ components flooded(const graph_view& g) {
 }
 }  // namespace
 
-TEST_CASE("nothing has no components, and an image has one") {
+TEST_CASE("an empty graph has no components, and an image has one") {
     CHECK(connected_components(graph{}).count() == 0);
     const components whole = connected_components(make_grid(5, 4));
     CHECK(whole.size == buffer<std::int32_t>{20});
     CHECK(whole.label == buffer<std::int32_t>(20, 0));
 }
 
-TEST_CASE("components are numbered by their first pixels") {
+TEST_CASE("components are numbered in the order of their first pixels") {
     testing::sketched_graph g(make_grid(3, 2));
     for (const std::int32_t i : {0, 3}) g.unlink(i, side::right);
     g.unlink(2, side::down);
@@ -51,7 +51,7 @@ TEST_CASE("components are numbered by their first pixels") {
     CHECK(found.size == buffer<std::int32_t>{2, 2, 2});
 }
 
-TEST_CASE("layers at one position are only one component if links join them") {
+TEST_CASE("layers at the same position belong to one component only if links join them") {
     testing::sketched_graph g(make_grid(2, 1));
     const std::int32_t behind = g.add_pixel(0, 0);
     CHECK(connected_components(g).label == buffer<std::int32_t>{0, 0, 1});
@@ -67,7 +67,7 @@ TEST_CASE("a comb whose teeth join only at the bottom is one component") {
     CHECK(connected_components(g).size == buffer<std::int32_t>{31 * 20});
 }
 
-TEST_CASE("components are what flooding finds, on any graph in any order") {
+TEST_CASE("connected_components() matches a flood fill on random graphs in any order") {
     std::size_t most = 0;
     testing::for_random_graphs(30, 4000, [&](const testing::random_layers& layers, std::mt19937&) {
         const components found = connected_components(layers.topology()), expected = flooded(layers.topology());

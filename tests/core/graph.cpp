@@ -8,7 +8,7 @@
 
 using namespace ldi;
 
-TEST_CASE("sides come in the paper's order, and up is towards smaller y") {
+TEST_CASE("sides are in the paper's order, and up points to smaller y") {
     REQUIRE(std::vector<side>(std::begin(all_sides), std::end(all_sides)) ==
             std::vector<side>{side::up, side::down, side::left, side::right});
     STATIC_REQUIRE((step_x(side::up) == 0 && step_y(side::up) == -1));
@@ -21,7 +21,7 @@ TEST_CASE("sides come in the paper's order, and up is towards smaller y") {
     }
 }
 
-TEST_CASE("a grid is an image: every pixel is linked to the one beside it") {
+TEST_CASE("every pixel of a grid is linked to its four neighbors in the image") {
     for (const auto& [width, height] : {std::pair{0, 0}, {0, 5}, {1, 1}, {7, 1}, {1, 7}, {6, 4}}) {
         const graph g = make_grid(width, height);
         REQUIRE(g.size() == static_cast<std::size_t>(width * height));
@@ -72,7 +72,7 @@ static_assert(is_fixed<graph> && is_fixed<graph_view>);
 static_assert(!std::is_convertible_v<graph_builder, graph>);
 static_assert(std::is_convertible_v<const graph&, graph_view>);
 
-TEST_CASE("each side has its own column") {
+TEST_CASE("each side has a column of neighbors") {
     const graph g = make_grid(3, 3);
     CHECK(g.neighbors(side::up).data() == g.up().data());
     CHECK(g.neighbors(side::down).data() == g.down().data());
@@ -93,7 +93,7 @@ TEST_CASE("an added pixel has no links") {
     CHECK_FALSE(validate(g).has_value());
 }
 
-TEST_CASE("linking is mutual, and unlinking undoes it") {
+TEST_CASE("unlink() removes a link in both directions, and link() restores it") {
     std::mt19937 random(1);
     for (int repeat = 0; repeat < 300; ++repeat) {
         const graph before = testing::random_graph(random).topology();
@@ -117,7 +117,7 @@ TEST_CASE("linking is mutual, and unlinking undoes it") {
     }
 }
 
-TEST_CASE("random graphs are sound, and have what makes layered images hard") {
+TEST_CASE("the tests' random graphs are sound, and include islands, helices and five layers or more") {
     std::size_t max_layers = 0, empty = 0, islands = 0, helices = 0;
     std::int32_t graphs = 0;
     testing::for_random_graphs(2, 2000, [&](const testing::random_layers& layers, std::mt19937&) {
@@ -145,7 +145,7 @@ TEST_CASE("random graphs are sound, and have what makes layered images hard") {
     CHECK(helices > 200);
 }
 
-TEST_CASE("positions count the lattice row by row") {
+TEST_CASE("positions are numbered row by row, without overflow on large lattices") {
     const graph g = make_grid(7, 5);
     CHECK(g.count() == 35);
     CHECK(g.position_count() == 35);
@@ -158,7 +158,7 @@ TEST_CASE("positions count the lattice row by row") {
     CHECK(large.position(99999, 99999) == 9999999999U);
 }
 
-TEST_CASE("a graph view shows memory that somebody else owns, and every operator reads it") {
+TEST_CASE("a graph view refers to the caller's memory without a copy, and algorithms accept it like a graph") {
     testing::for_random_graphs(3, 200, [](const testing::random_layers& layers, std::mt19937&) {
         const graph& g = layers.topology();
         buffer<buffer<std::int32_t>> mine;  // an engine's own arrays

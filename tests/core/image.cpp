@@ -20,7 +20,7 @@ static_assert(std::is_convertible_v<image_view<float>, image_view<const float>>)
 static_assert(!std::is_convertible_v<const image<float>&, image_view<float>>);
 static_assert(!std::is_convertible_v<image_view<const float>, image_view<float>>);
 
-TEST_CASE("an image knows its height, width and channels") {
+TEST_CASE("an image has the height, width and channels it was created with, one channel by default") {
     const image<float> picture(3, 5, 2);
     CHECK(picture.height() == 3);
     CHECK(picture.width() == 5);
@@ -30,14 +30,14 @@ TEST_CASE("an image knows its height, width and channels") {
     CHECK(image<float>(0, 5, 3).size() == 0);
 }
 
-TEST_CASE("an image can be made of one value") {
+TEST_CASE("an image can be filled with one value") {
     const image<std::uint8_t> picture(2, 3, 4, 9);
     CHECK(std::count(picture.begin(), picture.end(), 9) == 24);
     const image<float> one(1, 1, 1, 0.5F);
     CHECK(one(0, 0, 0) == 0.5F);
 }
 
-TEST_CASE("rows are contiguous, one after the other, channels last") {
+TEST_CASE("the rows of an image are contiguous, with the channels of a pixel adjacent") {
     image<int> picture(4, 3, 2);
     std::iota(picture.data(), picture.data() + picture.size(), 0);
     for (std::size_t y = 0; y < 4; ++y)
@@ -51,7 +51,7 @@ TEST_CASE("rows are contiguous, one after the other, channels last") {
     CHECK(picture(2, 0, 0) == -1);
 }
 
-TEST_CASE("a view reads and writes somebody else's rows, with gaps between them") {
+TEST_CASE("a view reads and writes the caller's rows with gaps between them") {
     std::vector<int> memory(4 * 10, -1);
     const image_view<int> view(memory.data() + 1, 4, 3, 2, 10);
     CHECK(view.row_stride() == 10);
@@ -69,7 +69,7 @@ TEST_CASE("a view reads and writes somebody else's rows, with gaps between them"
             for (int c = 0; c < 2; ++c) CHECK(copy(y, x, c) == 100 * y + 10 * x + c);
 }
 
-TEST_CASE("a stride in bytes must be whole values that hold a row") {
+TEST_CASE("a stride in bytes is refused unless it is a multiple of the value's size and at least one row") {
     std::vector<float> memory(40);
     const image_view<float> view(memory.data(), 4, 3, 2, byte_stride{40});
     CHECK(view.row_stride() == 10);
@@ -79,7 +79,7 @@ TEST_CASE("a stride in bytes must be whole values that hold a row") {
     CHECK_THROWS_AS(image_view<float>(memory.data(), 4, 3, 2, byte_stride{0}), error);
 }
 
-TEST_CASE("sizes that no memory has are refused, whatever their product wraps around to") {
+TEST_CASE("image sizes beyond the address space are refused, even if their product overflows to a small number") {
     constexpr std::size_t half = std::size_t{1} << (4 * sizeof(std::size_t)), most = static_cast<std::size_t>(-1);
     const auto is_refused = [](auto&& make) {
         try {
@@ -111,7 +111,7 @@ TEST_CASE("sizes that no memory has are refused, whatever their product wraps ar
                       Catch::Contains(std::to_string(2 * half) + " x " + std::to_string(2 * half) + " x 1"));
 }
 
-TEST_CASE("a moved-from image has no values") {
+TEST_CASE("a moved-from image is empty") {
     image<float> from(2, 3, 1, 1.5F);
     const image<float> to = std::move(from);
     CHECK(to == image<float>(2, 3, 1, 1.5F));

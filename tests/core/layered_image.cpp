@@ -105,7 +105,7 @@ struct short_memory {
 }  // namespace
 
 #if LDI_HAS_EXCEPTIONS
-TEST_CASE("wherever memory runs out, every column has one row per pixel") {
+TEST_CASE("if memory runs out during a change, every column still has one row per pixel") {
     using small_layers = layered_image<normal_column, disparity_column>;
     const auto make = [] {
         small_layers layers(make_grid(4, 4));
@@ -185,7 +185,7 @@ TEST_CASE("wherever memory runs out, every column has one row per pixel") {
 }
 #endif
 
-TEST_CASE("a callback that changes the image itself finds it empty") {
+TEST_CASE("the image is empty while edit_links() or grow() runs its callback, so the callback cannot change it directly") {
     layered_image<disparity_column> layers(make_grid(4, 4));
     layers.edit_links([&](link_editor& links) {
         CHECK(layers.size() == 0);
@@ -205,7 +205,7 @@ TEST_CASE("a callback that changes the image itself finds it empty") {
     CHECK(is_sound(layers));
 }
 
-TEST_CASE("columns are as long as the graph, and zero at first") {
+TEST_CASE("new columns have one row per pixel and are zero") {
     const users_layers layers(make_grid(4, 3));
     REQUIRE(layers.size() == 12);
     CHECK(layers.column<normal_column>() == buffer<double>(36, 0.0));
@@ -214,13 +214,13 @@ TEST_CASE("columns are as long as the graph, and zero at first") {
     CHECK(users_layers().size() == 0);
 }
 
-TEST_CASE("columns of one type are told apart by their names") {
+TEST_CASE("columns with the same scalar type and channels are separate") {
     users_layers layers(make_grid(2, 1));
     layers.column<disparity_column>()[1] = 0.5F;
     CHECK(layers.column<other_disparity_column>()[1] == 0.0F);
 }
 
-TEST_CASE("a pixel's scalars lie side by side") {
+TEST_CASE("the channels of a pixel are adjacent in its column") {
     users_layers layers(make_grid(2, 2));
     layers.at<normal_column>(2)[1] = 7.0;
     CHECK(layers.column<normal_column>()[2 * 3 + 1] == 7.0);
@@ -228,7 +228,7 @@ TEST_CASE("a pixel's scalars lie side by side") {
     CHECK(fixed.at<normal_column>(2).data() == fixed.column<normal_column>().data() + 6);
 }
 
-TEST_CASE("grown pixels follow the rules of the columns, and the old rows stay") {
+TEST_CASE("grow() derives new rows from their origins by the rule of each column, and keeps the old rows") {
     testing::for_random_graphs(61, 200, [](const testing::random_layers& random_layers, std::mt19937& random) {
         if (random_layers.topology().size() == 0) return;
         using grown_layers = layered_image<disparity_column, known_column, name_column>;
@@ -268,7 +268,7 @@ TEST_CASE("grown pixels follow the rules of the columns, and the old rows stay")
     });
 }
 
-TEST_CASE("growth that fails leaves an empty image, and editing links that fails leaves a sound one") {
+TEST_CASE("an exception in grow() leaves an empty image, and one in edit_links() leaves a sound image") {
     photo_layers layers(make_grid(3, 2));
     CHECK_THROWS(layers.edit_links([](link_editor& links) {
         links.unlink(0, side::right);
@@ -281,7 +281,7 @@ TEST_CASE("growth that fails leaves an empty image, and editing links that fails
     CHECK(layers.column<color_column>().empty());
 }
 
-TEST_CASE("grow() refuses pixels without a source") {
+TEST_CASE("grow() refuses pieces that skip, repeat or exceed pixels, and origins out of range") {
     const auto grow = [](const buffer<grown_piece>& pieces, const buffer<std::int32_t>& origins) {
         photo_layers layers(make_grid(3, 2));
         layers.grow([&](graph_builder b) {
@@ -298,7 +298,7 @@ TEST_CASE("grow() refuses pixels without a source") {
     CHECK_THROWS_AS(grow({{0, 6, false}, {1, 1, true}}, {5}), error);
 }
 
-TEST_CASE("columns of another length are refused") {
+TEST_CASE("columns whose length does not match the graph are refused") {
     photo_layers layers(make_grid(3, 2));
     CHECK_THROWS_AS(layers.set_column<disparity_column>(buffer<float>(5)), error);
     CHECK_THROWS_AS(layers.set_column<color_column>(buffer<std::uint8_t>(6)), error);
@@ -309,7 +309,7 @@ TEST_CASE("columns of another length are refused") {
     CHECK_THROWS_AS(photo_layer(photo_layers(make_grid(3, 2))).with<normal_column>(buffer<double>(17)), error);
 }
 
-TEST_CASE("a single layer holds the pixels of a photo, row by row, and nothing else") {
+TEST_CASE("photo_layer refuses layers that are not exactly one pixel per position, row by row") {
     CHECK_NOTHROW(photo_layer(photo_layers(make_grid(3, 2))));
     photo_layers swapped(make_grid(3, 2));
     swapped.reorder(buffer<std::int32_t>{1, 0, 2, 3, 4, 5});
@@ -327,7 +327,7 @@ TEST_CASE("a moved-from layered image is empty") {
     CHECK(layers.column<color_column>().empty());
 }
 
-TEST_CASE("a layered view shows columns that somebody else owns") {
+TEST_CASE("a layered view refers to the caller's columns without a copy") {
     const graph g = make_grid(3, 2);
     buffer<float> mine{0, 1, 2, 3, 4, 5};
     const layered_view<disparity_column> view(g, mine);
@@ -338,7 +338,7 @@ TEST_CASE("a layered view shows columns that somebody else owns") {
     CHECK(part.column<name_column>().data() == layers.column<name_column>().data());
 }
 
-TEST_CASE("the user's payload travels with its pixel when the order changes") {
+TEST_CASE("reorder() moves every pixel's values, including columns of the caller's types") {
     testing::for_random_graphs(60, 300, [](const testing::random_layers& random_layers, std::mt19937& random) {
         users_layers layers(random_layers.topology());
         for (std::int32_t i = 0; i < static_cast<std::int32_t>(layers.size()); ++i) {
@@ -360,7 +360,7 @@ TEST_CASE("the user's payload travels with its pixel when the order changes") {
     });
 }
 
-TEST_CASE("of the pixels that are kept the links and rows stay, in their order, and nothing else does") {
+TEST_CASE("keep() removes the other pixels and their links, and keeps the order, rows and links of the rest") {
     testing::for_random_graphs(60, 300, [](const testing::random_layers& random_layers, std::mt19937& random) {
         users_layers before(random_layers.topology());
         before.set_column<disparity_column>(random_layers.disparity);

@@ -9,7 +9,7 @@ using ldi::testing::number_in;
 using ldi::testing::random_marks;
 using ldi::testing::region_of;
 
-TEST_CASE("a region numbers its pixels row by row, and nothing outside") {
+TEST_CASE("a region numbers its pixels row by row, and other positions have no number") {
     for (std::uint32_t seed = 0; seed < 20; ++seed) {
         const image<std::uint8_t> marks = random_marks(9, 13, seed);
         const pixel_region region = region_of(marks);
@@ -24,7 +24,7 @@ TEST_CASE("a region numbers its pixels row by row, and nothing outside") {
     }
 }
 
-TEST_CASE("halving keeps the pixels with even coordinates") {
+TEST_CASE("a halved region has the pixels with even coordinates, which are the parents of their 2 x 2 blocks") {
     for (const auto& [height, width] : {std::pair<std::size_t, std::size_t>{1, 1}, {1, 2}, {2, 1}, {8, 8}, {7, 10}, {9, 5}})
         for (std::uint32_t seed = 0; seed < 10; ++seed) {
             const image<std::uint8_t> marks = random_marks(height, width, seed);

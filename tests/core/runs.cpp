@@ -8,7 +8,7 @@
 
 using namespace ldi;
 
-TEST_CASE("runs hold every pixel once, are linked from left to right, and cannot be longer") {
+TEST_CASE("runs contain every pixel exactly once, link their pixels from left to right, and are maximal") {
     std::mt19937 random(1);
     for (int round = 0; round < 300; ++round) {
         graph g = testing::random_graph(random, 40).topology();
@@ -28,7 +28,7 @@ TEST_CASE("runs hold every pixel once, are linked from left to right, and cannot
     }
 }
 
-TEST_CASE("a row of an image is one run, and no pixels are none") {
+TEST_CASE("every row of an image is one run, and an empty graph has no runs") {
     CHECK(runs_of(make_grid(7, 3)).size() == 3);
     CHECK(runs_of(graph()).empty());
 }

@@ -51,7 +51,7 @@ void detects(invariant expected, std::uint32_t seed, Damage&& damage) {
 }
 }  // namespace
 
-TEST_CASE("sound graphs are found sound") {
+TEST_CASE("validate() finds no violation in sound graphs") {
     CHECK_FALSE(validate(graph{}).has_value());
     CHECK_FALSE(validate(make_grid(5, 3)).has_value());
     testing::for_random_graphs(10, 500, [](const testing::random_layers& layers, std::mt19937&) {
@@ -72,7 +72,7 @@ TEST_CASE("a position outside the lattice is detected") {
     });
 }
 
-TEST_CASE("a neighbor that is no pixel's index is detected") {
+TEST_CASE("a neighbor index out of range is detected") {
     detects(invariant::neighbor_in_range, 12, [](own_columns& g, std::int32_t pixel, side s, std::mt19937& random) {
         g.neighbors(s)[static_cast<std::size_t>(pixel)] =
             testing::chance(random, 50) ? static_cast<std::int32_t>(g.size()) : -2 - testing::below(random, 10);
@@ -80,7 +80,7 @@ TEST_CASE("a neighbor that is no pixel's index is detected") {
     });
 }
 
-TEST_CASE("a link that is not returned is detected") {
+TEST_CASE("a one-way link is detected") {
     detects(invariant::mutual_links, 13, [](own_columns& g, std::int32_t pixel, side s, std::mt19937&) {
         const std::int32_t there = g.neighbor(pixel, s);
         if (there == no_pixel) return false;
@@ -94,7 +94,7 @@ TEST_CASE("a link that is not returned is detected") {
     });
 }
 
-TEST_CASE("two pixels that claim one neighbor are detected") {
+TEST_CASE("two pixels that link to the same side of one neighbor are detected") {
     graph_builder b(make_grid(2, 2));
     const std::int32_t rival = b.add_pixel(0, 0);
     own_columns g(std::move(b).build());
@@ -105,7 +105,7 @@ TEST_CASE("two pixels that claim one neighbor are detected") {
     CHECK(found->pixel == rival);
 }
 
-TEST_CASE("a mutual link between pixels that are not side by side is detected") {
+TEST_CASE("a mutual link between pixels that are not adjacent is detected") {
     int broken = 0;
     testing::for_random_graphs(15, 1000, [&](const testing::random_layers& layers, std::mt19937& random) {
         own_columns g(layers.topology());
@@ -126,7 +126,7 @@ TEST_CASE("a mutual link between pixels that are not side by side is detected") 
     CHECK(broken > 100);
 }
 
-TEST_CASE("pixels out of canonical order are detected where they stand") {
+TEST_CASE("validate_canonical() reports the first pixel that is out of canonical order") {
     const graph g = make_grid(4, 4);
     buffer<std::int32_t> order = canonical_order(g);
     std::swap(order[6], order[9]);
@@ -138,7 +138,7 @@ TEST_CASE("pixels out of canonical order are detected where they stand") {
     CHECK(found->pixel == 6);
 }
 
-TEST_CASE("every invariant has a name of its own") {
+TEST_CASE("every invariant has a unique name") {
     std::vector<std::string_view> names;
     for (const invariant i : {invariant::inside_lattice, invariant::neighbor_in_range, invariant::mutual_links,
                               invariant::one_step_away, invariant::canonical_order})
@@ -148,7 +148,7 @@ TEST_CASE("every invariant has a name of its own") {
     CHECK(std::find(names.begin(), names.end(), "unknown invariant") == names.end());
 }
 
-TEST_CASE("validate() accepts disparities in [-1, 1]") {
+TEST_CASE("a disparity that is NaN or outside -1 to 1 is detected") {
     photo_layers layers(make_grid(4, 3));
     CHECK_FALSE(validate(layers));
     layers.column<disparity_column>()[5] = 1.5F;

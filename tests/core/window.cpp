@@ -53,7 +53,7 @@ window window_by_rounds(const graph_view& g, std::int32_t pixel, std::int32_t ke
 }
 }  // namespace
 
-TEST_CASE("in an image a window is the square round its pixel, with nothing beyond the border") {
+TEST_CASE("the window in an image is the square around its pixel, and is empty beyond the border") {
     const graph g = make_grid(5, 4);
     CHECK(window_of(g, 7, 1) == window{7});
     CHECK(window_of(g, 7, 3) == window{1, 2, 3, 6, 7, 8, 11, 12, 13});
@@ -71,7 +71,7 @@ TEST_CASE("in an image a window is the square round its pixel, with nothing beyo
         }
 }
 
-TEST_CASE("exploration goes round a silhouette, and stays away from what it cannot reach (the paper's 5 x 5 example)") {
+TEST_CASE("exploration passes around a silhouette, and leaves unreachable pixels out (the paper's 5 x 5 example)") {
     // A wall right of the center's column in all rows but the last; the two pixels in the top right corner are cut off.
     //
     //      0  1  2 | 3  4
@@ -89,7 +89,7 @@ TEST_CASE("exploration goes round a silhouette, and stays away from what it cann
     CHECK(window_of(g, 12, 3) == window{6, 7, none, 11, 12, none, 16, 17, none});
 }
 
-TEST_CASE("equally long paths to different layers: up and down are taken before left and right") {
+TEST_CASE("of equally long paths to different layers, the one that starts up or down wins over left or right") {
     //  Each corner of the center 0 has two layers: one behind the pixel above or below, one behind the pixel left or right.
     testing::sketched_graph g(3, 3);
     const std::int32_t center = g.add_pixel(1, 1);
@@ -109,7 +109,7 @@ TEST_CASE("equally long paths to different layers: up and down are taken before 
     g.unlink(up, side::left), g.unlink(down, side::right);
     CHECK(window_of(g, center, 3) == window{left_up, up, up_right, left, center, right, down_left, down, right_down});
 
-    SECTION("the relation is not symmetric") {
+    SECTION("window membership is not symmetric") {
         g.link(up, side::left, up_left);
         const window of_center = window_of(g, center, 3), of_left_up = window_of(g, left_up, 3);
         CHECK(std::find(of_center.begin(), of_center.end(), left_up) == of_center.end());
@@ -117,7 +117,7 @@ TEST_CASE("equally long paths to different layers: up and down are taken before 
     }
 }
 
-TEST_CASE("a shorter path wins over a longer one that turns up first") {
+TEST_CASE("a shorter path wins over a longer one that starts in an earlier direction") {
     //  Two layers at (2, 0): one is two steps away, right then up; the other four, up, up, right, down.
     testing::sketched_graph g(3, 4);
     const std::int32_t center = g.add_pixel(1, 2), right = g.add_pixel(2, 2), short_way = g.add_pixel(2, 1);
@@ -133,7 +133,7 @@ TEST_CASE("a shorter path wins over a longer one that turns up first") {
     CHECK(window_of(g, center, 3) == window{none, up, none, none, center, right, none, none, none});
 }
 
-TEST_CASE("round the end of a silhouette a window stays on its turn until another is nearer") {
+TEST_CASE("a window around the axis of a helix stays on one turn until another turn is nearer") {
     // Four pixels per turn around the lattice point (1, 1); the right neighbor of a turn's top left pixel is in the next turn.
     testing::sketched_graph g(2, 2);
     buffer<std::int32_t> a, b, c, d;  // top left, top right, bottom left, bottom right
@@ -152,7 +152,7 @@ TEST_CASE("round the end of a silhouette a window stays on its turn until anothe
     CHECK(window_of(g, a[2], 3) == window{none, none, none, none, a[2], b[2], none, c[2], d[2]});
 }
 
-TEST_CASE("a window is what exploration round by round finds, on any graph") {
+TEST_CASE("gather_window() matches an exploration in rounds on random graphs") {
     const std::int32_t sizes[] = {1, 3, 5, 7, 9, 15};
     testing::for_random_graphs(20, 2500, [&](const random_layers& layers, std::mt19937& random) {
         const graph& g = layers.topology();
@@ -164,7 +164,8 @@ TEST_CASE("a window is what exploration round by round finds, on any graph") {
     });
 }
 
-TEST_CASE("every element of a window lies where the kernel says, and joins the center inside the window") {
+TEST_CASE(
+    "every pixel of a window lies at its element's offset and, except for the center, is linked to another pixel of the window") {
     testing::for_random_graphs(21, 500, [](const random_layers& layers, std::mt19937& random) {
         const graph& g = layers.topology();
         for (std::int32_t pixel = 0; pixel < static_cast<std::int32_t>(g.size()); ++pixel) {
@@ -187,7 +188,7 @@ TEST_CASE("every element of a window lies where the kernel says, and joins the c
     });
 }
 
-TEST_CASE("a window does not depend on the order of pixels") {
+TEST_CASE("a window does not depend on the order of the pixels in memory") {
     testing::for_random_graphs(22, 500, [](const random_layers& layers, std::mt19937& random) {
         const graph& g = layers.topology();
         const buffer<std::int32_t> order = testing::random_permutation(random, g.size());

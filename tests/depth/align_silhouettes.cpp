@@ -49,7 +49,7 @@ const color red{190, 60, 50}, gray{110, 115, 120};
 
 }  // namespace
 
-TEST_CASE("silhouettes that are off by up to the uncertainty come to lie on color edges") {
+TEST_CASE("silhouettes displaced by no more than the uncertainty move to the color edges") {
     for (const float noise : {0.0F, 8.0F})
         for (const auto& [dx, dy] : {std::pair{2.0F, 0.0F}, {-2.0F, 0.0F}, {0.0F, 2.0F}, {-1.5F, 1.5F}}) {
             CAPTURE(noise, dx, dy);
@@ -63,14 +63,14 @@ TEST_CASE("silhouettes that are off by up to the uncertainty come to lie on colo
         }
 }
 
-TEST_CASE("where colors tell nothing, silhouettes only lose the lattice's stairs") {
+TEST_CASE("silhouettes between surfaces of equal color hardly change") {
     scene s = make_scene(80, 100, 2.0F, 0.0F, gray, gray, 8.0F, disc);
     const ldi::image<float> before = s.given;
     ldi::align_silhouettes(s.given, s.photo);
     CHECK(share_wrong(s.given, before) < 0.01);
 }
 
-TEST_CASE("a silhouette does not move farther than it is uncertain") {
+TEST_CASE("a silhouette moves by no more than its uncertainty") {
     scene s = make_scene(80, 100, 9.0F, 0.0F, red, gray, 0.0F, half);
     const ldi::image<float> before = s.given;
     ldi::align_silhouettes(s.given, s.photo);
@@ -82,7 +82,7 @@ TEST_CASE("a silhouette does not move farther than it is uncertain") {
     CHECK(s.given == before);
 }
 
-TEST_CASE("thin things stay, and third surfaces keep their depth") {
+TEST_CASE("alignment keeps thin objects, and the depth of a third surface beside the silhouette") {
     const auto rod = [](float x, float) { return std::abs(x - 50.0F) < 2.0F; };
     scene s = make_scene(80, 100, 1.0F, 0.0F, red, gray, 4.0F, rod);
     ldi::align_silhouettes(s.given, s.photo);
@@ -97,7 +97,7 @@ TEST_CASE("thin things stay, and third surfaces keep their depth") {
         for (std::size_t x = 53; x < 55; ++x) REQUIRE(s.given(y, x) == 0.5F);
 }
 
-TEST_CASE("only disparities of the map occur after aligning, on any number of threads alike") {
+TEST_CASE("alignment introduces no new disparities and gives the same result on any number of threads") {
     std::mt19937 random(5);
     for (int round = 0; round < 40; ++round) {
         const ldi::image<float> map = ldi::testing::random_disparity(random, 1 + random() % 60, 1 + random() % 60);
@@ -113,7 +113,7 @@ TEST_CASE("only disparities of the map occur after aligning, on any number of th
     }
 }
 
-TEST_CASE("single glints beside a silhouette do not draw it to them") {
+TEST_CASE("single bright pixels beside a silhouette do not attract it") {
     // Surfaces of similar color; right of their edge, every twelfth row has a pixel far brighter than both.
     scene s = make_scene(72, 100, 0.0F, 0.0F, {100, 100, 100}, {70, 70, 70}, 0.0F, [](float x, float) { return x < 50.0F; });
     for (const std::size_t distance : {std::size_t{0}, std::size_t{1}, std::size_t{2}}) {
@@ -126,14 +126,14 @@ TEST_CASE("single glints beside a silhouette do not draw it to them") {
     }
 }
 
-TEST_CASE("surfaces that differ by as little as a camera's noise are told apart, where there is none") {
+TEST_CASE("alignment separates surfaces whose colors differ by no more than camera noise, if the photo has no noise") {
     scene s = make_scene(80, 100, 2.0F, 0.0F, {106, 106, 106}, {100, 100, 100}, 0.0F, half);
     const double before = share_wrong(s.given, s.truth);
     ldi::align_silhouettes(s.given, s.photo);
     CHECK(share_wrong(s.given, s.truth) < 0.4 * before);
 }
 
-TEST_CASE("stripes that run on across an edge, stronger than it, do not hide it") {
+TEST_CASE("an edge is found even if stripes of higher contrast cross it") {
     scene s = make_scene(80, 100, 2.0F, 0.0F, {130, 130, 130}, {70, 70, 70}, 0.0F, half);
     for (std::size_t y = 0; y < 80; ++y)
         for (std::size_t x = 0; x < 300; ++x) {
@@ -145,7 +145,7 @@ TEST_CASE("stripes that run on across an edge, stronger than it, do not hide it"
     CHECK(share_wrong(s.given, s.truth) < 0.33 * before);
 }
 
-TEST_CASE("images of different sizes and options that make no sense are refused") {
+TEST_CASE("images of different sizes and options outside their range are refused") {
     ldi::image<float> map(10, 12);
     const ldi::image<std::uint8_t> photo(10, 12, 3);
     CHECK_THROWS_WITH(ldi::align_silhouettes(map, ldi::image<std::uint8_t>(10, 13, 3)),

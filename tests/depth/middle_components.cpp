@@ -16,7 +16,7 @@ ldi::image<float> two_sides(std::size_t edge) {
 
 }  // namespace
 
-TEST_CASE("a small component at a middle value goes to the side that it touches more") {
+TEST_CASE("a small component with a value between both sides is merged into the side that it touches more") {
     ldi::image<float> map = two_sides(20);
     const ldi::image<float> clean = map;
     for (std::size_t y = 10; y < 13; ++y)
@@ -30,7 +30,7 @@ TEST_CASE("a small component at a middle value goes to the side that it touches 
     CHECK((map == clean));
 }
 
-TEST_CASE("components of 20 pixels and more stay") {
+TEST_CASE("components of at least 20 pixels are not merged") {
     ldi::image<float> map = two_sides(20);
     for (std::size_t y = 10; y < 15; ++y)
         for (std::size_t x = 20; x < 24; ++x) map(y, x, 0) = 0.5F;
@@ -39,7 +39,7 @@ TEST_CASE("components of 20 pixels and more stay") {
     CHECK((map == before));
 }
 
-TEST_CASE("small things that are nearer or farther than all around them stay") {
+TEST_CASE("small components that are nearer or farther than all their surroundings are not merged") {
     ldi::image<float> map = two_sides(20);
     map(5, 5, 0) = 0.9F;
     map(5, 35, 0) = 0.1F;
@@ -48,7 +48,7 @@ TEST_CASE("small things that are nearer or farther than all around them stay") {
     CHECK((map == before));
 }
 
-TEST_CASE("merging brings in no new values and leaves components of random maps large or one-sided") {
+TEST_CASE("merging introduces no new values, and changes nothing if the minimum size is 1") {
     std::mt19937 random(3);
     for (int round = 0; round < 200; ++round) {
         ldi::image<float> map(1 + random() % 20, 1 + random() % 20);

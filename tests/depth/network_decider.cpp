@@ -66,7 +66,7 @@ image<float> ramp(std::size_t height, std::size_t width, std::size_t first, std:
 
 }  // namespace
 
-TEST_CASE("a blurred step becomes two surfaces, cut where the network decides") {
+TEST_CASE("a blurred step becomes two surfaces that meet at the edge chosen by the network") {
     for (const std::size_t edge : {std::size_t{36}, std::size_t{40}, std::size_t{44}})
         for (const std::size_t width : {std::size_t{1}, std::size_t{4}, std::size_t{8}}) {
             CAPTURE(edge, width);
@@ -81,7 +81,7 @@ TEST_CASE("a blurred step becomes two surfaces, cut where the network decides") 
         }
 }
 
-TEST_CASE("the share of the front tells the network's certainty") {
+TEST_CASE("the share of the front is the logistic function of the network's logit plus the prior, and 0 outside the band") {
     const image<float> map = ramp(20, 40, 19, 20);
     const auto certain = [](float logit) { return [logit](std::span<const std::uint8_t>, std::size_t) { return logit; }; };
     // The prior adds 3 to what lies in front, and takes 3 from what lies behind.
@@ -93,7 +93,7 @@ TEST_CASE("the share of the front tells the network's certainty") {
     CHECK(decide(certain(-100.0F), halves(20, 40, 20), map, map).shares(10, 15) == 1);
 }
 
-TEST_CASE("surfaces keep their slope, and no value lies in the middle of the step") {
+TEST_CASE("both surfaces continue their slope up to the edge, and no value remains in the middle of the step") {
     const image<float> map = ramp(30, 80, 36, 44, 0.002F);
     const decided_depth decided = decide(by_red, halves(30, 80, 42), map, map);
     const step_band band = find_step_band(map);
@@ -109,7 +109,7 @@ TEST_CASE("surfaces keep their slope, and no value lies in the middle of the ste
     }
 }
 
-TEST_CASE("small islands go to the side around them") {
+TEST_CASE("islands of 20 pixels are merged into the surface around them, and islands of 30 pixels are kept") {
     const image<float> map = ramp(40, 80, 39, 40);
     image<std::uint8_t> photo = halves(40, 80, 40);
     for (std::size_t y = 10; y < 14; ++y)
@@ -124,7 +124,7 @@ TEST_CASE("small islands go to the side around them") {
         }
 }
 
-TEST_CASE("disparity without a sharp step stays as it is, and has no shares") {
+TEST_CASE("disparity without a sharp step is unchanged, and all its shares are 0") {
     for (const std::string_view name : {"flat", "ramp"}) {
         const image<float> map = ldi::testing::hard_map(name, 40, 60, 1);
         const decided_depth decided = decide(at_random, ldi::testing::noisy_photo(40, 60), map, map);
@@ -133,7 +133,7 @@ TEST_CASE("disparity without a sharp step stays as it is, and has no shares") {
     }
 }
 
-TEST_CASE("without a network silhouettes are aligned by hand") {
+TEST_CASE("without a network, the decider aligns silhouettes as aligned_silhouettes does") {
     const image<float> map = ramp(60, 80, 38, 39);
     const image<std::uint8_t> photo = halves(60, 80, 40);
     const undecided_depth depth{photo, map, map, {}, 1.0F};
@@ -146,7 +146,7 @@ TEST_CASE("without a network silhouettes are aligned by hand") {
     CHECK(network_decider(&network).decide(depth, serial_executor()).disparity(30, 39) == map(30, 39));
 }
 
-TEST_CASE("memory in the band is linear in the pixels, whatever the map, the estimate and the decisions") {
+TEST_CASE("the decider's memory is linear in the number of pixels, even for hard maps and random decisions") {
     for (const std::string_view name : ldi::testing::hard_maps)
         for (const std::size_t unit : {std::size_t{1}, std::size_t{5}}) {
             std::array<double, 2> per_pixel{}, peak_per_pixel{};
@@ -167,7 +167,7 @@ TEST_CASE("memory in the band is linear in the pixels, whatever the map, the est
         }
 }
 
-TEST_CASE("maps of any size beside photos of any size are decided") {
+TEST_CASE("the decider accepts depth maps and photos of any size") {
     for (const auto& [rows, columns] :
          {std::pair<std::size_t, std::size_t>{1, 1}, {1, 2}, {2, 2}, {1, 60}, {60, 1}, {3, 5}, {17, 16}, {40, 50}})
         for (const auto& [map_rows, map_columns] : {std::pair<std::size_t, std::size_t>{1, 1}, {1, 40}, {60, 60}})

@@ -18,7 +18,7 @@ ldi::image<float> ramp(float first, float last, std::size_t count = 1000) {
 
 }  // namespace
 
-TEST_CASE("normalized disparity fills [0, 1] and grows with the source") {
+TEST_CASE("normalized disparity ranges from 0 to 1 and increases with the source") {
     ldi::normalize_options options;
     options.clipped_share = 0.0F;
     const ldi::normalized_disparity n = ldi::normalize(ramp(2.0F, 10.0F), options);
@@ -28,7 +28,7 @@ TEST_CASE("normalized disparity fills [0, 1] and grows with the source") {
     CHECK(n.range.z_far / n.range.z_near == Approx(5.0F));
 }
 
-TEST_CASE("depth is the inverse of the source, up to scale") {
+TEST_CASE("normalized depth is the inverse of the source, up to scale") {
     ldi::normalize_options options;
     options.clipped_share = 0.0F;
     const ldi::image<float> source = ramp(0.5F, 4.0F);
@@ -38,7 +38,7 @@ TEST_CASE("depth is the inverse of the source, up to scale") {
         CHECK(n.range.depth(n.disparity(0, x, 0)) * source(0, x, 0) == Approx(scale).epsilon(1e-4));
 }
 
-TEST_CASE("metric sources keep their meters") {
+TEST_CASE("the depth of a metric source stays in meters") {
     ldi::normalize_options options;
     options.clipped_share = 0.0F;
     options.is_metric = true;
@@ -48,7 +48,7 @@ TEST_CASE("metric sources keep their meters") {
         CHECK(n.range.depth(n.disparity(0, x, 0)) == Approx(1.0F / source(0, x, 0)).epsilon(1e-4));
 }
 
-TEST_CASE("a few wild values do not squeeze the others") {
+TEST_CASE("a single outlier does not compress the range of the other values") {
     ldi::image<float> map = ramp(1.0F, 2.0F, 10000);
     map(0, 0, 0) = 1e6F;
     const ldi::normalized_disparity n = ldi::normalize(map);
@@ -56,7 +56,7 @@ TEST_CASE("a few wild values do not squeeze the others") {
     CHECK(n.disparity(0, 5000, 0) == Approx(0.5F).margin(0.01));
 }
 
-TEST_CASE("one step of a quantized source never exceeds the largest step, even in a flat scene") {
+TEST_CASE("one quantization step of the source never exceeds the maximum step of disparity, even in a flat scene") {
     const float ratio = std::exp(0.0187F);
     ldi::normalize_options options;
     options.relative_step = ratio - 1.0F;
@@ -72,7 +72,7 @@ TEST_CASE("one step of a quantized source never exceeds the largest step, even i
     }
 }
 
-TEST_CASE("distances beyond the largest ratio are brought nearer, and unknown distances are assumed") {
+TEST_CASE("the ratio of far to near depth is limited, and the assumed range applies to sources that are not inverse depth") {
     ldi::normalize_options options;
     options.clipped_share = 0.0F;
     CHECK(ldi::normalize(ramp(0.001F, 10.0F), options).range.z_far == Approx(options.max_depth_ratio));
@@ -81,7 +81,7 @@ TEST_CASE("distances beyond the largest ratio are brought nearer, and unknown di
     CHECK(ldi::normalize(ramp(-5.0F, 10.0F), options).range.z_far == 7.0F);
 }
 
-TEST_CASE("values that are not finite, and inverse depth below 0, are errors that say what was found") {
+TEST_CASE("values that are not finite, negative inverse depth and invalid shapes are refused with the value found") {
     const auto complaint_about = [](const ldi::image<float>& map, const ldi::normalize_options& options = {}) -> std::string {
         try {
             ldi::normalize(map, options);
@@ -108,7 +108,7 @@ TEST_CASE("values that are not finite, and inverse depth below 0, are errors tha
     CHECK(complaint_about(ramp(1.0F, 2.0F), options) == "0 to inf");
 }
 
-TEST_CASE("an inverse depth of 0 is as far away as the largest ratio allows") {
+TEST_CASE("an inverse depth of 0 becomes the farthest depth that the maximum ratio allows") {
     ldi::normalize_options options;
     options.clipped_share = 0.0F;
     ldi::image<float> map = ramp(0.2F, 0.5F);
@@ -123,7 +123,7 @@ TEST_CASE("an inverse depth of 0 is as far away as the largest ratio allows") {
     }
 }
 
-TEST_CASE("metric distances that positions cannot hold are refused") {
+TEST_CASE("metric distances below 1e-6 or above 1e9 meters are refused") {
     ldi::normalize_options options;
     options.is_metric = true;
     CHECK_THROWS_WITH(ldi::normalize(ldi::image<float>(2, 2, 1, 2.94e-39F), options),
@@ -136,7 +136,7 @@ TEST_CASE("metric distances that positions cannot hold are refused") {
     CHECK(ldi::normalize(map, options).range.z_near == Approx(2.0F));
 }
 
-TEST_CASE("the largest and the smallest floats are values like others") {
+TEST_CASE("maps of the largest and of the smallest floats are normalized without overflow") {
     constexpr float largest = std::numeric_limits<float>::max(), smallest = std::numeric_limits<float>::denorm_min();
     ldi::normalize_options options;
     options.clipped_share = 0.0F;
@@ -153,7 +153,7 @@ TEST_CASE("the largest and the smallest floats are values like others") {
     CHECK(n.disparity(0, 2, 0) == 1.0F);
 }
 
-TEST_CASE("a share of half the pixels or more cannot be clipped") {
+TEST_CASE("a share of clipped pixels that is negative, NaN or at least one half is refused") {
     for (float share : {-0.1F, 0.5F, 1.0F, std::numeric_limits<float>::quiet_NaN()}) {
         ldi::normalize_options options;
         options.clipped_share = share;

@@ -34,7 +34,7 @@ struct disc_scene {
 
 }  // namespace
 
-TEST_CASE("depth edges move onto color edges") {
+TEST_CASE("resampling moves depth edges to the color edges of the photo") {
     for (float shift : {0.0F, 3.0F, -5.0F}) {
         const disc_scene scene(shift);
         const ldi::image<float> fine = ldi::resample_to_photo(scene.map, scene.photo);
@@ -49,13 +49,13 @@ TEST_CASE("depth edges move onto color edges") {
     }
 }
 
-TEST_CASE("resampling brings no values between the two sides of an edge") {
+TEST_CASE("resampling creates no values between the two sides of an edge") {
     const disc_scene scene(2.0F);
     for (float value : ldi::resample_to_photo(scene.map, scene.photo))
         REQUIRE((std::abs(value - 0.9F) < 1e-4F || std::abs(value - 0.2F) < 1e-4F));
 }
 
-TEST_CASE("a plane stays a plane") {
+TEST_CASE("resampling keeps a plane exact") {
     ldi::image<std::uint8_t> photo(96, 120, 3, std::uint8_t{100});
     ldi::image<float> map(24, 30);
     for (std::size_t y = 0; y < 24; ++y)
@@ -69,7 +69,7 @@ TEST_CASE("a plane stays a plane") {
         }
 }
 
-TEST_CASE("any ratio of sizes covers every pixel, on any number of threads") {
+TEST_CASE("resampling works for any ratio of sizes, with the same result on three threads") {
     std::mt19937 random(5);
     ldi::thread_pool threads(3);
     for (int round = 0; round < 60; ++round) {

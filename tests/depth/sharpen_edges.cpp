@@ -29,7 +29,7 @@ float max_step(const ldi::image<float>& map, std::size_t y) {
 
 }  // namespace
 
-TEST_CASE("a washed-out edge becomes one step, where it was steepest") {
+TEST_CASE("a blurred edge becomes one step at its steepest place") {
     for (const float sigma : {1.0F, 2.0F, 3.0F})
         for (const float height : {0.3F, 0.5F, 0.8F})
             for (const float edge : {24.5F, 30.5F, 33.5F}) {
@@ -44,7 +44,7 @@ TEST_CASE("a washed-out edge becomes one step, where it was steepest") {
             }
 }
 
-TEST_CASE("slopes, and what changes less than three steps of the surface rule, stay as they are") {
+TEST_CASE("slopes, and edges lower than three times the surface rule's maximum step, are not sharpened") {
     ldi::image<float> slope(40, 50);
     for (std::size_t y = 0; y < slope.height(); ++y)
         for (std::size_t x = 0; x < slope.width(); ++x)
@@ -56,12 +56,12 @@ TEST_CASE("slopes, and what changes less than three steps of the surface rule, s
     CHECK(ldi::sharpen_edges(slope, {}, {.min_share = 0.3F}) != slope);
 }
 
-TEST_CASE("an edge along the border of the map is a network's error, and stays") {
+TEST_CASE("an edge along the border of the map is not sharpened, because networks err there") {
     const ldi::image<float> map = washed_out_step(0.1F, 0.9F, 57.5F, 0.7F);
     CHECK(ldi::sharpen_edges(map) == map);
 }
 
-TEST_CASE("sharpening invents no value, and is the same on any number of threads") {
+TEST_CASE("sharpening introduces no new values, and gives the same result on three threads") {
     std::mt19937 random(3);
     for (int round = 0; round < 20; ++round) {
         const ldi::image<float> map = ldi::testing::random_disparity(random, 1 + random() % 50, 1 + random() % 50);
@@ -71,7 +71,7 @@ TEST_CASE("sharpening invents no value, and is the same on any number of threads
     }
 }
 
-TEST_CASE("a radius that makes no sense is refused, and 0 sharpens nothing") {
+TEST_CASE("a radius outside 0 to 64 is refused, and a radius of 0 changes nothing") {
     const ldi::image<float> map = washed_out_step(0.1F, 0.9F, 30.5F, 2.0F);
     CHECK_THROWS_WITH(ldi::sharpen_edges(map, {}, {.radius = -1}), Catch::Contains("0 to 64") && Catch::Contains("-1"));
     CHECK_THROWS_WITH(ldi::sharpen_edges(map, {}, {.radius = 65}), Catch::Contains("65"));

@@ -74,7 +74,7 @@ TEST_CASE("the weighted median is the sample whose preceding and following weigh
     }
 }
 
-TEST_CASE("an edge washed out over three pixels becomes a step") {
+TEST_CASE("the weighted median turns an edge blurred over three pixels into a step") {
     ldi::image<float> map(20, 30);
     for (std::size_t y = 0; y < 20; ++y)
         for (std::size_t x = 0; x < 30; ++x)

@@ -109,7 +109,7 @@ glb_chunks chunks_of(const std::string& file) {
 
 }  // namespace
 
-TEST_CASE("a GLB file holds the mesh, the texture byte for byte, and the camera") {
+TEST_CASE("a GLB file contains the mesh, the unchanged texture file, and the camera") {
     const textured_mesh mesh = make_sheet(7, 5);
     const byte_string texture = encode_jpeg(smooth_picture(16, 32, 3), 85);
     const buffer<std::byte> file = encode_glb(mesh, texture, {.camera = some_camera()});
@@ -139,14 +139,14 @@ TEST_CASE("a GLB file holds the mesh, the texture byte for byte, and the camera"
     CHECK(read_back(encode_glb(mesh, texture)).cameras.empty());
 }
 
-TEST_CASE("beside the header a GLB file holds nothing but its content") {
+TEST_CASE("a GLB file is less than 1800 bytes larger than its vertices, triangles and texture") {
     const textured_mesh mesh = make_sheet(100, 80);
     const byte_string texture = encode_jpeg(smooth_picture(16, 32, 3), 85);
     const std::size_t content = mesh.vertex_count() * (12 + 4) + mesh.triangles.size() * 2 + texture.size();
     CHECK(encode_glb(mesh, texture).size() < content + 1800);
 }
 
-TEST_CASE("indices have 16 bits below 65,536 vertices and 32 bits from there") {
+TEST_CASE("indices have 16 bits for 65,535 vertices and 32 bits for more") {
     const byte_string texture = encode_jpeg(smooth_picture(8, 8, 3), 85);
     for (std::uint32_t rows : {255u, 256u}) {
         textured_mesh mesh = make_sheet(257, rows);  // 65,535 and 65,792 vertices
@@ -163,7 +163,7 @@ TEST_CASE("indices have 16 bits below 65,536 vertices and 32 bits from there") {
     }
 }
 
-TEST_CASE("soft edges are a second primitive, blended, with opacity as the alpha of white vertices") {
+TEST_CASE("soft edges are a second, blended primitive with white vertices whose alpha is the opacity") {
     const byte_string texture = encode_jpeg(smooth_picture(16, 32, 3), 85);
     for (const std::uint32_t rows : {2U, 3U}) {
         const textured_mesh mesh = make_soft_sheet(2, rows, 7);
@@ -184,7 +184,7 @@ TEST_CASE("soft edges are a second primitive, blended, with opacity as the alpha
     }
 }
 
-TEST_CASE("a mesh of several textures is a primitive per texture, each with vertices of its own") {
+TEST_CASE("a mesh with several textures has one primitive with separate vertices per texture in use") {
     const byte_string first = encode_jpeg(smooth_picture(16, 32, 3), 85), second = encode_jpeg(smooth_picture(8, 8, 3), 85),
                       third = encode_jpeg(smooth_picture(24, 8, 3), 85);
     const std::vector<std::span<const std::byte>> textures{first, second, third};
@@ -222,7 +222,7 @@ TEST_CASE("a mesh of several textures is a primitive per texture, each with vert
     }
 }
 
-TEST_CASE("attributes of the caller's are at their vertices, in every part") {
+TEST_CASE("the caller's vertex attributes are written to the primitive of every texture") {
     const byte_string texture = encode_jpeg(smooth_picture(8, 8, 3), 85);
     const std::vector<std::span<const std::byte>> two{texture, texture};
     textured_mesh mesh = make_soft_sheet(4, 4, 3);
@@ -251,7 +251,7 @@ TEST_CASE("attributes of the caller's are at their vertices, in every part") {
     CHECK(buffer<std::uint32_t>(indices.begin(), indices.end()) == more.triangles);
 }
 
-TEST_CASE("an attribute that glTF does not allow, or that does not fit the mesh, is refused") {
+TEST_CASE("vertex attributes that glTF does not allow, or that do not match the mesh, are refused") {
     const byte_string texture = encode_jpeg(smooth_picture(8, 8, 3), 85);
     const textured_mesh mesh = make_sheet(2, 2);
     const auto result_of = [&](const buffer<vertex_attribute>& attributes) {
@@ -269,7 +269,7 @@ TEST_CASE("an attribute that glTF does not allow, or that does not fit the mesh,
     CHECK(result_of({{"_A", 1, buffer<float>(4, std::nanf(""))}}) == error_code::invalid_option);
 }
 
-TEST_CASE("parts that don't fit the textures, or triangles across parts, are refused") {
+TEST_CASE("parts that do not match the textures, and triangles that connect two parts, are refused") {
     const byte_string texture = encode_jpeg(smooth_picture(8, 8, 3), 85);
     const std::vector<std::span<const std::byte>> two{texture, texture};
     textured_mesh mesh = make_sheet(4, 4);
@@ -286,7 +286,7 @@ TEST_CASE("parts that don't fit the textures, or triangles across parts, are ref
     CHECK(read_back(encode_glb(mesh, two)).images.size() == 1);
 }
 
-TEST_CASE("a mesh or a texture that no viewer could show is refused") {
+TEST_CASE("invalid meshes and damaged or unsupported textures are refused") {
     const byte_string texture = encode_jpeg(smooth_picture(8, 8, 3), 85);
     const auto refused = [&](const textured_mesh& mesh, const byte_string& jpeg, const std::string& words) {
         CHECK(raised([&] { encode_glb(mesh, jpeg); }) == error_code::invalid_data);
@@ -309,7 +309,7 @@ TEST_CASE("a mesh or a texture that no viewer could show is refused") {
     refused(mesh, byte_string(png.begin(), png.end() - 2), "cut off");
 }
 
-TEST_CASE("a GLB file says how far the camera may go") {
+TEST_CASE("a GLB file states the motion and the depth range in its extras") {
     const textured_mesh mesh = make_sheet(7, 5);
     const byte_string texture = encode_jpeg(smooth_picture(16, 32, 3), 85);
     glb_options options;
@@ -323,7 +323,7 @@ TEST_CASE("a GLB file says how far the camera may go") {
     CHECK(read_back(encode_glb(mesh, texture)).scenes.at(0).extras.Type() == tinygltf::NULL_TYPE);
 }
 
-TEST_CASE("a GLB file says what it was made of") {
+TEST_CASE("a GLB file states the name of its photo and the focal length in its extras") {
     glb_options options;
     options.source = "a \"photo\" \\ of\nB\u00E9b\u00E9.jpg";
     options.motion = 0.08F;
@@ -335,7 +335,7 @@ TEST_CASE("a GLB file says what it was made of") {
     CHECK(extras.Get("focal_length_35mm").GetNumberAsDouble() == Approx(1000 * std::hypot(36, 24) / diagonal));
 }
 
-TEST_CASE("a GLB file has the JSON and the bytes of the file that tinygltf makes of the same mesh") {
+TEST_CASE("a GLB file has the same JSON values and binary data as a file that tinygltf writes of the same mesh") {
     std::mt19937 random(3);
     const auto between = [&](float low, float high) { return std::uniform_real_distribution<float>(low, high)(random); };
     const byte_string jpeg = encode_jpeg(smooth_picture(16, 32, 3), 85), png = encode_png(smooth_picture(5, 7, 1));
@@ -362,7 +362,7 @@ TEST_CASE("a GLB file has the JSON and the bytes of the file that tinygltf makes
     same(make_sheet(257, 256), jpeg, {.camera = some_camera()});
 }
 
-TEST_CASE("a GLB file and what it is made of lie in the caller's memory, and nothing stays when there is too little") {
+TEST_CASE("encode_glb() allocates its result from the current memory, and releases everything if memory runs out") {
     const image<std::uint8_t> atlas = smooth_picture(40, 30, 3);
     const textured_mesh mesh = make_sheet(4, 4);
     ldi::testing::counted_memory own;
@@ -380,7 +380,7 @@ TEST_CASE("a GLB file and what it is made of lie in the caller's memory, and not
     }
 }
 
-TEST_CASE("pixels become a PNG texture") {
+TEST_CASE("a texture given as pixels is stored as a PNG file") {
     const image<std::uint8_t> atlas = smooth_picture(40, 30, 3);
     const textured_mesh mesh = make_sheet(4, 4);
     const tinygltf::Model model = read_back(encode_glb(mesh, atlas, {.camera = some_camera()}));
@@ -389,7 +389,7 @@ TEST_CASE("pixels become a PNG texture") {
     CHECK(view_bytes(model, model.images.at(0).bufferView) == byte_string(png.begin(), png.end()));
 }
 
-TEST_CASE("the Khronos validator finds no error and no warning") {
+TEST_CASE("the Khronos validator finds neither errors nor warnings in GLB files, and detects a broken one") {
     const std::filesystem::path validator = std::filesystem::path(LDI_SOURCE_DIR) / "tests/gltf_validator";
     if (!std::filesystem::exists(validator / "node_modules") || std::system("node --version > /dev/null 2>&1") != 0) {
         WARN("skipped: no node, or no `npm ci` in " << validator);

@@ -113,7 +113,7 @@ TEST_CASE("random documents are read as nlohmann/json reads them") {
     }
 }
 
-TEST_CASE("damaged documents are refused where nlohmann/json refuses them") {
+TEST_CASE("damaged documents are refused if nlohmann/json refuses them, and read alike otherwise") {
     std::mt19937 random(2);
     int refused = 0;
     for (int i = 0; i < 20000; ++i) {
@@ -134,7 +134,7 @@ TEST_CASE("damaged documents are refused where nlohmann/json refuses them") {
     CHECK(refused > 10000);
 }
 
-TEST_CASE("what is wrong with a document is said with the byte that it is at") {
+TEST_CASE("errors state the byte position and what was expected there") {
     CHECK_THAT(complaint(""), Contains("text, byte 0 of its JSON: expected a JSON object, found the end"));
     CHECK_THAT(complaint("[1]"), Contains("expected a JSON object, found ["));
     CHECK_THAT(complaint("{\"a\":1,}"), Contains("byte 7") && Contains("expected a name in a JSON object, found }"));
@@ -152,13 +152,13 @@ TEST_CASE("what is wrong with a document is said with the byte that it is at") {
     CHECK_THAT(complaint("{\"a\":1,\"\\u0061\":2}"), Contains("a twice"));
 }
 
-TEST_CASE("nesting is refused beyond what the caller allows") {
+TEST_CASE("nesting deeper than the caller's limit is refused") {
     CHECK(complaint("{\"a\":[[]]}", 3) == "nothing raised");
     CHECK_THAT(complaint("{\"a\":[[[]]]}", 3), Contains("at most 3 deep"));
     CHECK_THAT(complaint("{\"a\":" + std::string(1000000, '['), deep), Contains("at most 12 deep"));
 }
 
-TEST_CASE("a member is found by its name, whatever its spelling") {
+TEST_CASE("a member is found by its name even if the name is escaped, and whole numbers are read up to 64 bits") {
     const json_value object = read_json_object("{\"\\u0061\":17,\"b\":null}", deep, "text");
     CHECK(whole_number(json_member(object, "a")) == 17);
     CHECK(json_member(object, "b").kind == json_kind::null);

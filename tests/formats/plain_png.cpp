@@ -33,7 +33,7 @@ image<std::uint8_t> random_picture(std::mt19937& random, std::size_t height, std
 
 }  // namespace
 
-TEST_CASE("pictures of every shape and kind come back from a PNG file as they were") {
+TEST_CASE("gray and RGB pictures of any shape and any noise are encoded without loss") {
     std::mt19937 random(4);
     for (std::size_t channels : {std::size_t{1}, std::size_t{3}})
         for (unsigned noise : {0U, 2U, 40U, 256U})
@@ -43,13 +43,13 @@ TEST_CASE("pictures of every shape and kind come back from a PNG file as they we
     check_reads_back(smooth_picture(120, 200, 3));
 }
 
-TEST_CASE("a view with a gap between its rows is written without it") {
+TEST_CASE("gaps between the rows of a view are not written") {
     const image<std::uint8_t> whole = smooth_picture(20, 30, 3);
     const image_view<const std::uint8_t> part(whole.row(2) + 12, 9, 11, 3, whole.row_stride());
     CHECK(encode_plain_png(part) == encode_plain_png(image<std::uint8_t>(part)));
 }
 
-TEST_CASE("a code is never longer than deflate can say") {
+TEST_CASE("no code is longer than the 15 bits of deflate") {
     // Counts that grow like Fibonacci's numbers produce the longest codes.
     std::array<std::size_t, 257> counts{};
     std::size_t a = 1, b = 1;
@@ -65,7 +65,7 @@ TEST_CASE("a code is never longer than deflate can say") {
     CHECK(filled == 1);
 }
 
-TEST_CASE("checksums are zlib's") {
+TEST_CASE("checksums match zlib's") {
     std::mt19937 random(6);
     for (std::size_t size : {0U, 1U, 7U, 8U, 9U, 5551U, 5552U, 5553U, 100000U}) {
         byte_string bytes(size);
@@ -80,7 +80,7 @@ TEST_CASE("checksums are zlib's") {
     CHECK(detail::adler32(ones) == ::adler32_z(1, reinterpret_cast<const unsigned char*>(ones.data()), ones.size()));
 }
 
-TEST_CASE("a picture that a PNG file can't hold is refused before anything is allocated") {
+TEST_CASE("a picture that is too large for a PNG file is refused") {
     const std::uint8_t pixel[3] = {};
     CHECK(raised([&] { encode_plain_png(image_view<const std::uint8_t>(pixel, 100000, 100000, 3)); }) == error_code::too_large);
 }

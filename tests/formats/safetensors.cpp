@@ -27,7 +27,7 @@ std::string complaint(std::string_view header, std::size_t data_bytes = 0) {
 using Catch::Contains;
 }  // namespace
 
-TEST_CASE("tensors of every type come with shape, values and metadata") {
+TEST_CASE("tensors of every supported type are read with shape, values and metadata") {
     std::vector<std::byte> data = bytes_of_values<float>({1.5F, -2.0F, 0.25F, 3.0F, 4.0F, 5.0F});
     testing::append(data, bytes_of_values<std::uint16_t>({0x3C00, 0xC000, 0x0001, 0x7BFF}));  // 1, -2, the smallest, the largest
     testing::append(data, bytes_of_values<std::uint16_t>({0x3F80, 0xC040}));                  // 1, -3
@@ -50,7 +50,7 @@ TEST_CASE("tensors of every type come with shape, values and metadata") {
     CHECK(tensor_values<std::uint8_t>(file, "u8", {2}) == buffer<std::uint8_t>{0, 255});
 }
 
-TEST_CASE("every half-precision number is read as what it is") {
+TEST_CASE("all 65,536 half-precision numbers are converted exactly") {
     for (std::uint32_t bits = 0; bits < 0x10000; ++bits) {
         const int exponent = static_cast<int>(bits >> 10 & 31), fraction = static_cast<int>(bits & 1023);
         const float magnitude = exponent == 0    ? std::ldexp(static_cast<float>(fraction), -24)
@@ -66,20 +66,20 @@ TEST_CASE("every half-precision number is read as what it is") {
     }
 }
 
-TEST_CASE("an empty file of tensors is one") {
+TEST_CASE("a file without tensors, and a tensor without values, are valid") {
     CHECK(decode("{}").tensors.empty());
     const named_tensors file = decode(R"({"none":{"dtype":"F32","shape":[0,5],"data_offsets":[0,0]}})");
     CHECK(tensor_values<float>(file, "none", {0, 5}).empty());
 }
 
-TEST_CASE("a file that is cut off anywhere is refused") {
+TEST_CASE("a file that is cut off at any byte is refused") {
     const auto whole = safetensors_file(R"({"a":{"dtype":"F32","shape":[2],"data_offsets":[0,8]}})", std::vector<std::byte>(8));
     REQUIRE(decode_safetensors(whole).tensors.size() == 1);
     for (std::size_t size = 0; size < whole.size(); ++size)
         CHECK(testing::raised([&] { decode_safetensors(std::span(whole).first(size)); }) == error_code::invalid_data);
 }
 
-TEST_CASE("damage is named, with the tensor that it is in") {
+TEST_CASE("errors name the damage and the tensor that contains it") {
     const std::string good = R"("a":{"dtype":"U8","shape":[2],"data_offsets":[0,2]})";
     CHECK(complaint("{" + good + "}", 2) == "nothing raised");
     CHECK_THAT(complaint("{" + good + "}", 3), Contains("weights") && Contains("3 bytes of data") && Contains("found 2"));
@@ -122,7 +122,7 @@ TEST_CASE("damage is named, with the tensor that it is in") {
     CHECK_THAT(complaint(R"({"\u0001\u00e9":3})"), Contains("tensor ???"));
 }
 
-TEST_CASE("a header that claims to be huge is refused before it is read") {
+TEST_CASE("a header that is longer than the file or than the limit is refused") {
     std::vector<std::byte> file = safetensors_file("{}");
     file[6] = std::byte{1};
     CHECK(testing::raised([&] { decode_safetensors(file); }) == error_code::invalid_data);
@@ -130,7 +130,7 @@ TEST_CASE("a header that claims to be huge is refused before it is read") {
     CHECK(testing::raised([&] { decode_safetensors(long_one); }) == error_code::too_large);
 }
 
-TEST_CASE("files are read by name") {
+TEST_CASE("load_safetensors() reads a file by its path, and its errors name the path") {
     CHECK(testing::raised([] { load_safetensors("no/such.safetensors"); }) == error_code::file_access);
     const testing::scratch_folder folder;
     write_file(folder / "a.safetensors", safetensors_file(R"({"__metadata__":{"x":"y"}})"));
@@ -139,7 +139,7 @@ TEST_CASE("files are read by name") {
     CHECK_THAT(message_of([&] { load_safetensors(folder / "b.safetensors"); }), Contains("b.safetensors"));
 }
 
-TEST_CASE("random damage never gets through to memory it should not") {
+TEST_CASE("files with random damage raise an error or are decoded") {
     std::mt19937 random(5);
     const auto whole = safetensors_file(R"({"__metadata__":{"name":"x"},"a":{"dtype":"F16","shape":[2,2],"data_offsets":[0,8]},)"
                                         R"("b":{"dtype":"I8","shape":[3],"data_offsets":[8,11]}})",
@@ -151,7 +151,7 @@ TEST_CASE("random damage never gets through to memory it should not") {
     CHECK(refused < 3000);
 }
 
-TEST_CASE("a header of thousands of tensors is read in a bounded number of steps for each") {
+TEST_CASE("the number of allocations grows linearly with the number of tensors") {
     const auto allocations = [](int count) {
         std::string header = "{";
         for (int i = 0; i < count; ++i)

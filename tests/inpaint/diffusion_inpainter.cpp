@@ -24,7 +24,7 @@ ldi::photo_layers random_unknown(std::mt19937& random, bool colored) {
 
 }  // namespace
 
-TEST_CASE("diffusion keeps known colors, and continues a plain color exactly") {
+TEST_CASE("diffusion keeps known colors, stays within their range, and continues a plain color exactly") {
     std::mt19937 random(1);
     ldi::serial_executor serial;
     for (int round = 0; round < 60; ++round) {
@@ -48,7 +48,7 @@ TEST_CASE("diffusion keeps known colors, and continues a plain color exactly") {
     }
 }
 
-TEST_CASE("a gap in a ramp is filled with the ramp") {
+TEST_CASE("diffusion continues a color ramp across a gap") {
     ldi::photo_layers layers(ldi::make_grid(100, 40));
     for (std::int32_t i = 0; i < 4000; ++i) {
         const std::int32_t x = i % 100;
@@ -62,7 +62,7 @@ TEST_CASE("a gap in a ramp is filled with the ramp") {
     for (std::int32_t i = 0; i < 4000; ++i) REQUIRE(std::abs(layers.at<ldi::color_column>(i)[0] - (50 + i % 100)) <= 4);
 }
 
-TEST_CASE("color does not cross silhouettes") {
+TEST_CASE("diffusion does not carry color across silhouettes") {
     ldi::image<float> map(60, 80);
     for (std::size_t y = 0; y < 60; ++y)
         for (std::size_t x = 0; x < 80; ++x) map(y, x, 0) = x < 40 ? 0.2F : 0.8F;

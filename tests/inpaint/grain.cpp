@@ -40,7 +40,7 @@ double deviation_inside(const ldi::photo_layers& layers) {
 
 }  // namespace
 
-TEST_CASE("grain is as strong as the noise around, times its option") {
+TEST_CASE("the strength of grain is that of the surrounding noise times the option `strength`") {
     for (const double deviation : {2.0, 4.0, 8.0})
         for (const float strength : {1.0F, 0.5F}) {
             ldi::photo_layers layers = noisy_around_a_band(deviation);
@@ -55,7 +55,7 @@ TEST_CASE("grain is as strong as the noise around, times its option") {
         }
 }
 
-TEST_CASE("nothing is added where the surroundings are smooth, and next to nothing where a smeared edge meets the hole") {
+TEST_CASE("grain changes no color in smooth surroundings, and by at most one level beside a blurred edge") {
     for (const int steepness : {0, 1, 2})
         for (const bool edge : {false, true}) {
             ldi::photo_layers layers(ldi::make_grid(width, height));
@@ -75,7 +75,7 @@ TEST_CASE("nothing is added where the surroundings are smooth, and next to nothi
         }
 }
 
-TEST_CASE("grain has no bias, is gray, the same every time, and leaves known pixels and other columns alone") {
+TEST_CASE("grain is gray, unbiased and reproducible, and does not change known pixels or other columns") {
     std::mt19937 random(2);
     for (int round = 0; round < 20; ++round) {
         ldi::photo_layers layers = noisy_around_a_band(2.0 + round % 5, static_cast<unsigned>(random()));
@@ -100,7 +100,7 @@ TEST_CASE("grain has no bias, is gray, the same every time, and leaves known pix
     }
 }
 
-TEST_CASE("without grain nothing changes, and an edge next to a hole counts up to the limit only") {
+TEST_CASE("a strength of 0 changes nothing, and `limit` bounds the grain in noisy surroundings") {
     ldi::photo_layers layers = noisy_around_a_band(6.0);
     const ldi::buffer<std::uint8_t> before = layers.column<ldi::color_column>().copy();
     ldi::grain_options options;
@@ -115,7 +115,7 @@ TEST_CASE("without grain nothing changes, and an edge next to a hole counts up t
     REQUIRE(deviation_inside(layers) < 5.5);
 }
 
-TEST_CASE("grain does not cross a cut: noise on another surface counts nothing") {
+TEST_CASE("noise on another surface adds no grain") {
     ldi::photo_layers layers = noisy_around_a_band(10.0);
     for (std::int32_t i = 0; i < width * height; ++i) {
         const std::int32_t x = i % width;
@@ -131,7 +131,7 @@ TEST_CASE("grain does not cross a cut: noise on another surface counts nothing")
     }
 }
 
-TEST_CASE("a strength or a limit that is negative, no number or beyond measure is an error that names it") {
+TEST_CASE("a negative, NaN or huge strength or limit is refused by name") {
     ldi::photo_layers layers = noisy_around_a_band(1.0);
     for (const float wrong : {-1.0F, std::nanf(""), 1e9F}) {
         ldi::grain_options strength, limit;

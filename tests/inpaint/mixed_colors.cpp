@@ -58,7 +58,7 @@ struct disc_scene {
 
 }  // namespace
 
-TEST_CASE("beside a silhouette the shares of the two surfaces are found to a tenth, and the foreground's colors cleaned") {
+TEST_CASE("the matte of a blurred silhouette is accurate to a tenth on average, and foreground colors are cleaned") {
     std::mt19937 random(5);
     for (int round = 0; round < 20; ++round) {
         const disc_scene scene(random, 1.0F + 0.15F * static_cast<float>(round % 10));
@@ -88,7 +88,7 @@ TEST_CASE("beside a silhouette the shares of the two surfaces are found to a ten
     }
 }
 
-TEST_CASE("what is not mixed keeps its colors, but for some pixels and for the background beside the silhouette") {
+TEST_CASE("pixels that are not mixed keep their colors, except for the background next to the silhouette") {
     std::mt19937 random(6);
     for (int round = 0; round < 10; ++round) {
         const disc_scene scene(random, 0.001F);
@@ -109,7 +109,7 @@ TEST_CASE("what is not mixed keeps its colors, but for some pixels and for the b
     }
 }
 
-TEST_CASE("a color near another sample of a surface counts as that surface's rather than as a mixture") {
+TEST_CASE("a color near a sample of one surface is assigned to that surface, even if a mixture would explain it") {
     // Half way between the first two samples. "Close" means up to a third of their contrast.
     const ldi::detail::float_color middle{120, 100, 100}, backgrounds[] = {{20, 100, 100}, {20, 100, 100}};
     for (const auto& [distance, is_near] : {std::pair{30.0F, true}, {60.0F, true}, {80.0F, false}, {150.0F, false}}) {
@@ -121,7 +121,7 @@ TEST_CASE("a color near another sample of a surface counts as that surface's rat
     }
 }
 
-TEST_CASE("a mixture counts fully up to an error of a tenth of the contrast, and not at all from half of it") {
+TEST_CASE("the confidence in a mixture is full below an error of a tenth of the contrast, and 0 above half of it") {
     const ldi::detail::float_color foreground{220, 100, 100}, background{20, 100, 100};
     for (const auto& [error, confidence] : {std::pair{0.05F, 8}, {0.09F, 8}, {0.16F, 6}, {0.31F, 3}, {0.51F, 0}, {1.0F, 0}}) {
         CAPTURE(error);
@@ -130,7 +130,8 @@ TEST_CASE("a mixture counts fully up to an error of a tenth of the contrast, and
 }
 
 TEST_CASE(
-    "background pixels are refilled from two fifths of the foreground's color on, foreground pixels cleaned from a fifth less") {
+    "background pixels are refilled above two fifths of foreground color, foreground pixels cleaned above a fifth of "
+    "background") {
     const auto unmixed = [](float behind, float in_front) {
         const color front{220, 60, 60}, back{60, 140, 200};
         ldi::image<float> disparity(30, 40);
@@ -161,7 +162,7 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("a cleaned pixel keeps half of what its own color differs by, where it is mixed half and half") {
+TEST_CASE("cleaning a pixel with equal shares keeps half of its foreground color's deviation from the colors nearby") {
     // Beside the silhouette, the foreground is brighter by 40 in blue, which no mixture explains.
     ldi::image<float> disparity(30, 40);
     ldi::image<std::uint8_t> photo(30, 40, 3, std::uint8_t{100});
@@ -178,7 +179,7 @@ TEST_CASE("a cleaned pixel keeps half of what its own color differs by, where it
     CHECK(cleaned[2] == Approx(120).margin(4));
 }
 
-TEST_CASE("margins grow with photos of more than 1536 pixels") {
+TEST_CASE("margins scale with the size of photos above 1536 pixels") {
     ldi::image<float> map(24, 3072);
     for (std::size_t y = 0; y < 24; ++y)
         for (std::size_t x = 0; x < 3072; ++x) map(y, x, 0) = x < 1500 ? 0.2F : 0.8F;
@@ -190,7 +191,7 @@ TEST_CASE("margins grow with photos of more than 1536 pixels") {
     }
 }
 
-TEST_CASE("options that mean nothing are refused") {
+TEST_CASE("negative margins and other options outside their range are refused") {
     ldi::photo_layer layers = ldi::testing::lift_disparity(ldi::image<float>(4, 4));
     for (const ldi::mixed_color_options& options :
          {ldi::mixed_color_options{.foreground_margin = -1}, ldi::mixed_color_options{.background_margin = -1},
@@ -198,7 +199,7 @@ TEST_CASE("options that mean nothing are refused") {
         CHECK_THROWS_AS(ldi::unmix_colors(layers, options), ldi::error);
 }
 
-TEST_CASE("the margins on both sides of a silhouette are unknown, all else stays known") {
+TEST_CASE("exactly the margins on both sides of a silhouette become unknown") {
     ldi::image<float> map(20, 40);
     for (std::size_t y = 0; y < 20; ++y)
         for (std::size_t x = 0; x < 40; ++x) map(y, x, 0) = x < 20 ? 0.2F : 0.8F;
@@ -223,7 +224,7 @@ TEST_CASE("a rod thinner than its margins keeps its colors") {
         if (layers.topology().x()[i] >= 20 && layers.topology().x()[i] < 24) REQUIRE(layers.column<ldi::known_column>()[i] == 1);
 }
 
-TEST_CASE("every unknown pixel can be refilled: links lead from it to a known one within the margin") {
+TEST_CASE("links lead from every unknown pixel to a known pixel within the width of both margins") {
     std::mt19937 random(1);
     for (int round = 0; round < 200; ++round) {
         ldi::photo_layer layers =
@@ -246,7 +247,7 @@ TEST_CASE("every unknown pixel can be refilled: links lead from it to a known on
     }
 }
 
-TEST_CASE("margins as wide as silhouettes of a coarse depth map are off take memory for each pixel once") {
+TEST_CASE("wide margins need bounded memory per pixel, and margins without a known pixel beyond them stay known") {
     ldi::image<float> disparity(128, 128);
     for (std::size_t y = 0; y < 128; ++y)
         for (std::size_t x = 0; x < 128; ++x) disparity(y, x) = x + y / 2 < 90 ? 0.2F : 0.8F;

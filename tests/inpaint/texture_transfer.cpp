@@ -56,7 +56,7 @@ bool same_colors(const photo_layers& a, const photo_layers& b) { return a.column
 
 }  // namespace
 
-TEST_CASE("noise goes on where it was hidden, nearly as strong, without any grain") {
+TEST_CASE("texture transfer continues noise in the hole with at least 60 percent of its strength") {
     for (const int strength : {3, 10, 30}) {
         std::mt19937 random(static_cast<unsigned>(strength));
         photo_layers layers = around_a_band(
@@ -75,7 +75,7 @@ TEST_CASE("noise goes on where it was hidden, nearly as strong, without any grai
     }
 }
 
-TEST_CASE("what is copied hangs together: fine lines go on as lines") {
+TEST_CASE("texture transfer continues fine lines through the hole") {
     photo_layers layers = around_a_band(
         [](std::int32_t, std::int32_t y) {
             const int value = y % 2 == 0 ? 120 : 136;
@@ -97,8 +97,7 @@ TEST_CASE("what is copied hangs together: fine lines go on as lines") {
     CHECK(across > 0.9 * count);
 }
 
-TEST_CASE(
-    "a sky gets no bark: texture comes from where the blurred colors are alike, and is no stronger than the detail around") {
+TEST_CASE("texture is copied only between areas of similar blurred color, so that a smooth sky next to bark stays smooth") {
     const auto is_sky = [](std::int32_t y) { return y < height / 2; };
     const auto answer = [&](std::int32_t, std::int32_t y) { return is_sky(y) ? rgb{90, 140, 220} : rgb{110, 80, 50}; };
     std::mt19937 random(5);
@@ -122,7 +121,7 @@ TEST_CASE(
     CHECK(bark / (3 * 40 * (height / 2 - 5)) > 3);
 }
 
-TEST_CASE("specks, far stronger than the photo's detail around, are held back") {
+TEST_CASE("`crest` limits copied specks that are far stronger than the detail around the hole") {
     std::mt19937 random(8);
     const photo_layers before = around_a_band(
         [&](std::int32_t x, std::int32_t y) {
@@ -147,7 +146,7 @@ TEST_CASE("specks, far stronger than the photo's detail around, are held back") 
     CHECK(greatest_change(1000.0F) > 40);
 }
 
-TEST_CASE("neighbors take their texture from neighbors, nearly everywhere") {
+TEST_CASE("more than 90 percent of adjacent cells copy texture from adjacent sources") {
     std::mt19937 random(9);
     const photo_layers layers = around_a_band(
         [&](std::int32_t, std::int32_t) {
@@ -172,7 +171,7 @@ TEST_CASE("neighbors take their texture from neighbors, nearly everywhere") {
     CHECK(coherent > 0.9 * pairs);
 }
 
-TEST_CASE("colors blurred in whole numbers are those blurred in double precision, on any surfaces") {
+TEST_CASE("the integer blur matches a blur in double precision on random graphs") {
     std::mt19937 random(11);
     for (int round = 0; round < 50; ++round) {
         const testing::random_layers made = testing::random_graph(random, 30);
@@ -224,8 +223,7 @@ TEST_CASE("colors blurred in whole numbers are those blurred in double precision
     }
 }
 
-TEST_CASE(
-    "texture comes over links only, and only what is not known changes: each of the surfaces varies in a channel of its own") {
+TEST_CASE("add_texture() changes only unknown pixels, and copies texture only along links") {
     std::mt19937 random(6);
     std::size_t changed = 0;
     for (int round = 0; round < 300; ++round) {
@@ -258,7 +256,7 @@ TEST_CASE(
     CHECK(changed > 1000);
 }
 
-TEST_CASE("where nothing known is alike there is grain, and so there is without texture") {
+TEST_CASE("unknown pixels without similar known colors receive grain, and so do all pixels if the texture's strength is 0") {
     std::mt19937 random(7);
     photo_layers layers = around_a_band(
         [&](std::int32_t, std::int32_t) {
@@ -283,7 +281,7 @@ TEST_CASE("where nothing known is alike there is grain, and so there is without 
     CHECK(all_differ);
 }
 
-TEST_CASE("images without a pixel, without an unknown one and without a known one are left as they are") {
+TEST_CASE("add_texture() does not change images that are empty, entirely known or entirely unknown") {
     for (const std::int32_t side : {0, 1, 20})
         for (const int known : {0, 1}) {
             photo_layers layers(make_grid(side, side));
@@ -297,7 +295,7 @@ TEST_CASE("images without a pixel, without an unknown one and without a known on
         }
 }
 
-TEST_CASE("texture options that make no sense are errors that name them") {
+TEST_CASE("texture options outside their range are refused by name") {
     photo_layers layers(make_grid(2, 2));
     const auto is_refused = [&](const char* name, auto change) {
         texture_options options;

@@ -40,7 +40,7 @@ void paint_unknown(layer_with_rims& layer, std::uint8_t red, std::uint8_t green)
 
 }  // namespace
 
-TEST_CASE("rims of the background are unknown while they are set aside, and nothing else is") {
+TEST_CASE("mark_uncertain_rims() makes exactly the background's rims unknown") {
     layer_with_rims layer = fuzzy_scene(0);
     const ldi::buffer<ldi::uncertain_rim> rims = ldi::mark_uncertain_rims(layer, 3);
     CHECK(rims.size() == 3 * 20);
@@ -50,7 +50,7 @@ TEST_CASE("rims of the background are unknown while they are set aside, and noth
     }
 }
 
-TEST_CASE("a rim that looks like the background comes back as it was") {
+TEST_CASE("a rim that looks like the background is restored unchanged") {
     layer_with_rims layer = fuzzy_scene(0);
     const layer_with_rims before = layer;
     const ldi::buffer<ldi::uncertain_rim> rims = ldi::mark_uncertain_rims(layer, 3);
@@ -60,7 +60,7 @@ TEST_CASE("a rim that looks like the background comes back as it was") {
     CHECK(layer.column<ldi::color_column>() == before.column<ldi::color_column>());
 }
 
-TEST_CASE("what looks like the foreground keeps the color that continues the background") {
+TEST_CASE("rim pixels that look like the foreground keep the painted color, and the rest of the rim is restored") {
     layer_with_rims layer = fuzzy_scene(2);
     const ldi::buffer<ldi::uncertain_rim> rims = ldi::mark_uncertain_rims(layer, 4);
     paint_unknown(layer, 20, 200);
@@ -73,7 +73,7 @@ TEST_CASE("what looks like the foreground keeps the color that continues the bac
     }
 }
 
-TEST_CASE("fuzz keeps the background's color where the foreground's differs by more than 40, and comes back below that") {
+TEST_CASE("rim pixels with the foreground's color are restored only if the colors of both surfaces differ by less than 40") {
     for (const auto& [difference, is_fuzz] : {std::pair{30, false}, {36, false}, {44, true}, {60, true}, {75, true}}) {
         CAPTURE(difference);
         layer_with_rims layer = fuzzy_scene(2);
@@ -96,7 +96,7 @@ TEST_CASE("fuzz keeps the background's color where the foreground's differs by m
     }
 }
 
-TEST_CASE("a rim with less than an eighth of the foreground's color comes back, one with more does not") {
+TEST_CASE("a rim is restored only if it contains less than an eighth of the foreground's color") {
     for (const auto& [percent, is_back] : {std::pair{0, true}, {5, true}, {11, true}, {14, false}, {20, false}, {60, false}}) {
         CAPTURE(percent);
         layer_with_rims layer = fuzzy_scene(0);
@@ -114,7 +114,7 @@ TEST_CASE("a rim with less than an eighth of the foreground's color comes back, 
     }
 }
 
-TEST_CASE("a surface too narrow to tell from what is in front of it comes back, whatever was painted there") {
+TEST_CASE("the rim of a surface too narrow for a comparison of colors is restored, regardless of the painted color") {
     // A wall, a post of four columns in front of it, and an object in front of both: the post is the nearer surface at its
     // nearest silhouette.
     ldi::image<float> disparity(20, 40);
@@ -136,7 +136,7 @@ TEST_CASE("a surface too narrow to tell from what is in front of it comes back, 
         if (nearer_to_the_wall(i)) REQUIRE(layer.at<ldi::color_column>(i)[0] == before.at<ldi::color_column>(i)[0]);
 }
 
-TEST_CASE("what was set aside can be refilled, and is put back whole where nobody painted over it") {
+TEST_CASE("every rim pixel that was not painted over is restored") {
     std::mt19937 random(2);
     for (int round = 0; round < 200; ++round) {
         layer_with_rims layer =

@@ -53,7 +53,7 @@ bool contains(const std::string& text, const std::string& part) { return text.fi
 
 }  // namespace
 
-TEST_CASE("the small network reads as it was written") {
+TEST_CASE("every property of the small test network is read") {
     const caffe2_files files = ldi::testing::small_network();
     const ldi::network_description network = ldi::read_caffe2(files.network, files.weights);
     CHECK(network.input_name == "color");
@@ -79,7 +79,7 @@ TEST_CASE("the small network reads as it was written") {
     CHECK(error_of(files).empty());
 }
 
-TEST_CASE("the published network has 146 convolutions, 39 additions and 5 enlargements") {
+TEST_CASE("the published network has 146 convolutions, 39 additions and 5 upsampling operators") {
     const std::string folder = LDI_SHARED_DIR "/tiefenrausch/model/";
     const octets operators = ldi::testing::read_bytes(folder + "tiefenrausch.pb"),
                  weights = ldi::testing::read_bytes(folder + "tiefenrausch_init.pb");
@@ -99,7 +99,7 @@ TEST_CASE("the published network has 146 convolutions, 39 additions and 5 enlarg
     CHECK(parameters == 3550841);
 }
 
-TEST_CASE("errors name the operator and say what was expected and found") {
+TEST_CASE("errors name the operator, what was expected, and what was found") {
     CHECK(contains(error_with("Int8Add", "Int8Sub"), "Int8Sub sum"));
     CHECK(contains(error_with("Int8Conv", "Int8Cone"), "expected an operator of a quantized network, found Int8Cone"));
     CHECK(contains(error_with("\"\x04NHWC", "\"\x04NCHW"), "expected NHWC, found NCHW"));
@@ -120,7 +120,7 @@ TEST_CASE("errors name the operator and say what was expected and found") {
                    "expected 288 values for the shape, found 216"));
 }
 
-TEST_CASE("empty, truncated and foreign files are errors") {
+TEST_CASE("empty, truncated, swapped and unrelated files are refused") {
     const caffe2_files sound = ldi::testing::small_network();
     CHECK(contains(error_of({{}, sound.weights}), "network file: expected a Caffe2 network with operators, found 0 bytes"));
     CHECK(contains(error_of({sound.network, {}}), "weight file"));
@@ -138,7 +138,7 @@ TEST_CASE("empty, truncated and foreign files are errors") {
     }
 }
 
-TEST_CASE("a length that does not fit in 32 bits is an error") {
+TEST_CASE("a length above 32 bits is refused") {
     const caffe2_files sound = ldi::testing::small_network();
     // Field 2, length delimited, length 2^32 + 1: a reader that keeps only 32 bits reads one byte.
     octets file{0x12, 0x81, 0x80, 0x80, 0x80, 0x10, 0x00};
@@ -146,7 +146,7 @@ TEST_CASE("a length that does not fit in 32 bits is an error") {
     CHECK(contains(error_of({file, sound.weights}), "4294967297 bytes"));
 }
 
-TEST_CASE("no damage to the files does worse than an error") {
+TEST_CASE("randomly damaged network files raise an error or load as a network that runs") {
     const caffe2_files sound = ldi::testing::small_network();
     std::mt19937 random(1);
     int refused = 0, accepted = 0;
@@ -161,7 +161,7 @@ TEST_CASE("no damage to the files does worse than an error") {
     CHECK(accepted > 100);
 }
 
-TEST_CASE("every byte of the small network, each bit flipped in turn, gives an error or a network that runs") {
+TEST_CASE("the small network with any single bit flipped raises an error or runs") {
     const caffe2_files sound = ldi::testing::small_network();
     int refused = 0;
     for (std::size_t at = 0; at < sound.network.size(); ++at)
@@ -173,7 +173,7 @@ TEST_CASE("every byte of the small network, each bit flipped in turn, gives an e
     CHECK(refused > static_cast<int>(sound.network.size()));
 }
 
-TEST_CASE("damage to the published network does no worse than an error") {
+TEST_CASE("the published network with random damage raises an error or loads") {
     const std::string folder = LDI_SHARED_DIR "/tiefenrausch/model/";
     const caffe2_files sound{ldi::testing::read_bytes(folder + "tiefenrausch.pb"),
                              ldi::testing::read_bytes(folder + "tiefenrausch_init.pb")};
@@ -197,7 +197,7 @@ TEST_CASE("damage to the published network does no worse than an error") {
     CHECK(refused > 5);
 }
 
-TEST_CASE("thousands of operators or arguments without a name take no memory") {
+TEST_CASE("files of thousands of nameless operators or arguments are refused with less memory than the file's size") {
     const auto repeated = [](std::initializer_list<std::uint8_t> message, std::size_t count) {
         octets file;
         for (std::size_t i = 0; i < count; ++i) file.insert(file.end(), message);

@@ -86,7 +86,7 @@ byte_string npy_file(const image<float>& map, const npy_layout& layout = {}) {
 
 }  // namespace
 
-TEST_CASE("PFM files of both byte orders give back every float, top row first") {
+TEST_CASE("PFM files in both byte orders are read exactly, with the top row first") {
     std::mt19937 random(1);
     for (int i = 0; i < 50; ++i) {
         const image<float> map = random_map(1 + random() % 9, 1 + random() % 9, random);
@@ -95,7 +95,7 @@ TEST_CASE("PFM files of both byte orders give back every float, top row first") 
     }
 }
 
-TEST_CASE("NPY files give back every float, in every byte order, axis order, precision and version") {
+TEST_CASE("NPY files of every byte order, axis order, precision and version are read exactly") {
     std::mt19937 random(2);
     for (bool is_double : {false, true})
         for (bool little_endian : {false, true})
@@ -106,7 +106,7 @@ TEST_CASE("NPY files give back every float, in every byte order, axis order, pre
                 }
 }
 
-TEST_CASE("NPY axes of length 1 before and behind height and width are dropped") {
+TEST_CASE("NPY axes of length 1 before and after height and width are dropped, and other shapes are refused") {
     std::mt19937 random(3);
     const image<float> map = random_map(4, 6, random);
     for (const char* shape : {"(4, 6)", "(4,6)", "(4, 6, 1)", "(1, 4, 6, 1)", "(1, 4, 6)", "(1, 1, 4, 6)", "(4, 6,)"})
@@ -119,7 +119,7 @@ TEST_CASE("NPY axes of length 1 before and behind height and width are dropped")
     CHECK(raised([&] { decode_depth_map(npy_file(map, {.shape = "(2147483647, 2147483647)"})); }) == error_code::too_large);
 }
 
-TEST_CASE("what is neither disparity nor readable is refused by name") {
+TEST_CASE("files that are not readable depth maps are refused with the file's name and the reason") {
     const auto refused = [](const byte_string& file, error_code code, const std::string& words) {
         CHECK(raised([&] { decode_depth_map(file); }) == code);
         CHECK_THAT(message_of([&] { decode_depth_map(file, {}, "map.bin"); }),
@@ -137,7 +137,7 @@ TEST_CASE("what is neither disparity nor readable is refused by name") {
     refused(encode_png(smooth_picture(20, 20, 3)), error_code::unsupported, "a color picture");
 }
 
-TEST_CASE("no shortened depth map is taken for a whole one") {
+TEST_CASE("a truncated depth map is always refused") {
     std::mt19937 random(4);
     const image<float> map = random_map(3, 5, random);
     for (const byte_string& file : {pfm_file(map, true), npy_file(map), npy_file(map, {.is_double = true, .version = 2})})
@@ -145,7 +145,7 @@ TEST_CASE("no shortened depth map is taken for a whole one") {
             REQUIRE(raised([&] { decode_depth_map(std::span(file).first(size)); }));
 }
 
-TEST_CASE("8-bit and 16-bit gray pictures give their values, also when saved as color") {
+TEST_CASE("gray pictures are read as their values, even if they are saved as color") {
     const image<std::uint8_t> gray = smooth_picture(12, 20, 1);
     image<std::uint8_t> color(12, 20, 3);
     for (std::size_t i = 0; i < color.size(); ++i) color.data()[i] = gray.data()[i / 3];
@@ -158,7 +158,7 @@ TEST_CASE("8-bit and 16-bit gray pictures give their values, also when saved as 
     for (std::size_t i = 0; i < jpeg.size(); ++i) REQUIRE(std::abs(jpeg.data()[i] - static_cast<float>(gray.data()[i])) <= 4);
 }
 
-TEST_CASE("dark-near disparity is turned round, and holes stay holes") {
+TEST_CASE("disparity is inverted if dark is near, and holes remain holes") {
     image<float> map(1, 5);
     map(0, 0, 0) = 10, map(0, 1, 0) = 4, map(0, 2, 0) = 0, map(0, 3, 0) = nan_value, map(0, 4, 0) = infinity;
     const image<float> turned = decode_depth_map(npy_file(map), {.white_is_near = false, .invalid_zero = true});
@@ -168,7 +168,7 @@ TEST_CASE("dark-near disparity is turned round, and holes stay holes") {
     CHECK(decode_depth_map(npy_file(map), {.white_is_near = false})(0, 2, 0) == 10);
 }
 
-TEST_CASE("meters become disparity, in 1 / meter, and what is no distance becomes a hole") {
+TEST_CASE("meters are converted to disparity in 1 / meter, and values that are no distance become holes") {
     image<float> map(1, 7);
     const float values[] = {2000, 500, 0, -3, nan_value, infinity, 1e-42F};
     std::copy(values, values + 7, map.data());
@@ -180,7 +180,7 @@ TEST_CASE("meters become disparity, in 1 / meter, and what is no distance become
                decode_depth_map(npy_file(map), {.kind = depth_map_kind::meters, .white_is_near = false, .scale = 0.001F})));
 }
 
-TEST_CASE("values that float32 does not hold are holes") {
+TEST_CASE("doubles beyond the range of float become holes") {
     byte_string file = npy_header("{'descr': '<f8', 'fortran_order': False, 'shape': (1, 2), }", 1);
     append_scalar(file, 1e300, true);
     append_scalar(file, 3.0, true);
@@ -189,7 +189,7 @@ TEST_CASE("values that float32 does not hold are holes") {
     CHECK(map(0, 1, 0) == 3);
 }
 
-TEST_CASE("values at both ends of float32's range stay finite, whichever of them is near") {
+TEST_CASE("values at both ends of float's range stay finite and ordered, even if they are inverted") {
     image<float> map(1, 3);
     map(0, 0, 0) = -3e38F, map(0, 1, 0) = 0, map(0, 2, 0) = 3e38F;
     for (bool white_is_near : {true, false}) {
@@ -200,7 +200,7 @@ TEST_CASE("values at both ends of float32's range stay finite, whichever of them
     }
 }
 
-TEST_CASE("a scale that is not positive, and a map larger than allowed, are refused") {
+TEST_CASE("a scale that is not positive and finite, and a map above the pixel limit, are refused") {
     const byte_string file = npy_file(image<float>(3, 4, 1, 1.0F));
     for (float scale : {0.0F, -1.0F, nan_value, infinity})
         CHECK(raised([&] { decode_depth_map(file, {.scale = scale}); }) == error_code::invalid_option);
@@ -211,7 +211,7 @@ TEST_CASE("a scale that is not positive, and a map larger than allowed, are refu
     CHECK(raised([&] { decode_depth_map(bytes_of("Pf 2000000000 2000000000 -1\n")); }) == error_code::too_large);
 }
 
-TEST_CASE("filling gives every hole the value of a nearest valid pixel and changes nothing else") {
+TEST_CASE("fill_invalid() gives every hole the value of a nearest valid pixel, and changes no other pixel") {
     std::mt19937 random(5);
     for (int i = 0; i < 300; ++i) {
         const std::size_t h = 1 + random() % 12, w = 1 + random() % 12;
@@ -240,7 +240,7 @@ TEST_CASE("filling gives every hole the value of a nearest valid pixel and chang
     CHECK(raised([] { fill_invalid(image<float>(3, 3, 1, nan_value)); }) == error_code::invalid_data);
 }
 
-TEST_CASE("a depth map may have another size than its photo, but not another shape") {
+TEST_CASE("a depth map may differ from its photo in size, but not in proportions") {
     const image<std::uint8_t> photo(1024, 768, 3, 0);
     const auto fits = [&](std::size_t h, std::size_t w) { return !raised([&] { check_fits(image<float>(h, w), photo); }); };
     CHECK(fits(1024, 768));
@@ -255,7 +255,7 @@ TEST_CASE("a depth map may have another size than its photo, but not another sha
                Catch::Contains("map.png") && Catch::Contains("768 x 1024") && Catch::Contains("9 x 8"));
 }
 
-TEST_CASE("thousands of damaged depth maps give a finite map or an error") {
+TEST_CASE("thousands of damaged depth maps raise an error or are decoded to finite values") {
     std::mt19937 random(6);
     const image<float> map = random_map(5, 7, random);
     image<std::uint16_t> deep(9, 11);
@@ -279,7 +279,7 @@ TEST_CASE("thousands of damaged depth maps give a finite map or an error") {
     CHECK(refused > 1000);
 }
 
-TEST_CASE("every pair of the RGB-D collection loads and fits, with the range its manifest states") {
+TEST_CASE("every depth map of the RGB-D collection loads, matches its photo, and has the range that the manifest states") {
     const std::filesystem::path folder = std::filesystem::path(LDI_SHARED_DIR) / "rgbd";
     if (!std::filesystem::exists(folder / "manifest.json")) {
         WARN("skipped: no " << folder);
@@ -314,7 +314,7 @@ TEST_CASE("every pair of the RGB-D collection loads and fits, with the range its
     CHECK(checked > 40);
 }
 
-TEST_CASE("the published network's disparity loads and fits its photo") {
+TEST_CASE("the disparity of the published network loads and matches its photo") {
     const std::filesystem::path folder = std::filesystem::path(LDI_SHARED_DIR) / "tiefenrausch";
     if (!std::filesystem::exists(folder / "output")) {
         WARN("skipped: no " << folder / "output");
@@ -328,7 +328,7 @@ TEST_CASE("the published network's disparity loads and fits its photo") {
     check_fits(columns, load_photo(folder / "input/columns.jpg").color);
 }
 
-TEST_CASE("a map of too many pixels is averaged over blocks of what is known, and a smaller one is left as it is") {
+TEST_CASE("shrink_depth_map() averages the known pixels of each block, and keeps maps within the limit unchanged") {
     const float unknown = std::numeric_limits<float>::quiet_NaN();
     image<float> map(3, 5);
     for (std::size_t i = 0; i < map.size(); ++i) map.data()[i] = static_cast<float>(i);

@@ -27,7 +27,7 @@ std::string complaint(const std::string& piece, const std::string& other, const 
 using Catch::Contains;
 }  // namespace
 
-TEST_CASE("an exported network loads with the architecture that its metadata tell") {
+TEST_CASE("an exported network loads with the architecture of its metadata") {
     const farbrausch network = load_farbrausch(weights);
     CHECK(network.architecture().channels == buffer<std::size_t>{6, 8, 10, 12, 14});
     CHECK(network.architecture().kernels == buffer<std::int32_t>{7, 5, 5, 3, 3});
@@ -35,7 +35,7 @@ TEST_CASE("an exported network loads with the architecture that its metadata tel
     CHECK(network.architecture().leak == 0.2F);
 }
 
-TEST_CASE("the full-size PartialConv's files load, and their architecture is not Farbrausch's") {
+TEST_CASE("a PartialConv file loads with its own architecture, which the metadata must match") {
     const std::filesystem::path masked = weights.parent_path() / "partial_convolution_weights.safetensors";
     const inpainting_architecture a = load_farbrausch(masked).architecture();
     CHECK(a.missing == missing_colors::masked);
@@ -48,7 +48,7 @@ TEST_CASE("the full-size PartialConv's files load, and their architecture is not
                Contains("farbrausch or partial_convolution") && Contains("found partial-convolution"));
 }
 
-TEST_CASE("a file of another network is refused, and what does not fit is named") {
+TEST_CASE("a file that does not match the inpainting architecture is refused, and the error names the mismatch") {
     CHECK_THAT(complaint("farbrausch\\\"", "farbraus-h\\\""), Contains("weights, architecture") && Contains("expected name"));
     CHECK_THAT(complaint("\\\"version\\\": 1", "\\\"version\\\": 2"), Contains("expected version 1") && Contains("found 2"));
     CHECK_THAT(complaint("out,in,height,width", "in,out,height,width"), Contains("layout"));
@@ -69,7 +69,7 @@ TEST_CASE("a file of another network is refused, and what does not fit is named"
                Contains(depth.string()) && Contains("an inpainting network") && Contains("found tiefenrausch_small"));
 }
 
-TEST_CASE("an inpainting network cut off anywhere is refused, and the message names the file") {
+TEST_CASE("a truncated inpainting network is refused, and the error names the file") {
     const std::vector<std::byte> whole = read_file(weights);
     for (std::size_t size = 0; size < whole.size(); size += 1 + size / 3)
         CHECK_THAT(testing::message_of([&] { decode_farbrausch(std::span(whole).first(size), "cut"); }),

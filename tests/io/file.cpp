@@ -6,7 +6,7 @@
 using namespace ldi;
 using namespace ldi::testing;
 
-TEST_CASE("a file comes back as it was written") {
+TEST_CASE("read_file() returns the bytes that write_file() wrote") {
     const scratch_folder folder;
     std::mt19937 random(1);
     for (std::size_t size : {0u, 1u, 17u, 65535u, 65536u, 65537u, 300000u}) {
@@ -18,14 +18,14 @@ TEST_CASE("a file comes back as it was written") {
     }
 }
 
-TEST_CASE("a file longer than the limit is refused, one as long is read") {
+TEST_CASE("a file longer than the limit is refused, and a file of exactly that length is read") {
     const scratch_folder folder;
     write_file(folder / "file", byte_string(100000));
     CHECK(read_file(folder / "file", 100000).size() == 100000);
     CHECK(raised([&] { read_file(folder / "file", 99999); }) == error_code::too_large);
 }
 
-TEST_CASE("what can't be read or written is named, with the reason") {
+TEST_CASE("errors of reading and writing name the path and the reason") {
     const scratch_folder folder;
     CHECK_THAT(message_of([&] { read_file(folder / "absent.jpg"); }),
                Catch::Contains("absent.jpg") && Catch::Contains("no such file"));
@@ -37,7 +37,7 @@ TEST_CASE("what can't be read or written is named, with the reason") {
     CHECK(folder.file_count() == 0);
 }
 
-TEST_CASE("a failed write leaves what was there, and nothing beside it") {
+TEST_CASE("a failed write keeps the existing content and leaves no temporary file") {
     const scratch_folder folder;
     std::filesystem::create_directories(folder / "taken");
     CHECK(raised([&] { write_file(folder / "taken", bytes_of("new")); }) == error_code::file_access);
@@ -49,7 +49,7 @@ TEST_CASE("a failed write leaves what was there, and nothing beside it") {
     CHECK(folder.file_count() == 1);
 }
 
-TEST_CASE("a device is written to and not replaced") {
+TEST_CASE("a device file is written to instead of being replaced") {
     if (!std::filesystem::is_character_file("/dev/null") || !std::filesystem::is_character_file("/dev/full")) return;
     write_file("/dev/null", bytes_of("gone"));
     CHECK(std::filesystem::is_character_file("/dev/null"));
@@ -57,7 +57,7 @@ TEST_CASE("a device is written to and not replaced") {
                Catch::Contains("/dev/full") && Catch::Contains("No space left"));
 }
 
-TEST_CASE("a written file keeps its permissions, and a link to it stays a link") {
+TEST_CASE("writing keeps a file's permissions, and follows symbolic links without replacing them") {
     const scratch_folder folder;
     std::filesystem::create_directory(folder / "sub");
     for (const char* name : {"sub/file", "closed"}) write_file(folder / name, bytes_of("a rather long old content"));

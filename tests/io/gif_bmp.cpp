@@ -39,7 +39,7 @@ void check_damage(const byte_string& file) {
 
 }  // namespace
 
-TEST_CASE("GIF files give back every pixel of their first frame, by rows and interlaced") {
+TEST_CASE("the first frame of GIF files is decoded exactly, with and without interlacing") {
     const image<std::uint8_t> shades = shades_of(21, 34);
     for (const bool interlaced : {false, true})
         for (const bool animated : {false, true})
@@ -51,7 +51,7 @@ TEST_CASE("GIF files give back every pixel of their first frame, by rows and int
     check_damage(file);
 }
 
-TEST_CASE("transparent pixels of a GIF file, and those that its first frame leaves out, are white") {
+TEST_CASE("transparent pixels of a GIF file, and pixels outside its first frame, are white") {
     image<std::uint8_t> shades = shades_of(3, 4);
     const photo with_hole = decode_photo(gif_file(shades, {.transparent = 7}));
     image<std::uint8_t> expected = colors_of(shades);
@@ -64,7 +64,7 @@ TEST_CASE("transparent pixels of a GIF file, and those that its first frame leav
     CHECK(framed.color(3, 5, 0) == colors_of(shades)(2, 3, 0));
 }
 
-TEST_CASE("BMP files give back every pixel, of 8, 24 and 32 bits, from the bottom and from the top") {
+TEST_CASE("BMP files of 8, 24 and 32 bits are decoded exactly, from bottom to top and from top to bottom") {
     const image<std::uint8_t> picture = smooth_picture(13, 22, 3);
     for (const std::uint32_t bits : {24U, 32U})
         for (const bool from_top : {false, true})
@@ -80,7 +80,7 @@ TEST_CASE("BMP files give back every pixel, of 8, 24 and 32 bits, from the botto
     CHECK(raised([&] { decode_photo(compressed); }) == error_code::unsupported);
 }
 
-TEST_CASE("a GIF or BMP file that promises more than it holds is refused") {
+TEST_CASE("a BMP file with less data than its size requires, and a GIF file with a huge screen, are refused") {
     byte_string bmp = bmp_file(smooth_picture(4, 4, 3));
     for (const std::size_t at : {18U, 19U, 22U, 23U}) bmp[at] = std::byte{0x20};
     CHECK(raised([&] { decode_photo(bmp); }) == error_code::invalid_data);

@@ -49,14 +49,14 @@ std::string repeated(const std::string& text, int count) {
 
 #if defined(LDI_WITH_PUGIXML)
 
-TEST_CASE("thousands of properties of one long namespace take no more memory than the file") {
+TEST_CASE("thousands of XMP properties with one long namespace need less than 20 bytes per byte of the file") {
     const byte_string file =
         with_extended_xmp("<r xmlns:a=\"" + std::string(400'000, 'A') + "\">" + repeated("<a:b/>", 9990) + "</r>");
     CHECK(memory_per_byte(file) < 20);
     CHECK_FALSE(decode_photo_with_depth(file).depth);
 }
 
-TEST_CASE("XMP of nothing but elements or attributes takes no more than its budget") {
+TEST_CASE("XMP of many elements, attributes or levels needs bounded memory per byte, and is refused beyond the memory limit") {
     std::string attributes = "<r";
     for (int i = 0; i < 100'000; ++i) attributes += " a" + std::to_string(i) + "=\"\"";
     for (const std::string& packet :
@@ -69,7 +69,7 @@ TEST_CASE("XMP of nothing but elements or attributes takes no more than its budg
     }
 }
 
-TEST_CASE("the Multi-Picture Format's directory is read once, however often it lists its list") {
+TEST_CASE("a Multi-Picture Format directory that repeats its list of pictures is read only once") {
     constexpr std::uint32_t entries = 5000;
     byte_string tiff = bytes_of(std::string_view("MM\0*\0\0\0\x08", 8));
     append(tiff, big_endian(entries, 2));
@@ -86,7 +86,7 @@ TEST_CASE("the Multi-Picture Format's directory is read once, however often it l
     CHECK_FALSE(decode_photo_with_depth(file).depth);
 }
 
-TEST_CASE("a depth map inside a photo takes few bytes per pixel, and holes are filled in as many") {
+TEST_CASE("decoding a depth map inside a photo needs less than 9 bytes per pixel, and filling its holes less than 4.5 more") {
     constexpr std::uint32_t width = 4000, height = 3000;
     byte_string rows(std::size_t{width} * height, std::byte{90});
     const byte_string depth = png_file(width, height, 8, 0, rows);
@@ -104,7 +104,7 @@ TEST_CASE("a depth map inside a photo takes few bytes per pixel, and holes are f
     CHECK(per_pixel([&] { fill_invalid(std::move(map)); }) < 4.5);  // without the map itself
 }
 
-TEST_CASE("one budget covers the photo, its depth map and the confidence of that") {
+TEST_CASE("one memory limit covers the photo, its depth map and the map's confidence together") {
     const byte_string depth = encode_png(smooth_picture(96, 128, 1)), photo = encode_jpeg(smooth_picture(96, 128, 3), 80);
     const byte_string file =
         dynamic_depth_jpeg(photo, {{"Depth", "", depth}, {"Confidence", "", depth}}, "DepthMap:Near=\"0.5\" DepthMap:Far=\"4\"");
@@ -125,7 +125,7 @@ TEST_CASE("one budget covers the photo, its depth map and the confidence of that
 
 #if defined(LDI_WITH_LIBHEIF)
 
-TEST_CASE("HEIC items that are made of themselves, without end, or of too much are refused before libheif sees them") {
+TEST_CASE("recursive, deeply nested and oversized HEIC items are refused without large allocations, also by the estimate") {
     for (const heif_compression_format format : {heif_compression_HEVC, heif_compression_AV1}) {
         const std::optional<byte_string> made = heif_file_of(smooth_picture(64, 64, 3), {format, {}, {}, 0});
         if (!made) {
@@ -149,7 +149,7 @@ TEST_CASE("HEIC items that are made of themselves, without end, or of too much a
     }
 }
 
-TEST_CASE("a HEIC picture that is larger than its file states counts as what it is") {
+TEST_CASE("the pixel limit applies to the coded size of a HEIC picture, even if its file states a smaller size") {
     for (const heif_compression_format format : {heif_compression_HEVC, heif_compression_AV1}) {
         const std::optional<byte_string> made = heif_file_of(image<std::uint8_t>(600, 800, 3, 99), {format, {}, {}, 0});
         if (!made) continue;
@@ -161,7 +161,7 @@ TEST_CASE("a HEIC picture that is larger than its file states counts as what it 
     }
 }
 
-TEST_CASE("HEIC items that list the same bytes count as often as they list them") {
+TEST_CASE("HEIC items that refer to the same bytes are charged once per reference") {
     const std::optional<byte_string> made = heif_file_of(smooth_picture(64, 64, 3), {heif_compression_HEVC, {}, {}, 0});
     if (!made) {
         WARN("skipped: libheif has no encoder of HEVC");
@@ -189,7 +189,7 @@ TEST_CASE("HEIC items that list the same bytes count as often as they list them"
 
 #if defined(LDI_WITH_LIBTIFF)
 
-TEST_CASE("TIFF entries that list the same bytes count as often as they list them, and tiles as large as they are") {
+TEST_CASE("TIFF entries that refer to the same bytes are charged once per reference, and tiles at their full size") {
     using entry = std::array<std::uint32_t, 4>;
     const auto tiff = [](const std::vector<entry>& entries, std::size_t size) {
         byte_string file = bytes_of(std::string_view("MM\0*\0\0\0\x08", 8));
@@ -228,7 +228,7 @@ TEST_CASE("TIFF entries that list the same bytes count as often as they list the
 
 #endif
 
-TEST_CASE("EXIF entries that list the same bytes take no more memory than the file") {
+TEST_CASE("EXIF entries that refer to the same bytes need less than 20 bytes per byte of the file") {
     byte_string exif = bytes_of(std::string_view("MM\0*\0\0\0\x08", 8));
     append(exif, big_endian(50'000, 2));
     for (int i = 0; i < 50'000; ++i) {
@@ -239,7 +239,7 @@ TEST_CASE("EXIF entries that list the same bytes take no more memory than the fi
     CHECK(memory_per_byte(png_file(8, 8, 8, 0, byte_string(64), png_chunk("eXIf", exif))) < 20);
 }
 
-TEST_CASE("the codes of a GIF file stand for as many pixels as it has") {
+TEST_CASE("a GIF file whose codes expand to fewer or more pixels than its picture is refused") {
     // 64 x 64 pixels, codes of 9 bits: a clear code and one pixel, then longer and longer repetitions of it.
     const auto gif = [](unsigned codes) {
         byte_string file = bytes_of(std::string_view("GIF89a\x40\0\x40\0\0\0\0,\0\0\0\0\x40\0\x40\0\0\x08", 24));
@@ -269,7 +269,7 @@ TEST_CASE("the codes of a GIF file stand for as many pixels as it has") {
     CHECK_THAT(message_of([&] { decode_photo(gif(100'000)); }), Catch::Contains("more data than its picture has"));
 }
 
-TEST_CASE("an estimate is an upper bound of the memory that decoding takes, and not far above it") {
+TEST_CASE("the memory estimate bounds the measured peak of decoding, and is at most about twice as large") {
     constexpr std::size_t height = 1400, width = 2000;
     const image<std::uint8_t> color = smooth_picture(height, width, 3);
     const image<std::uint8_t> transparent(height / 2, width / 2, 4, 99), plain(height / 2, width / 2, 3, 99);
@@ -324,7 +324,7 @@ TEST_CASE("an estimate is an upper bound of the memory that decoding takes, and 
     CHECK(estimate_depth_map(depth).height == height);
 }
 
-TEST_CASE("each format can be switched off, also that of the depth inside a photo") {
+TEST_CASE("every picture format can be disabled, for photos, depth maps and depth inside photos") {
     const std::pair<picture_format, byte_string> files[] = {{picture_format::jpeg, small_jpeg},
                                                             {picture_format::png, encode_png(small)}};
     for (const auto& [format, file] : files) {

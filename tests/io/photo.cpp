@@ -42,7 +42,7 @@ byte_string rgb_png(const image<std::uint8_t>& picture, const byte_string& extra
 
 }  // namespace
 
-TEST_CASE("photos are upright in all eight EXIF orientations, of PNG and JPEG, in both byte orders") {
+TEST_CASE("PNG and JPEG photos with any of the eight EXIF orientations, in both byte orders, are rotated upright") {
     const image<std::uint8_t> upright = smooth_picture(13, 22, 3);
     for (unsigned orientation = 1; orientation <= 8; ++orientation)
         for (bool little_endian : {false, true}) {
@@ -57,7 +57,8 @@ TEST_CASE("photos are upright in all eight EXIF orientations, of PNG and JPEG, i
         }
 }
 
-TEST_CASE("a photo without EXIF, with a focal length of 0 or a senseless orientation is taken as it is") {
+TEST_CASE(
+    "a photo without EXIF, or with a focal length of 0 and an invalid orientation, is read unrotated and without focal length") {
     const image<std::uint8_t> picture = smooth_picture(5, 9, 3);
     CHECK_FALSE(decode_photo(rgb_png(picture)).focal_length_35mm);
     for (unsigned orientation : {0u, 9u, 65535u}) {
@@ -67,7 +68,7 @@ TEST_CASE("a photo without EXIF, with a focal length of 0 or a senseless orienta
     }
 }
 
-TEST_CASE("gray, palette, 1-bit, 16-bit and transparent PNG files become 8-bit RGB") {
+TEST_CASE("gray, palette, 1-bit, 16-bit and transparent PNG files are converted to 8-bit RGB") {
     const auto pixel = [](const photo& p, std::size_t x) {
         return std::array<int, 3>{p.color(0, x, 0), p.color(0, x, 1), p.color(0, x, 2)};
     };
@@ -96,7 +97,7 @@ TEST_CASE("gray, palette, 1-bit, 16-bit and transparent PNG files become 8-bit R
     CHECK(pixel(clear, 2) == color{223, 224, 224});  // 0x33 is a fifth: 255 - (255 - 97) / 5 and so on
 }
 
-TEST_CASE("a photo of one pixel is a photo") {
+TEST_CASE("photos of one pixel are decoded") {
     const image<std::uint8_t> picture = smooth_picture(1, 1, 3);
     CHECK(largest_difference(decode_photo(encode_png(picture)).color, picture) == 0);
     CHECK(largest_difference(decode_photo(encode_jpeg(picture, 100)).color, picture) <= 2);
@@ -128,7 +129,7 @@ TEST_CASE("gray, progressive, CMYK and YCCK JPEG files have the right colors") {
     CHECK(largest_difference(load_photo(files / "cmyk.jpg").color, expected) <= 8);
 }
 
-TEST_CASE("four channels that nothing explains are refused") {
+TEST_CASE("a JPEG file with four channels of unknown meaning is refused") {
     byte_string file = read_file(files / "cmyk.jpg");
     const byte_string adobe = bytes_of("Adobe");
     const auto at = std::search(file.begin(), file.end(), adobe.begin(), adobe.end());
@@ -137,7 +138,7 @@ TEST_CASE("four channels that nothing explains are refused") {
     CHECK(raised([&] { decode_photo(file); }) == error_code::unsupported);
 }
 
-TEST_CASE("a JPEG file whose Huffman tables hold more codes than there are bytes is refused") {
+TEST_CASE("a JPEG file whose Huffman tables have more than 256 codes is refused") {
     byte_string file = encode_jpeg(smooth_picture(8, 8, 3), 80);
     const byte_string tables = bytes_of("\xFF\xC4");
     const auto at = std::search(file.begin(), file.end(), tables.begin(), tables.end());
@@ -147,7 +148,7 @@ TEST_CASE("a JPEG file whose Huffman tables hold more codes than there are bytes
     CHECK(raised([&] { decode_photo(file); }) == error_code::invalid_data);
 }
 
-TEST_CASE("an animated PNG gives its first frame") {
+TEST_CASE("an animated PNG file is decoded to its first frame") {
     const image<std::uint8_t> first = smooth_picture(4, 6, 3);
     byte_string animation = png_chunk("acTL", bytes_of(std::string_view("\0\0\0\2\0\0\0\0", 8)));
     append(animation, png_chunk("fcTL", byte_string(26)));
@@ -159,7 +160,7 @@ TEST_CASE("an animated PNG gives its first frame") {
     CHECK(largest_difference(decode_photo(file).color, first) == 0);
 }
 
-TEST_CASE("files of other formats are refused by name") {
+TEST_CASE("files of unsupported formats are refused with the name of the file and of the format") {
     const auto refused = [](std::string_view begin, const std::string& name) {
         const byte_string file = bytes_of(begin);
         CHECK(raised([&] { decode_photo(file); }) == error_code::unsupported);
@@ -177,7 +178,7 @@ TEST_CASE("files of other formats are refused by name") {
     CHECK_THAT(message_of([] { decode_photo({}); }), Catch::Contains("an empty file"));
 }
 
-TEST_CASE("no shortened photo is taken for a whole one") {
+TEST_CASE("a truncated photo is always refused") {
     const image<std::uint8_t> picture = smooth_picture(24, 40, 3);
     for (const byte_string& file :
          {encode_png(picture), encode_jpeg(picture, 80), jpeg_with_exif(encode_jpeg(picture, 95), exif_bytes(6, 26)),
@@ -188,7 +189,7 @@ TEST_CASE("no shortened photo is taken for a whole one") {
         }
 }
 
-TEST_CASE("a byte changed anywhere in the picture data of a PNG file is noticed") {
+TEST_CASE("a change of any byte after the signature of a PNG file is detected") {
     const byte_string file = rgb_png(smooth_picture(8, 8, 3));
     for (std::size_t i = 8; i < file.size(); ++i) {
         byte_string changed = file;
@@ -197,7 +198,7 @@ TEST_CASE("a byte changed anywhere in the picture data of a PNG file is noticed"
     }
 }
 
-TEST_CASE("a photo of more pixels than allowed is refused, and so is one that promises more than it holds") {
+TEST_CASE("photos above the pixel limit, and photos with less data than their size requires, are refused") {
     const image<std::uint8_t> picture = smooth_picture(10, 10, 3);
     for (const byte_string& file : {encode_png(picture), encode_jpeg(picture, 80)}) {
         CHECK(decode_photo(file, {.limits = {.max_pixels = 100}}).color.width() == 10);
@@ -214,7 +215,7 @@ TEST_CASE("a photo of more pixels than allowed is refused, and so is one that pr
     CHECK(raised([&] { decode_photo(jpeg); }) == error_code::invalid_data);
 }
 
-TEST_CASE("a PNG file that inflates to more than its picture is refused") {
+TEST_CASE("a PNG file that inflates to far more data than its picture is refused") {
     const auto inflating = [](std::size_t bytes) { return png_file(1, 1, 8, 0, byte_string(bytes, std::byte{7})); };
     CHECK(decode_photo(inflating(1)).color(0, 0, 0) == 7);
     CHECK(decode_photo(inflating(50'000)).color(0, 0, 0) == 7);  // other readers accept these, too
@@ -223,7 +224,7 @@ TEST_CASE("a PNG file that inflates to more than its picture is refused") {
     CHECK(decode_photo(encode_png(smooth_picture(300, 200, 3))).color.height() == 300);  // the limit applied only to its own file
 }
 
-TEST_CASE("a progressive JPEG file that repeats its scans without end is refused") {
+TEST_CASE("a progressive JPEG file with more scans than the limit on scanned samples is refused") {
     const byte_string file = read_file(files / "progressive.jpg");
     byte_string repeated(file.begin(), file.end() - 2);
     // Another bit of the first channel's averages, which is 0.
@@ -239,7 +240,7 @@ TEST_CASE("a progressive JPEG file that repeats its scans without end is refused
     CHECK_FALSE(decode(repeated, 2100 * pixels));
 }
 
-TEST_CASE("a small file that asks for much memory is refused, one of a camera's size gets it") {
+TEST_CASE("memory for decoding is limited to a fixed amount plus an amount per byte of the file") {
     const image<std::uint8_t> picture = smooth_picture(100, 100, 3);
     for (const byte_string& file : {encode_png(picture), encode_jpeg(picture, 80)}) {
         const std::size_t needed = estimate_photo(file).memory - detail::max_profile_memory;
@@ -250,7 +251,7 @@ TEST_CASE("a small file that asks for much memory is refused, one of a camera's 
     }
 }
 
-TEST_CASE("thousands of damaged photos give a picture or an error") {
+TEST_CASE("thousands of damaged photos raise an error or are decoded") {
     const image<std::uint8_t> picture = smooth_picture(19, 27, 3);
     image<std::uint8_t> noise = picture;
     std::mt19937 random(7);
@@ -279,7 +280,7 @@ TEST_CASE("thousands of damaged photos give a picture or an error") {
     CHECK(refused > 1000);
 }
 
-TEST_CASE("thousands of damaged EXIF blocks leave the photo as it is or turn it") {
+TEST_CASE("photos with thousands of damaged EXIF blocks are decoded completely, with a positive focal length if any") {
     const image<std::uint8_t> picture = smooth_picture(3, 5, 3);
     std::mt19937 random(8);
     for (int i = 0; i < 4000; ++i) {
@@ -290,7 +291,7 @@ TEST_CASE("thousands of damaged EXIF blocks leave the photo as it is or turn it"
     }
 }
 
-TEST_CASE("the published network's photos load upright, with their lens") {
+TEST_CASE("the photos of the published network load upright with their focal length") {
     const std::filesystem::path folder = std::filesystem::path(LDI_SHARED_DIR) / "tiefenrausch/input";
     if (!std::filesystem::exists(folder)) {
         WARN("skipped: no " << folder);

@@ -53,7 +53,7 @@ void check_refused(const byte_string& file, const std::string& words) {
 
 }  // namespace
 
-TEST_CASE("GDepth's two formats become 1 / distance, in meters where they say so") {
+TEST_CASE("both GDepth formats are converted to 1 / distance, which is metric if the file states a unit") {
     const auto inverse = [](double v) { return 1 / (8.0 * 2.0 / (8.0 - v * (8.0 - 2.0))); };  // the reference's formula
     const auto linear = [](double v) { return 1 / (2.0 + v * (8.0 - 2.0)); };
     const std::string range = "GDepth:Near=\"2\" GDepth:Far=\"8\" ";
@@ -65,7 +65,7 @@ TEST_CASE("GDepth's two formats become 1 / distance, in meters where they say so
                 "GDepth, RangeInverse", true, [&](double v) { return 1000 * inverse(v); });
 }
 
-TEST_CASE("GDepth is found as elements, under another prefix, and in Extended XMP of any cut") {
+TEST_CASE("GDepth is found as XML elements, with another prefix, and in Extended XMP split at any byte") {
     const auto linear = [](double v) { return 1 / (1.0 + v); };
     const std::string elements =
         "<g:Near>1</g:Near><g:Far>2</g:Far><g:Format>RangeLinear</g:Format><g:Data>\n" + base64(depth_file) + "\n</g:Data>";
@@ -87,7 +87,7 @@ TEST_CASE("GDepth is found as elements, under another prefix, and in Extended XM
     }
 }
 
-TEST_CASE("what GDepth is not confident of is unknown") {
+TEST_CASE("pixels without confidence in GDepth become unknown") {
     image<std::uint8_t> confidence(6, 10, 1, 255);
     confidence(2, 3, 0) = 0;
     const std::string fields = "GDepth:Near=\"1\" GDepth:Far=\"2\" GDepth:Confidence=\"" + base64(encode_png(confidence)) + "\"";
@@ -97,7 +97,7 @@ TEST_CASE("what GDepth is not confident of is unknown") {
         for (std::size_t x = 0; x < 20; ++x) REQUIRE(std::isnan(found.depth->disparity(y, x, 0)) == (y / 2 == 2 && x / 2 == 3));
 }
 
-TEST_CASE("Dynamic Depth is found by what it is called, in both containers, among gain maps and in any order") {
+TEST_CASE("Dynamic Depth is found by its semantic or its address, in both containers, beside other files in any order") {
     const auto inverse = [](double v) { return (1 - v) / 0.5 + v / 4; };
     const std::string fields =
         "DepthMap:Format=\"RangeInverse\" DepthMap:Near=\"0.5\" DepthMap:Far=\"4\" DepthMap:Units=\"Meters\" "
@@ -119,7 +119,7 @@ TEST_CASE("Dynamic Depth is found by what it is called, in both containers, amon
     check_refused(dynamic_depth_jpeg(photo_file, {gain_map}, fields), "no such file behind the photo");
 }
 
-TEST_CASE("Apple's disparity and depth are found among the pictures of a file by their own words") {
+TEST_CASE("Apple's disparity and depth are found by the XMP of their picture, among other pictures in the file") {
     const byte_string gray = encode_jpeg(stored, 100);
     const auto apple = [&](const std::string& kind, const std::string& accuracy) {
         return multi_picture_jpeg(photo_file,
@@ -136,7 +136,7 @@ TEST_CASE("Apple's disparity and depth are found among the pictures of a file by
     CHECK(other.refused.empty());
 }
 
-TEST_CASE("depth is turned with its photo") {
+TEST_CASE("the EXIF orientation rotates the depth map with its photo") {
     const std::string fields = "GDepth:Near=\"1\" GDepth:Far=\"2\" GDepth:Format=\"RangeLinear\"";
     const byte_string file = jpeg_with_exif(gdepth_jpeg(photo_file, depth_file, fields), exif_bytes(6, 26));
     const photo_with_depth found = decode_photo_with_depth(file);
@@ -146,7 +146,7 @@ TEST_CASE("depth is turned with its photo") {
     CHECK(found.depth->disparity(0, 11, 0) == Approx(1 / (1 + stored(0, 0, 0) / 255.0)));  // the top left pixel is now top right
 }
 
-TEST_CASE("depth that can't be used leaves the photo, and says why") {
+TEST_CASE("a photo with unusable depth is decoded without it, and the reason is stated") {
     const auto with = [](const std::string& fields) { return gdepth_jpeg(photo_file, depth_file, fields); };
     check_refused(with("GDepth:Near=\"1\""), "a nearest and a farthest distance");
     check_refused(with("GDepth:Near=\"1\" GDepth:Far=\"x\""), "a nearest and a farthest distance");
@@ -162,7 +162,7 @@ TEST_CASE("depth that can't be used leaves the photo, and says why") {
     check_refused(gdepth_jpeg(photo_file, cut, range), "cut off");
 }
 
-TEST_CASE("XMP of a hostile depth or length ends, and gives nothing") {
+TEST_CASE("deeply nested, long or malformed XMP is read without failure and yields no depth") {
     std::string nested, wide = xmp_packet(gdepth_space);
     for (int i = 0; i < 20'000; ++i) nested += "<a>";
     for (int i = 0; i < 10'000; ++i) wide.insert(wide.size() - 60, "<b:c/>");
@@ -171,7 +171,7 @@ TEST_CASE("XMP of a hostile depth or length ends, and gives nothing") {
         CHECK_FALSE(decode_photo_with_depth(with_segments(photo_file, xmp_segment(packet.substr(0, 65'000)))).depth);
 }
 
-TEST_CASE("thousands of damaged photos with depth give a photo with depth or without, or an error") {
+TEST_CASE("thousands of damaged photos with depth raise an error or are decoded, with finite positive disparity if any") {
     std::mt19937 random(9);
     const std::string fields = "DepthMap:Near=\"0.5\" DepthMap:Far=\"4\"";
     const byte_string gray = with_segments(encode_jpeg(stored, 90), xmp_segment(apple_packet("disparity", "0.5", "4.5")));
@@ -194,7 +194,7 @@ TEST_CASE("thousands of damaged photos with depth give a photo with depth or wit
 
 #endif
 
-TEST_CASE("a depth map beside the photo is taken, and which of its ends is near is a guess") {
+TEST_CASE("a depth map file beside the photo is read, and its near end is marked as a guess") {
     const scratch_folder folder;
     image<std::uint8_t> map(12, 20, 1, 3);
     map(0, 0, 0) = 9;
@@ -213,7 +213,9 @@ TEST_CASE("a depth map beside the photo is taken, and which of its ends is near 
     CHECK_THAT(other.refused, Catch::Contains("a_depth.png") && Catch::Contains("proportions"));
 }
 
-TEST_CASE("a PNG file's gray right half is the depth of its colored left one, and nothing else is") {
+TEST_CASE(
+    "the right half of a PNG file is read as depth only if it is gray, has many shades, and is not a gray copy of the left "
+    "half") {
     const image<std::uint8_t> left = smooth_picture(24, 40, 3);
     const auto beside = [&](const auto& right) {
         image<std::uint8_t> both(24, 80, 3);
@@ -239,7 +241,7 @@ TEST_CASE("a PNG file's gray right half is the depth of its colored left one, an
     })));
 }
 
-TEST_CASE("maps that grow together agree, maps that do not disagree, and a map turned round agrees with what it was not") {
+TEST_CASE("agreement() is near 1 for maps that increase together, near -1 if one map is inverted, and 0 for a flat map") {
     image<float> a(9, 13), b(30, 20);
     for (std::size_t y = 0; y < 9; ++y)
         for (std::size_t x = 0; x < 13; ++x) a(y, x, 0) = static_cast<float>(x * x);
@@ -253,7 +255,7 @@ TEST_CASE("maps that grow together agree, maps that do not disagree, and a map t
     CHECK(agreement(a, image<float>(4, 4, 1, 2.0F)) == 0);
 }
 
-TEST_CASE("every photo of the collection gives the depth that came with it") {
+TEST_CASE("the expected source of depth is found in every photo of the collection") {
     const std::filesystem::path folder = std::filesystem::path(LDI_SHARED_DIR) / "depth_companions";
     if (!std::filesystem::exists(folder)) {
         WARN("skipped: no " << folder);

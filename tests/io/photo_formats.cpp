@@ -72,7 +72,7 @@ image<std::uint8_t> on_white(const image<std::uint8_t>& all) {
 
 #if defined(LDI_WITH_LIBHEIF)
 
-TEST_CASE("HEIC and AVIF give back every pixel, with their lens, and damage is noticed or decoded") {
+TEST_CASE("HEIC and AVIF photos are decoded exactly, with their focal length, and damaged ones raise an error or are decoded") {
     for (const heif_compression_format format : {heif_compression_HEVC, heif_compression_AV1}) {
         const std::optional<byte_string> file = heif_file_of(picture, {format, exif_bytes(6, 26), {}, 0});
         if (!file) {
@@ -90,7 +90,7 @@ TEST_CASE("HEIC and AVIF give back every pixel, with their lens, and damage is n
     }
 }
 
-TEST_CASE("what libheif refuses is an error of one line that says what helps") {
+TEST_CASE("a photo refused by libheif raises an error of one line, with a hint for old versions") {
     // A picture without its decoder's configuration.
     const byte_string file =
         item_file({.items = {{1, "hvc1", {{0, 4}}}}, .properties = {size_box(64, 64)}, .uses = {{1, {1}}}}, byte_string(4));
@@ -101,7 +101,7 @@ TEST_CASE("what libheif refuses is an error of one line that says what helps") {
 }
 
 #if defined(LDI_WITH_PUGIXML)
-TEST_CASE("an auxiliary picture of depth is found in HEIC and AVIF, and one of alpha is not one") {
+TEST_CASE("auxiliary depth pictures of HEIC and AVIF files are found, and alpha pictures are not read as depth") {
     const image<std::uint8_t> both = with_alpha(picture);
     for (const heif_compression_format format : {heif_compression_HEVC, heif_compression_AV1}) {
         const std::optional<byte_string> file = heif_file_of(both, {format, {}, {}, 0});
@@ -121,7 +121,7 @@ TEST_CASE("an auxiliary picture of depth is found in HEIC and AVIF, and one of a
 
 #if defined(LDI_WITH_LIBWEBP)
 
-TEST_CASE("WebP gives back every pixel, upright, on white, with its lens") {
+TEST_CASE("WebP photos are decoded exactly, upright, over white, with their focal length") {
     CHECK(largest_difference(decode_photo(webp_file(picture)).color, picture) == 0);
     const image<std::uint8_t> transparent = with_alpha(picture);
     CHECK(largest_difference(decode_photo(webp_file(transparent)).color, on_white(transparent)) <= 1);
@@ -138,7 +138,7 @@ TEST_CASE("WebP gives back every pixel, upright, on white, with its lens") {
 
 #if defined(LDI_WITH_LIBTIFF)
 
-TEST_CASE("TIFF gives back every pixel, of 8 and 16 bits, in all orientations") {
+TEST_CASE("TIFF photos of 8 and 16 bits are decoded exactly, in all orientations") {
     for (const int compression : {COMPRESSION_NONE, COMPRESSION_LZW, COMPRESSION_ADOBE_DEFLATE, COMPRESSION_PACKBITS})
         for (const std::uint16_t bits : {std::uint16_t{8}, std::uint16_t{16}}) {
             const byte_string file = tiff_file(picture, {.compression = static_cast<std::uint16_t>(compression), .bits = bits});
@@ -167,7 +167,7 @@ TEST_CASE("TIFF gives back every pixel, of 8 and 16 bits, in all orientations") 
 
 #if defined(LDI_WITH_LCMS2)
 
-TEST_CASE("Display P3 becomes sRGB, from a profile in every format and from its number") {
+TEST_CASE("Display P3 is converted to sRGB, for profiles in every format and for the color code of AVIF") {
     const image<std::uint8_t> expected = p3_to_srgb(picture);
     REQUIRE(largest_difference(expected, picture) > 10);
     const byte_string icc = icc_profile();
@@ -195,7 +195,7 @@ TEST_CASE("Display P3 becomes sRGB, from a profile in every format and from its 
 #endif
 }
 
-TEST_CASE("a gray profile is of gray, and one that is damaged changes nothing") {
+TEST_CASE("a gray profile is applied, and a damaged profile does not prevent decoding") {
     const image<std::uint8_t> gray = smooth_picture(6, 7, 1);
     const byte_string rows(reinterpret_cast<const std::byte*>(gray.data()),
                            reinterpret_cast<const std::byte*>(gray.data()) + gray.size());

@@ -8,7 +8,7 @@
 using namespace ldi;
 using namespace ldi::testing;
 
-TEST_CASE("a PNG file gives back every 8-bit value, of one channel and of three") {
+TEST_CASE("8-bit PNG files with one and with three channels are lossless") {
     std::mt19937 random(3);
     for (std::size_t channels : {1u, 3u})
         for (int i = 0; i < 50; ++i) {
@@ -21,7 +21,7 @@ TEST_CASE("a PNG file gives back every 8-bit value, of one channel and of three"
         }
 }
 
-TEST_CASE("a PNG file gives back every 16-bit value") {
+TEST_CASE("16-bit PNG files are lossless") {
     image<std::uint16_t> picture(256, 256);
     for (std::size_t i = 0; i < picture.size(); ++i) picture.data()[i] = static_cast<std::uint16_t>(i);
     const image<float> back = decode_depth_map(encode_png(picture));
@@ -30,7 +30,7 @@ TEST_CASE("a PNG file gives back every 16-bit value") {
         if (back.data()[i] != static_cast<float>(i)) FAIL("value " << i);
 }
 
-TEST_CASE("a JPEG file is close to the picture, closer at higher quality, and of half the color resolution up to 90") {
+TEST_CASE("JPEG files are close to the picture, larger at higher quality, and have half the chroma resolution up to quality 90") {
     const image<std::uint8_t> picture = smooth_picture(40, 44, 3);
     const auto error_at = [&](int quality) {
         return largest_difference(decode_photo(encode_jpeg(picture, quality)).color, picture);
@@ -50,7 +50,7 @@ TEST_CASE("a JPEG file is close to the picture, closer at higher quality, and of
     CHECK(sampling_of_first_channel(91) == 0x11);
 }
 
-TEST_CASE("a quality or a size that JPEG does not know is refused") {
+TEST_CASE("a quality outside 1 to 100 and a picture too wide for JPEG are refused") {
     const image<std::uint8_t> picture = smooth_picture(2, 2, 3);
     for (int quality : {-1, 0, 101}) CHECK(raised([&] { encode_jpeg(picture, quality); }) == error_code::invalid_option);
     const image<std::uint8_t> wide(1, 65536, 1, 0);
@@ -58,7 +58,7 @@ TEST_CASE("a quality or a size that JPEG does not know is refused") {
     CHECK(decode_photo(encode_png(wide)).color.width() == 65536);
 }
 
-TEST_CASE("pictures are saved whole") {
+TEST_CASE("saved files contain exactly the encoded picture, and no other files remain") {
     const scratch_folder folder;
     const image<std::uint8_t> picture = smooth_picture(8, 8, 3);
     save_png(folder / "picture.png", picture);

@@ -8,7 +8,7 @@
 #define LDI_SHARED_DIR "../shared"
 #endif
 
-TEST_CASE("the published network loads from its folder, and a folder without it is named") {
+TEST_CASE("the published network loads from its folder, and the error for a missing folder names it") {
     CHECK_THROWS_WITH(ldi::load_tiefenrausch("no/such/folder"),
                       Catch::Contains("no/such/folder") && Catch::Contains("tiefenrausch.pb"));
     const std::filesystem::path folder = std::filesystem::path(LDI_SHARED_DIR) / "tiefenrausch/model";

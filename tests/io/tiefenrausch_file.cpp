@@ -40,7 +40,7 @@ std::string complaint(Change&& change) {
 
 }  // namespace
 
-TEST_CASE("a student computes bit for bit what its exporter computed in exact integers") {
+TEST_CASE("an exported depth network reproduces its exporter's output bit for bit") {
     const named_tensors example = load_safetensors(files / "tiefenrausch_example.safetensors");
     const buffer<std::size_t>& shape = example.tensors.at("photo").shape;
     image<std::uint8_t> photo(shape[0], shape[1], 3);
@@ -59,7 +59,7 @@ TEST_CASE("a student computes bit for bit what its exporter computed in exact in
     }
 }
 
-TEST_CASE("operators are named as in training") {
+TEST_CASE("operators have their names from training, or numbers if the file contains no names") {
     const network_description network = read_quantized_network(weights());
     CHECK(network.operators.front().name == "full");
     CHECK(network.operators.back().name == "disparity");
@@ -71,7 +71,7 @@ TEST_CASE("operators are named as in training") {
     CHECK(read_quantized_network(file).operators[3].name == "operator 3");
 }
 
-TEST_CASE("a file of another network is refused by its metadata") {
+TEST_CASE("load_depth_network() refuses files of other networks, and the error names the network found") {
     CHECK_THAT(message_of([] { load_tiefenrausch_file(files / "tiefenrausch_example.safetensors"); }),
                Contains("tiefenrausch_small") && Contains("example"));
     const std::filesystem::path inpainting = files / "../../networks/files/farbrausch_weights.safetensors";
@@ -79,7 +79,7 @@ TEST_CASE("a file of another network is refused by its metadata") {
                Contains(inpainting.string()) && Contains("a depth network") && Contains("found farbrausch"));
 }
 
-TEST_CASE("a file that does not say what its result stands for is refused") {
+TEST_CASE("a depth network whose output is neither disparity nor log disparity is refused") {
     std::vector<std::byte> bytes = read_file(files / "tiefenrausch_weights.safetensors");
     const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     const std::size_t at = text.find("\"output\":\"disparity\"");
@@ -88,7 +88,7 @@ TEST_CASE("a file that does not say what its result stands for is refused") {
     CHECK_THAT(message_of([&] { decode_tiefenrausch(bytes); }), Contains("log disparity") && Contains("xisparity"));
 }
 
-TEST_CASE("sizes that a file names are numbers, and such as the network takes") {
+TEST_CASE("input sizes in the metadata must be numbers, and multiples of 32 that the network supports") {
     const std::vector<std::byte> bytes = read_file(files / "tiefenrausch_weights.safetensors");
     const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     const auto with_size = [&](const std::string& size) {
@@ -108,13 +108,13 @@ TEST_CASE("sizes that a file names are numbers, and such as the network takes") 
         CHECK_THAT(message_of([&] { read(with_size(size)); }), Contains("multiples of 32"));
 }
 
-TEST_CASE("a depth network cut off anywhere is refused, and the message names the file") {
+TEST_CASE("a truncated depth network is refused, and the error names the file") {
     const std::vector<std::byte> whole = read_file(files / "tiefenrausch_weights.safetensors");
     for (std::size_t size = 0; size < whole.size(); size += 1 + size / 3)
         CHECK_THAT(message_of([&] { decode_tiefenrausch(std::span(whole).first(size), "cut"); }), StartsWith("cut"));
 }
 
-TEST_CASE("the weights that ship fit their networks, and take at most 4 MB") {
+TEST_CASE("the weights in examples/models load, and need at most 4 MB") {
     const std::filesystem::path models = std::filesystem::path(LDI_SOURCE_DIR) / "examples/models";
     const tiefenrausch network = load_depth_network(models / "tiefenrausch_small.safetensors");
     serial_executor serial;
@@ -129,13 +129,13 @@ TEST_CASE("the weights that ship fit their networks, and take at most 4 MB") {
     CHECK(bytes <= 4'000'000);
 }
 
-TEST_CASE("a depth network is a file, or a folder with the published network") {
+TEST_CASE("load_depth_network() loads a file, or the published network from a folder") {
     CHECK(load_depth_network(files / "tiefenrausch_weights.safetensors").level_quantization().scale > 0);
     CHECK_THAT(message_of([] { load_depth_network(files); }), Contains("tiefenrausch.pb"));
     CHECK_THAT(message_of([] { load_depth_network(files / "none.safetensors"); }), Contains("none.safetensors"));
 }
 
-TEST_CASE("what does not fit in a file of operators is named") {
+TEST_CASE("an invalid operator table is refused, and the error names the tensor or operator") {
     CHECK_THAT(complaint([](named_tensors& f) { f.tensors.erase("operators"); }), Contains("tensor operators"));
     CHECK_THAT(complaint([](named_tensors& f) { f.tensors.erase("scales"); }),
                Contains("tiefenrausch_weights.safetensors, tensor scales"));

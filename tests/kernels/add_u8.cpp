@@ -23,7 +23,7 @@ ldi::buffer<std::uint8_t> definition(const ldi::quantized_addition& sum, const l
 
 }  // namespace
 
-TEST_CASE("add_u8 adds value by value on every instruction set, for any count") {
+TEST_CASE("add_u8 matches its definition on every instruction set, for any count") {
     ldi::testing::random_bytes random;
     for (int round = 0; round < 60; ++round) {
         const ldi::quantized_addition exact = any_addition(random);
@@ -40,7 +40,7 @@ TEST_CASE("add_u8 adds value by value on every instruction set, for any count") 
     }
 }
 
-TEST_CASE("on every instruction set all 65536 pairs have the sum of the integer form, and few additions need that form") {
+TEST_CASE("add_u8 matches the integer form for all 65,536 pairs on every instruction set, and rarely falls back to that form") {
     ldi::testing::random_bytes random;
     for (ldi::isa set : ldi::testing::available_isas()) {
         int integer_forms = 0;
@@ -63,7 +63,7 @@ TEST_CASE("on every instruction set all 65536 pairs have the sum of the integer 
     }
 }
 
-TEST_CASE("the result may take the place of either input") {
+TEST_CASE("add_u8 can overwrite either input with the result") {
     ldi::testing::random_bytes random;
     const ldi::quantized_addition exact = any_addition(random);
     for (ldi::isa set : ldi::testing::available_isas()) {

@@ -32,7 +32,7 @@ ldi::buffer<std::uint8_t> noise(std::size_t count) {
 
 }  // namespace
 
-TEST_CASE("the weights of every pixel add up to one and cover neighboring stretches without gap or overlap") {
+TEST_CASE("the weights of every result pixel add up to one, and every source pixel contributes equally") {
     for (std::size_t source : {1U, 2U, 3U, 31U, 384U, 1000U, 4032U})
         for (std::size_t result : {1U, 2U, 3U, 32U, 288U, 384U, 1000U}) {
             const ldi::area_weights made = ldi::make_area_weights(source, result);
@@ -55,14 +55,14 @@ TEST_CASE("the weights of every pixel add up to one and cover neighboring stretc
         }
 }
 
-TEST_CASE("at its own size an image stays as it is, and a flat one stays flat at any size") {
+TEST_CASE("resizing to the same size changes nothing, and a flat image stays flat at any size") {
     const ldi::buffer<std::uint8_t> image = noise(17 * 11 * 3);
     CHECK(resized(image, 17, 11, 17, 11) == image);
     for (std::uint8_t value : {std::uint8_t{0}, std::uint8_t{93}, std::uint8_t{255}})
         CHECK(resized(ldi::buffer<std::uint8_t>(17 * 11, value), 17, 11, 32, 7) == ldi::buffer<std::uint8_t>(32 * 7, value));
 }
 
-TEST_CASE("every pixel is the mean of the area that it covers, up to rounding") {
+TEST_CASE("every result pixel is the mean of the area that it covers, up to rounding") {
     const std::size_t height = 37, width = 53, new_height = 12, new_width = 64;
     const ldi::buffer<std::uint8_t> image = noise(height * width), found = resized(image, height, width, new_height, new_width);
     double worst = 0;
@@ -87,7 +87,7 @@ TEST_CASE("every pixel is the mean of the area that it covers, up to rounding") 
     CHECK(worst > 0.4);
 }
 
-TEST_CASE("sums have the same bits whether or not the machine has fused multiply-add") {
+TEST_CASE("sums have the same bits on every machine, with or without fused multiply-add") {
     const ldi::buffer<std::uint8_t> image = noise(61 * 47 * 3);
     const ldi::area_weights horizontal = ldi::make_area_weights(47, 30), vertical = ldi::make_area_weights(61, 19);
     std::uint32_t checksum = 0;
@@ -105,7 +105,7 @@ TEST_CASE("sums have the same bits whether or not the machine has fused multiply
     CHECK(checksum == 0xACD0BA5C);
 }
 
-TEST_CASE("halves are rounded to the even neighbor") {
+TEST_CASE("ties are rounded to the even neighbor") {
     CHECK(resized({0, 1}, 1, 2, 1, 1) == ldi::buffer<std::uint8_t>{0});
     CHECK(resized({1, 2}, 1, 2, 1, 1) == ldi::buffer<std::uint8_t>{2});
     CHECK(resized({254, 255}, 2, 1, 1, 1) == ldi::buffer<std::uint8_t>{254});

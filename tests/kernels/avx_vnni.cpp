@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <vector>
 
-TEST_CASE("what is to be packed for AVX-VNNI is, and in a build without its kernels for the set that stands in") {
+TEST_CASE("weights are packed for AVX-VNNI if requested, or for scalar code in builds without x86 kernels") {
     ldi::testing::random_bytes random;
     const ldi::buffer<std::uint8_t> weights = random.bytes(9 * 20);
     const ldi::buffer<std::int32_t> bias(20, 3);
@@ -43,7 +43,7 @@ std::vector<Value> emulated(std::size_t values, Compute compute, bool& used) {
 
 }  // namespace
 
-TEST_CASE("what the compiler made of the AVX-VNNI matrix product gives what scalar code does") {
+TEST_CASE("the compiled AVX-VNNI matrix product matches scalar code under emulation") {
     if (!can_be_emulated()) return;
     ldi::testing::random_bytes random;
     std::size_t broken = 0;
@@ -68,8 +68,7 @@ TEST_CASE("what the compiler made of the AVX-VNNI matrix product gives what scal
     CHECK(broken == 0);
 }
 
-TEMPLATE_TEST_CASE("what the compiler made of the AVX-VNNI convolution of bytes gives what scalar code does", "", std::uint8_t,
-                   float) {
+TEMPLATE_TEST_CASE("the compiled AVX-VNNI convolution of bytes matches scalar code under emulation", "", std::uint8_t, float) {
     if (!can_be_emulated()) return;
     ldi::testing::random_bytes random;
     std::size_t broken = 0;

@@ -88,7 +88,7 @@ struct convolution {
 
 }  // namespace
 
-TEST_CASE("a convolution is the sum of products, scaled, with bias and activation, for all sizes round its tiles") {
+TEST_CASE("conv_f32 matches its definition for all sizes around its tiles") {
     ldi::testing::random_bytes random;
     for (const ldi::isa set : ldi::testing::available_isas())
         for (std::size_t outputs : {1U, 3U, 8U, 9U, 16U, 17U, 24U, 25U, 40U, 41U, 48U, 72U})
@@ -101,7 +101,7 @@ TEST_CASE("a convolution is the sum of products, scaled, with bias and activatio
                 }
 }
 
-TEST_CASE("a convolution gives a pixel the same bits however the pixels are cut into calls") {
+TEST_CASE("conv_f32 gives the same bits for any split of the pixels into calls") {
     ldi::testing::random_bytes random;
     for (const ldi::isa set : ldi::testing::available_isas())
         for (int round = 0; round < 150; ++round) {
@@ -112,7 +112,7 @@ TEST_CASE("a convolution gives a pixel the same bits however the pixels are cut 
         }
 }
 
-TEST_CASE("a ratio of 1 changes no bit") {
+TEST_CASE("a ratio of 1 gives the same bits as no ratio") {
     ldi::testing::random_bytes random;
     for (const ldi::isa set : ldi::testing::available_isas()) {
         convolution c = convolution::any(random, 3, 17, 21, 30);
@@ -192,7 +192,8 @@ struct byte_convolution {
 
 }  // namespace
 
-TEST_CASE("a convolution of bytes is its definition, rounded, and the same on every instruction set in calls for any pixels") {
+TEST_CASE(
+    "conv_u8 matches its definition up to rounding, with the same bits on every instruction set and for any split into calls") {
     ldi::testing::random_bytes random;
     for (int round = 0; round < 200; ++round) {
         const byte_convolution c = byte_convolution::any(random);

@@ -60,7 +60,7 @@ convolution any_convolution(ldi::testing::random_bytes& random, std::size_t chan
 
 }  // namespace
 
-TEST_CASE("depthwise_u8 sums the 3 x 3 neighborhood of each channel; what lies outside the image counts as zero") {
+TEST_CASE("depthwise_u8 matches its definition, with zero padding outside the image") {
     ldi::testing::random_bytes random;
     for (std::size_t channels : {1U, 8U, 15U, 16U, 17U, 40U, 48U})
         for (std::size_t width : {1U, 2U, 3U, 8U, 9U})
@@ -94,7 +94,7 @@ TEST_CASE("depthwise_u8 gives the same bits on every instruction set, for thousa
     CHECK(packed_as_asked > sets.size() * 1850);
 }
 
-TEST_CASE("depthwise_u8 gives the same bits where weights and inputs are as large as they come") {
+TEST_CASE("depthwise_u8 gives the same bits on every instruction set for extreme weights and inputs") {
     ldi::testing::random_bytes random;
     std::size_t broken = 0;
     for (int round = 0; round < 200; ++round) {

@@ -67,7 +67,7 @@ ldi::isa expected_target(const product& p, ldi::isa set) {
 
 }  // namespace
 
-TEST_CASE("gemm_u8 is the requantized product with both zero points taken off, for all sizes around its tiles") {
+TEST_CASE("gemm_u8 matches the requantized product of the operands minus their zero points, for sizes around its tiles") {
     ldi::testing::random_bytes random;
     for (std::size_t outputs : {1U, 7U, 8U, 9U, 24U})
         for (std::size_t inputs : {1U, 3U, 8U, 27U, 100U})
@@ -97,7 +97,7 @@ TEST_CASE("gemm_u8 gives the same bits on every instruction set, for thousands o
     CHECK(packed_as_asked > sets.size() * 1990);
 }
 
-TEST_CASE("gemm_u8 gives the same bits for a single output, of few inputs and of many") {
+TEST_CASE("gemm_u8 gives the same bits on every instruction set for a single output with 1 to 199 inputs") {
     ldi::testing::random_bytes random;
     const std::vector<ldi::isa> sets = ldi::testing::available_isas();
     std::size_t broken = 0;
@@ -110,7 +110,7 @@ TEST_CASE("gemm_u8 gives the same bits for a single output, of few inputs and of
     CHECK(broken == 0);
 }
 
-TEST_CASE("gemm_u8 takes long rows, and windows that overlap") {
+TEST_CASE("gemm_u8 gives the same bits on every instruction set for long rows and for overlapping windows") {
     ldi::testing::random_bytes random;
     for (int round = 0; round < 40; ++round) {
         const std::size_t inputs = round % 2 == 0 ? 16 * random.size_in(1, 8) : random.size_in(2, 100);
@@ -121,7 +121,7 @@ TEST_CASE("gemm_u8 takes long rows, and windows that overlap") {
     }
 }
 
-TEST_CASE("weights that an instruction set cannot hold, and scales that float cannot follow, are packed for a slower one") {
+TEST_CASE("weights and scales that an instruction set cannot represent exactly are packed for a slower one") {
     ldi::testing::random_bytes random;
     for (ldi::isa set : ldi::testing::available_isas()) {
         const bool is_neon = set == ldi::isa::neon_dot_product,
@@ -140,7 +140,7 @@ TEST_CASE("weights that an instruction set cannot hold, and scales that float ca
     }
 }
 
-TEST_CASE("gemm_u8 rounds to the right side of every threshold of the requantization, on every instruction set") {
+TEST_CASE("gemm_u8 rounds correctly on both sides of every requantization threshold, on every instruction set") {
     ldi::testing::random_bytes random;
     for (int round = 0; round < 60; ++round) {
         const float scale = std::ldexp(static_cast<float>(random.in(1 << 23, (1 << 24) - 1)), -24 - round % 6);
@@ -159,7 +159,7 @@ TEST_CASE("gemm_u8 rounds to the right side of every threshold of the requantiza
     }
 }
 
-TEST_CASE("gemm_u8 does not overflow at the limit that packing documents") {
+TEST_CASE("gemm_u8 does not overflow at its documented limit of inputs") {
     const std::size_t inputs = 16000;  // 510 * 255 * 16000 < 2^31
     const ldi::buffer<std::uint8_t> weights(inputs, 0), input(inputs + 3, 0);
     const std::uint8_t* const start = input.data();
@@ -173,7 +173,7 @@ TEST_CASE("gemm_u8 does not overflow at the limit that packing documents") {
     }
 }
 
-TEST_CASE("no instruction set saturates between the largest products") {
+TEST_CASE("the largest products saturate no intermediate sum on any instruction set") {
     for (ldi::isa set : ldi::testing::available_isas())
         for (std::uint8_t weight : {std::uint8_t{0}, std::uint8_t{255}}) {
             const ldi::buffer<std::uint8_t> weights(64, weight), input(67, 255);
@@ -185,7 +185,7 @@ TEST_CASE("no instruction set saturates between the largest products") {
         }
 }
 
-TEST_CASE("gemm_u8 gives the same bits where weights and inputs are as large as they come") {
+TEST_CASE("gemm_u8 gives the same bits on every instruction set for extreme weights and inputs") {
     ldi::testing::random_bytes random;
     std::size_t broken = 0;
     for (int round = 0; round < 200; ++round) {

@@ -24,12 +24,12 @@ struct forced_isa {
 
 }  // namespace
 
-TEST_CASE("portable code is always available, and the best instruction set is") {
+TEST_CASE("scalar code and the best instruction set are available") {
     CHECK(ldi::is_available(ldi::isa::scalar));
     CHECK(ldi::is_available(ldi::best_isa()));
 }
 
-TEST_CASE("LDI_ISA forces any instruction set that is available, and empty forces none") {
+TEST_CASE("LDI_ISA selects any available instruction set, raises an error for others, and selects the best if empty") {
     for (const ldi::instruction_set& set : ldi::instruction_sets) {
         INFO(set.name);
         const forced_isa forced(std::string(set.name).c_str());
@@ -43,7 +43,7 @@ TEST_CASE("LDI_ISA forces any instruction set that is available, and empty force
         CHECK((!ldi::is_available(set.id) || set.id <= ldi::best_isa()));
 }
 
-TEST_CASE("an instruction set is found by its number, has a name of its own, and another, slower one stands in for it") {
+TEST_CASE("every instruction set has a unique name and a slower fallback that is available wherever it is") {
     std::set<std::string_view> names;
     for (const ldi::instruction_set& set : ldi::instruction_sets) {
         INFO(set.name);
@@ -54,7 +54,7 @@ TEST_CASE("an instruction set is found by its number, has a name of its own, and
     }
 }
 
-TEST_CASE("a family that has no kernel for a set runs that of the one that stands in for it") {
+TEST_CASE("find_kernel() returns the kernel of the fallback if a family has none for an instruction set") {
     struct kernel {
         ldi::isa set;
     };
@@ -64,7 +64,7 @@ TEST_CASE("a family that has no kernel for a set runs that of the one that stand
     CHECK(ldi::find_kernel(some, ldi::isa::neon_dot_product).set == ldi::isa::scalar);
 }
 
-TEST_CASE("LDI_ISA with an unknown name is an error that lists the names") {
+TEST_CASE("an unknown name in LDI_ISA raises an error that lists the known names") {
     const forced_isa forced("AVX2");
     try {
         ldi::best_isa();

@@ -47,7 +47,7 @@ std::vector<std::int32_t> accumulators(float scale) {
 
 }  // namespace
 
-TEST_CASE("requantization is two exact roundings, for accumulators on and beside every tie and at the ends of their range") {
+TEST_CASE("requantization applies two exact roundings, including near every tie and at the ends of the accumulator's range") {
     int broken = 0;
     for (float scale : scales())
         for (int zero_point : {0, 1, 127, 128, 255}) {
@@ -57,7 +57,7 @@ TEST_CASE("requantization is two exact roundings, for accumulators on and beside
     CHECK(broken == 0);
 }
 
-TEST_CASE("requantization is within half a step of the real product, and half a step of the first of its two roundings") {
+TEST_CASE("the error of requantization is at most the sum of half a step of each of its two roundings") {
     double worst = 0;
     for (float scale : scales()) {
         const ldi::requantization r = ldi::make_requantization(scale, 128);
@@ -71,7 +71,7 @@ TEST_CASE("requantization is within half a step of the real product, and half a 
     CHECK(worst > 0.49);
 }
 
-TEST_CASE("a multiplier has 24 significant bits and its scale back is exact") {
+TEST_CASE("a requantization multiplier has 24 significant bits, and represents its scale exactly") {
     for (float scale : scales()) {
         const ldi::requantization r = ldi::make_requantization(scale, 0);
         CHECK(r.multiplier >= 1 << 30);
@@ -81,7 +81,7 @@ TEST_CASE("a multiplier has 24 significant bits and its scale back is exact") {
     }
 }
 
-TEST_CASE("scales from 2^-32 up to but not including 1 can be requantized") {
+TEST_CASE("requantization accepts scales from 2^-32 up to but not including 1") {
     CHECK(ldi::is_requantization_scale(0x1p-32F));
     CHECK(ldi::is_requantization_scale(std::nextafter(1.0F, 0.0F)));
     CHECK_FALSE(ldi::is_requantization_scale(1.0F));
@@ -90,7 +90,7 @@ TEST_CASE("scales from 2^-32 up to but not including 1 can be requantized") {
     CHECK_FALSE(ldi::is_requantization_scale(std::numeric_limits<float>::quiet_NaN()));
 }
 
-TEST_CASE("quantized addition rounds the exact sum of its multiples, on all pairs") {
+TEST_CASE("quantized addition rounds the exact weighted sum correctly for all pairs of bytes") {
     std::mt19937 random(3);
     std::uniform_real_distribution<float> scale(0.005F, 0.08F);
     std::uniform_int_distribution<int> zero(0, 255);
@@ -122,7 +122,7 @@ TEST_CASE("quantized addition rounds the exact sum of its multiples, on all pair
     }
 }
 
-TEST_CASE("additions whose larger ratio is in [2^-10, 2^8) can be made") {
+TEST_CASE("quantized addition accepts ratios whose larger one is at least 2^-10 and below 2^8") {
     CHECK(ldi::are_addition_ratios(0x1p-10F, 0x1p-20F));
     CHECK(ldi::are_addition_ratios(1.0F, std::nextafter(256.0F, 0.0F)));
     CHECK_FALSE(ldi::are_addition_ratios(1.0F, 256.0F));

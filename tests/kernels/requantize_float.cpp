@@ -35,12 +35,12 @@ int count_exact_forms(Find find) {
 
 }  // namespace
 
-TEST_CASE("where a float form is found, fused or not, it gives what the integer form gives") {
+TEST_CASE("a float form of requantization, fused or not, matches the integer form on every tested accumulator") {
     CHECK(count_exact_forms(ldi::find_float_requantization) >= 20);
     CHECK(count_exact_forms(ldi::find_unfused_requantization) >= 20);
 }
 
-TEST_CASE("checkpoints lie on both sides of every step of the integer form") {
+TEST_CASE("checkpoints are the last accumulator before and the first after every step of the integer form") {
     const ldi::requantization r = ldi::make_requantization(0.013F, 100);
     const ldi::buffer<std::int32_t> points = ldi::detail::requantization_checkpoints(r);
     std::size_t steps = 0;
@@ -52,7 +52,7 @@ TEST_CASE("checkpoints lie on both sides of every step of the integer form") {
     CHECK(steps == 255);
 }
 
-TEST_CASE("no float form is made up where float has too few bits") {
+TEST_CASE("no float form is returned if float has too few bits for the scale") {
     const ldi::requantization fine = ldi::make_requantization(0x1.fffffep-20F, 128);
     CHECK_FALSE(ldi::find_float_requantization(fine).has_value());
     CHECK_FALSE(ldi::find_unfused_requantization(fine).has_value());
