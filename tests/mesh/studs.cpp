@@ -32,7 +32,7 @@ ldi::stud_set studs_of(const ldi::graph_view& g, ldi::array_view<const float> di
 
 }  // namespace
 
-TEST_CASE("a plane needs no stud vertices if its texture may shift") {
+TEST_CASE("a plane needs no stud vertices if its texture may shift freely") {
     const ldi::graph g = ldi::make_grid(100, 80);
     ldi::buffer<float> disparity(g.size());
     for (std::size_t i = 0; i < g.size(); ++i)

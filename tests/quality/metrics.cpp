@@ -50,7 +50,7 @@ TEST_CASE("SSIM is 1 for equal pictures, its luminance term for uniform ones, an
     CHECK(ssim(a, b, none) == 1);
 }
 
-TEST_CASE("alignment fits scale and shift to the known pixels only, and only the shift if the estimate is constant") {
+TEST_CASE("aligned() fits scale and shift to the known pixels only, and only the shift if the estimate is constant") {
     std::mt19937 random(5);
     map estimate(20, 30), truth(20, 30);
     pixel_set known(20, 30, 1, std::uint8_t{1});
@@ -68,9 +68,7 @@ TEST_CASE("alignment fits scale and shift to the known pixels only, and only the
     CHECK(flat(3, 3, 0) == Approx(mean));
 }
 
-TEST_CASE(
-    "edge and boundary agreement is 1 for equal maps and 0 for an estimate without edges, and reversed depth has the wrong "
-    "order") {
+TEST_CASE("edge and boundary agreement is 1 for equal maps and 0 without edges, and reversed depth has the wrong order") {
     const pixel_set known(60, 60, 1, std::uint8_t{1});
     map step(60, 60), ramp(60, 60);
     for (std::size_t y = 0; y < 60; ++y)

@@ -137,8 +137,7 @@ TEST_CASE("nearest_side finds the same side as an exhaustive search") {
 }
 
 TEST_CASE(
-    "the distance of silhouettes is 0 for true ones, scales with the photo's size for moved ones, and is missing for missed "
-    "ones") {
+    "distance_of_silhouettes() is 0 for true silhouettes, scales with the photo's size, and counts unmatched ones as missed") {
     const rectangle near{20, 10, 50, 200};
     const picture photo = photo_of(288, 80, near);
     const std::vector<true_side> truth = true_silhouettes(photo, disparity_of(288, 80, near), all_of(288, 80));

@@ -178,7 +178,7 @@ TEST_CASE("a convolution sums over the explored window, on any graph, with any k
     });
 }
 
-TEST_CASE("a partial convolution divides its sum by the share of unmasked inputs, counted over all sources and their channels") {
+TEST_CASE("a partial convolution divides its sum by the share of existing, unmasked inputs over all sources and channels") {
     testing::for_random_graphs(41, 600, [&](const random_layers& layers, std::mt19937& random) {
         const graph& g = layers.topology();
         const coarsened coarse = coarsen(g, orphan_rule::stay);

@@ -74,7 +74,7 @@ TEST_CASE("a layer computes the same as convolve() and convolve_partially()") {
     });
 }
 
-TEST_CASE("reading several maps equals reading their concatenation, bit for bit") {
+TEST_CASE("in a plain convolution, reading several maps equals reading their concatenation, bit for bit") {
     testing::for_random_graphs(51, 100, [&](const testing::random_layers& layers, std::mt19937& random) {
         const graph& g = layers.topology();
         const coarsened half = coarsen(g);
