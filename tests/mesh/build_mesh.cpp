@@ -58,7 +58,7 @@ point bits(const ldi::textured_mesh& m, std::uint32_t vertex) {
 
 }  // namespace
 
-TEST_CASE("Every vertex lies on the ray through its lattice point, at a depth between near and far") {
+TEST_CASE("every vertex lies on the ray through its lattice point, at a depth between near and far") {
     for (std::uint32_t seed = 0; seed < 300; ++seed) {
         const charted_graph c = ldi::testing::random_charts(seed, 20);
         const ldi::textured_mesh m = mesh_of(c, random_placements(c, seed), small_options());
@@ -74,7 +74,7 @@ TEST_CASE("Every vertex lies on the ray through its lattice point, at a depth be
     }
 }
 
-TEST_CASE("A texture coordinate is the place of the vertex in the atlas") {
+TEST_CASE("texture coordinates are the positions of the vertices in the atlas") {
     for (std::uint32_t seed = 0; seed < 300; ++seed) {
         const charted_graph c = ldi::testing::random_charts(seed, 20);
         const ldi::buffer<ldi::chart_placement> placements = random_placements(c, seed);
@@ -99,7 +99,7 @@ TEST_CASE("A texture coordinate is the place of the vertex in the atlas") {
     }
 }
 
-TEST_CASE("Triangles face the camera, and none has its vertices on a line") {
+TEST_CASE("triangles face the camera, and none is degenerate") {
     for (std::uint32_t seed = 0; seed < 300; ++seed) {
         const charted_graph c = ldi::testing::random_charts(seed, 20);
         const ldi::textured_mesh m = mesh_of(c, random_placements(c, seed), small_options());
@@ -116,7 +116,7 @@ TEST_CASE("Triangles face the camera, and none has its vertices on a line") {
     }
 }
 
-TEST_CASE("Where two charts meet, both have the same edges between the same points, bit for bit") {
+TEST_CASE("edges that two charts share have the same vertex positions, bit for bit") {
     std::size_t shared = 0;
     for (std::uint32_t seed = 0; seed < 500; ++seed) {
         // A fully linked photo: each rim edge is on its border, or is the rim edge of one other chart.
@@ -151,7 +151,7 @@ TEST_CASE("Where two charts meet, both have the same edges between the same poin
     REQUIRE(shared > 10000);
 }
 
-TEST_CASE("Disparity beyond its range is taken as its limits") {
+TEST_CASE("disparities out of range are clamped") {
     charted_graph c;
     c.topology = ldi::make_grid(8, 8);
     c.charts.chart_of.assign(c.topology.size(), 0);
@@ -167,7 +167,7 @@ TEST_CASE("Disparity beyond its range is taken as its limits") {
 }
 
 #if LDI_HAS_EXCEPTIONS
-TEST_CASE("A camera of another size, or placements of other charts, raise an error") {
+TEST_CASE("a camera of the wrong size and a wrong number of placements are refused") {
     const charted_graph c = ldi::testing::random_charts(3, 20);
     ldi::buffer<ldi::chart_placement> placements = random_placements(c, 3);
     ldi::pinhole_camera camera = camera_of(c);

@@ -57,7 +57,7 @@ bool collide(const ldi::polygon& p, std::int32_t v, std::int32_t w) {
 
 }  // namespace
 
-TEST_CASE("All edges that cross or touch are found, and no others") {
+TEST_CASE("find_all() finds exactly the pairs of edges that cross or touch other than at a common vertex") {
     std::mt19937 random(11);
     std::size_t found = 0;
     for (int i = 0; i < 20000; ++i) {
@@ -72,7 +72,7 @@ TEST_CASE("All edges that cross or touch are found, and no others") {
     REQUIRE(found > 10000);
 }
 
-TEST_CASE("What is found for fresh edges is what is found for all, less that between others") {
+TEST_CASE("find_fresh() finds all collisions that involve a fresh edge, and reports nothing that find_all() does not") {
     std::mt19937 random(12);
     ldi::detail::crossing_finder finder;
     for (int i = 0; i < 10000; ++i) {
@@ -97,7 +97,7 @@ TEST_CASE("What is found for fresh edges is what is found for all, less that bet
     }
 }
 
-TEST_CASE("Nothing is found in the detailed outlines of charts, except where a slit ends") {
+TEST_CASE("the detailed outlines of charts have no collisions and no overlaps") {
     for (std::uint32_t seed = 0; seed < 1000; ++seed) {
         const ldi::testing::charted_graph c = ldi::testing::random_charts(seed, 10);
         const ldi::chart_outlines outlines = ldi::trace_outlines(c.topology, c.disparity, c.charts);
@@ -110,7 +110,7 @@ TEST_CASE("Nothing is found in the detailed outlines of charts, except where a s
     }
 }
 
-TEST_CASE("Two passages through one point overlap only if one reaches into the other") {
+TEST_CASE("two loops that touch at a point overlap only if one extends into the other") {
     // Two squares that touch in a corner, as two loops: valid. With the second one turned over the first: invalid.
     ldi::polygon apart;
     apart.points = {{0, 0}, {4, 0}, {4, 4}, {0, 4}, {4, 4}, {8, 4}, {8, 8}, {4, 8}};

@@ -89,7 +89,7 @@ double distance_to_outline(const ldi::flat_mesh& m, std::size_t chart, double x,
 
 }  // namespace
 
-TEST_CASE("No triangle is degenerate or inverted, and together they have the area of the outline") {
+TEST_CASE("all triangles are counter-clockwise, and the triangles of a chart together have the area of its outline") {
     for (std::uint32_t seed = 0; seed < 2000; ++seed) {
         const charted_graph c = ldi::testing::random_charts(seed, seed % 20 == 0 ? 40 : 12);
         const ldi::flat_mesh m = mesh_of(c, with_tolerance(static_cast<float>(seed % 5) * 0.6F));
@@ -115,7 +115,7 @@ TEST_CASE("No triangle is degenerate or inverted, and together they have the are
     }
 }
 
-TEST_CASE("With tolerance 0 every pixel's center is covered once by its chart, and nothing else is") {
+TEST_CASE("without an outline tolerance, a chart covers the center of each of its pixels exactly once and no other center") {
     for (std::uint32_t seed = 0; seed < 1000; ++seed) {
         const charted_graph c = ldi::testing::random_charts(seed, 12);
         const ldi::flat_mesh m = mesh_of(c, with_tolerance(0.0F));
@@ -132,7 +132,8 @@ TEST_CASE("With tolerance 0 every pixel's center is covered once by its chart, a
     }
 }
 
-TEST_CASE("With a tolerance no center is covered twice, and those farther than it from the outline are covered as they should") {
+TEST_CASE(
+    "with an outline tolerance, no center is covered twice, and coverage changes only within the tolerance of the outline") {
     std::size_t far_from_outline = 0;
     for (std::uint32_t seed = 0; seed < 500; ++seed) {
         const charted_graph c = ldi::testing::random_charts(seed, 24);
@@ -157,7 +158,7 @@ TEST_CASE("With a tolerance no center is covered twice, and those farther than i
     REQUIRE(far_from_outline > 1000);
 }
 
-TEST_CASE("Neighboring charts have the same edges along their common boundary: no T-junctions, no cracks") {
+TEST_CASE("neighboring charts have the same edges along their common boundary, so that there are no T-junctions and no cracks") {
     std::size_t shared = 0;
     for (std::uint32_t seed = 0; seed < 2000; ++seed) {
         const charted_graph c = ldi::testing::random_charts(seed, seed % 20 == 0 ? 40 : 12);
@@ -197,7 +198,7 @@ TEST_CASE("Neighboring charts have the same edges along their common boundary: n
     REQUIRE(shared > 10000);
 }
 
-TEST_CASE("The border of the photo stays straight and complete") {
+TEST_CASE("all charts of a photo together have its area, even if outlines are simplified") {
     for (std::uint32_t seed = 0; seed < 300; ++seed) {
         std::mt19937 random(seed);
         charted_graph c;
@@ -212,7 +213,7 @@ TEST_CASE("The border of the photo stays straight and complete") {
     }
 }
 
-TEST_CASE("The mesh does not depend on the number of threads") {
+TEST_CASE("the mesh does not depend on the number of threads") {
     ldi::thread_pool threads(3);
     for (std::uint32_t seed = 0; seed < 40; ++seed) {
         const charted_graph c = ldi::testing::random_charts(seed, 40);
@@ -229,7 +230,7 @@ TEST_CASE("The mesh does not depend on the number of threads") {
 }
 
 #if LDI_HAS_EXCEPTIONS
-TEST_CASE("A chart with two pixels at one position raises an error") {
+TEST_CASE("a chart with two pixels at the same position is refused") {
     ldi::testing::sketched_graph g(3, 1);
     for (std::int32_t layer = 0; layer < 2; ++layer) {
         const std::int32_t first = g.add_pixel(0, 0);
@@ -243,7 +244,7 @@ TEST_CASE("A chart with two pixels at one position raises an error") {
     REQUIRE_THROWS_AS(ldi::build_flat_mesh(ldi::testing::surfaces_of(g, disparity), {}, charts, {}, threads), ldi::error);
 }
 
-TEST_CASE("An outline tolerance that reaches the studs raises an error") {
+TEST_CASE("an outline tolerance that reaches the studs is refused") {
     const ldi::graph g = ldi::make_grid(4, 4);
     ldi::mesh_options options;
     options.outlines.tolerance = 4.0F;

@@ -14,7 +14,7 @@ std::int64_t in_circle(ldi::lattice_point a, ldi::lattice_point b, ldi::lattice_
 
 }  // namespace
 
-TEST_CASE("After flipping, every edge that is not a chain's is locally Delaunay, and the polygon is still covered once") {
+TEST_CASE("flipping makes every inner edge that is not part of a chain locally Delaunay, and keeps the triangulation valid") {
     ldi::triangulator triangulate;
     ldi::triangulation t;
     ldi::buffer<std::int32_t> stack;
@@ -42,7 +42,7 @@ TEST_CASE("After flipping, every edge that is not a chain's is locally Delaunay,
     REQUIRE(inner_edges > 100000);
 }
 
-TEST_CASE("The better diagonal of a kite is taken") {
+TEST_CASE("flipping selects the shorter diagonal of a kite") {
     ldi::polygon p;
     p.points = {{0, -1}, {10, 0}, {0, 1}, {-10, 0}};
     p.next = {1, 2, 3, 0};
@@ -64,7 +64,7 @@ TEST_CASE("The better diagonal of a kite is taken") {
     }
 }
 
-TEST_CASE("Coordinates beyond 2^14 still give a triangulation") {
+TEST_CASE("the triangulation stays valid after flipping with coordinates beyond 2^14") {
     std::mt19937 random(3);
     ldi::triangulator triangulate;
     ldi::triangulation t;

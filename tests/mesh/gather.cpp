@@ -38,7 +38,7 @@ textured_mesh vertex_at(const pinhole_camera& camera, float x, float y, std::int
 }
 }  // namespace
 
-TEST_CASE("a vertex receives the mean of its surface's pixels around it, and of no other surface") {
+TEST_CASE("a vertex receives the mean of the adjacent pixels of its own surface") {
     graph_builder b(make_grid(3, 3));
     b.unlink(1, side::left), b.unlink(4, side::left), b.unlink(7, side::left);  // the first column is another surface
     layers_of_test layers(std::move(b).build());
@@ -54,7 +54,7 @@ TEST_CASE("a vertex receives the mean of its surface's pixels around it, and of 
     CHECK(at(3, 3, 8) == Approx(64));
 }
 
-TEST_CASE("a rule of a column may let whole pixels vote") {
+TEST_CASE("a column can define its own rule, such as a vote of the pixels") {
     layers_of_test layers(make_grid(2, 2));
     const std::uint8_t labels[][2] = {{1, 9}, {2, 8}, {2, 8}, {1, 8}};
     for (std::int32_t i = 0; i < 4; ++i) std::copy_n(labels[i], 2, layers.at<label_column>(i).begin());
@@ -62,7 +62,7 @@ TEST_CASE("a rule of a column may let whole pixels vote") {
     CHECK(gather<label_column>(vertex_at(camera, 1, 1, 0), layers, camera) == buffer<std::uint8_t>{2, 8});
 }
 
-TEST_CASE("gather() refuses vertices of pixels that the layers don't have") {
+TEST_CASE("gather() refuses vertices whose pixels are not in the layers") {
     const layers_of_test layers(make_grid(2, 2));
     const pinhole_camera camera{2, 2, 3.0F};
     for (const std::int32_t pixel : {-1, 4})

@@ -80,7 +80,7 @@ constexpr const char* names[] = {"t_junction", "rods", "random3"};
 
 }  // namespace
 
-TEST_CASE("on sheets a mesh has the same vertices and triangles, bit for bit, in parts that share nothing") {
+TEST_CASE("moving a mesh to sheets keeps all positions and triangles, bit for bit, and makes one part per texture") {
     for (const char* name : names) {
         const full_size_scene s = make_scene(name, 120, 160, 256);
         INFO(name);
@@ -93,7 +93,7 @@ TEST_CASE("on sheets a mesh has the same vertices and triangles, bit for bit, in
     }
 }
 
-TEST_CASE("a texture coordinate on a sheet is the vertex's place in the photo") {
+TEST_CASE("texture coordinates on a sheet follow from the vertices' positions in the photo") {
     for (const char* name : names) {
         const full_size_scene s = make_scene(name, 120, 160, 512);
         const pinhole_camera& camera = s.made.facts.camera;
@@ -111,7 +111,7 @@ TEST_CASE("a texture coordinate on a sheet is the vertex's place in the photo") 
     }
 }
 
-TEST_CASE("a mesh on sheets has no crack where they meet: it covers what the mesh on its atlas covers, at the same depth") {
+TEST_CASE("a mesh on sheets has the same coverage and depth as on its atlas, without cracks between sheets") {
     for (const char* name : names) {
         const full_size_scene s = make_scene(name, 120, 160, 256);
         for (const float shift : {-4.0F, 0.0F, 7.0F}) {
@@ -126,7 +126,7 @@ TEST_CASE("a mesh on sheets has no crack where they meet: it covers what the mes
     }
 }
 
-TEST_CASE("seen from the photo's place at its size, a 3D photo on sheets is the photo, and nearer to it than on its atlas") {
+TEST_CASE("seen from the photo's viewpoint at full size, a 3D photo on sheets is closer to the photo than one on its atlas") {
     for (const char* name : names) {
         const full_size_scene s = make_scene(name, 120, 160, 1024);
         view from;
@@ -139,7 +139,7 @@ TEST_CASE("seen from the photo's place at its size, a 3D photo on sheets is the 
     }
 }
 
-TEST_CASE("a mesh and a layout of other charts are refused") {
+TEST_CASE("a layout of other charts and a mesh that is already on sheets are refused") {
     const full_size_scene s = make_scene("rods", 60, 80, 512);
     const photo3d& made = s.made;
     sheet_layout other = s.layout;

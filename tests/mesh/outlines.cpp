@@ -65,7 +65,7 @@ bool is_boundary(const charted_graph& c, std::size_t i, ldi::side s) {
 
 }  // namespace
 
-TEST_CASE("The outlines of a chart are closed and pass every boundary side of its pixels once") {
+TEST_CASE("the outlines of a chart are closed and contain every boundary side of its pixels exactly once") {
     for (std::uint32_t seed = 0; seed < 4000; ++seed) {
         const charted_graph c = random_charts(seed, 9);
         const ldi::chart_outlines outlines = ldi::trace_outlines(c.topology, c.disparity, c.charts);
@@ -97,7 +97,7 @@ TEST_CASE("The outlines of a chart are closed and pass every boundary side of it
     }
 }
 
-TEST_CASE("A corner is one vertex for all pixels that share it, with their average disparity") {
+TEST_CASE("pixels that share a corner share one vertex, with their average disparity") {
     for (std::uint32_t seed = 0; seed < 4000; ++seed) {
         const charted_graph c = random_charts(seed, 9);
         const ldi::graph& g = c.topology;
@@ -130,7 +130,7 @@ TEST_CASE("A corner is one vertex for all pixels that share it, with their avera
     }
 }
 
-TEST_CASE("Two charts that share a piece walk along it in opposite directions, each once") {
+TEST_CASE("two charts that share a piece traverse it once each, in opposite directions") {
     for (std::uint32_t seed = 0; seed < 500; ++seed) {
         const charted_graph c = random_charts(seed, 9);
         const ldi::chart_outlines outlines = ldi::trace_outlines(c.topology, c.disparity, c.charts);
@@ -151,7 +151,7 @@ TEST_CASE("Two charts that share a piece walk along it in opposite directions, e
     }
 }
 
-TEST_CASE("The outline of a photo with one chart has a piece for each of its borders") {
+TEST_CASE("the outline of a photo with one chart has one straight piece per side of the photo") {
     const ldi::graph g = ldi::make_grid(7, 5);
     ldi::chart_set charts;
     charts.chart_of.assign(g.size(), 0);
@@ -171,7 +171,7 @@ TEST_CASE("The outline of a photo with one chart has a piece for each of its bor
 }
 
 #if LDI_HAS_EXCEPTIONS
-TEST_CASE("Pixels that are not in canonical order raise an error") {
+TEST_CASE("pixels that are not in canonical order are refused") {
     ldi::testing::sketched_graph g(2, 1);
     g.add_pixel(1, 0), g.add_pixel(0, 0);
     g.link(1, ldi::side::right, 0);

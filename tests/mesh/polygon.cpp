@@ -7,7 +7,7 @@
 
 using ldi::lattice_point;
 
-TEST_CASE("events sort by row, then column, then vertex, and give the vertex back") {
+TEST_CASE("polygon events sort by row, column and vertex, and encode the vertex") {
     const std::vector<lattice_point> ascending{{1 << 18, -(1 << 18)}, {-(1 << 18), -1}, {-5, 0}, {0, 0}, {0, 0}, {7, 0},
                                                {-9, 1 << 18}};
     std::vector<std::uint64_t> events;
@@ -26,7 +26,7 @@ TEST_CASE("events sort by row, then column, then vertex, and give the vertex bac
     CHECK(ldi::detail::vertex_of(ldi::detail::polygon_event({-3, -4}, last_vertex)) == last_vertex);
 }
 
-TEST_CASE("turns are exact over the whole range of coordinates") {
+TEST_CASE("turn() is exact over the whole range of coordinates") {
     constexpr std::int32_t most = 1 << 18;
     CHECK(ldi::detail::turn({0, 0}, {1, 0}, {1, 1}) > 0);  // y points down
     CHECK(ldi::detail::turn({0, 0}, {1, 0}, {1, -1}) < 0);

@@ -33,7 +33,7 @@ double distance_to_segment(const ldi::outline_corner& p, const ldi::outline_corn
 
 }  // namespace
 
-TEST_CASE("A simplified piece keeps its ends, keeps its order and stays within the tolerance") {
+TEST_CASE("a simplified piece keeps its ends and the order of its corners, and stays within the tolerance") {
     for (std::uint32_t seed = 0; seed < 2000; ++seed) {
         const charted_graph c = ldi::testing::random_charts(seed, 14);
         const ldi::chart_outlines outlines = ldi::trace_outlines(c.topology, c.disparity, c.charts);
@@ -62,7 +62,7 @@ TEST_CASE("A simplified piece keeps its ends, keeps its order and stays within t
     }
 }
 
-TEST_CASE("A straight border keeps a corner where disparity bends and drops the others") {
+TEST_CASE("a straight border keeps a corner where disparity bends and drops all others") {
     const ldi::graph g = ldi::make_grid(40, 3);
     ldi::chart_set charts;
     charts.chart_of.assign(g.size(), 0);
@@ -79,7 +79,7 @@ TEST_CASE("A straight border keeps a corner where disparity bends and drops the 
     }
 }
 
-TEST_CASE("Splitting every edge again and again brings the detailed boundary back") {
+TEST_CASE("repeatedly splitting every edge restores the detailed boundary") {
     for (std::uint32_t seed = 0; seed < 100; ++seed) {
         const charted_graph c = ldi::testing::random_charts(seed, 14);
         const ldi::chart_outlines outlines = ldi::trace_outlines(c.topology, c.disparity, c.charts);
@@ -114,7 +114,7 @@ TEST_CASE("Splitting every edge again and again brings the detailed boundary bac
 
 #if LDI_HAS_EXCEPTIONS
 TEST_CASE(
-    "By default no edge of a slanted surface's border shifts its texture by more than half a pixel, nor is split needlessly") {
+    "by default, edges along a slanted surface's border shift its texture by at most half a pixel and are not split needlessly") {
     const ldi::depth_range range{1.0F, 4.0F};
     for (const std::int32_t width : {37, 64, 150, 331, 512}) {
         const ldi::graph g = ldi::make_grid(width, 3);
@@ -145,7 +145,7 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("Negative tolerances raise an error") {
+TEST_CASE("negative tolerances are refused") {
     const ldi::chart_outlines outlines;
     REQUIRE_THROWS_AS(ldi::simplified_boundary(outlines, options_with(-1.0F, 0.01F)), ldi::error);
     REQUIRE_THROWS_AS(ldi::simplified_boundary(outlines, options_with(1.0F, -0.01F)), ldi::error);

@@ -65,7 +65,7 @@ std::array<float, 3> position(const ldi::buffer<float>& of, std::uint32_t vertex
 
 }  // namespace
 
-TEST_CASE("a strip hangs on the mesh's vertices, bit for bit, and fades out over what is farther") {
+TEST_CASE("a soft-edge strip shares vertices with the mesh, bit for bit, and fades out over farther surfaces") {
     std::size_t rims = 0;
     for (std::uint32_t seed = 1; seed <= 30; ++seed) {
         const scene s(seed);
@@ -99,7 +99,7 @@ TEST_CASE("a strip hangs on the mesh's vertices, bit for bit, and fades out over
     CHECK(rims > 500);
 }
 
-TEST_CASE("a strip is as wide as the foreground's colors reach over what is behind it, and never much wider") {
+TEST_CASE("a soft-edge strip is as wide as the foreground's colors extend into the background, up to a limit") {
     // A red disc in front of a gray wall; its colors fade out over `fade` pixels beyond its edge in depth.
     const auto widths = [](float fade) {
         ldi::image<float> disparity(90, 90);
@@ -136,7 +136,7 @@ TEST_CASE("a strip is as wide as the foreground's colors reach over what is behi
     }
 }
 
-TEST_CASE("a strip is seen from its front, and comes from far to near") {
+TEST_CASE("the triangles of a soft-edge strip face the camera and are ordered from far to near") {
     for (std::uint32_t seed = 1; seed <= 30; ++seed) {
         const ldi::textured_mesh mesh = scene(seed).mesh(everywhere());
         const ldi::soft_edge_strip& strip = mesh.soft_edges;
@@ -159,7 +159,7 @@ TEST_CASE("a strip is seen from its front, and comes from far to near") {
     }
 }
 
-TEST_CASE("a strip takes no more than its share of a file, and none where edges are to be hard") {
+TEST_CASE("soft-edge strips add no more than their share to a file, and are absent if edges are hard or there is no matte") {
     for (std::uint32_t seed = 1; seed <= 30; ++seed) {
         const scene s(seed);
         const auto bytes = [&](const ldi::textured_mesh& mesh) { return ldi::encode_glb(mesh, s.atlas.color).size(); };
@@ -177,7 +177,7 @@ TEST_CASE("a strip takes no more than its share of a file, and none where edges 
     }
 }
 
-TEST_CASE("a flat photo has no strip") {
+TEST_CASE("a flat photo has no soft-edge strip") {
     ldi::photo_layer layer = ldi::testing::lift_disparity(ldi::image<float>(40, 50, 1, 0.5F));
     ldi::unmix_colors(layer);
     const ldi::photo_layers layers = ldi::expand(std::move(layer), {}, {}).layers;

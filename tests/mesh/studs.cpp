@@ -32,7 +32,7 @@ ldi::stud_set studs_of(const ldi::graph_view& g, ldi::array_view<const float> di
 
 }  // namespace
 
-TEST_CASE("A plane needs no inner vertices") {
+TEST_CASE("a plane needs no stud vertices if its texture may shift freely") {
     const ldi::graph g = ldi::make_grid(100, 80);
     ldi::buffer<float> disparity(g.size());
     for (std::size_t i = 0; i < g.size(); ++i)
@@ -40,7 +40,7 @@ TEST_CASE("A plane needs no inner vertices") {
     REQUIRE(studs_of(g, disparity, whole(g), {}).vertices.empty());
 }
 
-TEST_CASE("On a slanted plane studs have vertices so close that drawing shifts the texture by less than the tolerance") {
+TEST_CASE("on a slanted plane, stud vertices are close enough that the texture shifts by at most the tolerance") {
     const ldi::graph g = ldi::make_grid(200, 300);
     ldi::buffer<float> disparity(g.size());
     for (std::size_t i = 0; i < g.size(); ++i) disparity[i] = 0.003F * static_cast<float>(g.y()[i]);
@@ -57,7 +57,7 @@ TEST_CASE("On a slanted plane studs have vertices so close that drawing shifts t
         }
 }
 
-TEST_CASE("Studs stand evenly and have a vertex where disparity bends") {
+TEST_CASE("studs are evenly spaced and have a vertex where disparity bends") {
     const ldi::graph g = ldi::make_grid(120, 80);
     ldi::buffer<float> disparity(g.size());
     for (std::size_t i = 0; i < g.size(); ++i) disparity[i] = 0.01F * static_cast<float>(std::min(g.y()[i], 33));
@@ -70,7 +70,7 @@ TEST_CASE("Studs stand evenly and have a vertex where disparity bends") {
     }
 }
 
-TEST_CASE("Something upright and narrower than the distance between studs has vertices of its own") {
+TEST_CASE("an upright object narrower than the stud spacing has vertices at its sides") {
     const ldi::graph g = ldi::make_grid(120, 100);
     ldi::buffer<float> disparity(g.size());
     for (std::size_t i = 0; i < g.size(); ++i) disparity[i] = std::abs(g.x()[i] - 60) < 4 ? 0.5F : 0.46F;
@@ -85,7 +85,7 @@ TEST_CASE("Something upright and narrower than the distance between studs has ve
     REQUIRE(right);
 }
 
-TEST_CASE("The profile between the vertices of a stud is linear to within the tolerance") {
+TEST_CASE("between the vertices of a stud, the disparity profile is linear to within the tolerance") {
     std::mt19937 random(5);
     ldi::detail::bend_finder find_bends;
     for (int i = 0; i < 500; ++i) {
@@ -106,7 +106,7 @@ TEST_CASE("The profile between the vertices of a stud is linear to within the to
     }
 }
 
-TEST_CASE("All pixels within the clearance of a stud's vertex belong to its chart and are linked") {
+TEST_CASE("all pixels within the clearance of a stud's vertex belong to its chart and are linked") {
     std::size_t vertices = 0;
     for (std::uint32_t seed = 0; seed < 600; ++seed) {
         const ldi::testing::charted_graph c = ldi::testing::random_charts(seed, 40);
@@ -162,7 +162,7 @@ TEST_CASE("All pixels within the clearance of a stud's vertex belong to its char
 }
 
 #if LDI_HAS_EXCEPTIONS
-TEST_CASE("Options outside their range raise an error") {
+TEST_CASE("stud options outside their range are refused") {
     const ldi::graph g = ldi::make_grid(4, 4);
     const ldi::buffer<float> disparity(g.size(), 0.0F);
     REQUIRE_THROWS_AS(studs_of(g, disparity, whole(g), options_with(0, 0.006F, 4)), ldi::error);

@@ -31,7 +31,7 @@ error_code code_after(Change&& change, std::size_t textures = 1) {
 }
 }  // namespace
 
-TEST_CASE("a mesh without parts has one part, which uses its texture") {
+TEST_CASE("a mesh without explicit parts is one part with texture 0") {
     const textured_mesh mesh = square();
     CHECK(mesh.vertex_count() == 4);
     CHECK(mesh.triangle_count() == 2);
@@ -43,7 +43,7 @@ TEST_CASE("a mesh without parts has one part, which uses its texture") {
     CHECK_NOTHROW(detail::check_mesh(textured_mesh(), 1));
 }
 
-TEST_CASE("a mesh whose columns, indices or parts don't fit together is refused") {
+TEST_CASE("a mesh with inconsistent columns, indices or parts is refused") {
     using m = textured_mesh;
     CHECK(code_after([](m&) {}, 2) == error_code::mismatch);
     CHECK(code_after([](m& x) { x.positions.push_back(0); }) == error_code::mismatch);

@@ -46,7 +46,7 @@ bool is_simple(const ldi::buffer<ldi::lattice_point>& points) {
 
 }  // namespace
 
-TEST_CASE("Charts of every shape are covered exactly once by triangles that keep all edges") {
+TEST_CASE("triangles cover charts of any shape exactly once and keep all edges") {
     ldi::triangulator triangulate;
     ldi::triangulation t;
     for (std::uint32_t seed = 0; seed < 4000; ++seed) {
@@ -63,7 +63,8 @@ TEST_CASE("Charts of every shape are covered exactly once by triangles that keep
     }
 }
 
-TEST_CASE("A closed chain of random points is triangulated if and only if it is a simple polygon with its inside on the right") {
+TEST_CASE(
+    "a simple polygon is triangulated if it is clockwise; any other closed chain is a conflict or has a valid triangulation") {
     std::mt19937 random(7);
     ldi::triangulator triangulate;
     ldi::triangulation t;
@@ -93,7 +94,7 @@ TEST_CASE("A closed chain of random points is triangulated if and only if it is 
     REQUIRE(other > 5000);
 }
 
-TEST_CASE("Edges that cross, and vertices on edges, are conflicts that name the edges") {
+TEST_CASE("crossing edges, vertices on edges, and loops of one or two vertices are conflicts") {
     ldi::triangulator triangulate;
     ldi::triangulation t;
     const auto conflict = triangulate(closed({{0, 0}, {10, 10}, {10, 0}, {0, 10}}), t);
@@ -107,7 +108,7 @@ TEST_CASE("Edges that cross, and vertices on edges, are conflicts that name the 
     REQUIRE(triangulate(closed({{0, 0}}), t));
 }
 
-TEST_CASE("Inner points outside the polygon, on its outline or twice at one place are conflicts") {
+TEST_CASE("inner points outside the polygon, on its outline, or at the same position are conflicts") {
     ldi::triangulator triangulate;
     ldi::triangulation t;
     const ldi::polygon square = closed({{0, 0}, {10, 0}, {10, 10}, {0, 10}});
@@ -125,7 +126,7 @@ TEST_CASE("Inner points outside the polygon, on its outline or twice at one plac
     REQUIRE(triangulate(with({{5, 5}, {5, 5}}), t));
 }
 
-TEST_CASE("Many vertices on one line, vertical or horizontal, make no degenerate triangle") {
+TEST_CASE("many collinear vertices, vertical or horizontal, cause no degenerate triangle") {
     ldi::triangulator triangulate;
     ldi::triangulation t;
     for (bool transposed : {false, true}) {
@@ -140,7 +141,7 @@ TEST_CASE("Many vertices on one line, vertical or horizontal, make no degenerate
     }
 }
 
-TEST_CASE("The largest coordinates do not overflow") {
+TEST_CASE("the largest coordinates do not overflow") {
     ldi::triangulator triangulate;
     ldi::triangulation t;
     constexpr std::int32_t far_away = 1 << 18;

@@ -196,7 +196,7 @@ buffer<Value> rows_of(const buffer<Value>& all, const buffer<std::uint8_t>& mark
 
 }  // namespace
 
-TEST_CASE("on images with holes the network gives what PyTorch gives") {
+TEST_CASE("on images with holes, the network matches PyTorch") {
     const farbrausch few = load_farbrausch(folder / "farbrausch_weights.safetensors");
     CHECK(few.architecture().channels == buffer<std::size_t>{6, 8, 10, 12, 14});
     CHECK(few.architecture().kernels == buffer<std::int32_t>{7, 5, 5, 3, 3});
@@ -207,7 +207,7 @@ TEST_CASE("on images with holes the network gives what PyTorch gives") {
     CHECK(largest_difference(run(all, large.layers), large.output) < 1e-4);
 }
 
-TEST_CASE("the reference of these tests gives what PyTorch gives") {
+TEST_CASE("the reference implementation of these tests matches PyTorch") {
     const golden_case cut = read_case("cut");
     const named_tensors weights = load_safetensors(folder / "farbrausch_weights.safetensors");
     const auto expected = reference(weights, {{6, 8, 10, 12, 14}, {7, 5, 5, 3, 3}, 4, 0.2F}, cut.layers);
@@ -216,7 +216,7 @@ TEST_CASE("the reference of these tests gives what PyTorch gives") {
     CHECK(largest_difference(rows_of(expected.output, unknown_of(cut.layers)), cut.output) < 1e-4);
 }
 
-TEST_CASE("two surfaces in one layered image are inpainted as each of them alone") {
+TEST_CASE("two surfaces in one layered image are inpainted as if each were alone") {
     const farbrausch network = load_farbrausch(folder / "farbrausch_weights.safetensors");
     const golden_case a = read_case("whole"), b = read_case("cut");
     const graph &first = a.layers.topology(), &second = b.layers.topology();
@@ -257,7 +257,7 @@ TEST_CASE("two surfaces in one layered image are inpainted as each of them alone
     CHECK(largest_difference(of_b, b.output) < 1e-4);
 }
 
-TEST_CASE("on layered images of every kind the network computes what its description says") {
+TEST_CASE("on random layered images, the network matches the reference implementation") {
     const named_tensors weights = hashed_weights(small);
     const farbrausch network(weights, small);
     std::mt19937 random(60);
@@ -282,7 +282,7 @@ TEST_CASE("full-size PartialConv has the paper's 32.85 million weights and 37.97
     CHECK(multiplications == 37'972'344'832);
 }
 
-TEST_CASE("PartialConv gives what PyTorch gives, also where levels have one pixel or none, and with all its weights") {
+TEST_CASE("PartialConv matches PyTorch with few and with all weights, even if a level has one pixel or none") {
     const std::filesystem::path weights = folder / "partial_convolution_weights.safetensors";
     const farbrausch few = load_farbrausch(weights);
     CHECK(few.architecture().missing == missing_colors::masked);
@@ -297,7 +297,7 @@ TEST_CASE("PartialConv gives what PyTorch gives, also where levels have one pixe
     CHECK(largest_relative_difference(run(farbrausch(hashed_weights(full), full), c.layers), c.output) < 1e-5);
 }
 
-TEST_CASE("on layered images of every kind masked colors are inpainted as described") {
+TEST_CASE("on random layered images, inpainting of masked colors matches the reference implementation") {
     const named_tensors weights = hashed_weights(small_masked);
     const farbrausch network(weights, small_masked);
     std::mt19937 random(68);
@@ -310,7 +310,7 @@ TEST_CASE("on layered images of every kind masked colors are inpainted as descri
     }
 }
 
-TEST_CASE("bytes inpaint masked colors like floats") {
+TEST_CASE("8-bit arithmetic inpaints masked colors approximately like float32") {
     const named_tensors weights = ranged(hashed_weights(small_masked), small_masked);
     const photo_layers layers = smooth_picture();
     const buffer<float> exact = run(farbrausch(hashed_weights(small_masked), small_masked), layers);
@@ -323,7 +323,7 @@ TEST_CASE("bytes inpaint masked colors like floats") {
     CHECK(typical_difference(run(farbrausch(weights, small_masked, arithmetic::int8), layers)) < 0.2);
 }
 
-TEST_CASE("what a masked color shows does not matter, and of a surface where all are masked nothing is made") {
+TEST_CASE("values of masked colors have no effect, and a surface whose pixels are all masked becomes black") {
     const farbrausch network(hashed_weights(small_masked), small_masked);
     std::mt19937 random(69);
     photo_layers layers = random_layers(random, 24);
@@ -336,7 +336,7 @@ TEST_CASE("what a masked color shows does not matter, and of a surface where all
     CHECK(std::all_of(nothing.begin(), nothing.end(), [](float v) { return v == 0.0F; }));
 }
 
-TEST_CASE("the network written with the public operators is the network") {
+TEST_CASE("a network built from the public operators gives the same colors") {
     const named_tensors weights = hashed_weights(small);
     const std::size_t depth = small.channels.size();
     const auto layer = [&](const std::string& name, std::int32_t kernel_size, activation after) {
@@ -375,7 +375,7 @@ TEST_CASE("the network written with the public operators is the network") {
     }
 }
 
-TEST_CASE("what nobody asks for is not computed, and changes not a bit of the rest") {
+TEST_CASE("requesting fewer pixels does not change the bits of the requested ones") {
     const farbrausch network(hashed_weights(small), small);
     std::mt19937 random(61);
     for (int i = 0; i < 150; ++i) {
@@ -395,7 +395,7 @@ TEST_CASE("the number of threads changes nothing") {
     }
 }
 
-TEST_CASE("an image is inpainted as a single layer, and what is known stays as it is") {
+TEST_CASE("an image is inpainted like a single layer, and its known pixels stay unchanged") {
     const farbrausch network = load_farbrausch(folder / "farbrausch_weights.safetensors");
     const golden_case whole = read_case("whole");
     const std::size_t h = static_cast<std::size_t>(whole.layers.topology().height()),
@@ -417,7 +417,7 @@ TEST_CASE("an image is inpainted as a single layer, and what is known stays as i
         }
 }
 
-TEST_CASE("where nothing is unknown, nothing is done, and where nothing is known, black stays") {
+TEST_CASE("an image without unknown pixels stays unchanged, and one without known pixels matches the reference implementation") {
     const farbrausch network(hashed_weights(small), small);
     photo_layers layers(make_grid(9, 7));
     std::fill(layers.column<known_column>().begin(), layers.column<known_column>().end(), std::uint8_t{1});
@@ -433,7 +433,7 @@ TEST_CASE("where nothing is unknown, nothing is done, and where nothing is known
     CHECK(largest_difference(run(network, layers), expected.output) < 1e-4);
 }
 
-TEST_CASE("with bytes, the shipped network's colors are within 45 dB of those with float32, and equal on every instruction set") {
+TEST_CASE("the shipped network's 8-bit colors have a PSNR above 45 dB to float32, and are equal on every instruction set") {
     const std::filesystem::path weights = std::filesystem::path(LDI_SOURCE_DIR) / "examples/models/farbrausch.safetensors";
     const photo_layers layers = smooth_picture();
     const buffer<float> exact = run(load_farbrausch(weights), layers);
@@ -447,7 +447,7 @@ TEST_CASE("with bytes, the shipped network's colors are within 45 dB of those wi
     }
 }
 
-TEST_CASE("bytes give the wanted pixels the same bits whichever others are wanted") {
+TEST_CASE("with 8-bit arithmetic, requesting fewer pixels does not change the bits of the requested ones") {
     std::mt19937 random(63);
     std::vector<farbrausch> networks;
     for (const inpainting_architecture& a : {small, small_masked})
@@ -460,7 +460,7 @@ TEST_CASE("bytes give the wanted pixels the same bits whichever others are wante
         }
 }
 
-TEST_CASE("arithmetic with bytes needs ranges, and says who finds them") {
+TEST_CASE("8-bit arithmetic requires valid ranges, and the error for a missing range names export.py") {
     named_tensors weights = hashed_weights(small);
     weights.where = "some file";
     const auto construct = [&] { farbrausch(weights, small, arithmetic::int8); };
@@ -480,7 +480,7 @@ TEST_CASE("arithmetic with bytes needs ranges, and says who finds them") {
     CHECK_THROWS_WITH(construct(), Catch::Contains("decoder.2.range"));
 }
 
-TEST_CASE("inpainting reports progress that does not fall, and stops when asked to") {
+TEST_CASE("inpainting reports progress that never decreases, and stops on request") {
     const farbrausch network(hashed_weights(small), small);
     photo_layers layers(make_grid(20, 20));
     struct state {
@@ -508,7 +508,7 @@ TEST_CASE("inpainting reports progress that does not fall, and stops when asked 
     }
 }
 
-TEST_CASE("weights that do not fit are named") {
+TEST_CASE("unsuitable weights and architectures are refused by name") {
     const named_tensors good = hashed_weights(small);
     const auto complaint = [](const named_tensors& weights, const inpainting_architecture& a) {
         try {

@@ -73,7 +73,7 @@ void for_each_available(Visit&& visit) {
 
 }  // namespace
 
-TEST_CASE("the silhouette network gives the bits of integers on every instruction set") {
+TEST_CASE("the silhouette network matches integer arithmetic bit for bit on every instruction set") {
     const named_tensors weights = random_weights(3);
     for (const auto& [height, width] : {std::pair<std::size_t, std::size_t>{1, 1}, {1, 7}, {19, 1}, {16, 24}, {31, 37}}) {
         for (std::uint32_t seed = 0; seed < 3; ++seed) {
@@ -94,7 +94,7 @@ TEST_CASE("the silhouette network gives the bits of integers on every instructio
     }
 }
 
-TEST_CASE("the shipped silhouette network computes what its training computed") {
+TEST_CASE("the shipped silhouette network computes the logits of its training, up to rounding") {
     const silhouette_network network = load_silhouettes(root / "examples/models/silhouettes.safetensors");
     const named_tensors example = load_safetensors(root / "tests/networks/files/silhouettes_example.safetensors");
     const auto& input = std::get<buffer<std::uint8_t>>(example.tensors.at("input").values);
@@ -128,7 +128,7 @@ TEST_CASE("the shipped silhouette network computes what its training computed") 
     CHECK(largest < 0.2F);
 }
 
-TEST_CASE("pixels that are not wanted change nothing") {
+TEST_CASE("requesting fewer pixels does not change the logits of the requested ones") {
     const silhouette_network network(random_weights(5));
     const inputs in = random_inputs(40, 50, 7);
     const buffer<float> all = network.logits(in.region, in.packed, buffer<std::uint8_t>(in.region.size(), 1));
@@ -140,12 +140,12 @@ TEST_CASE("pixels that are not wanted change nothing") {
         if (wanted[i] != 0) CHECK((some[2 * i] == all[2 * i] && some[2 * i + 1] == all[2 * i + 1]));
 }
 
-TEST_CASE("a region without pixels has no logits") {
+TEST_CASE("an empty region has no logits") {
     const silhouette_network network(random_weights(5));
     CHECK(network.logits(pixel_region(), {}, {}).empty());
 }
 
-TEST_CASE("weights of another network are refused") {
+TEST_CASE("weights with missing, additional or non-finite tensors are refused") {
     named_tensors weights = random_weights(1);
     weights.tensors.erase("half.bias");
     CHECK_THROWS_WITH(silhouette_network(weights), Catch::Contains("half.bias"));

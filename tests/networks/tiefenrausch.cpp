@@ -71,7 +71,7 @@ image<std::uint8_t> gradient(std::size_t height, std::size_t width) {
 
 }  // namespace
 
-TEST_CASE("columns: from the photo's pixels to the last layer, and its exp, all 110592 pixels equal the published ones") {
+TEST_CASE("on the photo columns, the resized photo, all 110592 levels and the disparities equal the published ones") {
     const ldi::tiefenrausch* const network = published();
     if (network == nullptr) return;
     ldi::thread_pool threads;
@@ -84,7 +84,7 @@ TEST_CASE("columns: from the photo's pixels to the last layer, and its exp, all 
     CHECK(differences(network->disparity_of(logarithm), read_image<float>(folder + "output/columns.npy")) == 0);
 }
 
-TEST_CASE("pumpkin: from the photo's pixels to the last layer, all pixels equal the exact implementation's") {
+TEST_CASE("on the photo pumpkin, the resized photo and all levels equal those of the exact implementation") {
     const ldi::tiefenrausch* const network = published();
     if (network == nullptr) return;
     ldi::thread_pool threads;
@@ -110,14 +110,14 @@ TEST_CASE("the published output is the same on every instruction set and with an
     }
 }
 
-TEST_CASE("at 384 x 288 a run works in at most 8 MiB") {
+TEST_CASE("a run at 384 x 288 needs at most 8 MiB of working memory") {
     const ldi::tiefenrausch* const network = published();
     if (network == nullptr) return;
     for (const ldi::tensor_size size : {ldi::tensor_size{384, 288}, ldi::tensor_size{288, 384}})
         for (std::size_t threads : {1U, 2U}) CHECK(network->working_bytes(size, threads) <= std::size_t{8} << 20);
 }
 
-TEST_CASE("on a 64 x 64 crop every layer equals the exact implementation's, with any number of threads") {
+TEST_CASE("on a 64 x 64 crop, every layer equals the exact implementation's, with any number of threads") {
     const ldi::tiefenrausch* const network = published();
     if (network == nullptr) return;
     const std::string layers = folder + "golden/layers_64x64/";
@@ -135,7 +135,7 @@ TEST_CASE("on a 64 x 64 crop every layer equals the exact implementation's, with
     }
 }
 
-TEST_CASE("one network serves several threads at once") {
+TEST_CASE("several threads can use one network at the same time") {
     const ldi::tiefenrausch network = small();
     ldi::serial_executor serial;
     std::vector<image<float>> expected(4), found(4);
@@ -150,7 +150,7 @@ TEST_CASE("one network serves several threads at once") {
     for (std::size_t i = 0; i < 4; ++i) CHECK((found[i] == expected[i]));
 }
 
-TEST_CASE("the long side becomes 384, the other a multiple of 32 rounded down, at least 32") {
+TEST_CASE("network_size() sets the long side to 384 and rounds the other down to a multiple of 32, at least 32") {
     using ldi::tensor_size;
     const auto size = [](std::size_t height, std::size_t width) { return ldi::tiefenrausch::network_size({height, width}); };
     CHECK(size(1024, 768) == tensor_size{384, 288});
@@ -164,7 +164,7 @@ TEST_CASE("the long side becomes 384, the other a multiple of 32 rounded down, a
     CHECK(size(100000000, 3) == tensor_size{384, 32});
 }
 
-TEST_CASE("disparity is exp of log disparity, and grows by one step's ratio with each step") {
+TEST_CASE("disparity is the exponential of log disparity, and grows by the same ratio from level to level") {
     const ldi::tiefenrausch network = small();
     ldi::serial_executor serial;
     const image<std::uint8_t> photo = gradient(200, 300);
@@ -182,7 +182,7 @@ TEST_CASE("disparity is exp of log disparity, and grows by one step's ratio with
     CHECK(broken == 0);
 }
 
-TEST_CASE("a network of disparity itself gives its levels times their step, and half a step for none") {
+TEST_CASE("a network of linear disparity maps levels to multiples of the step, and levels that are not positive to half a step") {
     const ldi::testing::caffe2_files files = ldi::testing::small_network();
     const ldi::tiefenrausch network(ldi::read_caffe2(files.network, files.weights), ldi::isa::scalar,
                                     ldi::network_output::disparity);
@@ -197,7 +197,7 @@ TEST_CASE("a network of disparity itself gives its levels times their step, and 
     CHECK(network.quantization_step() == disparity.data()[255] / disparity.data()[254]);
 }
 
-TEST_CASE("photos of a single pixel, a single row and a single column work") {
+TEST_CASE("photos of one pixel, one row or one column work") {
     const ldi::tiefenrausch network = small();
     ldi::serial_executor serial;
     for (const auto& [height, width] : {std::pair<std::size_t, std::size_t>{1, 1}, {1, 5000}, {20000, 1}, {3, 7}}) {
@@ -214,7 +214,7 @@ TEST_CASE("photos of a single pixel, a single row and a single column work") {
     for (std::size_t c = 0; c < 3; ++c) CHECK(filled(383, 383, c) == gradient(1, 1)(0, 0, c));
 }
 
-TEST_CASE("images that are no color photo, or of a size that the network cannot take, are errors") {
+TEST_CASE("empty images, images without three channels, and sizes that the network does not accept are refused") {
     const ldi::tiefenrausch network = small();
     ldi::serial_executor serial;
     const auto empty = ldi::image<std::uint8_t>(0, 5, 3);
@@ -225,7 +225,7 @@ TEST_CASE("images that are no color photo, or of a size that the network cannot 
     CHECK_THROWS_AS(network.levels(ldi::image<std::uint8_t>(64, 64, 1, 0), serial), ldi::error);
 }
 
-TEST_CASE("networks that do not turn a color image into one channel of its size are errors") {
+TEST_CASE("networks whose output has the wrong shape or too large a step are refused") {
     const ldi::testing::caffe2_files files = ldi::testing::small_network();
     const ldi::network_description sound = ldi::read_caffe2(files.network, files.weights);
     ldi::network_description wide = sound, half = sound, steep = sound;
@@ -280,7 +280,7 @@ TEST_CASE("progress rises to 1, and a request to stop ends the run") {
     }
 }
 
-TEST_CASE("a network that sees a photo twice gives the larger size; how things lie is the mean of both, mirrored back") {
+TEST_CASE("a network with a second, smaller size returns the larger disparity map, shifted to the mean layout of both runs") {
     const image<std::uint8_t> photo = gradient(200, 300);
     const image<float> details = small_at({192, 0}).disparity(photo);
     ldi::serial_executor serial;
@@ -297,7 +297,7 @@ TEST_CASE("a network that sees a photo twice gives the larger size; how things l
     CHECK(mean_of(both) == Approx((mean_of(details) + mean_of(layout)) / 2).epsilon(0.01));
 }
 
-TEST_CASE("layout: a map stays what it is beside itself, and moves half of the way to one that is nearer everywhere") {
+TEST_CASE("with_layout() leaves a map with its own layout unchanged, and moves it halfway to a uniformly nearer layout") {
     for (unsigned seed = 0; seed < 20; ++seed) {
         const image<float> map = random_map(64 + 32 * (seed % 3), 96, seed);
         image<float> nearer = map;
@@ -312,7 +312,7 @@ TEST_CASE("layout: a map stays what it is beside itself, and moves half of the w
     }
 }
 
-TEST_CASE("layout: steps between neighboring samples stay as the larger picture has them") {
+TEST_CASE("with_layout() nearly keeps the differences between neighboring samples") {
     for (unsigned seed = 0; seed < 20; ++seed) {
         const image<float> map = random_map(64, 96, seed), other = random_map(32, 64, seed + 100);
         const image<float> both = ldi::detail::with_layout(map, other);
@@ -324,13 +324,13 @@ TEST_CASE("layout: steps between neighboring samples stay as the larger picture 
     }
 }
 
-TEST_CASE("mirroring twice gives back what there was") {
+TEST_CASE("mirroring an image twice restores it") {
     const image<std::uint8_t> photo = gradient(7, 10);
     CHECK((ldi::detail::mirrored(photo) != photo));
     CHECK((ldi::detail::mirrored(ldi::detail::mirrored(photo)) == photo));
 }
 
-TEST_CASE("sizes that are no multiples of 32, none at all, or too large, are errors") {
+TEST_CASE("network sizes that are zero, too large, or not multiples of 32 are refused") {
     CHECK_THROWS_AS(small_at({400, 0}), ldi::error);
     CHECK_THROWS_AS(small_at({384, 100}), ldi::error);
     CHECK_THROWS_AS(small_at({0, 384}), ldi::error);

@@ -58,7 +58,7 @@ TEST_CASE("every missing link inside the photo lies on exactly one curve, with i
     }
 }
 
-TEST_CASE("curves are chains that do not run through junctions") {
+TEST_CASE("the sides of a curve form a chain, and no curve runs through a junction") {
     std::mt19937 random(2);
     for (int round = 0; round < 300; ++round) {
         const ldi::photo_layer layers =
@@ -85,7 +85,7 @@ TEST_CASE("curves are chains that do not run through junctions") {
     }
 }
 
-TEST_CASE("at a T-junction only the curve between midground and foreground is constrained") {
+TEST_CASE("at a T-junction, only the curve between midground and foreground is constrained") {
     ldi::image<float> map(60, 80);
     for (std::size_t y = 0; y < 60; ++y)
         for (std::size_t x = 0; x < 80; ++x) map(y, x, 0) = x >= 40 ? 0.9F : y >= 30 ? 0.5F : 0.1F;
@@ -104,7 +104,7 @@ TEST_CASE("at a T-junction only the curve between midground and foreground is co
     }
 }
 
-TEST_CASE("a discontinuity that fades out is not constrained at its end, nor is one that leaves the photo") {
+TEST_CASE("a curve is not constrained at an end where its discontinuity fades out or leaves the photo") {
     ldi::image<float> map(60, 80);
     for (std::size_t y = 0; y < 60; ++y)
         for (std::size_t x = 0; x < 80; ++x) {
@@ -116,7 +116,7 @@ TEST_CASE("a discontinuity that fades out is not constrained at its end, nor is 
     CHECK(curves[0].constraints.empty());
 }
 
-TEST_CASE("short curves are dropped, closed ones are marked") {
+TEST_CASE("curves shorter than the minimum are dropped, and closed curves are marked as such") {
     ldi::image<float> map(40, 60, 1, 0.1F);
     for (std::size_t y = 10; y < 20; ++y)
         for (std::size_t x = 10; x < 20; ++x) map(y, x, 0) = 0.7F;  // a closed curve of 40 sides
@@ -129,7 +129,7 @@ TEST_CASE("short curves are dropped, closed ones are marked") {
     CHECK(curves[0].constraints.empty());
 }
 
-TEST_CASE("a branch that ends is pruned, and the curve that it left runs on") {
+TEST_CASE("a short branch is pruned, and the curve from which it branches continues through the junction") {
     ldi::image<float> map(40, 60, 1, 0.1F);
     for (std::size_t y = 0; y < 40; ++y)
         for (std::size_t x = 0; x < 60; ++x)
@@ -141,7 +141,7 @@ TEST_CASE("a branch that ends is pruned, and the curve that it left runs on") {
     CHECK(curves[0].sides.size() == 40);
 }
 
-TEST_CASE("where pixels of two depths meet at a corner, curves pass each other around the pixels of the back") {
+TEST_CASE("two curves that meet at a corner pass each other, each around its own part of the background") {
     for (const bool mirrored : {false, true}) {
         ldi::image<float> map(40, 40, 1, 0.1F);
         for (std::size_t y = 0; y < 40; ++y)
@@ -158,7 +158,7 @@ TEST_CASE("where pixels of two depths meet at a corner, curves pass each other a
     }
 }
 
-TEST_CASE("a short piece between two junctions of long curves stays") {
+TEST_CASE("a short curve between two junctions of long curves is kept") {
     ldi::image<float> map(60, 80, 1, 0.1F);
     for (std::size_t y = 0; y < 60; ++y)
         for (std::size_t x = 0; x < 80; ++x) map(y, x, 0) = x >= 40 ? 0.9F : y >= 36 ? 0.5F : y >= 30 ? 0.3F : 0.1F;

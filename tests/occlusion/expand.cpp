@@ -70,7 +70,7 @@ void require_sound(const ldi::graph_view& g, std::span<const float> disparity, s
 
 }  // namespace
 
-TEST_CASE("after every iteration the graph is sound, and every new pixel is hidden behind the photo's") {
+TEST_CASE("after every iteration, the graph is valid and every new pixel is hidden behind the photo's pixels") {
     std::mt19937 random(1);
     for (int round = 0; round < 120; ++round) {
         const ldi::photo_layer lifted =
@@ -129,8 +129,7 @@ TEST_CASE("the photo's own pixels keep their colors, disparities and links") {
     }
 }
 
-TEST_CASE(
-    "behind a step the background grows by the step's share of the camera's motion, at any angle, and by what the mesh is off") {
+TEST_CASE("behind a step at any angle, the background grows as far as the camera can uncover it, plus a small margin") {
     std::mt19937 random(12);
     for (int round = 0; round < 40; ++round) {
         const float angle = std::uniform_real_distribution<float>(0.0F, 6.2831853F)(random);
@@ -164,7 +163,7 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "behind a straight edge the background grows by what is uncovered, 3.5 pixels, and the parallax of a disparity of 0.02") {
+    "behind a straight edge, the background grows by the uncovered width, 3.5 pixels, and the parallax of a disparity of 0.02") {
     for (const auto& [step, expected] : {std::pair{0.1F, 15}, {0.2F, 25}, {0.4F, 45}}) {
         ldi::image<float> map(30, 100);
         for (std::size_t y = 0; y < 30; ++y)
@@ -175,7 +174,7 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("a side is seen with the disparities of sides up to eight pixels along the curve") {
+TEST_CASE("the growth at a curve's side depends on the disparities within eight pixels along the curve") {
     // The front comes nearer by 0.3 pixels of parallax per row.
     ldi::image<float> map(41, 100);
     for (std::size_t y = 0; y < 41; ++y)
@@ -192,7 +191,7 @@ TEST_CASE("a side is seen with the disparities of sides up to eight pixels along
     CHECK(hidden <= 16);
 }
 
-TEST_CASE("layers say how far the camera may go: less where growth was ended early") {
+TEST_CASE("expand() returns the camera motion that the layers support, which is smaller if the iterations end growth early") {
     ldi::image<float> map(40, 60);
     for (std::size_t y = 0; y < 40; ++y)
         for (std::size_t x = 0; x < 60; ++x) map(y, x, 0) = x < 30 ? 0.2F : 0.8F;
@@ -202,7 +201,7 @@ TEST_CASE("layers say how far the camera may go: less where growth was ended ear
     CHECK(expanded(lifted, 0).motion == 0.0F);
 }
 
-TEST_CASE("behind a straight edge the background grows by one column an iteration") {
+TEST_CASE("behind a straight edge, the background grows by one column per iteration") {
     ldi::image<float> map(40, 60);
     for (std::size_t y = 0; y < 40; ++y)
         for (std::size_t x = 0; x < 60; ++x) map(y, x, 0) = x < 30 ? 0.2F : 0.8F;
@@ -213,7 +212,7 @@ TEST_CASE("behind a straight edge the background grows by one column an iteratio
     }
 }
 
-TEST_CASE("fronts that meet behind a bar link up into one surface") {
+TEST_CASE("background that grows from both sides of a bar joins into one surface") {
     ldi::image<float> map(30, 80);
     for (std::size_t y = 0; y < 30; ++y)
         for (std::size_t x = 0; x < 80; ++x) map(y, x, 0) = x >= 30 && x < 51 ? 0.8F : x < 30 ? 0.2F : 0.23F;
@@ -228,7 +227,7 @@ TEST_CASE("fronts that meet behind a bar link up into one surface") {
         }
 }
 
-TEST_CASE("fronts that meet at similar depth become one surface, others pass each other") {
+TEST_CASE("growing surfaces join if they meet at similar depth, and pass each other otherwise") {
     std::mt19937 random(26);
     std::uniform_real_distribution<float> unit(0.0F, 1.0F);
     for (int round = 0; round < 60; ++round) {
@@ -249,7 +248,8 @@ TEST_CASE("fronts that meet at similar depth become one surface, others pass eac
     }
 }
 
-TEST_CASE("the midground does not grow past the perpendicular at its end, the background passes under both") {
+TEST_CASE(
+    "at a T-junction, the midground stops at the perpendicular at its end, and the background grows behind both other surfaces") {
     const std::int32_t width = 192, height = 256;
     const ldi::scenes::scene scene = ldi::scenes::t_junction(width, height);
     const ldi::scenes::picture picture = ldi::scenes::render(scene, ldi::scenes::picture_options{1, 0.5});
@@ -279,8 +279,7 @@ TEST_CASE("the midground does not grow past the perpendicular at its end, the ba
         for (int x = edge - 20; x < edge; ++x) REQUIRE(background_at.count({x, y}) == 1);
 }
 
-TEST_CASE(
-    "a new pixel has in a user's own column what the pixel has whose surface it continues, or zero where the column says so") {
+TEST_CASE("in a custom column, a new pixel inherits the value of the surface that it continues, or the value from new_pixel()") {
     ldi::image<float> map(30, 30);
     for (std::size_t y = 0; y < 30; ++y)
         for (std::size_t x = 0; x < 30; ++x) map(y, x, 0) = x < 15 ? 0.2F : 0.8F;
@@ -308,7 +307,7 @@ TEST_CASE(
     CHECK(seen.size() == 900);
 }
 
-TEST_CASE("behind a silhouette that ends, at any angle, nothing grows past the line at its end") {
+TEST_CASE("surfaces do not grow past the line at the end of a silhouette, at any angle") {
     constexpr std::size_t size = 120;
     for (float angle = 0.05F; angle < 6.28F; angle += 0.26F) {
         const float along_x = std::cos(angle), along_y = std::sin(angle);
@@ -348,7 +347,7 @@ TEST_CASE("behind a silhouette that ends, at any angle, nothing grows past the l
     }
 }
 
-TEST_CASE("growth can be canceled, and refuses senseless options") {
+TEST_CASE("expand() can be canceled and refuses options outside their range") {
     const ldi::photo_layer lifted = ldi::testing::lift_disparity(ldi::image<float>(5, 5, 1, 0.5F));
     ldi::progress_listener watcher;
     watcher.is_canceled = [](void*) { return true; };

@@ -37,14 +37,14 @@ TEST_CASE("lifting links neighbors exactly where disparity differs by at most th
     }
 }
 
-TEST_CASE("a photo and a disparity map of different sizes are a mismatch") {
+TEST_CASE("an empty photo and a disparity map of another shape are refused") {
     const auto photo = ldi::image<std::uint8_t>(4, 5, 3, std::uint8_t{0});
     CHECK_THROWS_AS(ldi::lift(photo, ldi::image<float>(5, 4, 1, 0.0F)), ldi::error);
     CHECK_THROWS_AS(ldi::lift(photo, ldi::image<float>(4, 5, 2, 0.0F)), ldi::error);
     CHECK_THROWS_AS(ldi::lift(ldi::image<std::uint8_t>(4, 0, 3), ldi::image<float>(4, 0)), ldi::error);
 }
 
-TEST_CASE("disparities outside [0, 1] are refused, up to rounding") {
+TEST_CASE("disparities that are not between 0 and 1, up to rounding, are refused") {
     const auto photo = ldi::image<std::uint8_t>(4, 5, 3, std::uint8_t{0});
     for (const float bad : {7.0F, 1.001F, -0.001F, std::nanf(""), INFINITY}) {
         ldi::image<float> disparity(4, 5, 1, 0.5F);
@@ -54,7 +54,7 @@ TEST_CASE("disparities outside [0, 1] are refused, up to rounding") {
     CHECK_NOTHROW(ldi::lift(photo, ldi::image<float>(4, 5, 1, std::nextafter(1.0F, 2.0F))));
 }
 
-TEST_CASE("a photo of 16 bits is lifted as one of 8 bits is, and keeps its colors behind silhouettes") {
+TEST_CASE("a 16-bit photo is linked like the same 8-bit photo and keeps its full color values") {
     ldi::image<float> disparity(8, 9, 1, 0.2F);
     ldi::image<std::uint8_t> color(8, 9, 3);
     ldi::image<std::uint16_t> deep(8, 9, 3);

@@ -68,7 +68,7 @@ photo_layers stripes(std::int32_t size, float slope, photo_facts& facts) {
 
 }  // namespace
 
-TEST_CASE("layers that grow past the frame are sound, and the photo's part of them is as before") {
+TEST_CASE("layers that grow past the frame are valid, and their part inside the photo is unchanged") {
     std::mt19937 random(31);
     for (int round = 0; round < 60; ++round) {
         const std::size_t rows = 1 + random() % 50, columns = 1 + random() % 50;
@@ -90,7 +90,7 @@ TEST_CASE("layers that grow past the frame are sound, and the photo's part of th
     }
 }
 
-TEST_CASE("each surface goes on as far as the camera sees it, at the disparity that it has at the border") {
+TEST_CASE("every surface continues past the frame as far as the camera sees, at its disparity at the border") {
     std::mt19937 random(32);
     for (int round = 0; round < 30; ++round) {
         const grown g = grow(any_disparity(random, 2 + random() % 40, 2 + random() % 40), 0.2F, random);
@@ -119,7 +119,7 @@ TEST_CASE("each surface goes on as far as the camera sees it, at the disparity t
     }
 }
 
-TEST_CASE("the reach is that of the window, and for a pair of pictures that of the nearest surface") {
+TEST_CASE("reach_past_frame() covers both the camera's motion and a stereo pair") {
     const pinhole_camera camera{900, 1200, 1000};
     CHECK(reach_past_frame(0, camera, 0.1F) == Approx(60 + 4.4));
     CHECK(reach_past_frame(1, camera, 0.1F) == Approx(60 + 4.4));
@@ -128,7 +128,7 @@ TEST_CASE("the reach is that of the window, and for a pair of pictures that of t
     CHECK(reach_past_frame(0.3F, camera, 0) == 2);
 }
 
-TEST_CASE("new pixels show colors of their own surface") {
+TEST_CASE("pixels past the frame have colors of their own surface") {
     std::mt19937 random(33);
     image<float> map(30, 40, 1, 0.1F);
     for (std::size_t y = 10; y < 20; ++y)
@@ -144,7 +144,7 @@ TEST_CASE("new pixels show colors of their own surface") {
         REQUIRE((layers.at<color_column>(i)[0] >= 200) == (layers.column<disparity_column>()[i] > 0.5F));
 }
 
-TEST_CASE("lines that leave the photo go on straight") {
+TEST_CASE("lines that leave the photo continue straight past the frame") {
     for (const float slope : {0.0F, 0.3F, -0.5F, 0.6F}) {
         photo_facts facts;
         photo_layers layers = stripes(160, slope, facts);
@@ -164,7 +164,7 @@ TEST_CASE("lines that leave the photo go on straight") {
     }
 }
 
-TEST_CASE("the rim of a scanned slide becomes no line across the picture; a plain background is no rim") {
+TEST_CASE("a thin dark rim, as of a scanned slide, does not continue past the frame, but a wide one does") {
     std::mt19937 random(34);
     const auto grown_with = [&](std::int32_t rim) {
         photo_layers layers = testing::lifted_layers(image<float>(60, 80, 1, 0.3F));
@@ -193,7 +193,7 @@ TEST_CASE("the rim of a scanned slide becomes no line across the picture; a plai
     CHECK(grown_with(12) > 80 * 60 - 56 * 36);
 }
 
-TEST_CASE("more pixels than can be counted are refused") {
+TEST_CASE("growing past the frame is refused if the number of pixels exceeds the index range") {
     photo_layers layers = testing::lifted_layers(image<float>(4, 5000, 1, 0.0F));
     photo_facts facts = testing::facts_of(layers.topology());
     facts.motion = 30.0F;

@@ -9,7 +9,7 @@
 #include <random>
 #include <set>
 
-TEST_CASE("exactly the discontinuities that are on no curve are closed") {
+TEST_CASE("close_spurious_discontinuities() closes exactly the discontinuities that are not on a curve") {
     std::mt19937 random(1);
     for (int round = 0; round < 200; ++round) {
         ldi::photo_layer layers =

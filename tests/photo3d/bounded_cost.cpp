@@ -70,7 +70,7 @@ cost cost_of(std::string_view name, std::size_t photo_columns, std::size_t colum
 
 }  // namespace
 
-TEST_CASE("no stage takes more memory per pixel than its bound, whatever the depth map") {
+TEST_CASE("on difficult depth maps, the memory of each stage stays within its bound per pixel") {
     for (const std::string_view name : ldi::testing::hard_maps)
         for (const auto& [columns, unit] : map_sizes) {
             const cost c = cost_of(name, 128, columns, unit);
@@ -84,7 +84,7 @@ TEST_CASE("no stage takes more memory per pixel than its bound, whatever the dep
         }
 }
 
-TEST_CASE("a photo four times as large takes no more memory per pixel of its layers, at any time or in all") {
+TEST_CASE("on a photo with four times the pixels, peak and total memory per pixel grow by less than 25 %") {
     for (const std::string_view name : {"ramp", "checkerboard", "spiral", "stairs", "noise"})
         for (const auto& [columns, unit] : map_sizes) {
             CAPTURE(name, columns, unit);
@@ -94,7 +94,7 @@ TEST_CASE("a photo four times as large takes no more memory per pixel of its lay
         }
 }
 
-TEST_CASE("tiny and narrow photos take little memory with maps of any size") {
+TEST_CASE("tiny and narrow photos need at most 1 MiB with depth maps of any size") {
     for (const auto& [rows, columns] :
          {std::pair<std::size_t, std::size_t>{1, 1}, {1, 2}, {2, 2}, {1, 60}, {60, 1}, {3, 5}, {17, 16}})
         for (const auto& [map_rows, map_columns] :

@@ -14,7 +14,7 @@ TEST_CASE("the paper's numbers are the defaults") {
     CHECK(ldi::macroblock_side == 16);           // alignment in the atlas
 }
 
-TEST_CASE("where the paper has no number, these are the defaults") {
+TEST_CASE("defaults without a number in the paper are unchanged") {
     const ldi::photo3d_options o;
     CHECK(o.long_side == 1536);
     CHECK(o.focal_length_35mm == 26.0F);

@@ -75,7 +75,7 @@ const std::filesystem::path tests = std::filesystem::path(LDI_SOURCE_DIR) / "tes
 [[gnu::noinline]] void operator delete(void* block, std::size_t) noexcept { std::free(block); }
 #endif
 
-TEST_CASE("every stage, with both networks, allocates from the caller's memory and from nowhere else") {
+TEST_CASE("every stage and both networks allocate only from the caller's memory") {
     const ldi::tiefenrausch depth = ldi::load_depth_network(tests / "io/files/tiefenrausch_weights.safetensors");
     const ldi::farbrausch inpainter = ldi::load_farbrausch(tests / "networks/files/farbrausch_weights.safetensors");
     std::mt19937 random(9);
@@ -105,7 +105,7 @@ TEST_CASE("every stage, with both networks, allocates from the caller's memory a
     CHECK(own.blocks == 0);
 }
 
-TEST_CASE("sheets of a photo four times as large take no more memory, but for the photo") {
+TEST_CASE("without the photo, the peak memory for sheets grows by less than one sheet if the photo has four times the pixels") {
     const auto peak_of = [&](std::size_t rows, std::size_t columns) {
         std::mt19937 random(10);
         const ldi::image<std::uint8_t> photo = noisy_photo(rows, columns);
@@ -132,7 +132,7 @@ TEST_CASE("sheets of a photo four times as large take no more memory, but for th
     CHECK(larger < smaller + 512 * 512 * 3);  // 6 megabytes more are the photo's
 }
 
-TEST_CASE("wherever memory runs out on the whole way, that is thrown, and all that was taken is given back") {
+TEST_CASE("if any allocation of the conversion fails, bad_alloc is thrown and all memory is released") {
     const ldi::tiefenrausch depth = ldi::load_depth_network(tests / "io/files/tiefenrausch_weights.safetensors");
     const ldi::farbrausch inpainter = ldi::load_farbrausch(tests / "networks/files/farbrausch_weights.safetensors");
     std::mt19937 random(9);

@@ -29,9 +29,7 @@ std::uint16_t material_at(std::int32_t x, std::int32_t y) { return static_cast<s
 
 }  // namespace
 
-TEST_CASE(
-    "normals and materials go from lift() to the vertices of the mesh, through both inpainters' doors, texture, charts and "
-    "atlas") {
+TEST_CASE("custom columns pass through every stage from lift() to the vertices of the mesh") {
     std::mt19937 random(4);
     for (int round = 0; round < 20; ++round) {
         const std::size_t rows = 40 + random() % 40, columns = 40 + random() % 40;
@@ -80,7 +78,7 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("rows of an engine's own pictures, with gaps between them, make the same 3D photo as a copy without") {
+TEST_CASE("views with gaps between rows give the same 3D photo as copies without gaps") {
     std::mt19937 random(5);
     const std::size_t rows = 60, columns = 80, photo_stride = 3 * columns + 17, map_stride = columns + 5;
     const image<float> disparity = testing::random_disparity(random, rows, columns);

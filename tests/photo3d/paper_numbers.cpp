@@ -77,7 +77,7 @@ struct washed_out {
 
 }  // namespace
 
-TEST_CASE("neighbors are one surface up to a step of 0.05") {
+TEST_CASE("neighbors are linked up to a disparity step of 0.05") {
     const ldi::photo_layer layer = lifted(filled(1, 3, [](int x, int) { return x == 0 ? 0.5F : x == 1 ? 0.549F : 0.6F; }));
     CHECK(layer.topology().right()[0] == 1);
     CHECK(layer.topology().right()[1] == ldi::no_pixel);
@@ -108,7 +108,7 @@ TEST_CASE("the weighted median's Gaussian has a sigma of 0.2") {
     CHECK(told_apart > 20);
 }
 
-TEST_CASE("what is smaller than 20 pixels, at a value between foreground and background, is merged") {
+TEST_CASE("components of fewer than 20 pixels with disparities between foreground and background are merged") {
     for (const int pixels : {19, 20}) {
         const ldi::image<float> before = filled(30, 60, [pixels](int x, int y) {
             return y == 10 && x >= 30 && x < 30 + pixels ? 0.5F : y < 10 ? 0.2F : 0.8F;
@@ -119,7 +119,7 @@ TEST_CASE("what is smaller than 20 pixels, at a value between foreground and bac
     }
 }
 
-TEST_CASE("the median is applied twice before the depth map is brought to the photo's size, and once after") {
+TEST_CASE("the median is applied twice before the depth map is resampled to the photo, and once after") {
     const ldi::image<std::uint8_t> photo(96, 128, 3);
     ldi::photo3d_options options;  // without stages beyond the paper
     options.sharpen.radius = 0, options.alignment.uncertainty = 0;
@@ -137,7 +137,7 @@ TEST_CASE("the median is applied twice before the depth map is brought to the ph
     CHECK((made.disparity == cleaned));
 }
 
-TEST_CASE("curves of fewer than 20 pixel sides are no curves") {
+TEST_CASE("curves of fewer than 20 pixel sides are dropped") {
     const auto curves_around = [](int width, int height) {
         return ldi::find_discontinuity_curves(
             lifted(filled(30, 30,
@@ -150,7 +150,7 @@ TEST_CASE("curves of fewer than 20 pixel sides are no curves") {
     CHECK(curves[0].sides.size() == 20);
 }
 
-TEST_CASE("a curve's direction at its end is that of its last 20 sides, also where it bends and runs obliquely") {
+TEST_CASE("a curve's direction at its end is that of its last 20 sides, even if they bend") {
     // The foreground starts right of an oblique line that becomes vertical at its end; at y = 32 the midground on its left ends.
     const auto line = [](int y) { return 30 + std::min(y, 28) / 3; };
     const ldi::photo_layer layer = lifted(filled(60, 160, [&](int x, int y) {
@@ -186,8 +186,7 @@ TEST_CASE("a curve's direction at its end is that of its last 20 sides, also whe
     CHECK(beyond == 0);
 }
 
-TEST_CASE(
-    "beside a silhouette between surfaces that look alike, two pixels of the foreground and one of the background are refilled") {
+TEST_CASE("if surfaces look alike, two foreground pixels and one background pixel beside a silhouette are refilled") {
     ldi::photo_layer layer = lifted(two_sides(12, 40, 20));
     ldi::unmix_colors(layer);
     for (std::size_t i = 0; i < layer.size(); ++i) {
@@ -196,8 +195,7 @@ TEST_CASE(
     }
 }
 
-TEST_CASE(
-    "surfaces grow behind what hides them by 8 % of the longer side, times the step, and by what pixels and the mesh take") {
+TEST_CASE("by default, hidden surfaces grow by 8 % of the longer side times the step, plus a margin for pixels and mesh") {
     const ldi::photo_layer layer = lifted(two_sides(30, 160, 40));
     const auto curves = ldi::find_discontinuity_curves(layer, {});
     const auto [grown, motion] = ldi::expand(layer, {}, curves);
@@ -210,7 +208,7 @@ TEST_CASE(
     CHECK(motion == 0.08F);
 }
 
-TEST_CASE("no chart is wider than 2048 pixels, and none is cut that is not") {
+TEST_CASE("charts up to 2048 pixels wide are not cut, and wider ones are") {
     const auto charts_of = [](std::size_t width) {
         const ldi::photo_layer layer = lifted(filled(3, width, [](int, int) { return 0.5F; }));
         return ldi::make_charts(ldi::expand(layer, {}, {}).layers, {}).charts;

@@ -63,7 +63,7 @@ double psnr(const ldi::image<std::uint8_t>& a, const ldi::image<std::uint8_t>& b
 
 }  // namespace
 
-TEST_CASE("wherever the camera may go, no hole opens beside a T-junction, and next to none elsewhere") {
+TEST_CASE("within the supported camera motion, no hole opens at a T-junction, and almost none in other scenes") {
     ldi::serial_executor threads;
     for (const auto& [name, most] : {std::pair{"t_junction", 0.0}, {"rods", 0.001}, {"random3", 0.0005}})
         for (const float motion : {0.03F, 0.08F}) {
@@ -75,7 +75,7 @@ TEST_CASE("wherever the camera may go, no hole opens beside a T-junction, and ne
         }
 }
 
-TEST_CASE("seen from the photo's place the 3D photo is the photo") {
+TEST_CASE("seen from the photo's viewpoint, the 3D photo closely matches the photo") {
     for (const char* name : {"t_junction", "rods", "random3"}) {
         const converted c = convert(name, 240, 320);
         const ldi::rendering seen = ldi::rasterize(c.result.mesh, c.result.atlas.color,
@@ -87,7 +87,7 @@ TEST_CASE("seen from the photo's place the 3D photo is the photo") {
     }
 }
 
-TEST_CASE("from the side the 3D photo of a scene is close to the scene itself") {
+TEST_CASE("seen from the side, the 3D photo of a scene is close to the scene itself") {
     const converted c = convert("t_junction", 240, 320);
     const ldi::view from = ldi::moved_view(c.result.facts.camera, c.result.facts.range, 1.0F, 12.0F);
     const ldi::rendering seen = ldi::rasterize(c.result.mesh, c.result.atlas.color, from);
@@ -95,7 +95,7 @@ TEST_CASE("from the side the 3D photo of a scene is close to the scene itself") 
     CHECK(psnr(seen.color, truth.color, 14) > 22.0);
 }
 
-TEST_CASE("every stage leaves a sound layered image, and no pixel without color") {
+TEST_CASE("all stages together produce a valid layered image without uncolored pixels") {
     for (const char* name : {"rods", "random1", "random2", "random5"}) {
         ldi::photo3d_options options;
         options.texture.strength = options.grain.strength = 0.0F;  // they may make a dark pixel black
@@ -113,7 +113,7 @@ TEST_CASE("every stage leaves a sound layered image, and no pixel without color"
     }
 }
 
-TEST_CASE("texture and grain are laid over what was inpainted, and change nothing else") {
+TEST_CASE("texture and grain change only the colors of inpainted pixels") {
     const ldi::scenes::scene scene = ldi::scenes::scene_by_name("random4", 150, 200);
     ldi::scenes::picture picture = ldi::scenes::render(scene, ldi::scenes::picture_options{1, 0.5});
     std::mt19937 random(4);
@@ -141,7 +141,7 @@ TEST_CASE("texture and grain are laid over what was inpainted, and change nothin
     }
 }
 
-TEST_CASE("threads do not change the result") {
+TEST_CASE("the number of threads does not change the result") {
     const ldi::scenes::scene scene = ldi::scenes::scene_by_name("random4", 150, 200);
     const ldi::scenes::picture picture = ldi::scenes::render(scene, ldi::scenes::picture_options{1, 0.5});
     ldi::photo3d_options options;
@@ -159,7 +159,7 @@ TEST_CASE("threads do not change the result") {
     }
 }
 
-TEST_CASE("options that make no sense are refused") {
+TEST_CASE("invalid options are refused") {
     const auto photo = ldi::image<std::uint8_t>(4, 6, 3, std::uint8_t{90});
     const ldi::given_disparity estimator{ldi::image<float>(2, 3, 1, 0.5F)};
     const auto is_refused = [&](auto&& change) {

@@ -134,7 +134,7 @@ using words = std::set<std::string>;
 
 }  // namespace
 
-TEST_CASE("a compressed GLB file holds the same triangles, within the precision asked for") {
+TEST_CASE("a compressed GLB file contains the same triangles, within the requested precision") {
     for (const float precision : {1e-3F, 5e-5F}) {
         const textured_mesh mesh = make_slope(1, 3);
         const byte_string plain = plain_glb(mesh);
@@ -151,7 +151,7 @@ TEST_CASE("a compressed GLB file holds the same triangles, within the precision 
     }
 }
 
-TEST_CASE("a scene too deep for a grid has floats of few bits") {
+TEST_CASE("positions of a scene too deep for an integer grid are stored as floats of reduced precision") {
     const textured_mesh mesh = make_slope(0.3F, 900);
     const byte_string file = examples::compress_glb(plain_glb(mesh));
     const viewed_glb seen(file);
@@ -160,7 +160,7 @@ TEST_CASE("a scene too deep for a grid has floats of few bits") {
     CHECK(seen.json["accessors"][0]["componentType"] == 5126);
 }
 
-TEST_CASE("texture coordinates between texels stay, too") {
+TEST_CASE("texture coordinates between texels are kept") {
     textured_mesh mesh = make_slope(1, 3);
     std::mt19937 random(1);
     for (float& t : mesh.texture_coordinates) t = std::uniform_real_distribution<float>(0, 1)(random);
@@ -193,7 +193,7 @@ TEST_CASE("a compressed GLB file looks the same from the side") {
     CHECK(psnr(rasterize(mesh, atlas, from, raster_options(), here).color, picture) < 40);
 }
 
-TEST_CASE("translucent triangles keep their order and their colors") {
+TEST_CASE("translucent triangles keep their order and colors") {
     std::vector<std::uint16_t> triangles;
     const textured_mesh mesh = make_slope(1, 3);
     const byte_string plain = with_strip(plain_glb(mesh), triangles), file = examples::compress_glb(plain);
@@ -217,7 +217,7 @@ TEST_CASE("translucent triangles keep their order and their colors") {
     CHECK(opacities(seen) == opacities(before));
 }
 
-TEST_CASE("the texture as WebP stands alone, or beside the JPEG") {
+TEST_CASE("the WebP texture replaces the JPEG texture or accompanies it") {
     image<std::uint8_t> atlas(atlas_height, atlas_width, 3);
     for (std::size_t i = 0; i < atlas.size(); ++i)
         atlas.data()[i] = static_cast<std::uint8_t>(i / 3 % atlas_width + i / 3 / atlas_width + 30 * (i % 3));
@@ -245,7 +245,7 @@ TEST_CASE("the texture as WebP stands alone, or beside the JPEG") {
     CHECK(psnr(back, atlas) > 38);
 }
 
-TEST_CASE("of several textures each stays that of its part, on a grid of its own size") {
+TEST_CASE("with several textures, each stays with its part and has its own coordinate grid") {
     const textured_mesh slope = make_slope(1, 3);
     textured_mesh mesh = slope;
     mesh.parts = {{}, {mesh.vertex_count(), mesh.triangle_count()}};
@@ -281,7 +281,7 @@ TEST_CASE("of several textures each stays that of its part, on a grid of its own
           error_code::invalid_data);
 }
 
-TEST_CASE("what is no GLB file of ours is refused, and damage is no crash") {
+TEST_CASE("files other than plain GLB files of this library are refused, and damaged ones cause no crash") {
     const byte_string plain = plain_glb(make_slope(1, 3));
     CHECK(raised([&] { examples::compress_glb(bytes_of("GIF89a")); }) == error_code::invalid_data);
     for (const std::size_t length : {0U, 11U, 19U, 100U, 2000U})

@@ -41,7 +41,7 @@ bool holds(const fs::path& path, std::string_view text) { return read_file(path)
 
 }  // namespace
 
-TEST_CASE("files of a set appear together, at the end") {
+TEST_CASE("all files of a set appear when it is committed") {
     const scratch_folder folder;
     fs::create_directory(folder / "other");
     put(folder / "b", bytes_of("old"));
@@ -62,7 +62,7 @@ TEST_CASE("files of a set appear together, at the end") {
     CHECK_FALSE(fs::exists(reserved.parent_path()));
 }
 
-TEST_CASE("a set that is not committed leaves everything as it was") {
+TEST_CASE("a set that is not committed leaves everything unchanged") {
     const scratch_folder folder;
     put(folder / "b", bytes_of("old"));
     const std::string before = state_of(folder / "");
@@ -77,7 +77,7 @@ TEST_CASE("a set that is not committed leaves everything as it was") {
     CHECK(state_of(folder / "") == before);
 }
 
-TEST_CASE("where one file can't be put in its place, all others are as they were") {
+TEST_CASE("if one file cannot be put in its place, all others are restored") {
     const scratch_folder folder;
     put(folder / "b", bytes_of("old"));
     put(folder / "first", bytes_of("older"));
@@ -95,7 +95,7 @@ TEST_CASE("where one file can't be put in its place, all others are as they were
     CHECK(fs::equivalent(folder / "first", folder / "second"));
 }
 
-TEST_CASE("a set whose reserved file was never written puts nothing in its place") {
+TEST_CASE("a set with a reserved file that was not written cannot be committed") {
     const scratch_folder folder;
     file_set files;
     files.write(folder / "a", bytes_of("1"));
@@ -105,7 +105,7 @@ TEST_CASE("a set whose reserved file was never written puts nothing in its place
     CHECK(folder.file_count() == 0);
 }
 
-TEST_CASE("an input, another output, and nothing are no outputs, under whatever name") {
+TEST_CASE("a path that leads to an input or to another output is refused as an output, and so is a path without a file name") {
     const scratch_folder folder;
     put(folder / "photo.jpg", bytes_of("photo"));
     fs::create_symlink("photo.jpg", folder / "link");
@@ -132,7 +132,7 @@ TEST_CASE("an input, another output, and nothing are no outputs, under whatever 
     CHECK(state_of(folder / "") == before);
 }
 
-TEST_CASE("what killed processes left is removed by the next set, unless that is told to leave it") {
+TEST_CASE("a set removes files left by killed processes, unless leave_abandoned() was called") {
     const scratch_folder folder;
     fs::create_directory(folder / ".ldi-0123.tmp");
     put(folder / ".ldi-0123.tmp/0", bytes_of("half"));  // its folder belongs to another process
@@ -147,7 +147,7 @@ TEST_CASE("what killed processes left is removed by the next set, unless that is
     CHECK(folder.file_count() == 1);
 }
 
-TEST_CASE("what stands against an output is heard when it is claimed, and claiming leaves nothing") {
+TEST_CASE("claim() detects obstacles to an output and leaves nothing behind") {
     const scratch_folder folder;
     fs::create_directory(folder / "sub");
     fs::create_symlink("circle", folder / "circle");
@@ -161,7 +161,7 @@ TEST_CASE("what stands against an output is heard when it is claimed, and claimi
     CHECK(state_of(folder / "") == before);
 }
 
-TEST_CASE("a link is written through, permissions and other names are kept") {
+TEST_CASE("writing follows symbolic links and keeps permissions and hard links") {
     const scratch_folder folder;
     fs::create_directory(folder / "sub");
     for (const char* name : {"sub/file", "twin", "closed"}) put(folder / name, bytes_of("a rather long old content"));
@@ -182,7 +182,7 @@ TEST_CASE("a link is written through, permissions and other names are kept") {
     CHECK(folder.file_count() == 6);
 }
 
-TEST_CASE("a set that was told to stop writes no more") {
+TEST_CASE("a discarded set writes no more files") {
     const scratch_folder folder;
     file_set files;
     files.write(folder / "a", bytes_of("1"));
@@ -194,7 +194,7 @@ TEST_CASE("a set that was told to stop writes no more") {
     CHECK(folder.file_count() == 0);
 }
 
-TEST_CASE("a full device keeps all files of a set from appearing") {
+TEST_CASE("a full device prevents all files of a set from appearing") {
     if (!fs::is_character_file("/dev/full")) return;
     const scratch_folder folder;
     put(folder / "a", bytes_of("old"));
@@ -207,7 +207,7 @@ TEST_CASE("a full device keeps all files of a set from appearing") {
 }
 
 #if LDI_HAS_POSIX_FILES
-TEST_CASE("what a killed process left is removed by the next, what a living one works on is not") {
+TEST_CASE("a set removes files left by a killed process, but not those of a running one") {
     const scratch_folder folder;
     int ready[2];
     REQUIRE(pipe(ready) == 0);
@@ -232,7 +232,7 @@ TEST_CASE("what a killed process left is removed by the next, what a living one 
     close(ready[0]), close(ready[1]);
 }
 
-TEST_CASE("of many processes that write one name, one leaves its whole file") {
+TEST_CASE("if many processes write the same file, it has the complete content of one of them") {
     for (const bool has_other_name : {false, true}) {
         const scratch_folder folder;
         put(folder / "file", bytes_of("old"));

@@ -8,7 +8,7 @@
 
 using ldi::examples::line_reader;
 
-TEST_CASE("lines come one by one, with their numbers") {
+TEST_CASE("lines are read one by one, with their numbers") {
     std::istringstream text("one\n\n \t\r\nfour");
     line_reader lines(text);
     std::vector<std::string> read;
@@ -22,7 +22,7 @@ TEST_CASE("lines come one by one, with their numbers") {
     CHECK(ended == std::vector<bool>{true, true, true, false});
 }
 
-TEST_CASE("a line beyond the limit is cut off, and those behind it are read") {
+TEST_CASE("a line beyond the limit is truncated, and the following lines are read") {
     std::string written;
     written.append(line_reader::max_bytes, 'a').append("\n");
     written.append(line_reader::max_bytes + 5, 'b').append("\nc\n");

@@ -21,7 +21,7 @@ std::string said_of(std::vector<std::string> words) {
 
 }  // namespace
 
-TEST_CASE("an unknown option is named, with the nearest one that there is") {
+TEST_CASE("an unknown option is named, with the most similar known one") {
     CHECK(said_of({"--hlep"}) == "unknown option --hlep; did you mean --help?");
     CHECK(said_of({"a.jpg", "--compres=3"}) == "unknown option --compres; did you mean --compress?");
     CHECK(said_of({"--ouptut", "a"}) == "unknown option --ouptut; did you mean --output?");
@@ -30,7 +30,7 @@ TEST_CASE("an unknown option is named, with the nearest one that there is") {
     CHECK(said_of({"--" + std::string(100'000, 'x')}).size() < 100);
 }
 
-TEST_CASE("options that there are, numbers and names are not called unknown") {
+TEST_CASE("known options, numbers and file names are not reported as unknown") {
     CHECK(said_of({"--output", "a", "-o", "-", "-ob", "--compress", "-5", "-.5", "a.jpg"}).empty());
     CHECK(said_of({"--", "--hlep"}).empty());
 }

@@ -93,7 +93,7 @@ std::vector<std::pair<std::string, ldi::image<float>>> scenes() {
 
 }  // namespace
 
-TEST_CASE("uncovered pixels are found, and grouped where they touch") {
+TEST_CASE("find_holes() finds uncovered pixels inside the frame and groups those that touch") {
     ldi::view from;
     from.camera = {40, 30, 40};
     ldi::image<std::uint8_t> coverage(30, 40, 1, std::uint8_t{255});
@@ -107,7 +107,7 @@ TEST_CASE("uncovered pixels are found, and grouped where they touch") {
     CHECK(holes[1].view == 3);
 }
 
-TEST_CASE("without hidden surfaces there are holes behind every silhouette") {
+TEST_CASE("without hidden surfaces, every scene with silhouettes has holes") {
     ldi::expand_options none;
     none.iterations = 0;
     for (const auto& [name, map] : scenes()) {
@@ -118,7 +118,7 @@ TEST_CASE("without hidden surfaces there are holes behind every silhouette") {
     }
 }
 
-TEST_CASE("no camera within the motion sees a hole where curves end or meet") {
+TEST_CASE("no camera within the supported motion sees a hole where curves end or meet") {
     for (const auto& [name, map] : scenes()) {
         const hole_report report = holes_of(make_scene(map));
         CAPTURE(name, report.views_with_holes, report.max_pixels);
@@ -126,7 +126,7 @@ TEST_CASE("no camera within the motion sees a hole where curves end or meet") {
     }
 }
 
-TEST_CASE("no camera sees a hole in random scenes") {
+TEST_CASE("no camera within the supported motion sees a hole in random scenes") {
     std::mt19937 random(24);
     for (int round = 0; round < 24; ++round) {
         const hole_report report = holes_of(make_scene(ldi::testing::random_disparity(random, 90, 120)), 250);

@@ -66,7 +66,7 @@ lpips_network random_network() {
 
 }  // namespace
 
-TEST_CASE("LPIPS is what lpips.py gives") {
+TEST_CASE("LPIPS equals the result of lpips.py") {
     const std::filesystem::path archive = std::filesystem::path(LDI_SHARED_DIR) / "lpips" / "lpips_squeeze_oihw.npz";
     if (!std::filesystem::exists(archive)) {
         std::printf("skipped: there is no %s\n", archive.c_str());
@@ -85,7 +85,7 @@ TEST_CASE("LPIPS is what lpips.py gives") {
     CHECK(network(a, b, left) == Approx(0.2672409).epsilon(1e-5));
 }
 
-TEST_CASE("LPIPS is 0 for what is equal, the same both ways, and larger the more noise there is") {
+TEST_CASE("LPIPS is 0 for equal pictures, symmetric, and grows with noise") {
     const lpips_network network = random_network();
     const mask all(40, 50, 1, std::uint8_t{1});
     const picture a = pattern(40, 50, 2);
@@ -104,7 +104,7 @@ TEST_CASE("LPIPS is 0 for what is equal, the same both ways, and larger the more
     CHECK(network(a, pattern(40, 50, 7), mask(40, 50)) == 0);
 }
 
-TEST_CASE("LPIPS of a difference is found beside it, and not in the opposite corner") {
+TEST_CASE("LPIPS differences appear near a changed area and not in the opposite corner") {
     const lpips_network network = random_network();
     const picture a = pattern(300, 300, 2);
     picture b = a;
@@ -115,7 +115,7 @@ TEST_CASE("LPIPS of a difference is found beside it, and not in the opposite cor
     CHECK(different(299, 299) == 0);
 }
 
-TEST_CASE("LPIPS without weights is unmeasured") {
+TEST_CASE("LPIPS without weights is NaN") {
     const picture a = pattern(40, 50, 2);
     CHECK(std::isnan(lpips_network()(a, a, mask(40, 50, 1, std::uint8_t{1}))));
 }

@@ -25,7 +25,7 @@ const mask all(20, 30, 1, std::uint8_t{1}), none(20, 30, 1, std::uint8_t{0});
 
 }  // namespace
 
-TEST_CASE("PSNR is 20 log10(255 / difference) where all pixels differ alike, and counts only the pixels that it is asked for") {
+TEST_CASE("PSNR is 20 log10(255 / difference) for a uniform difference, and counts only the selected pixels") {
     const picture a = uniform(20, 30, 100);
     picture b = uniform(20, 30, 110);
     CHECK(psnr(a, b, all) == Approx(20 * std::log10(25.5)));
@@ -41,7 +41,7 @@ TEST_CASE("PSNR is 20 log10(255 / difference) where all pixels differ alike, and
     CHECK(share(left) == Approx(1.0 / 3));
 }
 
-TEST_CASE("SSIM is 1 for what is equal, its luminance term for what is uniform, and about 0 for independent noise") {
+TEST_CASE("SSIM is 1 for equal pictures, its luminance term for uniform ones, and about 0 for independent noise") {
     const picture a = uniform(20, 30, 100), b = uniform(20, 30, 150);
     const double c1 = 6.5025;
     CHECK(ssim(noise(20, 30, 1), noise(20, 30, 1), all) == Approx(1));
@@ -50,7 +50,7 @@ TEST_CASE("SSIM is 1 for what is equal, its luminance term for what is uniform, 
     CHECK(ssim(a, b, none) == 1);
 }
 
-TEST_CASE("aligning finds scale and shift from the known pixels alone, and only the shift of a constant") {
+TEST_CASE("aligned() fits scale and shift to the known pixels only, and only the shift if the estimate is constant") {
     std::mt19937 random(5);
     map estimate(20, 30), truth(20, 30);
     pixel_set known(20, 30, 1, std::uint8_t{1});
@@ -68,7 +68,7 @@ TEST_CASE("aligning finds scale and shift from the known pixels alone, and only 
     CHECK(flat(3, 3, 0) == Approx(mean));
 }
 
-TEST_CASE("edges and boundaries agree with themselves, and not where there are none") {
+TEST_CASE("edge and boundary agreement is 1 for equal maps and 0 without edges, and reversed depth has the wrong order") {
     const pixel_set known(60, 60, 1, std::uint8_t{1});
     map step(60, 60), ramp(60, 60);
     for (std::size_t y = 0; y < 60; ++y)

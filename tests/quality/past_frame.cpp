@@ -92,7 +92,7 @@ std::int64_t most_uncovered(const framed_scene& s) {
 
 }  // namespace
 
-TEST_CASE("from no place within the motion does a window as large as the photo show an end of its surfaces") {
+TEST_CASE("a window as large as the photo shows no end of its surfaces from any position within the supported motion") {
     std::mt19937 random(52);
     for (int round = 0; round < 16; ++round) {
         const float motion = round % 4 == 0 ? 0.2F : 0.08F;
@@ -104,7 +104,7 @@ TEST_CASE("from no place within the motion does a window as large as the photo s
     }
 }
 
-TEST_CASE("the same of flat photos, near and far, of slanted ones and of noise") {
+TEST_CASE("in a window as large as the photo, flat and slanted photos show no end of their surfaces") {
     for (const float d : {0.0F, 0.5F, 1.0F})
         CHECK(most_uncovered(make_framed(ldi::image<float>(100, 140, 1, d), ldi::photo_frame::grow, 0.08F)) == 0);
     ldi::image<float> slanted(120, 90);
@@ -113,13 +113,13 @@ TEST_CASE("the same of flat photos, near and far, of slanted ones and of noise")
     CHECK(most_uncovered(make_framed(slanted, ldi::photo_frame::grow, 0.1F)) == 0);
 }
 
-TEST_CASE("surfaces that end at the border leave the window open, which the test sees") {
+TEST_CASE("surfaces that end at the photo's border leave holes in the window, which the test detects") {
     std::mt19937 random(52);
     const framed_scene s = make_framed(ldi::testing::random_disparity(random, 100, 130), ldi::photo_frame::crop, 0.08F);
     CHECK(most_uncovered(s) > 200);
 }
 
-TEST_CASE("photos of one row or one column, and huge motions, grow") {
+TEST_CASE("photos of one row or one column can grow past the frame, even for large motions") {
     for (const auto& [rows, columns] : {std::pair<std::size_t, std::size_t>{1, 60}, {60, 1}, {1, 1}, {2, 3}})
         for (const float motion : {0.08F, 1.0F}) {
             CAPTURE(rows, columns, motion);

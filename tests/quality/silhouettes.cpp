@@ -62,7 +62,7 @@ std::vector<side_middle> middles_of(const std::vector<true_side>& sides, std::in
 
 }  // namespace
 
-TEST_CASE("degraded depth has a long side of 384, and what it shows has moved by two samples to the right and down") {
+TEST_CASE("degraded depth has a long side of 384 and is shifted by two samples to the right and down") {
     const ldi::image<float> result = degraded(disparity_of(400, 768, {200, 120, 600, 300}));
     REQUIRE(result.height() == 200);
     REQUIRE(result.width() == 384);
@@ -75,7 +75,7 @@ TEST_CASE("degraded depth has a long side of 384, and what it shows has moved by
     CHECK((result(100, 101) + result(100, 102)) / 2 == Approx(half).margin(1e-4));
 }
 
-TEST_CASE("degrading blurs a step to the normal distribution") {
+TEST_CASE("degradation blurs a step to the cumulative normal distribution") {
     const ldi::image<float> result = degraded(disparity_of(100, 384, {200, 0, 384, 100}), {384, 3, 0});
     for (std::size_t x = 190; x < 210; ++x) {
         const double from_step = static_cast<double>(x) + 0.5 - 200;
@@ -84,7 +84,7 @@ TEST_CASE("degrading blurs a step to the normal distribution") {
     }
 }
 
-TEST_CASE("depth that is small, without blur and shift, is left as it is") {
+TEST_CASE("degradation without blur and shift leaves small depth maps unchanged") {
     const ldi::image<float> map = disparity_of(50, 70, {10, 10, 20, 30});
     CHECK(degraded(map, {384, 0, 0}) == map);
 }
@@ -100,7 +100,7 @@ TEST_CASE("a rectangle's true silhouette is its circumference, with the near pix
     }
 }
 
-TEST_CASE("true silhouettes have no specks, none where depth is unknown, and tell where both sides look alike") {
+TEST_CASE("true silhouettes exclude specks and unknown depth, and mark sides whose colors are alike") {
     const rectangle near{20, 10, 50, 30};
     ldi::image<float> disparity = disparity_of(60, 80, near);
     for (std::size_t y = 40; y < 44; ++y)  // a speck
@@ -115,7 +115,7 @@ TEST_CASE("true silhouettes have no specks, none where depth is unknown, and tel
     CHECK(true_silhouettes(gray, disparity, known).size() == 100 - 20 - 2);
 }
 
-TEST_CASE("the nearest side is the one that looking at all of them finds") {
+TEST_CASE("nearest_side finds the same side as an exhaustive search") {
     std::mt19937 random(3);
     const auto any = [&](std::int32_t end) { return static_cast<std::int32_t>(random() % static_cast<std::uint32_t>(end)); };
     std::vector<side_middle> sides;
@@ -137,7 +137,7 @@ TEST_CASE("the nearest side is the one that looking at all of them finds") {
 }
 
 TEST_CASE(
-    "silhouettes that are the true ones are at 0 pixels, moved ones at as many as in a photo of 1152, missing ones missed") {
+    "distance_of_silhouettes() is 0 for true silhouettes, scales with the photo's size, and counts unmatched ones as missed") {
     const rectangle near{20, 10, 50, 200};
     const picture photo = photo_of(288, 80, near);
     const std::vector<true_side> truth = true_silhouettes(photo, disparity_of(288, 80, near), all_of(288, 80));
@@ -156,7 +156,7 @@ TEST_CASE(
     CHECK(std::isnan(distance_of_silhouettes(middles_of(truth, 4), unseen, 288, 80).missed));
 }
 
-TEST_CASE("the share closed is that of the steps on no curve") {
+TEST_CASE("share_closed() is the share of discontinuities that are on no curve") {
     ldi::image<float> disparity = disparity_of(60, 80, {20, 10, 50, 30});  // 100 sides
     disparity(50, 70) = 1;                                                 // 4 sides
     const picture photo(60, 80, 3);
@@ -166,7 +166,7 @@ TEST_CASE("the share closed is that of the steps on no curve") {
     CHECK(share_closed(photo, ldi::image<float>(60, 80), {}, {}) == 0);
 }
 
-TEST_CASE("the halo's band is six pixels wide, and where the other view has the silhouette") {
+TEST_CASE("the band along a silhouette is six pixels wide and lies where the other view has the silhouette") {
     const subject s = subject_of(60, 80, {30, 0, 50, 60}, 8);
     const mask band = silhouette_band(s, true_silhouettes(s.photo, s.inverse_depth, s.known));
     for (std::size_t x = 0; x < 80; ++x) {
@@ -176,7 +176,7 @@ TEST_CASE("the halo's band is six pixels wide, and where the other view has the 
     }
 }
 
-TEST_CASE("a silhouette that something else hides in the other view has no band there") {
+TEST_CASE("a silhouette that is hidden in the other view has no band there") {
     subject s = subject_of(60, 80, {40, 0, 48, 60}, 8);
     for (std::size_t y = 0; y < 60; ++y)  // a step in the background that the rectangle hides from the other view
         for (std::size_t x = 0; x < 36; ++x) s.inverse_depth(y, x) = 0.2F;
@@ -186,7 +186,7 @@ TEST_CASE("a silhouette that something else hides in the other view has no band 
     CHECK(band(30, 36) == 0);  // the step's position, at about 35.1
 }
 
-TEST_CASE("a color error counts the band alone, and the channels alike") {
+TEST_CASE("color_error() averages over the pixels of the mask and all channels") {
     const picture a(10, 10, 3, std::uint8_t{100});
     picture b = a;
     b(2, 3, 1) = 130, b(7, 7, 0) = 0;
@@ -196,7 +196,7 @@ TEST_CASE("a color error counts the band alone, and the channels alike") {
     CHECK(color_error(a, b, mask(10, 10)) == 0);
 }
 
-TEST_CASE("of a mesh, those triangles span a silhouette that lead from one surface to the other there") {
+TEST_CASE("spanning triangles are those that connect both surfaces at a true silhouette") {
     const subject s = subject_of(60, 80, {30, 0, 80, 60}, 20);
     const std::vector<true_side> truth = true_silhouettes(s.photo, s.inverse_depth, s.known);
     ldi::textured_mesh mesh;

@@ -7,7 +7,7 @@
 
 using namespace ldi;
 
-TEST_CASE("a moved view shifts points by their disparity") {
+TEST_CASE("a moved view shifts points at the given disparity by the given number of pixels, and farther points less") {
     const pinhole_camera camera{300, 400, 350};
     const depth_range range{1.5F, 12};
     for (const float disparity : {1.0F, 0.6F, 0.0F}) {
@@ -21,7 +21,7 @@ TEST_CASE("a moved view shifts points by their disparity") {
     }
 }
 
-TEST_CASE("a turned view brings directions to the photo's space and points back") {
+TEST_CASE("direction_to_photo() and to_camera() of a rotated view are inverse to each other") {
     std::mt19937 engine(4);
     const auto any = [&] { return static_cast<float>(engine()) * 0x1.0p-31F - 1; };
     for (int trial = 0; trial < 200; ++trial) {

@@ -33,7 +33,7 @@ std::array<float, 2> seen(const view& v, const std::array<float, 3>& point) {
 
 }  // namespace
 
-TEST_CASE("paths start and end where they should") {
+TEST_CASE("swing, zoom and dolly zoom start at the photo's view, and circle and swing end where they start") {
     const auto at = [](camera_path path, float time) { return view_on_path(path, camera, range, time); };
     check_same(at(camera_path::swing, 0), photo_view());
     check_same(at(camera_path::swing, 0.5F), photo_view());
@@ -50,7 +50,7 @@ TEST_CASE("paths start and end where they should") {
     CHECK(at(camera_path::zoom_in, 1).camera.focal_length == Approx(camera.focal_length));
 }
 
-TEST_CASE("on every path what is in focus stays in the middle") {
+TEST_CASE("on every path, the point in focus stays in the middle of the picture") {
     for (const camera_path path : {camera_path::circle, camera_path::swing, camera_path::zoom_in, camera_path::dolly_zoom})
         for (float time = 0; time <= 1; time += 0.1F) {
             const std::array<float, 2> middle = seen(view_on_path(path, camera, range, time), {0, 0, -focus});
@@ -59,7 +59,7 @@ TEST_CASE("on every path what is in focus stays in the middle") {
         }
 }
 
-TEST_CASE("the nearest surface moves against the farthest by what is asked for, and no more") {
+TEST_CASE("the largest parallax between the nearest and the farthest surface on a path equals the requested motion") {
     path_options options;
     options.motion = 0.05F;
     float largest = 0;
@@ -79,7 +79,7 @@ TEST_CASE("a dolly zoom keeps the size of what is in focus while the background 
     CHECK(seen(end, {0.2F, 0, -range.z_near})[0] > seen(photo_view(), {0.2F, 0, -range.z_near})[0]);
 }
 
-TEST_CASE("a path of one's own passes through its key frames, smoothly, and rests outside them") {
+TEST_CASE("a path of custom key frames passes through them smoothly, and is constant outside them") {
     const std::vector<key_frame> keys{{0, {0, 0, 0}, {0, 0, -3}, 1},
                                       {0.3F, {0.2F, 0.1F, -0.1F}, {0.1F, 0, -3}, 1.5F},
                                       {0.5F, {-0.2F, 0.3F, 0.1F}, {0, 0.2F, -2}, 0.8F},
@@ -98,7 +98,7 @@ TEST_CASE("a path of one's own passes through its key frames, smoothly, and rest
     check_same(view_between(std::vector<key_frame>{keys[1]}, camera, 0.7F), view_between(keys, camera, 0.3F));
 }
 
-TEST_CASE("a camera that looks at a point has it in the middle and is upright") {
+TEST_CASE("a camera that looks at a point has it in the middle of the picture and is upright") {
     std::mt19937 engine(4);
     const auto any = [&] { return static_cast<float>(engine()) * 0x1.0p-31F - 1; };
     for (int trial = 0; trial < 200; ++trial) {
@@ -113,7 +113,7 @@ TEST_CASE("a camera that looks at a point has it in the middle and is upright") 
     }
 }
 
-TEST_CASE("inside its frame no view sees past the photo's border") {
+TEST_CASE("cropped to the size from frame_within(), no view on a path sees past the photo's border") {
     std::vector<view> views;
     for (float time = 0; time < 1; time += 0.05F) views.push_back(view_on_path(camera_path::circle, camera, range, time));
     const float size = frame_within(views, camera, range);
@@ -135,7 +135,7 @@ TEST_CASE("inside its frame no view sees past the photo's border") {
     CHECK(frame_within({}, camera, range) == 1);
 }
 
-TEST_CASE("through a window the picture's sides stay on the photo's at the window's disparity, from wherever it is seen") {
+TEST_CASE("through a window, points at the window's disparity stay in place from any position") {
     std::mt19937 engine(12);
     const auto any = [&] { return static_cast<float>(engine()) * 0x1.0p-31F - 1; };
     for (int trial = 0; trial < 200; ++trial) {
@@ -150,7 +150,7 @@ TEST_CASE("through a window the picture's sides stay on the photo's at the windo
     }
 }
 
-TEST_CASE("where surfaces go on past the border, a frame as large as the photo is enough for every named path") {
+TEST_CASE("if surfaces continue past the border, a frame as large as the photo suffices for every named path") {
     for (const camera_path path : {camera_path::circle, camera_path::swing, camera_path::zoom_in, camera_path::dolly_zoom}) {
         std::vector<view> views;
         for (float time = 0; time <= 1; time += 0.05F) views.push_back(view_on_path(path, camera, range, time));
@@ -159,7 +159,7 @@ TEST_CASE("where surfaces go on past the border, a frame as large as the photo i
     }
 }
 
-TEST_CASE("options out of bounds are told") {
+TEST_CASE("path options and key frames out of range are refused") {
     const auto code_of = [](auto&& call) {
         try {
             call();

@@ -47,7 +47,7 @@ int red(const image<std::uint8_t>& picture, std::size_t x) { return picture(heig
 
 }  // namespace
 
-TEST_CASE("a gap between near surfaces and a far one gets the color of the far one") {
+TEST_CASE("a gap between near surfaces and a far one gets the far one's color") {
     textured_mesh mesh;
     add_columns(mesh, 0, 15, 1, true), add_columns(mesh, 20.5F, 40, 3, false);
     add_rectangle(mesh, 15, 20.5F, 0, 3, 1, true), add_rectangle(mesh, 15, 20.5F, 17, 20, 1, true);
@@ -57,7 +57,7 @@ TEST_CASE("a gap between near surfaces and a far one gets the color of the far o
     for (std::size_t x = 0; x < width; ++x) CHECK(red(filled, x) == (x < 15 ? 200 : 50));
 }
 
-TEST_CASE("past the photo's border every surface goes on, near or far") {
+TEST_CASE("past the photo's border, near and far surfaces both continue") {
     textured_mesh mesh;
     add_rectangle(mesh, 10, 20, 5, 15, 1, true), add_rectangle(mesh, 20, 30, 5, 15, 3, false);
     const image<std::uint8_t> filled = gap_colors(rasterize(mesh, two_colors(50, 200), straight_view()));
@@ -76,7 +76,7 @@ TEST_CASE("a wide gap in one surface is filled smoothly") {
     }
 }
 
-TEST_CASE("a picture without gaps stays as it is; one without surfaces is black") {
+TEST_CASE("a picture without gaps stays unchanged, and one without surfaces is black") {
     textured_mesh mesh;
     const rendering nothing = rasterize(mesh, two_colors(50, 200), straight_view(), {.background = {9, 9, 9}});
     CHECK(gap_colors(nothing) == image<std::uint8_t>(height, width, 3, std::uint8_t{0}));
@@ -86,7 +86,7 @@ TEST_CASE("a picture without gaps stays as it is; one without surfaces is black"
     CHECK(gap_colors(seen) == seen.color);
 }
 
-TEST_CASE("the rasterizer draws a backdrop behind everything: beside partly covered pixels and below soft edges") {
+TEST_CASE("the rasterizer draws a backdrop behind everything, including partly covered pixels and soft edges") {
     textured_mesh mesh;
     add_columns(mesh, 0, 10.5F, 1, false);
     add_columns(mesh.soft_edges, 20, 30, 2, true);

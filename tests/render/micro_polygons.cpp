@@ -35,7 +35,7 @@ std::size_t uncovered(const rendering& picture) {
 
 }  // namespace
 
-TEST_CASE("drawn from where it was taken, a layered image shows its first layer as it is") {
+TEST_CASE("drawn from its own viewpoint, a layered image shows its first layer unchanged") {
     std::mt19937 random(3);
     for (int trial = 0; trial < 20; ++trial) {
         const std::size_t rows = 8 + random() % 30, columns = 8 + random() % 30;
@@ -51,7 +51,7 @@ TEST_CASE("drawn from where it was taken, a layered image shows its first layer 
     }
 }
 
-TEST_CASE("what is linked leaves no hole, what is not tears open by the difference in parallax") {
+TEST_CASE("linked pixels leave no hole, and unlinked ones separate by their difference in parallax") {
     const photo_layers torn = step(20, 60, 30, 0.05F), linked = step(20, 60, 30, 1.0F);
     const view v = own_view(torn.topology());
     // The near plane moves 10 pixels left, the far one 2: a gap of 8 columns opens between them, and one of 2 at the far plane's
@@ -61,7 +61,7 @@ TEST_CASE("what is linked leaves no hole, what is not tears open by the differen
     CHECK(uncovered(render_layers(linked, scene_range, v, moved)) == 20 * 2);
 }
 
-TEST_CASE("colors run smoothly over links, and not at all where there is none") {
+TEST_CASE("colors are interpolated only between linked known pixels") {
     photo_layers layers = step(1, 2, 2, 0.05F);
     layers.set_column<color_column>({0, 0, 0, 200, 200, 200});
     const view v = own_view(layers.topology());
@@ -81,7 +81,7 @@ TEST_CASE("colors run smoothly over links, and not at all where there is none") 
     CHECK((render_layers(unknown, scene_range, v, close).color == torn.color));
 }
 
-TEST_CASE("threads do not change the picture") {
+TEST_CASE("render_layers() gives the same picture on any number of threads") {
     std::mt19937 random(8);
     photo_layers layers = testing::lifted_layers(testing::random_disparity(random, 60, 50));
     color_at_random(layers, random);
@@ -97,7 +97,7 @@ TEST_CASE("threads do not change the picture") {
     CHECK((one.coverage == many.coverage));
 }
 
-TEST_CASE("pixels too near or too far aside are left out, and bad input is told") {
+TEST_CASE("pixels behind the camera are not drawn, and mismatched views and invalid disparities are refused") {
     const photo_layers layers = step(4, 6, 3, 0.05F);
     const view v = own_view(layers.topology());
     view behind = v;

@@ -26,7 +26,7 @@ float uncovered(const std::array<float, 3>& position, float x, float y, float de
 
 }  // namespace
 
-TEST_CASE("what a camera uses is the most that it uncovers, anywhere in the photo and between any two depths") {
+TEST_CASE("motion_of() is the largest width that a camera position uncovers, anywhere in the photo and between any two depths") {
     std::mt19937 engine(7);
     const auto any = [&] { return static_cast<float>(engine()) * 0x1.0p-31F - 1; };
     for (int trial = 0; trial < 300; ++trial) {
@@ -44,7 +44,7 @@ TEST_CASE("what a camera uses is the most that it uncovers, anywhere in the phot
     }
 }
 
-TEST_CASE("a place that uses too much is drawn back on the way that led there, until it uses what is allowed") {
+TEST_CASE("within_motion() moves a position back toward the photo's viewpoint until its motion is allowed") {
     std::mt19937 engine(8);
     const auto any = [&] { return static_cast<float>(engine()) * 0x1.0p-31F - 1; };
     for (int trial = 0; trial < 300; ++trial) {

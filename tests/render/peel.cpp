@@ -44,7 +44,7 @@ std::size_t link_count(const graph_view& g) {
 
 }  // namespace
 
-TEST_CASE("peeled from where it was taken, a layered image of any topology stays as it is") {
+TEST_CASE("peeled from its own viewpoint, a layered image of any topology stays unchanged") {
     testing::for_random_graphs(5, 200, [](const testing::random_layers& any, std::mt19937& random) {
         const testing::random_layers canonical = testing::in_canonical_order(any);
         photo_layers layers = photo_layers(canonical.topology());
@@ -62,7 +62,7 @@ TEST_CASE("peeled from where it was taken, a layered image of any topology stays
     });
 }
 
-TEST_CASE("from any view a peeled layered image is sound, and its first layer is what is seen from there") {
+TEST_CASE("from any view, a peeled layered image is valid, and its first layer is what the view shows") {
     std::mt19937 random(12);
     for (int trial = 0; trial < 25; ++trial) {
         const photo_layers layers = random_lifted(random, 20 + random() % 30, 20 + random() % 30);
@@ -95,7 +95,7 @@ TEST_CASE("from any view a peeled layered image is sound, and its first layer is
     }
 }
 
-TEST_CASE("a plane seen from aside stays one sheet, linked everywhere") {
+TEST_CASE("a plane seen from the side remains one fully linked surface") {
     const photo_layers layers = testing::lifted_layers(image<float>(24, 30, 1, 0.4F));
     const view v = own_view(layers.topology());
     for (const float shift : {3.0F, -7.0F, 2.4F, 0.3F}) {
@@ -116,7 +116,7 @@ TEST_CASE("a plane seen from aside stays one sheet, linked everywhere") {
     CHECK(connected_components(smaller.topology()).count() == 1);
 }
 
-TEST_CASE("a near strip lies before the plane behind it, and neither is linked to the other") {
+TEST_CASE("a near strip stays in front of the plane behind it, and the two are not linked") {
     photo_layers layers = testing::lifted_layers(image<float>(16, 40, 1, 0.0F));
     for (std::int32_t y = 0; y < 16; ++y)
         for (std::int32_t x = 15; x < 20; ++x) layers.column<disparity_column>()[static_cast<std::size_t>(y * 40 + x)] = 1;
@@ -142,7 +142,7 @@ TEST_CASE("a near strip lies before the plane behind it, and neither is linked t
     CHECK(g.size() == 16 * (5 + 15 + 18));
 }
 
-TEST_CASE("a slope that folds back is linked on either side of the fold only, and is gone where backs are left out") {
+TEST_CASE("a slope that folds back is linked only on either side of the fold, and disappears if back faces are excluded") {
     // Steep enough that its far end overtakes its near end: drawn mirrored, behind nothing.
     photo_layers layers = testing::lifted_layers(image<float>(6, 40, 1, 0.0F));
     for (std::size_t i = 0; i < layers.size(); ++i)
@@ -159,7 +159,7 @@ TEST_CASE("a slope that folds back is linked on either side of the fold only, an
     CHECK(front.size() < both.size());
 }
 
-TEST_CASE("threads do not change what is peeled") {
+TEST_CASE("peel() gives the same layers on any number of threads") {
     std::mt19937 random(2);
     const photo_layers layers = random_lifted(random, 50, 45);
     const view v = own_view(layers.topology()), from = random_view(v, random);

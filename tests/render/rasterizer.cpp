@@ -98,7 +98,7 @@ TEST_CASE("every sample of a triangulated square belongs to exactly one triangle
     }
 }
 
-TEST_CASE("spans hold the samples whose edge functions say so") {
+TEST_CASE("spans contain exactly the samples that are inside by their edge functions") {
     generator random(5);
     for (int trial = 0; trial < 2000; ++trial) {
         detail::screen_triangle t;
@@ -126,7 +126,7 @@ TEST_CASE("spans hold the samples whose edge functions say so") {
     }
 }
 
-TEST_CASE("a mesh of random triangles that covers the frame leaves no hole, whatever the view") {
+TEST_CASE("a mesh of random triangles that covers the frame is drawn without holes from any position") {
     for (std::uint32_t seed = 0; seed < 40; ++seed) {
         generator random(seed);
         view v = view_of(64, 48);
@@ -153,7 +153,7 @@ TEST_CASE("a mesh of random triangles that covers the frame leaves no hole, what
     }
 }
 
-TEST_CASE("a sample on an edge belongs to the triangle on its right, or below") {
+TEST_CASE("a sample on an edge belongs to the triangle to its right or below it") {
     const std::int64_t one = detail::subsample_steps;
     const auto corner = [&](std::int64_t x, std::int64_t y) {
         detail::screen_vertex v;
@@ -174,7 +174,7 @@ TEST_CASE("a sample on an edge belongs to the triangle on its right, or below") 
     CHECK(spans == std::vector<std::array<std::int64_t, 3>>{{2, 3, 4}, {3, 2, 4}});
 }
 
-TEST_CASE("a net over a plane that passes the camera is cut at the near plane, and nowhere else") {
+TEST_CASE("a plane that extends behind the camera is clipped at the near plane and nowhere else") {
     std::size_t seen = 0, cut = 0;
     for (std::uint32_t seed = 0; seed < 60; ++seed) {
         generator random(seed);
@@ -229,7 +229,7 @@ TEST_CASE("a net over a plane that passes the camera is cut at the near plane, a
     REQUIRE(cut > 5000);
 }
 
-TEST_CASE("texture and depth of a slanted rectangle are those of the plane that each ray meets") {
+TEST_CASE("a slanted rectangle has the texture and depth of the plane that each ray meets") {
     for (std::uint32_t seed = 0; seed < 20; ++seed) {
         generator random(seed);
         const view v = view_of(96, 80);
@@ -268,7 +268,7 @@ TEST_CASE("texture and depth of a slanted rectangle are those of the plane that 
     }
 }
 
-TEST_CASE("the nearest surface is seen, in whatever order triangles come") {
+TEST_CASE("the nearest surface is visible, regardless of the order of the triangles") {
     const view v = view_of(40, 30);
     textured_mesh mesh;
     image<std::uint8_t> texture(1, 1, 3, std::uint8_t{255});
@@ -286,7 +286,7 @@ TEST_CASE("the nearest surface is seen, in whatever order triangles come") {
         }
 }
 
-TEST_CASE("back faces are left out only where asked") {
+TEST_CASE("back faces are omitted only on request") {
     const view v = view_of(20, 20);
     textured_mesh front;
     add_rectangle(front, v.camera, 0, 0, 20, 20, 1);
@@ -299,7 +299,7 @@ TEST_CASE("back faces are left out only where asked") {
     CHECK(rasterize(back, flat_texture(9), v).coverage(10, 10, 0) == 255);
 }
 
-TEST_CASE("soft edges are laid over what is farther, in their order, and neither cover anything nor have depth") {
+TEST_CASE("soft edges are blended over farther surfaces in their order, and affect neither coverage nor depth") {
     const view v = view_of(40, 20);
     image<std::uint8_t> texture(1, 2, 3, std::uint8_t{0});
     for (std::size_t c = 0; c < 3; ++c) texture(0, 1, c) = 200;  // dark on the left, light on the right
@@ -327,7 +327,7 @@ TEST_CASE("soft edges are laid over what is farther, in their order, and neither
     CHECK_THROWS_AS(rasterize(mesh, texture, v), ldi::error);
 }
 
-TEST_CASE("supersampling gives a pixel's covered share and mixes its colors") {
+TEST_CASE("supersampling computes a pixel's covered share and mixes its colors") {
     const view v = view_of(8, 8);
     textured_mesh mesh;
     add_rectangle(mesh, v.camera, 2.5F, 0, 8, 8, 1);
@@ -362,7 +362,7 @@ TEST_CASE("the picture does not depend on the number of threads") {
     }
 }
 
-TEST_CASE("the photo's own view of its height field is the photo") {
+TEST_CASE("drawn from the photo's viewpoint, a height field of the photo matches the photo") {
     for (std::uint32_t seed = 0; seed < 5; ++seed) {
         const scenes::scene s = scenes::random_scene(seed, 60, 80);
         const scenes::picture photo = scenes::render(s);
@@ -380,7 +380,7 @@ TEST_CASE("the photo's own view of its height field is the photo") {
     }
 }
 
-TEST_CASE("from another place, a scene without silhouettes looks as the ray caster sees it") {
+TEST_CASE("from another viewpoint, a scene without silhouettes matches the ray caster's picture") {
     scenes::scene s = scenes::random_scene(8, 90, 120);
     s.objects.resize(1);
     s.objects[0].color = scenes::marbled(scenes::from_srgb(220, 40, 40), scenes::from_srgb(40, 90, 200), 1.2);
@@ -404,7 +404,7 @@ TEST_CASE("from another place, a scene without silhouettes looks as the ray cast
     CHECK(squared / static_cast<double>(count) < 4.0);
 }
 
-TEST_CASE("parts of a mesh have their own textures, also where the near plane cuts their triangles") {
+TEST_CASE("parts of a mesh use their own textures, even in triangles that the near plane clips") {
     std::mt19937 random(21);
     const auto between = [&](float low, float high) { return std::uniform_real_distribution<float>(low, high)(random); };
     constexpr std::size_t parts = 5;
@@ -468,7 +468,7 @@ TEST_CASE("malformed meshes, textures and options are refused") {
     CHECK(code_of(good, texture, view{}, {}) == error_code::invalid_option);
 }
 
-TEST_CASE("coordinates as large as floats can be do no harm") {
+TEST_CASE("coordinates over the whole range of floats are drawn without errors") {
     generator random(11);
     view v = view_of(16, 16);
     for (int trial = 0; trial < 3000; ++trial) {

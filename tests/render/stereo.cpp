@@ -23,7 +23,7 @@ image<std::uint8_t> random_picture(std::uint32_t seed, std::size_t rows, std::si
 
 }  // namespace
 
-TEST_CASE("side by side holds both pictures as they are") {
+TEST_CASE("a side-by-side picture contains both pictures unchanged") {
     const image<std::uint8_t> left = random_picture(1, 7, 5), right = random_picture(2, 7, 5);
     const image<std::uint8_t> both = side_by_side(left, right);
     REQUIRE(both.width() == 10);
@@ -32,7 +32,7 @@ TEST_CASE("side by side holds both pictures as they are") {
             for (std::size_t c = 0; c < 3; ++c) CHECK((both(y, x, c) == left(y, x, c) && both(y, x + 5, c) == right(y, x, c)));
 }
 
-TEST_CASE("the anaglyph of equal gray views is that gray; else each eye sees its own picture only") {
+TEST_CASE("the anaglyph of two equal gray pictures is that picture, and each eye sees only its own picture") {
     image<std::uint8_t> gray = random_picture(3, 9, 9);
     for (std::size_t i = 0; i < gray.size(); ++i) gray.data()[i] = gray.data()[i - i % 3];
     CHECK((anaglyph(gray, gray) == gray));
@@ -45,7 +45,7 @@ TEST_CASE("the anaglyph of equal gray views is that gray; else each eye sees its
     }
 }
 
-TEST_CASE("two eyes see the ends of the range apart by the share that is asked for") {
+TEST_CASE("for two eyes, the parallax between the ends of the depth range is the requested share of the picture's width") {
     const pinhole_camera camera{600, 400, 500};
     const depth_range range{1, 8};
     view middle;
@@ -63,7 +63,7 @@ TEST_CASE("two eyes see the ends of the range apart by the share that is asked f
     CHECK(beside(turned, 2).position[2] == Approx(-2));
 }
 
-TEST_CASE("a depth map that was written comes back as the disparity that it was, and holes as holes") {
+TEST_CASE("a written depth map is read back with the same disparities and the same holes") {
     const depth_range range{0.7F, 9};
     image<float> depth(6, 8);
     for (std::size_t i = 0; i < depth.size(); ++i)
@@ -79,7 +79,7 @@ TEST_CASE("a depth map that was written comes back as the disparity that it was,
     }
 }
 
-TEST_CASE("pictures of different size make no pair") {
+TEST_CASE("two pictures of different sizes are refused as a stereo pair") {
     for (const bool is_anaglyph : {true, false}) {
         error_code code = error_code::canceled;
         try {

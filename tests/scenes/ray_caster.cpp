@@ -24,7 +24,7 @@ vector3 direction_through(const pinhole_camera& camera, double x, double y) {
 
 }  // namespace
 
-TEST_CASE("behind a pixel lie all surfaces of all objects that its line of sight meets, nearest first") {
+TEST_CASE("surfaces_at() returns all surfaces along a pixel's line of sight, nearest first") {
     std::mt19937 engine(1);
     for (std::uint32_t seed = 0; seed < 60; ++seed) {
         const scene s = random_scene(seed);
@@ -87,7 +87,7 @@ TEST_CASE("the disparity of a plane is affine in the pixel's position") {
     }
 }
 
-TEST_CASE("at a silhouette the color is mixed and the disparity is not") {
+TEST_CASE("at a silhouette, colors are mixed and disparities are not") {
     scene s;
     s.camera = {40, 30, 40};
     s.range = {1, 2};
@@ -112,7 +112,7 @@ TEST_CASE("at a silhouette the color is mixed and the disparity is not") {
     }
 }
 
-TEST_CASE("where nothing is, depth is infinite") {
+TEST_CASE("depth is infinite where there is no surface") {
     scene s;
     s.camera = {8, 8, 8};
     s.range = {1, 2};
@@ -125,7 +125,7 @@ TEST_CASE("where nothing is, depth is infinite") {
     CHECK(surfaces_at(s, 6.5, 4.5).empty());
 }
 
-TEST_CASE("a view from elsewhere sees each surface where its own camera says") {
+TEST_CASE("a view from another position shows points on the scene's surfaces at the right depth") {
     for (std::uint32_t seed = 0; seed < 8; ++seed) {
         const scene s = random_scene(seed, 48, 64);
         view moved = moved_view(s.camera, s.range, 1, 9, -4);
@@ -163,7 +163,7 @@ TEST_CASE("pictures do not depend on the number of threads") {
     CHECK(parallel.disparity == serial.disparity);
 }
 
-TEST_CASE("shadows darken what the sun does not reach") {
+TEST_CASE("shadows darken surfaces that the sun does not reach") {
     scene s;
     s.camera = {40, 40, 40};
     s.range = {1, 3};

@@ -15,7 +15,7 @@
 using namespace ldi;
 using namespace ldi::scenes;
 
-TEST_CASE("the T-junction has three layers where it says") {
+TEST_CASE("the T-junction scene has three layers at the documented positions") {
     const std::int32_t w = 192, h = 256;
     const scene s = t_junction(w, h);
     for (std::int32_t y = 0; y < h; y += 3)
@@ -34,7 +34,7 @@ TEST_CASE("the T-junction has three layers where it says") {
         }
 }
 
-TEST_CASE("a sideways move shifts the T-junction's layers by their disparity") {
+TEST_CASE("a sideways move shifts the T-junction's foreground by the requested number of pixels") {
     const scene s = t_junction();
     picture_options quick;
     quick.samples = 1;
@@ -46,7 +46,7 @@ TEST_CASE("a sideways move shifts the T-junction's layers by their disparity") {
     }
 }
 
-TEST_CASE("scenes fill the frame, and disparity runs from 0 to 1") {
+TEST_CASE("scenes fill the frame, and their disparities range from 0 to 1") {
     picture_options quick;
     quick.samples = 1;
     for (const char* name : {"t_junction", "still_life", "rods", "random0", "random1", "random2", "random17"}) {
@@ -61,12 +61,12 @@ TEST_CASE("scenes fill the frame, and disparity runs from 0 to 1") {
     }
 }
 
-TEST_CASE("scenes of other names are refused") {
+TEST_CASE("unknown scene names are refused") {
     for (const std::string name : {"", "random", "random-1", "randomx", "random123456789", "house"})
         CHECK_THROWS_AS(scene_by_name(name, 8, 8), error);
 }
 
-TEST_CASE("the shipped sample is the still life") {
+TEST_CASE("the shipped sample photo and its depth map show the still life") {
     const std::string folder = std::string(LDI_SOURCE_DIR) + "/examples/photo3d/";
     const photo shipped = load_photo(folder + "sample.jpg");
     depth_map_options options;

@@ -45,7 +45,7 @@ double outside(const shape& s, const vector3& point) {
 
 }  // namespace
 
-TEST_CASE("frames are right-handed and orthonormal, and invert themselves") {
+TEST_CASE("frames are right-handed and orthonormal, and to_local() inverts to_world()") {
     generator random{std::mt19937(1)};
     for (int trial = 0; trial < 200; ++trial) {
         const vector3 origin = random.direction(), point = random.direction();
@@ -57,7 +57,7 @@ TEST_CASE("frames are right-handed and orthonormal, and invert themselves") {
     }
 }
 
-TEST_CASE("a ray enters and leaves a solid where walking along it finds the inside") {
+TEST_CASE("the crossings of a ray with a solid match stepping along the ray") {
     generator random{std::mt19937(2)};
     int met = 0;
     for (int trial = 0; trial < 1500; ++trial) {
@@ -83,7 +83,7 @@ TEST_CASE("a ray enters and leaves a solid where walking along it finds the insi
     REQUIRE(met > 1000);
 }
 
-TEST_CASE("a rectangle is crossed once, within its sides") {
+TEST_CASE("a ray crosses a rectangle once, and only within its sides") {
     generator random{std::mt19937(3)};
     int met = 0;
     for (int trial = 0; trial < 1000; ++trial) {
@@ -121,7 +121,7 @@ TEST_CASE("normals have length 1 and point out of the solid") {
     }
 }
 
-TEST_CASE("textures are colors, the same wherever they are asked again") {
+TEST_CASE("textures return valid colors, and the same color for the same point") {
     generator random{std::mt19937(5)};
     const vector3 a = from_srgb(200, 100, 50), b = from_srgb(30, 60, 90), c = from_srgb(250, 250, 250);
     const std::vector<texture> all{plain(a),           marbled(a, b, 0.1),    stripes(a, b, 0.1),

@@ -17,14 +17,14 @@ std::string message(const std::string& job, const std::string& photos) {
 
 }  // namespace
 
-TEST_CASE("a message comes back as it was written") {
+TEST_CASE("a written message is read back unchanged") {
     const photo_message sent{"monday \u00fc", {"a.jpg", "album/b c.png"}};
     const photo_message read = parse_message(to_text(sent));
     CHECK(read.job == sent.job);
     CHECK(read.photos == sent.photos);
 }
 
-TEST_CASE("a message with the longest keys and job is read, however they are written") {
+TEST_CASE("a message with the longest keys and job is read, even if characters are escaped") {
     std::string key;
     for (int i = 0; i < 1000; ++i) key += R"(\u006b)";
     std::string keys = "[";
@@ -33,7 +33,7 @@ TEST_CASE("a message with the longest keys and job is read, however they are wri
           photo_message::max_photos);
 }
 
-TEST_CASE("messages of strangers are refused") {
+TEST_CASE("malformed messages, unsafe keys and oversized messages are refused") {
     const std::string nested = std::string(200'000, '[') + std::string(200'000, ']');
     for (const std::string& bad :
          {std::string("nonsense"), std::string("3"), std::string(R"({"photos": ["a"]})"), message("a", "[]"),
@@ -49,13 +49,13 @@ TEST_CASE("messages of strangers are refused") {
     CHECK(raised([&] { parse_message(std::string(photo_message::max_bytes + 1, '[')); }) == error_code::too_large);
 }
 
-TEST_CASE("a key is refused whose outputs' keys are too long") {
+TEST_CASE("a key is refused if the keys of its outputs would be too long") {
     CHECK_NOTHROW(output_keys(std::string(995, 'k')));
     for (const std::size_t length : {996U, 997U, 1000U})
         CHECK(raised([&] { output_keys(std::string(length, 'k')); }) == error_code::invalid_data);
 }
 
-TEST_CASE("the id of any document is its job and photo, or all of it") {
+TEST_CASE("a document's id is its job and photo, or the whole document if either is missing") {
     CHECK(id_of(document_of("j", "p")) == R"(["j","p"])");
     for (const char* text : {R"({"photo":"p"})", R"({"job":"j"})", "{}", "[]", "3", "null", R"("photo")"})
         CHECK(id_of(nlohmann::ordered_json::parse(text)) == text);
@@ -63,7 +63,7 @@ TEST_CASE("the id of any document is its job and photo, or all of it") {
     CHECK(id_of(nlohmann::ordered_json::parse(odd)) == R"([{"photo":[1]},null])");
 }
 
-TEST_CASE("a document is an object of bounded length and depth") {
+TEST_CASE("parse_document() accepts only objects of bounded length and depth") {
     CHECK(parse_document(to_line(document_of("j", "p"))) == document_of("j", "p"));
     for (const std::string& bad :
          {std::string(), std::string("3"), std::string("[]"), std::string("{"), R"({"a":)" + std::string(100'000, '['),
@@ -71,7 +71,7 @@ TEST_CASE("a document is an object of bounded length and depth") {
         CHECK_FALSE(parse_document(bad));
 }
 
-TEST_CASE("the document of a refused message holds only its beginning") {
+TEST_CASE("the document of a refused message has a bounded length and contains the error") {
     const std::string body(10'000'000, '\xFF');
     const nlohmann::ordered_json document = document_of_refused(body, {exit_never, "invalid data", "why"});
     CHECK(to_line(document).size() < max_document_bytes);

@@ -16,7 +16,7 @@ using ldi::testing::byte_string;
 using ldi::testing::raised;
 using ldi::testing::scratch_folder;
 
-TEST_CASE("a folder gives back what was put into it, also anew") {
+TEST_CASE("a folder returns the bytes last stored under a key") {
     const scratch_folder folder;
     folder_storage storage(folder / ".");
     for (const std::size_t size : {0U, 1U, 70'000U}) {
@@ -31,7 +31,7 @@ TEST_CASE("a folder gives back what was put into it, also anew") {
     CHECK(raised([&] { folder_storage(folder / "absent").get("a", 10); }) == error_code::unavailable);
 }
 
-TEST_CASE("a folder's links are not followed") {
+TEST_CASE("symbolic links inside a folder are not followed") {
     const scratch_folder folder;
     std::filesystem::create_directories(folder / "in");
     std::filesystem::create_directories(folder / "out");
@@ -53,7 +53,7 @@ TEST_CASE("a folder's links are not followed") {
     CHECK(storage.get("a", 10).size() == 4);
 }
 
-TEST_CASE("a pipe in a folder is refused and not waited for") {
+TEST_CASE("a pipe in a folder is refused without waiting") {
     const scratch_folder folder;
     REQUIRE(::mkfifo((folder / "pipe").c_str(), 0600) == 0);
     folder_storage storage(folder / ".");
@@ -61,7 +61,7 @@ TEST_CASE("a pipe in a folder is refused and not waited for") {
     CHECK(raised([&] { storage.put("pipe", byte_string(5)); }) == error_code::file_access);
 }
 
-TEST_CASE("keys that a folder can't hold are refused before the work") {
+TEST_CASE("keys that a folder cannot store are refused in advance") {
     const scratch_folder folder;
     const folder_storage storage(folder / ".");
     CHECK_NOTHROW(storage.check("album/" + std::string(255, 'k')));

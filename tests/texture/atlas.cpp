@@ -86,7 +86,7 @@ void check_threads(const photo_layers& layers, const chart_set& charts, const te
 
 }  // namespace
 
-TEST_CASE("atlases of random charts hold every pixel once, in blocks of its chart alone") {
+TEST_CASE("atlases of random charts contain every pixel once, and no block is shared by two charts") {
     std::mt19937 random(1);
     for (int i = 0; i < 200; ++i) {
         const photo_layers layers = random_photo_layers(random, 60);
@@ -99,7 +99,7 @@ TEST_CASE("atlases of random charts hold every pixel once, in blocks of its char
     }
 }
 
-TEST_CASE("atlases of scenes with hidden surfaces do too, on any number of threads") {
+TEST_CASE("atlases of scenes with hidden surfaces are valid, and equal on any number of threads") {
     std::mt19937 random(2);
     for (int i = 0; i < 6; ++i) {
         const photo_layers layers = random_scene(random, 130, 150);
@@ -110,7 +110,7 @@ TEST_CASE("atlases of scenes with hidden surfaces do too, on any number of threa
     }
 }
 
-TEST_CASE("atlases of real photos do too") {
+TEST_CASE("atlases of real photos are valid, and equal on any number of threads") {
     for (const char* name : {"mb_reindeer", "iphone_a"}) {
         const std::optional<photo_layers> layers = shared_photo(name);
         if (!layers) {
@@ -132,7 +132,7 @@ TEST_CASE("an image without pixels has an empty atlas") {
     CHECK(atlas.placements.empty());
 }
 
-TEST_CASE("a photo that does not fit is refused, and padding below one texel") {
+TEST_CASE("a photo that does not fit and a padding below one texel are refused") {
     const photo_layers layers(make_grid(100, 100));
     const chart_set charts = make_charts(layers, {});
     atlas_options options;

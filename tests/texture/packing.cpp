@@ -48,7 +48,7 @@ double fill(const std::vector<rectangle_size>& sizes, const packing& packed) {
 
 }  // namespace
 
-TEST_CASE("packed rectangles lie in the sheet and share nothing") {
+TEST_CASE("packed rectangles lie in the sheet and do not overlap") {
     std::mt19937 random(1);
     for (int i = 0; i < 200; ++i) {
         const std::vector<rectangle_size> sizes = random_rectangles(random, 1 + below(random, 120), 1 + below(random, 60));
@@ -59,7 +59,7 @@ TEST_CASE("packed rectangles lie in the sheet and share nothing") {
     }
 }
 
-TEST_CASE("on several sheets rectangles share nothing either, and sheets are no larger than what is on them") {
+TEST_CASE("rectangles on several sheets do not overlap, and each sheet is no larger than its content") {
     std::mt19937 random(7);
     for (int i = 0; i < 100; ++i) {
         const std::int32_t longest = 1 + below(random, 60);
@@ -87,7 +87,7 @@ TEST_CASE("on several sheets rectangles share nothing either, and sheets are no 
     CHECK(pack_on_sheets({}, 8).sheets.empty());
 }
 
-TEST_CASE("many rectangles fill four fifths of their sheet") {
+TEST_CASE("many rectangles fill more than four fifths of their sheet") {
     std::mt19937 random(2);
     for (int i = 0; i < 20; ++i) {
         const std::vector<rectangle_size> sizes = random_rectangles(random, 300, 60);
@@ -95,26 +95,26 @@ TEST_CASE("many rectangles fill four fifths of their sheet") {
     }
 }
 
-TEST_CASE("one rectangle gets a sheet of its own size") {
+TEST_CASE("a single rectangle gets a sheet of its own size") {
     const packing packed = pack(std::vector<rectangle_size>{{73, 109}}, 512);
     CHECK(packed.sheet == rectangle_size{73, 109});
     CHECK(packed.corners[0].x == 0);
     CHECK(packed.corners[0].y == 0);
 }
 
-TEST_CASE("equal squares fill a square sheet") {
+TEST_CASE("equal squares fill a square sheet completely") {
     const std::vector<rectangle_size> sizes(64, {5, 5});
     CHECK(fill(sizes, pack(sizes, 40)) == Approx(1.0));
 }
 
-TEST_CASE("a sheet of the largest size is tried before giving up") {
+TEST_CASE("a sheet of the maximum size is tried before packing is refused") {
     const std::vector<rectangle_size> sizes{{10, 2}, {10, 3}, {10, 5}};
     check_packing(sizes, pack(sizes, 10));
     CHECK_THROWS_AS(pack(sizes, 9), error);
     CHECK_THROWS_AS(pack(std::vector<rectangle_size>(101, {1, 1}), 10), error);
 }
 
-TEST_CASE("nothing needs no sheet") {
+TEST_CASE("without rectangles, the sheet is empty") {
     const packing packed = pack({}, 512);
     CHECK(packed.corners.empty());
     CHECK(packed.sheet == rectangle_size{0, 0});
@@ -127,7 +127,7 @@ TEST_CASE("ten thousand small rectangles are packed without deep recursion") {
     CHECK(fill(sizes, packed) > 0.98);
 }
 
-TEST_CASE("the tree splits off the whole side where more is left over") {
+TEST_CASE("after a rectangle is placed, the larger remaining strip keeps its full length") {
     packing_tree tree({10, 6});
     rectangle_corner corner;
     REQUIRE(tree.insert({4, 4}, corner));  // 6 left to the right, 2 below: the right strip keeps its full height

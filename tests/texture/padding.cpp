@@ -77,7 +77,7 @@ bool is_own(texel_kind k) { return k == texel_kind::photo || k == texel_kind::re
 
 }  // namespace
 
-TEST_CASE("where the surface goes on, padding is copied from the neighboring chart") {
+TEST_CASE("where the surface continues in another chart, padding is copied from that chart") {
     const auto [layers, set] = two_sheets(true);
     const drawing d = draw(layers, set.charts[0]);
     for (std::int32_t y = 0; y < 20; ++y)
@@ -104,7 +104,7 @@ TEST_CASE("where the surface ends, padding is diffused from the chart itself") {
     CHECK(d.kind_at(4 + 19 + 5, 10) == texel_kind::macroblock);
 }
 
-TEST_CASE("diffusion is smooth: a linear ramp goes on without a step") {
+TEST_CASE("diffusion continues a linear ramp without a step") {
     const auto [layers, set] = two_sheets(false);
     const drawing d = draw(layers, set.charts[0]);
     int largest = 0;
@@ -117,7 +117,7 @@ TEST_CASE("diffusion is smooth: a linear ramp goes on without a step") {
     CHECK(largest <= 1);
 }
 
-TEST_CASE("more rounds of diffusion change little") {
+TEST_CASE("more rounds of diffusion change the padding little") {
     std::mt19937 random(5);
     const photo_layers layers = random_scene(random, 90, 110);
     const chart_set set = make_charts(layers, {});
@@ -141,7 +141,7 @@ TEST_CASE("more rounds of diffusion change little") {
     CHECK(contrast / unknown / 3 > 6.0);
 }
 
-TEST_CASE("padding of random charts shows pixels that links lead to, or stays within the colors around it") {
+TEST_CASE("padding of random charts shows linked pixels or stays within the range of the surrounding colors") {
     std::mt19937 random(6);
     for (int i = 0; i < 150; ++i) {
         const photo_layers layers = random_photo_layers(random, 40);

@@ -93,7 +93,7 @@ atlas_place in_atlas(const sheet_scene& s, std::int32_t pixel) {
 
 }  // namespace
 
-TEST_CASE("rooms lie on their sheets, share nothing, and charts that show nothing of the photo have none") {
+TEST_CASE("rooms of charts do not overlap on their sheets, and only charts that show part of the photo have one") {
     std::mt19937 random(11);
     for (int repeat = 0; repeat < 12; ++repeat) {
         const sheet_scene s = random_sheet_scene(random);
@@ -122,7 +122,7 @@ TEST_CASE("rooms lie on their sheets, share nothing, and charts that show nothin
     }
 }
 
-TEST_CASE("where the photo is in sight, the sheets are the photo, byte for byte") {
+TEST_CASE("away from silhouettes, sheets show the photo byte for byte") {
     std::mt19937 random(12);
     std::size_t compared = 0, all = 0;
     for (int repeat = 0; repeat < 12; ++repeat) {
@@ -157,7 +157,7 @@ TEST_CASE("where the photo is in sight, the sheets are the photo, byte for byte"
     CHECK(compared > all / 5);  // a small part of so small a photo is far from silhouettes
 }
 
-TEST_CASE("what is hidden has colors between those of the atlas around it") {
+TEST_CASE("hidden surfaces on a sheet have colors between those of the surrounding atlas texels") {
     std::mt19937 random(13);
     std::size_t compared = 0;
     for (int repeat = 0; repeat < 6; ++repeat) {
@@ -179,7 +179,7 @@ TEST_CASE("what is hidden has colors between those of the atlas around it") {
     CHECK(compared > 1000);
 }
 
-TEST_CASE("of what the photo mixes at silhouettes next to nothing is left on the sheets") {
+TEST_CASE("sheets contain almost no colors that the photo mixes at silhouettes") {
     // A bright disc in front of a dark wall, both textured, its rim blurred over six pixels of the photo.
     constexpr std::size_t scale = 4, side = 120;
     std::mt19937 random(14);
@@ -221,7 +221,7 @@ TEST_CASE("sheets are the same on any number of threads") {
     CHECK(make_scene(photo, disparity, 512, threads).sheets == serial.sheets);
 }
 
-TEST_CASE("what does not fit together, or on a sheet, is refused") {
+TEST_CASE("invalid options, mismatched images and photos too large for the sheets are refused") {
     std::mt19937 random(16);
     const sheet_scene s = random_sheet_scene(random);
     const auto code_of = [](auto&& call) {

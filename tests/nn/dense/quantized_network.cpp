@@ -224,7 +224,7 @@ void refuses(ldi::error_code code, Change&& change) {
 
 }  // namespace
 
-TEST_CASE("every layer of a random network equals the sums of its definition") {
+TEST_CASE("every layer of a random network matches the reference implementation") {
     random_source random{std::mt19937(7)};
     for (int round = 0; round < 40; ++round) {
         const ldi::network_description description = any_network(random, random.size_in(1, 14));
@@ -263,7 +263,7 @@ TEST_CASE("results do not depend on the number of threads") {
     }
 }
 
-TEST_CASE("chains of layers, in strips and in place, give what the layers give one by one, on every instruction set") {
+TEST_CASE("fused chains of layers, in strips and in place, match the single layers on every instruction set") {
     random_source random{std::mt19937(10)};
     for (int round = 0; round < 60; ++round) {
         ldi::network_description description =
@@ -286,7 +286,7 @@ TEST_CASE("chains of layers, in strips and in place, give what the layers give o
     }
 }
 
-TEST_CASE("a run stays inside the memory that it is given") {
+TEST_CASE("a run stays within the memory that the caller provides") {
     random_source random{std::mt19937(11)};
     for (int round = 0; round < 20; ++round) {
         const ldi::network_description description = network_of_blocks(random, 5);
@@ -318,7 +318,7 @@ TEST_CASE("progress rises to 1") {
     CHECK(seen.back() == 1.0F);
 }
 
-TEST_CASE("the result may be any tensor, the input included") {
+TEST_CASE("any tensor can be the result, including the input") {
     random_source random{std::mt19937(9)};
     ldi::network_description description = any_network(random, 6);
     const image<std::uint8_t> input = random.picture(8, 8, description.input_channels);
@@ -330,7 +330,7 @@ TEST_CASE("the result may be any tensor, the input included") {
     }
 }
 
-TEST_CASE("an observer can stop a run") {
+TEST_CASE("a callback stops a run by throwing an exception") {
     const ldi::quantized_network network(one_convolution());
     ldi::serial_executor serial;
     random_source random{std::mt19937(1)};
@@ -338,7 +338,7 @@ TEST_CASE("an observer can stop a run") {
     CHECK_THROWS_AS(network.run_observed(random.picture(4, 4, 4), serial, [](auto&&...) { throw 7; }), int);
 }
 
-TEST_CASE("descriptions that cannot be run are refused with the tensor's name") {
+TEST_CASE("invalid network descriptions are refused with the name of the tensor") {
     using ldi::error_code;
     refuses(error_code::mismatch, [](auto& n) { convolution(n).weights.pop_back(); });
     refuses(error_code::mismatch, [](auto& n) { convolution(n).bias.pop_back(); });
@@ -379,7 +379,7 @@ TEST_CASE("descriptions that cannot be run are refused with the tensor's name") 
     });
 }
 
-TEST_CASE("an input that a network cannot take is refused before anything is allocated") {
+TEST_CASE("inputs that a network cannot process are refused before memory is allocated") {
     random_source random{std::mt19937(2)};
     ldi::network_description description = one_convolution();
     description.operators.push_back({"half", {0.02F, 0}, any_convolution(random, 1, 6, 4, 3, 2, false)});

@@ -178,7 +178,7 @@ TEST_CASE("a convolution sums over the explored window, on any graph, with any k
     });
 }
 
-TEST_CASE("a partial convolution is scaled by what is not masked, over all sources and their channels") {
+TEST_CASE("a partial convolution divides its sum by the share of existing, unmasked inputs over all sources and channels") {
     testing::for_random_graphs(41, 600, [&](const random_layers& layers, std::mt19937& random) {
         const graph& g = layers.topology();
         const coarsened coarse = coarsen(g, orphan_rule::stay);
@@ -202,7 +202,7 @@ TEST_CASE("a partial convolution is scaled by what is not masked, over all sourc
     });
 }
 
-TEST_CASE("on an image a convolution is that of images, zero beyond the border") {
+TEST_CASE("on a grid, a convolution equals an image convolution with zeros beyond the border") {
     const std::int32_t width = 70, height = 21;
     std::mt19937 random(42);
     const graph g = make_grid(width, height);
@@ -233,7 +233,7 @@ TEST_CASE("on an image a convolution is that of images, zero beyond the border")
     }
 }
 
-TEST_CASE("the bits of a result depend neither on the threads nor on what surrounds a window") {
+TEST_CASE("the bits of a result depend neither on the number of threads nor on links outside its window") {
     std::mt19937 random(43);
     const graph g = make_grid(320, 48);
     testing::sketched_graph cut(g);  // the silhouettes make all pixels beside them irregular, and change few windows
@@ -267,7 +267,7 @@ TEST_CASE("the bits of a result depend neither on the threads nor on what surrou
     }
 }
 
-TEST_CASE("far from what is masked a mask changes no bit") {
+TEST_CASE("a mask changes only the bits of results whose windows contain masked pixels") {
     std::mt19937 random(44);
     const graph g = make_grid(300, 40);
     const layer l = random_layer(random, 3, 9, 21);
@@ -288,7 +288,7 @@ TEST_CASE("far from what is masked a mask changes no bit") {
     }
 }
 
-TEST_CASE("a convolution of bytes is that of the numbers that they stand for") {
+TEST_CASE("a convolution of bytes matches the convolution of the numbers that they represent") {
     testing::for_random_graphs(46, 100, [&](const random_layers& layers, std::mt19937& random) {
         const graph& g = layers.topology();
         const coarsened coarse = coarsen(g, orphan_rule::adopt_nearest);
@@ -340,7 +340,7 @@ TEST_CASE("a convolution of bytes is that of the numbers that they stand for") {
     });
 }
 
-TEST_CASE("a window with nothing in it that counts gives zero, whatever the bias") {
+TEST_CASE("a partial convolution without unmasked inputs gives zero, regardless of the bias") {
     const graph g = make_grid(9, 9);
     const layer l{3, 1, 2, floats(18, 1.0F), {5.0F, -5.0F}, 1.0F};
     input_tensor t{floats(81, 3.0F), 1, {}, buffer<std::uint8_t>(81, 0)};

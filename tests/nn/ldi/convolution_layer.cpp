@@ -49,7 +49,7 @@ struct small_unet {
 
 }  // namespace
 
-TEST_CASE("a layer computes what convolve() and convolve_partially() compute") {
+TEST_CASE("a layer computes the same as convolve() and convolve_partially()") {
     testing::for_random_graphs(50, 100, [&](const testing::random_layers& layers, std::mt19937& random) {
         const graph& g = layers.topology();
         const std::int32_t k = 1 + 2 * testing::below(random, 3);
@@ -74,7 +74,7 @@ TEST_CASE("a layer computes what convolve() and convolve_partially() compute") {
     });
 }
 
-TEST_CASE("reading several maps is reading their concatenation, to the bit, but for what partial convolution counts") {
+TEST_CASE("in a plain convolution, reading several maps equals reading their concatenation, bit for bit") {
     testing::for_random_graphs(51, 100, [&](const testing::random_layers& layers, std::mt19937& random) {
         const graph& g = layers.topology();
         const coarsened half = coarsen(g);
@@ -86,7 +86,7 @@ TEST_CASE("reading several maps is reading their concatenation, to the bit, but 
     });
 }
 
-TEST_CASE("on a grid a U-Net's layers are those of an image") {
+TEST_CASE("on a grid, a U-Net's layers match image convolutions") {
     const std::int32_t width = 18, height = 10;
     std::mt19937 random(52);
     const graph g = make_grid(width, height);
@@ -121,7 +121,7 @@ TEST_CASE("on a grid a U-Net's layers are those of an image") {
     CHECK(strided);
 }
 
-TEST_CASE("the lines at the top of the header are a network that goes a level down and up again") {
+TEST_CASE("the example at the top of the header is a network with one coarser level") {
     std::mt19937 random(56);
     const graph g = make_grid(9, 6);
     const feature_map input = random_features(random, g.size(), 3);
@@ -137,7 +137,7 @@ TEST_CASE("the lines at the top of the header are a network that goes a level do
     CHECK((result.pixels() == g.size() && result.channels == 2));
 }
 
-TEST_CASE("a U-Net on two surfaces that share no link gives what it gives on each alone") {
+TEST_CASE("a U-Net processes two unlinked surfaces as if each were alone") {
     std::mt19937 random(53);
     for (const bool is_partial : {false, true}) {
         const small_unet net(random, is_partial);
@@ -158,7 +158,7 @@ TEST_CASE("a U-Net on two surfaces that share no link gives what it gives on eac
     }
 }
 
-TEST_CASE("a U-Net runs on any graph, with the same bits on any number of threads") {
+TEST_CASE("a U-Net runs on any graph and gives the same bits on any number of threads") {
     thread_pool three(3);
     testing::for_random_graphs(54, 60, [&](const testing::random_layers& layers, std::mt19937& random) {
         const small_unet net(random, testing::chance(random, 50));
@@ -169,7 +169,7 @@ TEST_CASE("a U-Net runs on any graph, with the same bits on any number of thread
     });
 }
 
-TEST_CASE("wherever memory runs out in a U-Net, all of it is given back") {
+TEST_CASE("if any allocation in a U-Net fails, all its memory is released") {
     std::mt19937 random(55);
     const small_unet net(random);
     const graph g = make_grid(40, 30);

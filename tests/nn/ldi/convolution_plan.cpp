@@ -57,7 +57,7 @@ indices random_subset(std::mt19937& random, std::size_t count) {
 }
 }  // namespace
 
-TEST_CASE("a plan has the window that exploration finds, for every pixel of any graph, kernel and stride") {
+TEST_CASE("a plan contains the same windows as exploration, for every pixel of any graph, kernel and stride") {
     std::size_t in_segments = 0;
     testing::for_random_graphs(30, 3000, [&](const random_layers& layers, std::mt19937& random) {
         const graph& g = layers.topology();
@@ -81,7 +81,7 @@ TEST_CASE("a plan has the window that exploration finds, for every pixel of any 
     CHECK(in_segments > 10000);
 }
 
-TEST_CASE("a plan has the windows of large kernels and of graphs wider than a word of bits") {
+TEST_CASE("a plan contains the right windows for large kernels and for graphs wider than 64 pixels") {
     std::mt19937 random(31);
     for (int round = 0; round < 40; ++round) {
         const graph g = testing::random_graph(random, 150).topology();
@@ -94,7 +94,7 @@ TEST_CASE("a plan has the windows of large kernels and of graphs wider than a wo
     }
 }
 
-TEST_CASE("in an image all but the border is regular, a segment a row") {
+TEST_CASE("on a grid, all pixels except those near the border are regular, in one segment per row") {
     const graph g = make_grid(200, 50);
     for (const std::int32_t kernel_size : {3, 5, 7}) {
         const convolution_plan plan = plan_convolution(g, kernel_size);
@@ -107,7 +107,7 @@ TEST_CASE("in an image all but the border is regular, a segment a row") {
     }
 }
 
-TEST_CASE("a cut away from spine and ribs changes no window") {
+TEST_CASE("a pixel stays regular if links away from its spine and ribs are missing") {
     // 7 x 7 pixels; the center's spine is column 3, its ribs are the rows.
     testing::sketched_graph g(make_grid(7, 7));
     const auto is_regular = [&] { return detail::regular_pixels(g, 7).contains(24); };
@@ -120,7 +120,8 @@ TEST_CASE("a cut away from spine and ribs changes no window") {
     CHECK_FALSE(is_regular());
 }
 
-TEST_CASE("a restricted plan has the windows of its outputs and no others, and needs what they hold") {
+TEST_CASE(
+    "a restricted plan contains exactly the windows of its outputs, and needed_inputs() returns the pixels of these windows") {
     testing::for_random_graphs(32, 1500, [&](const random_layers& layers, std::mt19937& random) {
         const graph& g = layers.topology();
         const std::int32_t kernel_size = 1 + 2 * testing::below(random, 4);

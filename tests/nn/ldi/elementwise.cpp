@@ -12,7 +12,7 @@
 using namespace ldi;
 using ldi::testing::random_features;
 
-TEST_CASE("addition adds what each pixel has, an upsampled map's parent, and nothing to a pixel without one") {
+TEST_CASE("add() sums maps pixel by pixel, and reads zero from an upsampled map at pixels without a parent") {
     testing::for_random_graphs(20, 100, [&](const testing::random_layers& layers, std::mt19937& random) {
         const coarsened half = coarsen(layers.topology());
         const feature_map a = random_features(random, layers.topology().size(), 3),
@@ -28,7 +28,7 @@ TEST_CASE("addition adds what each pixel has, an upsampled map's parent, and not
     });
 }
 
-TEST_CASE("concatenation has the channels of the first map, then those of the next, zeros where there is no parent") {
+TEST_CASE("concatenate() joins the channels of maps in order, and reads zero at pixels without a parent") {
     testing::for_random_graphs(21, 100, [&](const testing::random_layers& layers, std::mt19937& random) {
         const coarsened half = coarsen(layers.topology());
         const feature_map coarse = random_features(random, half.kept.size(), 2),
@@ -44,7 +44,7 @@ TEST_CASE("concatenation has the channels of the first map, then those of the ne
     });
 }
 
-TEST_CASE("on a grid an upsampled map repeats every pixel of the coarse image") {
+TEST_CASE("on a grid, upsampling repeats each pixel of the coarse image") {
     std::mt19937 random(22);
     const graph g = make_grid(13, 7);
     const coarsened half = coarsen(g);
@@ -55,7 +55,7 @@ TEST_CASE("on a grid an upsampled map repeats every pixel of the coarse image") 
             for (std::size_t c = 0; c < 2; ++c) CHECK(fine.at(y * 13 + x)[c] == coarse.at(y / 2 * 7 + x / 2)[c]);
 }
 
-TEST_CASE("activations are what their names say") {
+TEST_CASE("activations match their definitions") {
     std::mt19937 random(23);
     const feature_map x = random_features(random, 40, 5);
     const feature_map rectified = activate(x, relu), leaky = activate(x, leaky_relu(0.2F)), squashed = sigmoid(x),
@@ -70,7 +70,7 @@ TEST_CASE("activations are what their names say") {
     CHECK(sigmoid(feature_map(x)).channels == 5);
 }
 
-TEST_CASE("sigmoid and tanh reach their limits and no further") {
+TEST_CASE("sigmoid and tanh reach their limits exactly for large inputs") {
     feature_map x(1, 4);
     x.values = {-1000.0F, 1000.0F, -30.0F, 30.0F};
     const feature_map squashed = sigmoid(x), tangent = tanh(x);
@@ -80,7 +80,7 @@ TEST_CASE("sigmoid and tanh reach their limits and no further") {
     CHECK(tangent.values[1] == 1.0F);
 }
 
-TEST_CASE("a map that is moved in is changed in its own memory") {
+TEST_CASE("elementwise functions reuse the memory of a map that is moved in") {
     std::mt19937 random(24);
     feature_map x = random_features(random, 100, 4);
     const feature_map b = random_features(random, 100, 4);
@@ -89,7 +89,7 @@ TEST_CASE("a map that is moved in is changed in its own memory") {
     CHECK(result.values.data() == values);
 }
 
-TEST_CASE("what is done to each pixel by itself has the same bits on any number of threads") {
+TEST_CASE("elementwise functions give the same bits on any number of threads") {
     std::mt19937 random(25);
     const feature_map a = random_features(random, 20000, 3), b = random_features(random, 20000, 3);
     thread_pool three(3);
@@ -98,7 +98,7 @@ TEST_CASE("what is done to each pixel by itself has the same bits on any number 
     CHECK(sigmoid(a).values == sigmoid(a, three).values);
 }
 
-TEST_CASE("maps of bytes are added in their quantizations, joined, and cut at their zero") {
+TEST_CASE("byte maps are added in their quantizations, concatenated, and rectified at their zero points") {
     const quantized_addition exact = make_quantized_addition({0.02F, 10}, {0.03F, 200}, {0.04F, 90});
     const add_u8_constants sum = prepare_add_u8(best_isa(), exact);
     testing::for_random_graphs(24, 60, [&](const testing::random_layers& layers, std::mt19937& random) {

@@ -9,7 +9,7 @@
 
 using namespace ldi;
 
-TEST_CASE("a feature map has a row of channels for each pixel, and moves without a copy") {
+TEST_CASE("a feature map stores a row of channels per pixel and moves without a copy") {
     std::mt19937 random(1);
     feature_map a = testing::random_features(random, 7, 3);
     CHECK(a.pixels() == 7);
@@ -22,7 +22,7 @@ TEST_CASE("a feature map has a row of channels for each pixel, and moves without
     CHECK(feature_map().pixels() == 0);
 }
 
-TEST_CASE("a view of a map shows its own memory") {
+TEST_CASE("a view of a feature map refers to the map's memory") {
     std::mt19937 random(2);
     const feature_map a = testing::random_features(random, 5, 2);
     const feature_view view = a;
@@ -32,7 +32,7 @@ TEST_CASE("a view of a map shows its own memory") {
     CHECK(view.row_of(no_pixel) == no_pixel);
 }
 
-TEST_CASE("an upsampled map has as many pixels as the finer graph, and each reads its parent's row") {
+TEST_CASE("an upsampled map has one pixel per pixel of the finer graph, and each reads its parent's row") {
     testing::for_random_graphs(3, 50, [&](const testing::random_layers& layers, std::mt19937& random) {
         const coarsened half = coarsen(layers.topology());
         const feature_map coarse = testing::random_features(random, half.kept.size(), 2);

@@ -9,7 +9,7 @@
 
 using namespace ldi;
 
-TEST_CASE("a column goes to a feature map and back") {
+TEST_CASE("a column that is converted to a feature map and back is unchanged") {
     testing::for_random_graphs(70, 100, [](const testing::random_layers& random_layers, std::mt19937& random) {
         photo_layers layers(random_layers.topology());
         layers.set_column<disparity_column>(random_layers.disparity);

@@ -11,7 +11,7 @@
 
 using namespace ldi;
 
-TEST_CASE("a coarse pixel has the average and the largest of the pixels that collapse to it") {
+TEST_CASE("a coarse pixel receives the average or the maximum of the pixels that collapse to it") {
     testing::for_random_graphs(10, 200, [&](const testing::random_layers& layers, std::mt19937& random) {
         const coarsened half =
             coarsen(layers.topology(), testing::chance(random, 50) ? orphan_rule::stay : orphan_rule::adopt_nearest);
@@ -34,7 +34,7 @@ TEST_CASE("a coarse pixel has the average and the largest of the pixels that col
     });
 }
 
-TEST_CASE("on a grid pooling is that of images, over 2 x 2 pixels and what is left of them at an odd border") {
+TEST_CASE("on a grid, pooling equals image pooling over 2 x 2 pixels, with smaller blocks at odd borders") {
     std::mt19937 random(11);
     for (const auto& [width, height] : {std::pair{12, 8}, {13, 7}, {1, 5}}) {
         const graph g = make_grid(width, height);
@@ -58,7 +58,7 @@ TEST_CASE("on a grid pooling is that of images, over 2 x 2 pixels and what is le
     }
 }
 
-TEST_CASE("pooling does not mix two surfaces that a silhouette parts") {
+TEST_CASE("pooling does not mix two surfaces separated by a silhouette") {
     testing::sketched_graph g(make_grid(4, 2));
     for (const std::int32_t i : {1, 5}) g.unlink(i, side::left);  // pixels 0 and 4 are a separate surface
     feature_map values(8, 1);
@@ -70,7 +70,7 @@ TEST_CASE("pooling does not mix two surfaces that a silhouette parts") {
     CHECK(largest.at(1)[0] == 1.0F);
 }
 
-TEST_CASE("pooling has the same bits on any number of threads") {
+TEST_CASE("pooling gives the same bits on any number of threads") {
     std::mt19937 random(12);
     const graph g = make_grid(150, 90);
     const coarsened half = coarsen(g);
@@ -80,7 +80,7 @@ TEST_CASE("pooling has the same bits on any number of threads") {
     CHECK(max_pool(fine, half).values == max_pool(fine, half, three).values);
 }
 
-TEST_CASE("maps of bytes pool to the rounded average and the largest byte") {
+TEST_CASE("byte maps are pooled to the rounded average and the largest byte") {
     testing::for_random_graphs(12, 200, [&](const testing::random_layers& layers, std::mt19937& random) {
         const coarsened half = coarsen(layers.topology(), orphan_rule::adopt_nearest);
         basic_feature_map<std::uint8_t> fine(layers.topology().size(), 3, 17);

@@ -54,7 +54,7 @@ void check_windows(const convolution_plan& plan, const image<std::uint8_t>& mark
 
 }  // namespace
 
-TEST_CASE("windows on a region are those of the lattice") {
+TEST_CASE("a plan for a pixel region contains the windows of the lattice, without pixels outside the region") {
     std::size_t segments = 0, irregular = 0;
     for (const auto& [height, width] : {std::pair<std::size_t, std::size_t>{1, 1}, {1, 9}, {9, 1}, {12, 17}, {15, 30}})
         for (std::uint32_t seed = 0; seed < 12; ++seed)

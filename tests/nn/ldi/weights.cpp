@@ -6,7 +6,7 @@
 
 using namespace ldi;
 
-TEST_CASE("a tensor is found by its name, type and shape, and what does not fit is named") {
+TEST_CASE("a tensor is found by name, type and shape, and the error for a mismatch names it") {
     named_tensors weights;
     weights.tensors["a"] = {{2, 1}, buffer<float>{1.0F, 2.0F}};
     weights.tensors["b"] = {{}, buffer<std::int8_t>{3}};
@@ -20,7 +20,7 @@ TEST_CASE("a tensor is found by its name, type and shape, and what does not fit 
                       Catch::Contains("expected uint8, a single value") && Catch::Contains("found int8, a single value"));
 }
 
-TEST_CASE("a tensor that the network does not have is named") {
+TEST_CASE("an unexpected tensor is refused by name") {
     named_tensors weights;
     weights.tensors["a"] = {{}, buffer<float>{1.0F}};
     weights.tensors["b"] = {{}, buffer<float>{1.0F}};
