@@ -68,7 +68,7 @@ std::optional<std::string> complaint_about(const ldi::image<float>& map, bool is
 
 }  // namespace
 
-TEST_CASE(LDI_TEST_CONFIGURATION "photos of other shapes are refused before depth is estimated") {
+TEST_CASE(LDI_TEST_CONFIGURATION "photos that are empty or do not have three channels are refused before depth is estimated") {
     int calls = 0;
     const counted_estimator estimator{ldi::image<float>(4, 4, 1, 0.5F), &calls};
     for (const auto& [height, width, channels] :
@@ -103,7 +103,7 @@ TEST_CASE(LDI_TEST_CONFIGURATION "depth becomes a file of finite numbers, or is 
     CHECK_FALSE(complaint_about(two_values(0.0F, 0.0F), false, false));
 }
 
-TEST_CASE(LDI_TEST_CONFIGURATION "a disparity of 0 is far, as a sky is") {
+TEST_CASE(LDI_TEST_CONFIGURATION "a disparity of 0 lies at z_far, like a sky") {
     const ldi::image<std::uint8_t> photo(48, 64, 3, std::uint8_t{90});
     const ldi::given_disparity depth{two_values(0.0F, 0.5F)};
     const ldi::photo3d made = ldi::make_photo3d(photo, depth, ldi::diffusion_inpainter{});
