@@ -8,9 +8,10 @@ import numpy as np
 photo, folder = sys.argv[1:]
 os.makedirs(folder, exist_ok=True)
 made = ldi.photo3d(ldi.read_photo(photo), progress=lambda stage, fraction: fraction == 0 and print(stage))
-layers, (height, width) = made.layers, made.disparity.shape
+layers = made.layers
+height, width = (length + 2 * layers.margin for length in made.disparity.shape)
 
-hidden = np.zeros((height, width, 3), np.uint8)  # what the library grew behind the front surfaces
+hidden = np.zeros((height, width, 3), np.uint8)  # hidden surfaces, and surfaces past the photo's border
 new = layers.known == 0
 hidden[layers.y[new], layers.x[new]] = layers.color[new]
 charts = np.random.default_rng(1).integers(40, 255, (len(made.charts), 3)).astype(np.uint8)

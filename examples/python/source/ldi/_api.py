@@ -293,5 +293,5 @@ _add_repr(InpaintingNetwork, lambda n: "colors of hidden surfaces")
 
 for _class in (Atlas, Chart, Charts, Curve, Depth, DepthNetwork, InpaintingNetwork, Layer, Layers, Mesh, Photo3D):
     _class.__module__ = "ldi"
-for _function in (clean_depth, depth_network, expand, inpaint, inpainting_network, lift, make_atlas, make_charts, make_mesh, photo3d, read_photo, write_png):
+for _function in (clean_depth, depth_network, expand, grow_past_frame, inpaint, inpainting_network, lift, make_atlas, make_charts, make_mesh, photo3d, read_photo, write_png):
     _function.__module__ = "ldi"
