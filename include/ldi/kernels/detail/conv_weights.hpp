@@ -12,7 +12,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Inputs of one panel of outputs.
+/// Arguments of a convolution for one panel of outputs: pixels and weights.
 template <class Value>
 struct conv_panel_input {
     const Value* const* rows;

@@ -1,5 +1,5 @@
-// Loops of gemm_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its namespace
-// and target region, after
+// Loops of gemm_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its namespace and
+// target region, after these definitions:
 //
 //     gemm_lanes, gemm_max_vectors   outputs per vector; vectors per panel
 //     gemm_tile_pixels[v]            pixels of a full tile with v + 1 vectors
@@ -51,7 +51,10 @@ inline void gemm_u8_panels(std::index_sequence<v...>, std::size_t outputs, const
     }
 }
 
-/// Rectifier  requantizer for a zero point of 0
+/// Computes all outputs of all pixels.
+///
+/// Rectifier    requantizer for a zero point of 0
+/// Requantizer  requantizer for other zero points
 template <class Rectifier, class Requantizer, class Output>
 inline void gemm_u8_panels(std::size_t outputs, const Output& output, const gemm_panel& panel) {
     gemm_u8_panels<Rectifier, Requantizer>(std::make_index_sequence<gemm_max_vectors>{}, outputs, output, panel);
