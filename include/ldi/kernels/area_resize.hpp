@@ -65,7 +65,7 @@ namespace detail {
 inline float area_share(float weight, float value) {
     LDI_NO_FUSED_MULTIPLY_ADD
 #if !LDI_HAS_EXTENSIONS
-    // exact in double, so fusing the product with a sum changes nothing
+    // The product is exact in double, so fusing it with a sum does not change the result.
     return static_cast<float>(double{weight} * double{value});
 #else
     return weight * value;
@@ -111,7 +111,7 @@ inline void area_resize_row(const area_weights& horizontal, const area_weights& 
     const area_weights::cover& rows = vertical.covers[y];
     for (std::size_t i = 0; i < rows.count; ++i)
         add_area_row(horizontal, source.row(rows.first + i), channels, vertical.weights[rows.weight + i], sums.data());
-    // Rounds half to even without a call of std::lrint(): floats of this size have no fractional bits.
+    // Rounds half to even without a call of std::lrint(): floats from 2^23 on have no fractional bits.
     constexpr float ones = 0x1.8p23F;
     for (std::size_t i = 0; i < sums.size(); ++i)
         result[i] = static_cast<std::uint8_t>(static_cast<std::int32_t>((sums[i] + ones) - ones));

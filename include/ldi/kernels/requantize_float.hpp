@@ -26,8 +26,8 @@ inline std::uint8_t offset_and_clamp(float value, std::int32_t zero_point) {
 
 }  // namespace detail
 
-/// Computes `clamp(trunc(fma(float(acc), scale, acc < 0 ? -offset : offset)) + zero_point)`: one rounding, one truncation. With
-/// scale and offset both negated, it is the same function of `-acc`.
+/// Computes `clamp(trunc(fma(float(acc), scale, acc < 0 ? -offset : offset)) + zero_point)`: one rounding, one truncation.
+/// Negating both scale and offset gives the same function of `-acc`.
 struct float_requantization {
     float scale = 0, offset = 0;
     std::int32_t zero_point = 0;
@@ -46,7 +46,7 @@ struct unfused_requantization {
     std::int32_t zero_point = 0;
 
     std::uint8_t operator()(std::int32_t accumulator) const {
-        // The product of two floats is exact in double, so fusing it with the sum would change nothing.
+        // The product of two floats is exact in double, so fusing it with the sum would not change the result.
         const auto product = static_cast<float>(double{detail::nearest_float(accumulator)} * double{scale});
         return detail::offset_and_clamp(std::nearbyint(product + (accumulator < 0 ? -offset : offset)), zero_point);
     }

@@ -38,9 +38,10 @@ public:
     /// Checks and packs the weights.
     ///
     /// weights  for each stage `encoder.I.weight`, outputs x inputs x k x k, and `encoder.I.bias`, batch normalization folded
-    ///          in; the same for `decoder.I`, which reads the channels of the coarser level first, then the encoder's. Int8 also
-    ///          requires `input.range`, `encoder.I.range` and, except for the last, `decoder.I.range`: the minimum and maximum
-    ///          of the quantized values, which examples/training/farbrausch/export.py measures
+    ///          in; similarly `decoder.I.weight` and `decoder.I.bias`, whose inputs are the channels of the coarser level, then
+    ///          those of the encoder. Int8 also requires `input.range`, `encoder.I.range` and, except for the last,
+    ///          `decoder.I.range`: the minimum and maximum of the quantized values, which
+    ///          examples/training/farbrausch/export.py measures
     /// kind     the number format of the computation
     /// target   the instruction set to pack weights for; results agree to rounding
     ///

@@ -2,9 +2,9 @@
 // paper compares it with.
 //
 // Both are U-Nets of partial convolutions. Encoder stage i (stride 2, ReLU) reads level i of a layered image and computes
-// `channels[i]` channels on the next, coarser level. Each decoder stage is a 3 x 3 convolution: it reads the upsampled result of
-// the coarser level and the encoder's input of this level, and computes as many channels as that input has, with a leaky ReLU.
-// The last stage computes red, green, blue.
+// `channels[i]` channels on the next, coarser level. Each decoder stage is a 3 x 3 convolution: it reads the upsampled result
+// of the coarser level and the input of this level's encoder stage, and computes as many channels as this input has, with a
+// leaky ReLU. The last stage computes red, green, blue.
 #pragma once
 
 #include <ldi/base/buffer.hpp>

@@ -39,10 +39,10 @@ public:
     ///
     /// weights  for each layer `NAME.weight`, outputs x inputs x 3 x 3, and `NAME.bias`, batch normalization folded in;
     ///          `input.range`, and `NAME.range` for every layer that another layer reads
-    /// target   the instruction set to pack weights for; all give the same results
+    /// target   the instruction set to pack weights for; results do not depend on it
     ///
-    /// Raises mismatch, with the name of the tensor, if one is missing, unexpected, or of another type or shape; invalid_data for
-    /// weights that are not finite.
+    /// Raises mismatch, with the name of the tensor, if a tensor is missing, unexpected, or of another type or shape;
+    /// invalid_data for weights that are not finite.
     explicit silhouette_network(const named_tensors& weights, isa target = best_isa());
 
     /// Returns the results of the last layer, K x 2: the logit of the front's share, before the prior is added, and the logit

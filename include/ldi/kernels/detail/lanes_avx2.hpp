@@ -56,7 +56,7 @@ struct requantizer {
 
 #include <ldi/kernels/detail/generic/rectifier.hpp>
 
-/// Reorders the result of pack_lanes(): all values of a, then those of b, c and d.
+/// Reorders the result of pack_lanes(): all values of a, then all of b, of c, and of d.
 [[gnu::always_inline]] inline __m256i gather_lanes(__m256i values) {
     return _mm256_permutevar8x32_epi32(values, _mm256_setr_epi32(0, 4, 1, 5, 2, 6, 3, 7));
 }

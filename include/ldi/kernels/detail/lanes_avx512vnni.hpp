@@ -57,7 +57,7 @@ struct requantizer {
 
 #include <ldi/kernels/detail/generic/rectifier.hpp>
 
-/// Reorders the result of pack_lanes(): all values of a, then those of b, c and d. Its own inverse.
+/// Reorders the result of pack_lanes(): all values of a, then all of b, of c, and of d. A second call restores the order.
 [[gnu::always_inline]] inline __m512i swap_lanes(__m512i values) {
     return _mm512_permutexvar_epi32(_mm512_setr_epi32(0, 4, 8, 12, 1, 5, 9, 13, 2, 6, 10, 14, 3, 7, 11, 15), values);
 }

@@ -78,7 +78,7 @@ struct requantizer {
     }
 };
 
-/// Requantizes with a zero point of 0: negative values become 0 with any rounding.
+/// Requantizes with a zero point of 0. Negative values need no special rounding, because they become 0.
 struct relu_requantizer {
     int32x4_t multiplier, shift;
 

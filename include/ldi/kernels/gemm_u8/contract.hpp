@@ -26,9 +26,9 @@ struct gemm_u8_weights {
     /// each term
     buffer<std::uint32_t> order;
     buffer<std::int32_t> bias;  ///< zero points folded in; padded with zeros to whole vectors
-    requantization output;      ///< NEON: the multiplier is negated if `narrow` and `bias` are
-    /// Negated if `narrow` and `bias` are. On WebAssembly, the constants of an unfused_requantization. Unused by scalar and
-    /// NEON.
+    requantization output;      ///< NEON: the multiplier is negated together with `narrow` and `bias`
+    /// Negated together with `narrow` and `bias`. On WebAssembly, the constants of an unfused_requantization. Unused by scalar
+    /// and NEON.
     float_requantization fast;
 
     /// Whether lanes contain inputs instead of outputs: for a single output with enough inputs to fill a vector.

@@ -67,7 +67,7 @@ inline image<float> square_means(const image<float>& source, std::size_t side) {
 /// Replaces structures of `details` that are coarser than 16 pixels by the mean of both maps.
 ///
 /// details  H x W x 1, H and W multiples of 16
-/// layout   h x w x 1, any size, in the same unit
+/// layout   h x w x 1, any size, in the unit of `details`
 inline image<float> with_layout(image<float> details, const image<float>& layout) {
     constexpr std::size_t coarse = 16;
     image<float> change = interpolated(layout, details.height(), details.width());

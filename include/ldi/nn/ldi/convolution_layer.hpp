@@ -37,7 +37,7 @@ public:
         : weights_(pack_convolution(options.target, weights, bias, options.kernel_size, options.after)),
           is_partial_(options.is_partial) {}
 
-    /// Convolves the inputs. Returns the result at the plan's outputs: the pixels of the graph, or with stride 2 those of the
+    /// Convolves the inputs. Returns the result at the plan's outputs: the pixels of the graph or, with stride 2, of the
     /// coarser graph. A pixel's bits depend on its window only, not on the executor.
     ///
     /// plan    a plan of this layer's kernel size

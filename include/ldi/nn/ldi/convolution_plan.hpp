@@ -37,14 +37,14 @@ struct convolution_plan {
     std::size_t k() const { return static_cast<std::size_t>(kernel_size); }
     /// Number of pixels per window.
     std::size_t elements() const { return k() * k(); }
-    /// The kernel_size rows of a segment.
+    /// The center pixels of the kernel_size window rows of a segment's first output.
     std::span<const std::int32_t> rows_of(std::size_t s) const { return std::span(rows).subspan(s * k(), k()); }
     /// The window of an irregular output, row by row.
     std::span<const std::int32_t> window_of(std::size_t i) const {
         return std::span(windows).subspan(i * elements(), elements());
     }
 
-    /// Allocated memory in bytes.
+    /// Memory that the plan has allocated, in bytes.
     std::size_t bytes() const {
         return segments.capacity() * sizeof(segment) +
                (rows.capacity() + irregular.capacity() + windows.capacity()) * sizeof(std::int32_t);

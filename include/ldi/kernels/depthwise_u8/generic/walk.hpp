@@ -5,8 +5,8 @@
 //     depthwise_vectors           one interleaved column of the window, or one sum per channel
 //     depthwise_lanes             the existing channels, from existing_lanes()
 //     depthwise_rows<channels>    loads columns
-//     depthwise_sums              the weights of a unit: start() is the bias; add<window_left>(sum, column), and likewise
-//                                 window_middle and window_right, adds the products of a column at that place of a window
+//     depthwise_sums              the weights of a unit: start() returns the bias; add<place>(sum, column) adds the products of
+//                                 a column at a place of the window: window_left, window_middle or window_right
 //     depthwise_result<channels>  requantizes and stores
 
 inline constexpr std::size_t window_left = 0, window_middle = 1, window_right = 2;

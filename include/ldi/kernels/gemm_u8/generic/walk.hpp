@@ -6,7 +6,7 @@
 //     gemm_panel                     arguments of one panel: pixels, bias, result, outputs of the layer, outputs held by
 //                                    the panel; skip(lanes) moves the weights to the next panel
 //     gemm_kernel                    tile(pixels, vectors, panel, requantize, first) computes one tile
-//     gemm_half_kernel               computes a tile whose last vector is at most half full; gemm_kernel in sets without one
+//     gemm_half_kernel               computes a tile whose last vector is at most half full; may equal gemm_kernel
 
 /// Computes all pixels of a panel.
 template <class Kernel, std::size_t vectors, class Requantizer, class Output>

@@ -78,7 +78,7 @@ struct chain_stage {
 /// minimum pixels per step: enough to reuse packed weights while they are in the cache
 inline constexpr std::size_t wanted_pixels = 64;
 
-/// Decides how many rows each stage computes per step, and how many its ring keeps.
+/// Sets the number of rows that each stage computes per step and the number of rows that its ring keeps.
 inline void plan_rings(buffer<chain_stage>& chain) {
     chain_stage& last = chain.back();
     last.rows = std::clamp<std::size_t>((wanted_pixels + last.output.width - 1) / last.output.width, 1, last.output.height);

@@ -172,7 +172,7 @@ inline bool can_overwrite(const planned_step& step, std::size_t tensor) {
     return std::holds_alternative<dense_layer>(step.chain.front().layer->kind);
 }
 
-/// Memory that holds several tensors in succession.
+/// A block of memory that several tensors occupy in succession.
 struct tensor_block {
     std::size_t bytes = 0, first_step = 0, last_step = 0, offset = 0;
 };

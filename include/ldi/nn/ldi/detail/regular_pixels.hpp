@@ -106,16 +106,17 @@ struct link_strips {
 /// straight down from it; from each pixel of the spine, a rib of r pixels extends to the left and r to the right, adjacent in
 /// memory. The window of a regular pixel consists of its ribs, whatever other links exist.
 ///
-/// Proof. An element (x, y) of the window, relative to the center, lies |x| + |y| steps away along spine and rib, and no path is
-/// shorter. Exploration therefore reaches it in round d = |x| + |y|. Claim: each round appends its elements in the following
-/// order, each with the pixel of its rib: those above the center, topmost first; those below, bottommost first; then (-d, 0) and
-/// (d, 0). Round 0 satisfies the claim. Suppose round d does, and consider an element (x, y) of round d + 1. If x = 0, its only
-/// neighbor in round d is (0, y -+ 1), on the spine. If y = 0, its only neighbor is (x -+ 1, 0), on the rib. Otherwise it has
-/// two: the one on the same rib, closer to the spine, and the one in the row closer to the center, (x, y -+ 1). The former is
-/// farther from the center's row (or the latter is (x, 0)), so it was appended first, and its link along the rib exists: (x, y)
-/// gets the pixel of the rib. Hence each element is reached from the previous element of its spine or rib. Elements of one row
-/// keep the order of their predecessors. (0, y -+ 1) was appended first on its side, so round d + 1 begins with the topmost or
-/// bottommost element; its other neighbors are in its own row and follow. This is the claimed order of round d + 1.
+/// Proof. An element (x, y) of the window, relative to the center, lies |x| + |y| steps away along spine and rib, and no path
+/// is shorter. Exploration therefore reaches it in round d = |x| + |y|. Claim: each round appends its elements in the following
+/// order, each with the pixel of its rib: elements above the center, topmost first; elements below it, bottommost first; then
+/// (-d, 0) and (d, 0). Round 0 satisfies the claim. Suppose round d does, and consider an element (x, y) of round d + 1. If x =
+/// 0, its only neighbor in round d is (0, y -+ 1), on the spine. If y = 0, its only neighbor is (x -+ 1, 0), on the rib.
+/// Otherwise it has two neighbors in round d: one on the same rib, closer to the spine, and (x, y -+ 1) in the row closer to
+/// the center. The former is farther from the center's row (or the latter is (x, 0)), so it was appended first, and its link
+/// along the rib exists: (x, y) gets the pixel of the rib. Hence each element is reached from the previous element of its spine
+/// or rib. Elements of one row keep the order of their predecessors. (0, y -+ 1) was appended first on its side, so round d + 1
+/// begins with the topmost or bottommost element; its other neighbors are in its own row and follow. This is the claimed order
+/// of round d + 1.
 ///
 /// Links beside spine and ribs are irrelevant, so a fold or a silhouette there changes nothing. Some windows of irregular
 /// pixels are also contiguous, because exploration bypasses a gap in the spine or in a rib. They are gathered like all
