@@ -21,7 +21,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// tensor i + 1 the result of operator i. The file has these tensors:
 ///
 ///     operators                            int32  n x 5   kind, first input, second input, kernel, stride or factor
-///     scales, zero_points                  float, uint8   n + 1, of the tensors
+///     scales, zero_points                  float, uint8   n + 1, one per tensor
 ///     weight_scales, weight_zero_points    float, uint8   n, used only for convolutions
 ///     i.weight                             uint8  outputs x kernel x kernel x (inputs; 1 if depthwise)
 ///     i.bias                               int32  outputs

@@ -42,7 +42,6 @@ inline buffer<float> channels_last(std::span<const float> weights, std::size_t o
 /// weights  outputs x inputs x kernel_size x kernel_size, row-major, finite; batch normalization folded in. `inputs` is the sum
 ///          of the channels of all sources, in order
 /// bias     outputs
-/// inputs   sum of the channels of all sources, in order
 inline conv_f32_weights pack_convolution(isa target, std::span<const float> weights, std::span<const float> bias,
                                          std::int32_t kernel_size, activation after) {
     const std::size_t k = static_cast<std::size_t>(kernel_size);
@@ -94,7 +93,7 @@ inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> 
 /// result   plan.output_count x weights.outputs, a vector or span of float or of the sources' type. Rows outside the plan stay
 ///          unchanged. Must not overlap a source
 ///
-/// The bits of an output depend on its window alone, but not on the plan (whole or restricted) or the executor.
+/// The bits of an output depend on its window alone, not on the plan (whole or restricted) or on the executor.
 template <class Weights, class Result, executor Executor = const serial_executor>
 void convolve(const convolution_plan& plan, const Weights& weights,
               std::span<const basic_feature_view<typename Weights::value_type>> sources, Result&& result,
@@ -109,7 +108,8 @@ void convolve(const convolution_plan& plan, const Weights& weights,
 /// A pixel's channels are masked if the pixel does not exist, its row is no_pixel, or its mask is 0. The mask's sum runs over
 /// all channels of all sources. Without masks, only missing pixels are excluded.
 ///
-/// result_mask  plan.output_count: 1 where the mask's sum is positive, else 0; may be empty
+/// sources, result  as in convolve(), but sources may have masks
+/// result_mask      plan.output_count: 1 where the mask's sum is positive, else 0; may be empty
 template <class Weights, class Result, executor Executor = const serial_executor>
 void convolve_partially(const convolution_plan& plan, const Weights& weights,
                         std::span<const basic_feature_view<typename Weights::value_type>> sources, Result&& result,

@@ -31,6 +31,8 @@ struct convolution_options {
 
 class convolution_layer {
 public:
+    /// Packs the weights.
+    ///
     /// weights  outputs x inputs x kernel_size x kernel_size, row-major, finite, as PyTorch stores them
     /// bias     outputs
     convolution_layer(std::span<const float> weights, std::span<const float> bias, const convolution_options& options = {})

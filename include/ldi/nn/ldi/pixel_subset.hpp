@@ -1,5 +1,5 @@
-// A subset of a graph's pixels, numbered from 0. A network that needs values at some pixels only stores one row for each of
-// them.
+// A subset of a graph's pixels, numbered from 0. A network that needs values only at some pixels stores one row for each of
+// these pixels.
 #pragma once
 
 #include <ldi/base/buffer.hpp>

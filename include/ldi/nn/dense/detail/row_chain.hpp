@@ -17,7 +17,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Rows of a tensor.
+/// Rows `first` to `end - 1` of a tensor.
 struct row_range {
     std::size_t first = 0, end = 0;
 
@@ -116,7 +116,7 @@ struct row_source {
     }
 };
 
-/// Computes rows of a chain's result; one object per strip.
+/// Computes rows of a chain's result. Each strip has its own object.
 class chain_runner {
 public:
     /// memory   chain_bytes() bytes, aligned to a cache line

@@ -132,6 +132,8 @@ private:
         if (!job_.result_mask.empty()) std::fill_n(job_.result_mask.data() + output, count, std::uint8_t{1});
     }
 
+    /// Computes outputs `output` to `output + count - 1`, which belong to one segment.
+    ///
     /// rows  pixels under the first column of the first output's window, top to bottom
     void run_segment(std::size_t output, std::size_t count, const row_pixels& rows) {
         if (job_.reads_memory_as_it_is()) return run_in_place(output, count, rows, 0);
