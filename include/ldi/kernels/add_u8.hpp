@@ -1,4 +1,5 @@
-// Adds two 8-bit tensors, each in its own quantization. Each instruction set has a file in add_u8/; all results are equal.
+// Adds two 8-bit tensors, each in its own quantization. Each instruction set has a file in add_u8/; all of them return the same
+// bits.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -57,8 +58,8 @@ inline bool is_exact(const add_u8_constants& sum, std::uint8_t a, const buffer<s
     return std::memcmp(found, expected.data() + a * 256, 256) == 0;
 }
 
-/// Whether the float form equals the integer form for all pairs of values. `suspect` is the value on which the last candidate
-/// failed; testing it first rejects most candidates early.
+/// Whether the float form equals the integer form for all pairs of values. `suspect` is the value of `a` for which the last
+/// candidate failed; testing it first rejects most candidates early.
 inline bool is_exact(const add_u8_constants& sum, const buffer<std::uint8_t>& expected, std::uint8_t& suspect) {
     if (!is_exact(sum, suspect, expected)) return false;
     for (const std::uint8_t a : all_bytes)
@@ -73,7 +74,8 @@ inline bool is_exact(const add_u8_constants& sum, const buffer<std::uint8_t>& ex
 
 /// Prepares an addition for add_u8().
 ///
-/// target  to prepare for. If no float form agrees with the integer form on all 65,536 pairs, the result's `target` is scalar
+/// target  the instruction set to prepare for. If no float form agrees with the integer form on all 65,536 pairs, the result's
+///         `target` is scalar
 inline add_u8_constants prepare_add_u8(isa target, const quantized_addition& exact) {
     const add_u8_kernel& kernel = find_kernel(add_u8_kernels, target);
     add_u8_constants sum{kernel.set, exact};

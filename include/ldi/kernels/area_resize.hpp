@@ -18,7 +18,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// One direction: the source pixels that each result pixel covers, and their weights.
+/// Weights along one axis: the source pixels that each result pixel covers, and the weight of each source pixel.
 struct area_weights {
     struct cover {
         std::size_t first = 0;   ///< first source pixel
@@ -29,7 +29,7 @@ struct area_weights {
     buffer<float> weights;  ///< sum 1 for each cover
 };
 
-/// Computes the weights of one direction. Lengths are at least 1 and their product is below 2^63.
+/// Computes the weights along one axis. Lengths are at least 1 and their product is below 2^63.
 inline area_weights make_area_weights(std::size_t source_length, std::size_t result_length) {
     LDI_ASSERT(source_length > 0 && result_length > 0);
     // In units of 1 / (source_length * result_length), the borders of source and result pixels are integers.
@@ -65,7 +65,7 @@ namespace detail {
 inline float area_share(float weight, float value) {
     LDI_NO_FUSED_MULTIPLY_ADD
 #if !LDI_HAS_EXTENSIONS
-    // exact in double, so fusing the product with a sum changes nothing
+    // The product is exact in double, so fusing it with a sum does not change the result.
     return static_cast<float>(double{weight} * double{value});
 #else
     return weight * value;
@@ -76,7 +76,8 @@ inline float area_share(float weight, float value) {
 
 /// Adds the horizontally averaged `source`, times `weight`, to `sums`.
 ///
-/// source  pixels x channels      sums  covers x channels
+/// source  pixels x channels
+/// sums    horizontal.covers x channels
 inline void add_area_row(const area_weights& horizontal, const std::uint8_t* source, std::size_t channels, float weight,
                          float* sums) {
     LDI_NO_FUSED_MULTIPLY_ADD
@@ -100,7 +101,9 @@ inline void add_area_row(const area_weights& horizontal, const std::uint8_t* sou
 
 /// Computes one row of the result.
 ///
-/// source  H x W x C       result  horizontal.covers x C
+/// source  H x W x C
+/// sums    working memory
+/// result  horizontal.covers x C
 inline void area_resize_row(const area_weights& horizontal, const area_weights& vertical, std::size_t y,
                             image_view<const std::uint8_t> source, buffer<float>& sums, std::uint8_t* result) {
     const std::size_t channels = source.channels();
@@ -108,14 +111,14 @@ inline void area_resize_row(const area_weights& horizontal, const area_weights& 
     const area_weights::cover& rows = vertical.covers[y];
     for (std::size_t i = 0; i < rows.count; ++i)
         add_area_row(horizontal, source.row(rows.first + i), channels, vertical.weights[rows.weight + i], sums.data());
-    // Rounds half to even without a call of std::lrint(): floats of this size have no fractional bits.
+    // Rounds half to even without a call of std::lrint(): floats from 2^23 on have no fractional bits.
     constexpr float ones = 0x1.8p23F;
     for (std::size_t i = 0; i < sums.size(); ++i)
         result[i] = static_cast<std::uint8_t>(static_cast<std::int32_t>((sums[i] + ones) - ones));
 }
 
-/// Resizes an image by averaging over areas. An enlarged image consists of rectangles of equal color, mixed at their borders.
-/// Raises error_code::invalid_data if the source or the result has no pixel.
+/// Resizes an image by averaging over areas. A larger result consists of one rectangle of constant color per source pixel, with
+/// mixed colors at the borders. Raises error_code::invalid_data if the source or the result has no pixel.
 template <executor Executor = const serial_executor>
 image<std::uint8_t> area_resize(image_view<const std::uint8_t> source, std::size_t result_height, std::size_t result_width,
                                 Executor&& threads = {}) {

@@ -1,9 +1,9 @@
-// k x k convolution of float32 values. A window is k pieces of contiguous memory: pixels of an image row, or gathered pixels.
-// Each instruction set has a file in conv_f32/.
+// k x k convolution of float32 values. A window consists of k contiguous pieces of memory, each with k pixels: pixels of an
+// image row, or gathered pixels. Each instruction set has a file in conv_f32/.
 //
-// The order of summation depends neither on the number of pixels per call nor on their stride. On one instruction set, a pixel's
-// result therefore has the same bits for every way to split pixels into calls. Instruction sets agree to rounding, because some
-// fuse multiplication and addition.
+// The order of summation depends neither on the number of pixels per call nor on their stride. On one instruction set, the bits
+// of a pixel's result therefore do not depend on how the pixels are split into calls. The results of different instruction sets
+// differ by rounding, because only some fuse multiplication and addition.
 #pragma once
 
 #include <ldi/kernels/conv_f32/avx2.hpp>
@@ -40,7 +40,7 @@ static_assert(find_kernel(conv_f32_kernels, isa::scalar).set == isa::scalar);
 /// target   instruction set to pack for; must be available (is_available())
 /// weights  outputs x rows x inputs, row-major, finite
 /// bias     outputs
-/// rows     pieces of contiguous memory per pixel: k for a k x k convolution, each with k pixels
+/// rows     number of contiguous pieces of memory per pixel: k for a k x k convolution, each with k pixels
 inline conv_f32_weights pack_conv_f32(isa target, std::span<const float> weights, std::span<const float> bias, std::size_t rows,
                                       activation after) {
     LDI_ASSERT(!bias.empty() && rows >= 1 && weights.size() % (bias.size() * rows) == 0);

@@ -1,5 +1,5 @@
-// k x k convolution of unsigned bytes: like kernels/conv_f32.hpp with a quarter of the memory, every stored value rounded to 8
-// bits. Each instruction set has a file in conv_u8/; all results are equal.
+// k x k convolution of unsigned bytes. It approximates kernels/conv_f32.hpp: stored values are rounded to 8 bits and occupy a
+// quarter of the memory. Each instruction set has a file in conv_u8/; all of them return the same bits.
 //
 // An input byte x represents (x - zero point) * scale. Sums are exact. Scale, ratio, bias and activation are float32, and every
 // instruction set computes the same fused multiply-adds.
@@ -44,8 +44,8 @@ static_assert(find_kernel(conv_u8_kernels, isa::scalar).set == isa::scalar);
 /// weights            outputs x rows x inputs, row-major, at most max_conv_u8_weight in absolute value; rows x inputs at most
 ///                    max_conv_u8_inputs
 /// zero_points        one per input of a piece
-/// scales, bias       outputs: factor of the sum, then summand, in units of the result's scale
-/// rows               pieces of contiguous memory per pixel: k for a k x k convolution, each with k pixels
+/// scales, bias       one per output: factor that converts the sum to units of the result's scale; summand in these units
+/// rows               number of contiguous pieces of memory per pixel: k for a k x k convolution, each with k pixels
 /// result_zero_point  zero point of results that are bytes
 inline conv_u8_weights pack_conv_u8(isa target, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
                                     std::span<const float> scales, std::span<const float> bias, std::size_t rows,

@@ -1,6 +1,6 @@
 // Depthwise 3 x 3 convolution of 8-bit activations, requantized to 8 bits, one row of the result per call. The input can be
 // enlarged by repeating pixels, and the enlarged image is never stored. Each instruction set has a file in depthwise_u8/; all
-// results are equal.
+// of them return the same bits.
 #pragma once
 
 #include <ldi/kernels/depthwise_u8/avx2.hpp>

@@ -1,6 +1,6 @@
-// Matrix product of 8-bit activations and 8-bit weights, requantized to 8 bits. It computes 1 x 1 convolutions, and dense k x k
-// convolutions whose windows are k stretches of image rows, read without copying. Each instruction set has a file in gemm_u8/;
-// all results are equal.
+// Matrix product of 8-bit activations and 8-bit weights, requantized to 8 bits. It computes 1 x 1 convolutions and dense k x k
+// convolutions. A window of the latter consists of k pieces of image rows, which the kernel reads in place. Each instruction
+// set has a file in gemm_u8/; all of them return the same bits.
 #pragma once
 
 #include <ldi/kernels/gemm_u8/avx2.hpp>
@@ -36,11 +36,12 @@ static_assert(find_kernel(gemm_u8_kernels, isa::scalar).set == isa::scalar);
 
 /// Packs weights for gemm_u8().
 ///
-/// target             instruction set to pack for. If it cannot be exact (weights beyond 8 signed bits for VNNI and NEON; on x86
-///                    no float form of the requantization), the function packs for a slower set, the result's `target`
+/// target             instruction set to pack for. If it cannot be exact (weights beyond 8 signed bits for VNNI and NEON; on
+///                    x86 no float form of the requantization), the function packs for a slower set, which it stores in the
+///                    result's `target`
 /// weights            outputs x segments x inputs, row-major
 /// bias               outputs, in units of input scale * weight scale
-/// segments           pieces of contiguous memory per pixel: 1, or k for a k x k convolution; at most 7
+/// segments           number of contiguous pieces of memory per pixel: 1, or k for a k x k convolution; at most 7
 /// input_zero_point   zero point of the activations
 ///
 /// For every output, `510 * sum |weight - zero point| + |bias|` must be below 2^31, so that no order of summation overflows.

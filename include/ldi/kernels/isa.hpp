@@ -1,7 +1,8 @@
-// The instruction sets that kernels/ has code for, one row of `instruction_sets` each. Packing weights selects one at run time.
-// All sets return the same bits, except for float32. The environment variable LDI_ISA forces a set by its name, for tests and
-// benchmarks. To add a set, add a row here, a file in the folder of each family that it accelerates, and a row in that family's
-// table (see kernels/gemm_u8.hpp). kernels/README.md has the matrix.
+// The instruction sets that kernels/ has code for, one row of `instruction_sets` each. A program selects a set at run time when
+// it packs weights. All sets return the same bits, except in float32 convolutions. The environment variable LDI_ISA forces a
+// set by its name, for tests and benchmarks. To add a set, add a row here, a file in the folder of each family that it
+// accelerates, and a row in that family's table (see kernels/gemm_u8.hpp). kernels/README.md has a table of all families and
+// sets.
 #pragma once
 
 #include <ldi/base/error.hpp>

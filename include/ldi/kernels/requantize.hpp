@@ -20,15 +20,15 @@ struct quantization {
     friend bool operator==(const quantization&, const quantization&) = default;
 };
 
-/// Converts an int32 accumulator to 8 bits: multiplies by `multiplier * 2^-31 * 2^-shift`, adds the zero point, clamps to
-/// 0..255.
+/// Constants of the conversion from an int32 accumulator to 8 bits: multiplies by `multiplier * 2^-31 * 2^-shift`, adds the
+/// zero point, clamps to 0..255.
 struct requantization {
     std::int32_t multiplier = 0;  ///< 24 significant bits, in [2^30, 2^31)
     std::int32_t shift = 0;       ///< 0..31
     std::int32_t zero_point = 0;  ///< 0..255
 };
 
-/// Adds two 8-bit tensors with an 8-bit result.
+/// Constants of the addition of two 8-bit tensors with an 8-bit result.
 struct quantized_addition {
     std::int32_t a_multiplier = 0, b_multiplier = 0;  ///< 0..2^22, the larger at least 2^21
     std::int32_t bias = 0;                            ///< subtracts both zero points
@@ -86,7 +86,7 @@ inline bool are_addition_ratios(float a_ratio, float b_ratio) {
     return a_ratio > 0 && b_ratio > 0 && larger >= 0x1p-10F && larger < 0x1p8F;
 }
 
-/// Computes the constants of `y = a + b`, each in its own quantization.
+/// Computes the constants of `y = a + b`, where each tensor has its own quantization.
 inline quantized_addition make_quantized_addition(quantization a, quantization b, quantization y) {
     const float a_ratio = a.scale / y.scale, b_ratio = b.scale / y.scale;
     LDI_ASSERT(are_addition_ratios(a_ratio, b_ratio));

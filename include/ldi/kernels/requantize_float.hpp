@@ -1,7 +1,7 @@
-// Requantization in float arithmetic with the same 8-bit values as the integer form of kernels/requantize.hpp, at a third of its
-// cost in vectors. The integer form is monotonic and has at most 256 values, so at most 255 thresholds define it. A float form
-// that agrees on both sides of each threshold agrees everywhere. The exact constants miss a few thresholds by one; constants
-// that differ by a few units in the last place miss none.
+// Requantization in float arithmetic with the same 8-bit values as the integer form of kernels/requantize.hpp, at a third of
+// its cost in vector code. The integer form is monotonic and has at most 256 values, so at most 255 thresholds define it. A
+// float form that agrees on both sides of each threshold agrees everywhere. The exact constants miss a few thresholds by one;
+// constants that differ by a few units in the last place miss none.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -26,8 +26,8 @@ inline std::uint8_t offset_and_clamp(float value, std::int32_t zero_point) {
 
 }  // namespace detail
 
-/// Computes `clamp(trunc(fma(float(acc), scale, acc < 0 ? -offset : offset)) + zero_point)`: one rounding, one truncation. With
-/// scale and offset both negated, it is the same function of `-acc`.
+/// Computes `clamp(trunc(fma(float(acc), scale, acc < 0 ? -offset : offset)) + zero_point)`: one rounding, one truncation.
+/// Negating both scale and offset gives the same function of `-acc`.
 struct float_requantization {
     float scale = 0, offset = 0;
     std::int32_t zero_point = 0;
@@ -39,14 +39,14 @@ struct float_requantization {
     }
 };
 
-/// The form for machines without a fused multiply-add: `clamp(round_to_even(float(acc) * scale + (acc < 0 ? -offset : offset)) +
-/// zero_point)`, with the product rounded to float, then the sum.
+/// The form for machines without a fused multiply-add: `clamp(round_to_even(float(acc) * scale + (acc < 0 ? -offset : offset))
+/// + zero_point)`, where first the product and then the sum is rounded to float.
 struct unfused_requantization {
     float scale = 0, offset = 0;
     std::int32_t zero_point = 0;
 
     std::uint8_t operator()(std::int32_t accumulator) const {
-        // The product of two floats is exact in double, so fusing it with the sum would change nothing.
+        // The product of two floats is exact in double, so fusing it with the sum would not change the result.
         const auto product = static_cast<float>(double{detail::nearest_float(accumulator)} * double{scale});
         return detail::offset_and_clamp(std::nearbyint(product + (accumulator < 0 ? -offset : offset)), zero_point);
     }
@@ -54,7 +54,7 @@ struct unfused_requantization {
 
 namespace detail {
 
-/// Lists the accumulators on both sides of every threshold, and the ends of their range.
+/// Lists the accumulators on both sides of every threshold, and the ends of the range of int32.
 inline buffer<std::int32_t> requantization_checkpoints(const requantization& r) {
     constexpr std::int32_t least = (std::numeric_limits<std::int32_t>::min)(), most = (std::numeric_limits<std::int32_t>::max)();
     buffer<std::int32_t> points{least, most};
@@ -78,7 +78,8 @@ inline buffer<std::int32_t> requantization_checkpoints(const requantization& r) 
     return points;
 }
 
-/// Searches close to `scale` and `offset` for a form that agrees with the integer form on every accumulator.
+/// Searches for a float form that agrees with the integer form on every accumulator. Its constants are close to the exact scale
+/// and to `offset`.
 template <class Form>
 std::optional<Form> search_float_form(const requantization& r, double offset) {
     const buffer<std::int32_t> points = requantization_checkpoints(r);
@@ -88,7 +89,7 @@ std::optional<Form> search_float_form(const requantization& r, double offset) {
 
     const float scale = static_cast<float>(std::ldexp(nearest_double(r.multiplier), -31 - r.shift));
     const float unit = scale - std::nextafter(scale, 0.0F);
-    std::size_t suspect = 0;  // the point on which the last candidate failed; tested first, it rejects most others
+    std::size_t suspect = 0;  // the point at which the last candidate failed; testing it first rejects most candidates
     for (int offset_step = 0; offset_step <= 128; ++offset_step)
         for (int scale_step = -3; scale_step <= 3; ++scale_step) {
             const int signed_step = offset_step % 2 == 0 ? offset_step / 2 : -(offset_step + 1) / 2;
@@ -108,7 +109,7 @@ inline double threshold_shift(const requantization& r) { return std::ldexp(1.0, 
 
 }  // namespace detail
 
-/// Returns the float form, or nothing if no form near the exact scale agrees with the integer form on every accumulator.
+/// Returns the float form, or std::nullopt if no form near the exact scale agrees with the integer form on every accumulator.
 inline std::optional<float_requantization> find_float_requantization(const requantization& r) {
     return detail::search_float_form<float_requantization>(r, 0.5 + detail::threshold_shift(r));
 }

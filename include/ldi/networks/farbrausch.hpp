@@ -31,16 +31,17 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Inpaints colors; a color_inpainter (photo3d.hpp). All members are const and stateless: any number of threads may share an
-/// object.
+/// Inpaints colors. Satisfies the concept color_inpainter of photo3d.hpp. All members are const and stateless: any number of
+/// threads may share an object.
 class farbrausch {
 public:
     /// Checks and packs the weights.
     ///
     /// weights  for each stage `encoder.I.weight`, outputs x inputs x k x k, and `encoder.I.bias`, batch normalization folded
-    ///          in; the same for `decoder.I`, which reads the channels of the coarser level first, then the encoder's. Int8 also
-    ///          requires `input.range`, `encoder.I.range` and, except for the last, `decoder.I.range`: the minimum and maximum
-    ///          of the quantized values, which examples/training/farbrausch/export.py measures
+    ///          in; similarly `decoder.I.weight` and `decoder.I.bias`, whose inputs are the channels of the coarser level, then
+    ///          those of the encoder. Int8 also requires `input.range`, `encoder.I.range` and, except for the last,
+    ///          `decoder.I.range`: the minimum and maximum of the quantized values, which
+    ///          examples/training/farbrausch/export.py measures
     /// kind     the number format of the computation
     /// target   the instruction set to pack weights for; results agree to rounding
     ///
@@ -64,12 +65,12 @@ public:
     image<std::uint8_t> inpaint(image_view<const std::uint8_t> color, image_view<const std::uint8_t> known,
                                 const progress_listener& progress = {}, Executor&& threads = {}) const;
 
-    /// Unclamped output of the network: red, green, blue in about [0, 1] for each pixel with wanted[i] != 0, in order. A surface
-    /// without any known pixel gets one constant color (black with masked colors).
+    /// Returns the network's unclamped output: red, green, blue, in about [0, 1], for each pixel i with wanted[i] != 0, in
+    /// ascending order of i. A surface without any known pixel gets one constant color (black with masked colors).
     ///
     /// wanted  K, one per pixel; must be nonzero wherever known_column is 0
     ///
-    /// A pixel's bits do not depend on which other pixels are wanted.
+    /// The bits of a pixel's result do not depend on which other pixels are wanted.
     template <has_columns<color_column, known_column> Layers, executor Executor = const serial_executor>
     buffer<float> colors(const Layers& layers, std::span<const std::uint8_t> wanted, const progress_listener& progress = {},
                          Executor&& threads = {}) const;
@@ -82,7 +83,7 @@ private:
 
     std::size_t depth() const { return architecture_.channels.size(); }
 
-    /// Runs all layers. Returns the output of the last layer, in the rows of `decoded` of level 0.
+    /// Runs all layers. Returns the output of the last layer, one row per pixel of `levels[0].decoded`.
     template <class Weights, executor Executor, class Report>
     buffer<float> run_layers(const detail::farbrausch_convolutions<Weights>& layers, detail::network_input input,
                              buffer<detail::farbrausch_level>& levels, Executor& threads, Report&& report) const;
@@ -124,7 +125,7 @@ buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint
         level.above = {}, level.read = {};
     }
 
-    // Equal steps per layer, although the fine levels cost most of the time.
+    // Progress advances by the same step for each layer, although the fine levels cost most of the time.
     float done = 0.2F;
     const float step = (1.0F - done) / detail::nearest_float(2 * depth());
     const auto report = [&] { progress.report(stage_name, done = (std::min)(done + step, 1.0F)); };

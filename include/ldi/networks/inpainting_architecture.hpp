@@ -2,9 +2,9 @@
 // paper compares it with.
 //
 // Both are U-Nets of partial convolutions. Encoder stage i (stride 2, ReLU) reads level i of a layered image and computes
-// `channels[i]` channels on the next, coarser level. Each decoder stage is a 3 x 3 convolution: it reads the upsampled result of
-// the coarser level and the encoder's input of this level, and computes as many channels as that input has, with a leaky ReLU.
-// The last stage computes red, green, blue.
+// `channels[i]` channels on the next, coarser level. Each decoder stage is a 3 x 3 convolution: it reads the upsampled result
+// of the coarser level and the input of this level's encoder stage, and computes as many channels as this input has, with a
+// leaky ReLU. The last stage computes red, green, blue.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -51,7 +51,7 @@ inline inpainting_architecture partial_convolution_architecture() {
             .missing = missing_colors::masked};
 }
 
-/// Number format of a network's computation. The formats' inpainted colors differ invisibly: see bench/README.md.
+/// Number format of a network's computation. The formats compute colors whose differences are invisible (bench/README.md).
 enum class arithmetic {
     float32,
     int8,  ///< 8-bit values and 7-bit weights: faster, but requires weights with value ranges
@@ -68,7 +68,7 @@ constexpr std::string_view to_string(arithmetic kind) {
 
 namespace detail {
 
-/// Raises unsupported for an architecture out of bounds.
+/// Raises unsupported if a property of the architecture is out of bounds.
 ///
 /// file  name for error messages; may be empty
 inline void check_architecture(const inpainting_architecture& a, const std::string& file) {

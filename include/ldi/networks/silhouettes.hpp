@@ -1,6 +1,6 @@
-// The silhouette network decides, beside sharp steps of a disparity map, to which of the two surfaces a pixel belongs. It is a
-// small U-Net that computes only the region around the steps, in 8-bit arithmetic. examples/training/silhouettes/README.md
-// defines its input and its layers; io/silhouettes_file.hpp loads it from a file; depth/network_decider.hpp runs it on a photo.
+// The silhouette network decides which of the two surfaces a pixel near a sharp disparity step belongs to. It is a small U-Net
+// in 8-bit arithmetic that computes only the region around the steps. examples/training/silhouettes/README.md defines its input
+// and its layers; io/silhouettes_file.hpp loads it from a file; depth/network_decider.hpp runs it on a photo.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -28,7 +28,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// All member functions are const and keep no state, so any number of threads may use one object at the same time.
+/// The network with packed weights. All member functions are const and keep no state, so any number of threads may share an
+/// object.
 class silhouette_network {
 public:
     static constexpr std::size_t input_channels = 8, output_channels = 2;
@@ -38,20 +39,20 @@ public:
     ///
     /// weights  for each layer `NAME.weight`, outputs x inputs x 3 x 3, and `NAME.bias`, batch normalization folded in;
     ///          `input.range`, and `NAME.range` for every layer that another layer reads
-    /// target   the instruction set to pack weights for; all give the same results
+    /// target   the instruction set to pack weights for; results do not depend on it
     ///
-    /// Raises mismatch, with the name of the tensor, if one is missing, unexpected, or of another type or shape; invalid_data for
-    /// weights that are not finite.
+    /// Raises mismatch, with the name of the tensor, if a tensor is missing, unexpected, or of another type or shape;
+    /// invalid_data for weights that are not finite.
     explicit silhouette_network(const named_tensors& weights, isa target = best_isa());
 
-    /// Returns the results of the last layer, K x 2: the logit of the front's share, before the prior is added, and the logit of
-    /// the probability that this share is on the correct side of 0.5. Undefined for pixels that are not wanted.
+    /// Returns the results of the last layer, K x 2: the logit of the front's share, before the prior is added, and the logit
+    /// of the probability that this share is on the correct side of 0.5. The results of unwanted pixels are uninitialized.
     ///
     /// region  K pixels
     /// input   K x 8; examples/training/silhouettes/README.md defines the channels
-    /// wanted  K; 0 for pixels whose result is not wanted
+    /// wanted  K; nonzero for pixels whose results are required
     ///
-    /// Time and memory are linear in the number of pixels of the region; memory is about 130 bytes per pixel.
+    /// Time and memory are proportional to the number of pixels of the region. Memory is about 130 bytes per pixel.
     template <executor Executor = const serial_executor>
     buffer<float> logits(const pixel_region& region, buffer<std::uint8_t> input, std::span<const std::uint8_t> wanted,
                          Executor&& threads = {}) const;
@@ -60,7 +61,7 @@ private:
     using map = basic_feature_map<std::uint8_t>;
     using view = basic_feature_view<std::uint8_t>;
 
-    /// In the order of the table of layers.
+    /// Index of a layer in `shapes`.
     enum layer : std::size_t {
         fine,
         half_down,
@@ -76,8 +77,8 @@ private:
     };
     struct layer_shape {
         std::string_view name;
-        std::array<std::string_view, 2> reads;  ///< sources; of two, the first one is upsampled; the second may be empty
-        std::size_t inputs, outputs;            ///< inputs: number per source
+        std::array<std::string_view, 2> reads;  ///< source names; the second may be empty, else the first is upsampled
+        std::size_t inputs, outputs;            ///< `inputs`: number of channels per source
     };
     static constexpr std::array<layer_shape, 11> shapes{{{"fine", {"input", ""}, input_channels, 16},
                                                          {"half.down", {"fine", ""}, 16, 32},
@@ -91,7 +92,8 @@ private:
                                                          {"fine.up", {"half.up", "fine"}, 16, 16},
                                                          {"out", {"fine.up", ""}, 16, output_channels}}};
 
-    /// A resolution level: its pixels, and its connections to the next coarser level.
+    /// A resolution level: its pixels, its convolutions with stride 1 (`same`) and 2 (`down`), and each pixel's parent on the
+    /// next coarser level.
     struct level {
         pixel_region region;
         convolution_plan same, down;

@@ -1,6 +1,6 @@
 // Runs Tiefenrausch, the depth network of the paper (section "Depth Estimation"), or any other network that maps a photo to
-// 8-bit disparity of the same size. io/caffe2.hpp reads the published weights, nn/dense/quantized_weights.hpp those in
-// examples/models.
+// 8-bit disparity of the same size. io/caffe2.hpp reads the published weights; nn/dense/quantized_weights.hpp reads the weights
+// in examples/models.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -32,8 +32,8 @@ enum class network_output {
     disparity,      ///< disparity, 0 at infinity; known up to scale and a rough shift
 };
 
-/// Long sides, in pixels, to which a photo is resized for a depth network. Multiples of 32. The paper's network runs once per
-/// photo.
+/// Long sides of the resized photo that a depth network reads, in pixels; multiples of 32. The default is the paper's: a single
+/// pass.
 struct depth_network_sizes {
     std::size_t details = 384;  ///< size of the main pass and of the result
     /// If not 0, a second pass at this size reads the mirrored photo, and structures coarser than 16 samples of the result
@@ -45,7 +45,7 @@ struct depth_network_sizes {
 class tiefenrausch {
 public:
     static constexpr std::size_t long_side = 384;  ///< input size of the paper's network
-    /// sides are multiples of this number, because the network halves its input five times
+    /// input sides are multiples of this number, because the network halves its input five times
     static constexpr std::size_t alignment = 32;
 
     /// Packs the network.
@@ -53,8 +53,8 @@ public:
     /// target  the instruction set to pack weights for; results do not depend on it
     /// sizes   input sizes of disparity()
     ///
-    /// Raises an error unless the network maps a color image to one channel of the same size and the sizes are multiples of 32
-    /// up to 4096.
+    /// Raises the errors of quantized_network, mismatch unless the network maps a color image to one channel of the same size
+    /// and the sizes are multiples of 32 up to 4096, and unsupported if the scale of the network's output exceeds 0.25.
     explicit tiefenrausch(const network_description& description, isa target = best_isa(),
                           network_output output = network_output::log_disparity, depth_network_sizes sizes = {})
         : network_(description, target), output_(output), sizes_(sizes) {
@@ -77,7 +77,8 @@ public:
 
     depth_network_sizes sizes() const { return sizes_; }
 
-    /// Returns the size to which a photo is resized: each side rounded down to a multiple of 32, at least 32.
+    /// Returns the size to which a photo is resized. The long side becomes `to`. The short side keeps the aspect ratio, rounded
+    /// down to a multiple of 32, and is at least 32.
     ///
     /// to  the long side in pixels, a multiple of 32
     static tensor_size network_size(tensor_size photo, std::size_t to = long_side) {
@@ -101,7 +102,7 @@ public:
         return area_resize(photo, size.height, size.width, threads);
     }
 
-    /// Runs the network once. Returns H' x W' x 1 in the quantization level_quantization().
+    /// Runs the network once. Returns its 8-bit output, H' x W' x 1, in the quantization level_quantization().
     ///
     /// rgb               H' x W' x 3, 0 to 255, both sides multiples of 32
     /// progress, memory  as in quantized_network::run
@@ -112,7 +113,8 @@ public:
         return network_.run(quantized_color(rgb), threads, progress, memory);
     }
 
-    /// Same as levels(), but layer by layer.
+    /// Returns the same result as levels(), but runs the network layer by layer and calls `observe` with the result of each
+    /// layer.
     ///
     /// observe  as in quantized_network::run_observed
     template <executor Executor, class Observe>
@@ -152,7 +154,7 @@ public:
         return details;
     }
 
-    /// Converts results of levels() to disparity. Same shape.
+    /// Converts results of levels() to disparity. Returns the same shape.
     image<float> disparity_of(const image<std::uint8_t>& levels) const {
         const std::array<float, 256> table = disparity_table();
         image<float> result(levels.height(), levels.width(), levels.channels(), unset);
@@ -160,7 +162,7 @@ public:
         return result;
     }
 
-    /// Quantizes color in [0, 1] as the network's input. Same shape as `rgb`.
+    /// Scales color from 0..255 to [0, 1] and quantizes it as the network's input. Returns the shape of `rgb`.
     image<std::uint8_t> quantized_color(const image<std::uint8_t>& rgb) const {
         const quantization q = network_.input_quantization();
         std::array<std::uint8_t, 256> table{};
@@ -175,8 +177,8 @@ public:
 
     quantization level_quantization() const { return network_.output_quantization(); }
 
-    /// Ratio of two consecutive values of disparity(); a difference of this size may be rounding, not an edge. For networks with
-    /// equal steps in disparity, the ratio of the two largest values.
+    /// Ratio of the disparities of two consecutive output levels. Neighboring pixels with this ratio may differ by rounding
+    /// only, not by an edge. If the network outputs disparity, the ratio varies; returns the ratio of the two largest levels.
     float quantization_step() const {
         const std::array<float, 256> table = disparity_table();
         return output_ == network_output::log_disparity ? detail::exponential(level_quantization().scale)
@@ -187,7 +189,7 @@ private:
     static constexpr std::size_t max_long_side = 4096;
     static constexpr float max_scale = 0.25F;  ///< a larger scale would exceed the range of float
 
-    /// Share of the detail pass in the time of both passes.
+    /// Estimated fraction of the time of both passes that the detail pass needs, in proportion to its area.
     float details_share() const {
         const auto area = [](std::size_t side) { return detail::nearest_float(side * side); };
         return area(sizes_.details) / (area(sizes_.details) + area(sizes_.layout));
@@ -199,7 +201,8 @@ private:
                   std::to_string(rgb.height()) + " x " + std::to_string(rgb.width()) + " x " + std::to_string(rgb.channels()));
     }
 
-    /// Disparity of each 8-bit output. Outputs at or below 0 become half a step, so that disparity is positive.
+    /// Disparity of each 8-bit output. If the network outputs disparity, values of at most 0 become half a quantization step,
+    /// so that all results are positive.
     std::array<float, 256> disparity_table() const {
         const quantization q = level_quantization();
         std::array<float, 256> table{};

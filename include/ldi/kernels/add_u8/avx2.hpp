@@ -1,4 +1,4 @@
-// kernels/add_u8.hpp with AVX2: float arithmetic on 8 values per vector, two fused multiply-adds each.
+// kernels/add_u8.hpp with AVX2: float arithmetic on 8 values per vector, with two fused multiply-adds per vector.
 #pragma once
 
 #include <ldi/kernels/add_u8/contract.hpp>

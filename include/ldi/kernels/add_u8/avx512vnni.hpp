@@ -1,4 +1,4 @@
-// kernels/add_u8.hpp with AVX-512: float arithmetic on 16 values per vector, two fused multiply-adds each.
+// kernels/add_u8.hpp with AVX-512: float arithmetic on 16 values per vector, with two fused multiply-adds per vector.
 #pragma once
 
 #include <ldi/kernels/add_u8/contract.hpp>

@@ -37,7 +37,7 @@ struct conv_u8_tiles {
     [[gnu::always_inline]] static void multiply_add(std::index_sequence<v...>, conv_lanes<sizeof...(v), half>& sums,
                                                     std::int32_t inputs, const conv_lanes<sizeof...(v), half>& weights) {
         __m512i x = _mm512_set1_epi32(inputs);
-        // without this variable, clang loads it again for the half vector
+        // Hides the origin of x, because clang would load it again for the half vector.
         if constexpr (half == 1 && sizeof...(v) > 0) asm("" : "+v"(x));
         ((sums.whole[v] = _mm512_castsi512_ps(
               _mm512_dpbusd_epi32(_mm512_castps_si512(sums.whole[v]), x, _mm512_castps_si512(weights.whole[v])))),
@@ -88,6 +88,8 @@ struct conv_u8_tiles {
 
 LDI_END_TARGET
 
+/// Same parameters as conv_u8() of kernels/conv_u8.hpp.
+///
 /// Result  float or std::uint8_t
 template <class Result>
 void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,

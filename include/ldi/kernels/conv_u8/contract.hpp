@@ -26,7 +26,7 @@ struct conv_u8_weights {
     float negative_slope = 1.0F;
     std::uint8_t result_zero_point = 0;
     buffer<std::int8_t> values;
-    buffer<std::int32_t> offsets;  ///< subtract the inputs' zero points; padded to whole panels, as scales and bias are
+    buffer<std::int32_t> offsets;  ///< summands that subtract the zero points; padded to whole panels, like scales and bias
     buffer<float> scales, bias;
 };
 

@@ -21,11 +21,11 @@ inline void pack_conv_u8(conv_u8_weights& packed, std::span<const std::int8_t> w
     detail::append_conv_u8_panels<1>(packed, weights, zero_points, scales, bias, conv_u8_panel, 1);
 }
 
-/// Converts a sum, zero points already subtracted, to a result.
+/// Converts a sum, from which the zero points are already subtracted, to a result.
 template <class Result>
 Result finish_conv_u8(std::int32_t sum, float scale, float bias, float negative_slope, float zero_point) {
     const float value = detail::fused_multiply_add(detail::nearest_float(sum), scale, bias);
-    // Fused on every machine, so that the result does not depend on the compiler.
+    // The multiply-add is fused on every machine, so that the result does not depend on the compiler.
     const float activated = value > 0.0F ? value + zero_point : detail::fused_multiply_add(value, negative_slope, zero_point);
     if constexpr (std::is_same_v<Result, float>)
         return activated;
@@ -56,6 +56,8 @@ void conv_u8_tile(const conv_u8_weights& weights, const std::uint8_t* const* row
     }
 }
 
+/// Same parameters as conv_u8() of kernels/conv_u8.hpp.
+///
 /// Result  float or std::uint8_t
 template <class Result>
 void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,

@@ -1,9 +1,9 @@
 // kernels/depthwise_u8.hpp with vpmaddubsw and vpmaddwd.
 //
 // The kernel interleaves the bytes of three rows: four bytes contain one channel of one column (rows 0, 1, 2 and row 1 again).
-// One column of a window then costs two multiplications and an addition for 8 channels. The weight of row 1 is split between its
-// two places, so that vpmaddubsw cannot saturate (detail/unsaturated_pairs.hpp). If this does not suffice, a unit has more
-// terms.
+// One column of a window then costs two multiplications and an addition for 8 channels. The weight of row 1 is split between
+// its two places, so that vpmaddubsw cannot saturate (detail/unsaturated_pairs.hpp). If this does not suffice, the weights of a
+// unit are split into several terms, whose products are added.
 //
 // Each column is interleaved only once, in registers, and immediately added to all windows that contain it.
 #pragma once
@@ -33,7 +33,7 @@ using depthwise_lanes = std::size_t;
 
 inline depthwise_lanes existing_lanes(std::size_t channels) { return channels < 16 ? channels : 16; }
 
-/// The three rows at `channels` channels of each of 32 / channels stretches.
+/// Reads `channels` channels of three rows at the same place of 32 / channels stretches (stretches.hpp).
 template <std::size_t channels>
 struct depthwise_rows {
     detail::depthwise_position<32 / channels> position;
@@ -47,7 +47,7 @@ struct depthwise_rows {
         std::memcpy(bytes, from, held);
         return _mm_load_si128(reinterpret_cast<const __m128i*>(bytes));
     }
-    /// Loads 32 bytes of one row.
+    /// Loads 32 bytes of one row: from one stretch, or 16 from each of two stretches.
     [[gnu::always_inline]] __m256i load(std::size_t row, std::size_t offset) const {
         if constexpr (channels == 32)
             return _mm256_loadu_si256(reinterpret_cast<const __m256i*>(position.find(row, 0, offset)));
@@ -97,7 +97,7 @@ private:
     }
 };
 
-/// Addresses of the result for each stretch.
+/// Stores results at one address per stretch.
 template <std::size_t channels>
 struct depthwise_result {
     std::uint8_t* at[32 / channels];

@@ -1,4 +1,4 @@
-// Weight layout of depthwise_u8/avx2.hpp: split so that no 16-bit sum can saturate (detail/unsaturated_pairs.hpp).
+// Packs weights for depthwise_u8/avx2.hpp, split into terms so that no 16-bit sum can saturate (detail/unsaturated_pairs.hpp).
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -26,8 +26,8 @@ struct depthwise_rest {
     }
 };
 
-/// Packs weights unit by unit. `order` gets the number of terms of each unit. `narrow` gets, for each term and each column of
-/// the window, 4 vectors of 8 channels x 4 bytes; of the 16 channels in a 128-bit lane, each vector contains 4.
+/// Packs weights unit by unit. Appends the number of terms of each unit to `order`. Appends to `narrow`, for each term and each
+/// column of the window, 4 vectors of 8 channels x 4 bytes; each vector contains 4 of the 16 channels in a 128-bit lane.
 inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     for (std::size_t done = 0; done < packed.channels;) {

@@ -5,8 +5,8 @@
 // immediately added to all windows that contain it. Weights and the sums of incomplete windows (two at a time) stay in
 // registers. 64 channels of a pixel cost 8 shuffles, 12 multiplications and 22 instructions of requantization.
 //
-// Channels are split into units of 64, 32 or 16. A unit with fewer than 64 channels fills its vectors from two or four stretches
-// of the row.
+// Channels are split into units of 64, 32 or 16. A unit with fewer than 64 channels fills its vectors from two or four
+// stretches of the row (stretches.hpp).
 #pragma once
 
 #include <ldi/kernels/depthwise_u8/stretches.hpp>
@@ -55,13 +55,13 @@ inline depthwise_lanes existing_lanes(std::size_t channels) {
     return static_cast<__mmask16>(first_bytes(channels < 16 ? channels : 16));
 }
 
-/// The three rows at `channels` channels of each of 64 / channels stretches.
+/// Reads `channels` channels of three rows at the same place of 64 / channels stretches.
 template <std::size_t channels>
 struct depthwise_rows {
     detail::depthwise_position<64 / channels> position;
     depthwise_lanes mask;
 
-    /// Loads 64 bytes of one row.
+    /// Loads 64 bytes of one row, an equal part from each stretch.
     [[gnu::always_inline]] __m512i load(std::size_t row, std::size_t offset) const {
         if constexpr (channels == 64) {
             return _mm512_loadu_si512(position.find(row, 0, offset));
@@ -116,7 +116,7 @@ private:
         : weights{_mm512_load_si512(values + i * 64)...}, bias(biases) {}
 };
 
-/// Addresses of the result for each stretch.
+/// Stores results at one address per stretch.
 template <std::size_t channels>
 struct depthwise_result {
     std::uint8_t* at[64 / channels];

@@ -1,4 +1,4 @@
-// Selects the columns of the stored rows that one piece of a depthwise convolution's result reads.
+// Selects the columns of the stored rows on which a piece of a depthwise convolution's result depends.
 #pragma once
 
 #include <ldi/base/config.hpp>
@@ -8,10 +8,10 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Result pixels first .. first + count - 1 of a row. Their inputs occupy slots, one per stored column, in order; the columns
-/// outside the image (-1 and `width`) also have slots.
+/// The inputs of result pixels first to first + count - 1 of a row. Each stored column that they depend on occupies one slot,
+/// in order. The columns outside the image (-1 and `width`) also have slots.
 struct depthwise_columns {
-    /// Limited so that the slots and the rows that fill them fit in a first-level cache of 32 KiB.
+    /// Limits with which the slots and the rows that fill them fit in a first-level cache of 32 KiB.
     static constexpr std::size_t max_slots = 40, max_taps = 4 * max_slots;
 
     std::size_t first = 0, count = 0;

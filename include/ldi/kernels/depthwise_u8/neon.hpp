@@ -43,7 +43,7 @@ inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthw
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 
-/// Loads 16 channels, or fewer if the row has fewer; `padding` for a row outside the image.
+/// Loads 16 channels, or all channels if there are fewer. Returns `padding` for a row outside the image.
 [[gnu::always_inline]] inline int8x16_t load_channels(const std::uint8_t* row, std::size_t offset, std::size_t channels,
                                                       std::uint8_t padding) {
     if (row == nullptr) return to_signed(vdupq_n_u8(padding));

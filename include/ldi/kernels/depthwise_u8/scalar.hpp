@@ -12,7 +12,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 /// Number of channels summed together. Compilers vectorize a loop over this many 8-bit values, but not shorter loops.
 inline constexpr std::size_t depthwise_block = 16;
 
-/// Packs tap by tap the weights of all channels.
+/// Packs the weights tap by tap: for each element of the window, the weights of all channels.
 inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
     for (std::size_t t = 0; t < depthwise_u8_weights::taps; ++t)
         for (std::size_t c = 0; c < packed.channels; ++c) packed.wide.push_back(static_cast<std::int16_t>(source.weight(c, t)));

@@ -1,5 +1,6 @@
-// Units and stretches of a row, for kernels that keep a depthwise convolution's unfinished windows in registers. The channels of
-// a row are split into units that fill the vectors; a unit with fewer channels processes several stretches of the row together.
+// Splits a row for kernels that keep a depthwise convolution's unfinished windows in registers. The channels are split into
+// units that fill the vectors. For a unit with too few channels, the row is also split into stretches, runs of equally many
+// adjacent pixels, and one vector contains these channels of one pixel from each stretch.
 #pragma once
 
 #include <ldi/kernels/depthwise_u8/contract.hpp>
@@ -10,8 +11,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Some channels of all pixels of a row: `most`, or a half or a quarter of it, at least 16. The last unit may overlap the one
-/// before it.
+/// A range of channels, for all pixels of a row. It has `most` channels, or a half or a quarter of this number, but at
+/// least 16. The last unit may overlap the one before it.
 struct depthwise_unit {
     std::size_t first, channels;
 
@@ -40,11 +41,11 @@ struct depthwise_call {
     std::size_t result_width() const { return (width * repeat - 1) / weights.stride + 1; }
 };
 
-/// Addresses of one pixel in each stretch and each of the three rows.
+/// Addresses of one pixel per stretch in each of the three rows.
 template <std::size_t stretches>
 struct depthwise_position {
     const std::uint8_t* at[3][stretches];
-    std::size_t moves[3];  ///< masks for offsets: all bits for rows, none for padding
+    std::size_t moves[3];  ///< mask of offsets per row: all ones for a row of the image, 0 for padding
 
     const std::uint8_t* find(std::size_t row, std::size_t stretch, std::size_t offset) const {
         return at[row][stretch] + (offset & moves[row]);
@@ -56,13 +57,14 @@ struct depthwise_stretches {
     const depthwise_call& call;
     std::size_t first_channel, length, starts[stretches];
 
-    /// Splits `all` pixels of the rows or of the result; the last stretch may overlap the one before it.
+    /// Splits `all` pixels, of the stored rows or of the result, into stretches. The last stretch may overlap the one before
+    /// it.
     depthwise_stretches(const depthwise_call& what, std::size_t channel, std::size_t all)
         : call(what), first_channel(channel), length((all + stretches - 1) / stretches) {
         for (std::size_t s = 0; s < stretches; ++s) starts[s] = s * length + length <= all ? s * length : all - length;
     }
 
-    /// Addresses of one column per stretch; padding outside the row.
+    /// Returns the addresses of one column per stretch, or of padding for a column outside the row.
     depthwise_position<stretches> at(const std::size_t (&columns)[stretches]) const {
         depthwise_position<stretches> found;
         for (std::size_t r = 0; r < 3; ++r) {
@@ -74,13 +76,16 @@ struct depthwise_stretches {
         }
         return found;
     }
-    /// Addresses of column `scale` * start + `column` for each stretch; `column` is at least -1.
+    /// Returns the addresses of column `scale` * start + `column` for each stretch, where start is the stretch's first pixel.
+    ///
+    /// column  at least -1
     depthwise_position<stretches> at(std::ptrdiff_t column, std::size_t scale) const {
         std::size_t columns[stretches];  // -1 wraps to a value larger than any width
         for (std::size_t s = 0; s < stretches; ++s) columns[s] = starts[s] * scale + static_cast<std::size_t>(column);
         return at(columns);
     }
-    /// Addresses of column `tap`, 0 to 2, of the window around pixel x of each stretch of the result, for any repetition.
+    /// Returns the addresses of column `tap`, 0 to 2, of the window around pixel x of each stretch of the result, for any
+    /// stride and repetition.
     depthwise_position<stretches> at_tap(std::size_t x, std::size_t tap) const {
         std::size_t columns[stretches];
         for (std::size_t s = 0; s < stretches; ++s) {
@@ -89,7 +94,7 @@ struct depthwise_stretches {
         }
         return at(columns);
     }
-    /// Address of a stretch's results, with `scale` results per pixel.
+    /// Returns the address of a stretch's results, with `scale` result pixels per pixel of the stretch.
     std::uint8_t* result(std::size_t stretch, std::size_t scale) const {
         return call.result + starts[stretch] * scale * call.weights.channels + first_channel;
     }

@@ -1,8 +1,8 @@
 // kernels/depthwise_u8.hpp with i32x4.dot_i16x8_s, 16 channels at a time.
 //
-// The kernel first widens the rows to 16 bits and stores them column by column, already enlarged: the first two rows
-// interleaved, and each column of the third row beside the next one. The 9 products of a window then cost 5 multiplications for
-// 4 channels.
+// The kernel first enlarges the rows, widens them to 16 bits, and stores them column by column. It interleaves the first two
+// rows with each other, and each column of the third row with the next column of this row. The 9 products of a window then cost
+// 5 multiplications for 4 channels.
 #pragma once
 
 #include <ldi/kernels/depthwise_u8/blocks.hpp>
@@ -49,7 +49,7 @@ inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthw
     wasm_v128_store(to + 24, wasm_u16x8_extend_high_u8x16(high));
 }
 
-/// Writes columns to consecutive slots. Also overwrites the second half of the slot before the first.
+/// Writes columns to consecutive slots. Also overwrites the second half of the slot before the first one.
 struct slot_writer {
     std::int16_t* slot;
     v128_t third = wasm_i32x4_splat(0);  // third row of the previous column
@@ -60,11 +60,11 @@ struct slot_writer {
         third = c;
         slot += depthwise_slot;
     }
-    /// Completes the last slot with an arbitrary neighbor, whose weight is 0.
+    /// Completes the last slot. Its missing next column has weight 0, so any value serves.
     void end() { store_pairs(third, third, slot - depthwise_slot / 2); }
 };
 
-/// Loads 16 channels, or fewer if `all` is false.
+/// Loads 16 channels if `all` is true, else `channels` channels.
 template <bool all>
 [[gnu::always_inline]] inline v128_t load_channels(const std::uint8_t* from, std::size_t channels) {
     if (all) return wasm_v128_load(from);
@@ -73,7 +73,7 @@ template <bool all>
     return wasm_v128_load(bytes);
 }
 
-/// Three rows of an image, to be enlarged.
+/// Three rows of an image before the enlargement.
 struct depthwise_rows {
     const std::uint8_t* rows[3];  // nullptr for a row outside the image
     std::size_t channels, width, repeat;

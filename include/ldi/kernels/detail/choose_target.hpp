@@ -22,10 +22,11 @@ inline signed_range range_of(std::span<const std::uint8_t> weights, std::uint8_t
     return {*least - int{zero_point}, *most - int{zero_point}};
 }
 
-/// Maximum number of inputs of kernels without a fused multiply-add: they first widen inputs into a buffer.
+/// Maximum number of inputs of kernels without a fused multiply-add. They first widen the inputs into a buffer of fixed size.
 inline constexpr std::size_t max_unfused_inputs = 4096;
 
-/// Whether kernels without a fused multiply-add are exact. Their rounding requires sums of at least -2^23 / scale.
+/// Whether kernels without a fused multiply-add are exact for these weights. Their rounding requires sums of at least -2^23 /
+/// scale.
 inline bool fits_unfused(std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
                          std::span<const std::int32_t> bias, const requantization& output, float_requantization& fast) {
     const std::size_t inputs = weights.size() / bias.size();

@@ -2,8 +2,8 @@
 //
 // A tile consists of some pixels and one panel of outputs; its sums stay in registers. For each input (or group of inputs that
 // one instruction multiplies), the kernel loads the panel's weights and broadcasts each pixel's inputs; with a single vector,
-// the multiplication itself broadcasts. A tile has 24 independent sums. 4 (Zen 4) or 8 (Intel) would hide the latency, but large
-// tiles save loads of weights that do not fit in the first-level cache.
+// the multiplication itself broadcasts. A tile has 24 independent sums. 4 sums (Zen 4) or 8 (Intel) would hide the latency, but
+// large tiles save loads of weights that do not fit in the first-level cache.
 #pragma once
 
 #include <ldi/kernels/detail/conv_weights.hpp>
@@ -55,7 +55,7 @@ template <std::size_t half, std::size_t... v>
     if constexpr (half == 1) _mm512_store_ps(to + sizeof...(v) * conv_whole, _mm512_zextps256_ps512(sums.rest));
 }
 
-/// Replaces missing ratios.
+/// The ratio of all pixels of a call without ratios.
 inline constexpr float conv_ratio_of_one = 1.0F;
 
 /// Mask of the existing outputs among the panel's 16 lanes that start at `from`.
@@ -86,7 +86,8 @@ struct conv_tile_pointers {
     }
 };
 
-/// Turns the sums of `pixels` pixels, `vectors` vectors each, into results: times the pixel's ratio, plus bias, activated.
+/// Converts sums, `vectors` vectors for each of `pixels` pixels, to results: multiplies by the pixel's ratio, adds the bias,
+/// and applies the activation.
 template <class Store, class Result>
 inline void finish_floats(const conv_tile_sums& sums, std::size_t vectors, std::size_t first_pixel, std::size_t pixels,
                           const conv_panel_output<Result>& out) {
@@ -115,7 +116,7 @@ template <class Kernel, std::size_t half, class Value, std::size_t... p, std::si
     conv_lanes<sizeof...(v), half> sums[sizeof...(p)] = {};
     const std::size_t stride = input.pixel_stride, groups = input.inputs / group;
     const auto* weights = input.weights;
-    // Prefetches the next tile's inputs at an even pace: the hardware prefetcher is late.
+    // Prefetches the next tile's inputs at an even pace, because the hardware prefetcher loads them too late.
     const std::size_t fetch = sizeof...(p) * stride / detail::groups_of(input.inputs, group);
     for (std::size_t r = 0; r < input.row_count; ++r) {
         const Value* const x = input.rows[r] + first_pixel * stride;

@@ -12,7 +12,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Inputs of one panel of outputs.
+/// Arguments of a convolution for one panel of outputs: pixels and weights.
 template <class Value>
 struct conv_panel_input {
     const Value* const* rows;
@@ -41,7 +41,7 @@ constexpr std::size_t groups_of(std::size_t count, std::size_t group) { return (
 /// Appends weights by panel, row and group. Within a panel, the outputs are adjacent, each with the weights of one group of
 /// inputs. Pads the last group and the last panel with zeros.
 ///
-/// layer    has the numbers of outputs, rows and inputs
+/// layer    conv_f32_weights or conv_u8_weights, with `outputs`, `rows` and `inputs` set
 /// weights  outputs x rows x inputs, row-major
 template <std::size_t group, class Layer, class Value>
 void append_panels(buffer<Value>& values, const Layer& layer, std::span<const Value> weights, std::size_t lanes,

@@ -23,7 +23,7 @@ using int_lanes = __m256i;
 [[gnu::always_inline]] inline __m256i scale_and_truncate(__m256i sums, __m256 scale, __m256 offset) {
     return _mm256_cvttps_epi32(_mm256_fmadd_ps(_mm256_cvtepi32_ps(sums), scale, offset));
 }
-/// Packs to saturated bytes: in each 128-bit lane 4 values of a, then those of b, c and d.
+/// Saturates 32-bit values to bytes. Each 128-bit lane of the result contains 4 values of a, then 4 of b, of c, and of d.
 [[gnu::always_inline]] inline __m256i pack_bytes(__m256i a, __m256i b, __m256i c, __m256i d) {
     return _mm256_packus_epi16(_mm256_packs_epi32(a, b), _mm256_packs_epi32(c, d));
 }
@@ -46,7 +46,7 @@ struct requantizer {
         return _mm256_cvttps_epi32(_mm256_fmadd_ps(value, scale, signed_offset));
     }
 
-    /// Packs to 32 bytes and adds the zero point: in each 128-bit lane 4 values of a, then those of b, c and d.
+    /// Packs to 32 bytes in the order of pack_bytes() and adds the zero point.
     [[gnu::always_inline]] __m256i pack_lanes(__m256i a, __m256i b, __m256i c, __m256i d) const {
         const __m256i low = _mm256_adds_epi16(_mm256_packs_epi32(a, b), zero_point);
         const __m256i high = _mm256_adds_epi16(_mm256_packs_epi32(c, d), zero_point);
@@ -56,7 +56,7 @@ struct requantizer {
 
 #include <ldi/kernels/detail/generic/rectifier.hpp>
 
-/// Reorders the result of pack_lanes(): all values of a, then those of b, c and d.
+/// Reorders the result of pack_lanes(): all values of a, then all of b, of c, and of d.
 [[gnu::always_inline]] inline __m256i gather_lanes(__m256i values) {
     return _mm256_permutevar8x32_epi32(values, _mm256_setr_epi32(0, 4, 1, 5, 2, 6, 3, 7));
 }

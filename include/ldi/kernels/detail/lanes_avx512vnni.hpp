@@ -23,7 +23,7 @@ using int_lanes = __m512i;
 [[gnu::always_inline]] inline __m512i scale_and_truncate(__m512i sums, __m512 scale, __m512 offset) {
     return _mm512_cvttps_epi32(_mm512_fmadd_ps(_mm512_cvtepi32_ps(sums), scale, offset));
 }
-/// Packs to saturated bytes: in each 128-bit lane 4 values of a, then those of b, c and d.
+/// Saturates 32-bit values to bytes. Each 128-bit lane of the result contains 4 values of a, then 4 of b, of c, and of d.
 [[gnu::always_inline]] inline __m512i pack_bytes(__m512i a, __m512i b, __m512i c, __m512i d) {
     return _mm512_packus_epi16(_mm512_packs_epi32(a, b), _mm512_packs_epi32(c, d));
 }
@@ -47,7 +47,7 @@ struct requantizer {
         return _mm512_cvttps_epi32(_mm512_fmadd_ps(value, scale, _mm512_castsi512_ps(signed_offset)));
     }
 
-    /// Packs to 64 bytes and adds the zero point: in each 128-bit lane 4 values of a, then those of b, c and d.
+    /// Packs to 64 bytes in the order of pack_bytes() and adds the zero point.
     [[gnu::always_inline]] __m512i pack_lanes(__m512i a, __m512i b, __m512i c, __m512i d) const {
         const __m512i low = _mm512_adds_epi16(_mm512_packs_epi32(a, b), zero_point);
         const __m512i high = _mm512_adds_epi16(_mm512_packs_epi32(c, d), zero_point);
@@ -57,7 +57,7 @@ struct requantizer {
 
 #include <ldi/kernels/detail/generic/rectifier.hpp>
 
-/// Reorders the result of pack_lanes(): all values of a, then those of b, c and d. Its own inverse.
+/// Reorders the result of pack_lanes(): all values of a, then all of b, of c, and of d. A second call restores the order.
 [[gnu::always_inline]] inline __m512i swap_lanes(__m512i values) {
     return _mm512_permutexvar_epi32(_mm512_setr_epi32(0, 4, 8, 12, 1, 5, 9, 13, 2, 6, 10, 14, 3, 7, 11, 15), values);
 }

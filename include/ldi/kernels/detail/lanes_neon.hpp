@@ -1,6 +1,6 @@
 // Shared parts of the NEON kernels: the dot product, requantization of 32-bit sums, and the loops of convolutions. NEON has
-// instructions for each step of the integer requantization (sqrdmulh, srshl). It costs 2 to 4 instructions for 4 values, fewer
-// than the float form of other instruction sets, and is exact for every scale.
+// instructions for the steps of the integer requantization (sqrdmulh, srshl). The integer form costs 2 to 4 instructions for 4
+// values, fewer than the float form on other instruction sets, and is exact for every scale.
 #pragma once
 
 #include <ldi/kernels/detail/conv_weights.hpp>
@@ -33,7 +33,7 @@ template <int lane>
     return sums;
 }
 
-// Functions, because clang's vld1q are macros, which accept no parameter pack.
+// Wrappers, because clang's vld1q_*() are macros that expand to statement expressions, which cannot contain a parameter pack.
 [[gnu::always_inline]] inline int8x16_t load(const std::int8_t* from) { return vld1q_s8(from); }
 [[gnu::always_inline]] inline int32x4_t load(const std::int32_t* from) { return vld1q_s32(from); }
 [[gnu::always_inline]] inline float32x4_t load(const float* from) { return vld1q_f32(from); }
@@ -53,7 +53,7 @@ struct rounding_shifter {
           away_from_zero(vdupq_n_s32(right == 0 ? 0 : -1)),
           zero_point(vdupq_n_s16(static_cast<std::int16_t>(zero))) {}
 
-    /// srshl rounds halves up. Subtracting 1 from negative values first makes it round their halves down.
+    /// srshl rounds halves up. Subtracting 1 from negative values first makes it round their halves down, away from zero.
     [[gnu::always_inline]] int32x4_t operator()(int32x4_t values) const {
         return vrshlq_s32(vsraq_n_s32(values, vandq_s32(values, away_from_zero), 31), shift);
     }
@@ -78,7 +78,7 @@ struct requantizer {
     }
 };
 
-/// Requantizes with a zero point of 0: negative values become 0 with any rounding.
+/// Requantizes with a zero point of 0. Negative values need no special rounding, because they become 0.
 struct relu_requantizer {
     int32x4_t multiplier, shift;
 

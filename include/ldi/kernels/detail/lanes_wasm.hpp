@@ -23,8 +23,10 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 inline constexpr float rounding_magic = 0x1.8p23F;
 inline constexpr std::int32_t rounding_magic_bits = 0x4B400000;
 
-/// Applies an unfused_requantization to vectors. `positive` requires a zero point of 0: negative values become 0 for either sign
-/// of the offset.
+/// Applies an unfused_requantization to vectors.
+///
+/// positive  whether the offset has the same sign for all values; requires a zero point of 0, with which negative values become
+///           0 for either sign
 template <bool positive>
 struct requantizer {
     v128_t scale, offset, sign, magic, magic_bits;

@@ -9,7 +9,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Splits outputs into panels of at most `max_vectors` vectors, as evenly as possible.
 struct panel_cut {
-    std::size_t panels, larger, vectors;  ///< the first `larger` panels have `vectors` vectors, the others one less
+    std::size_t panels, larger, vectors;  ///< the first `larger` panels have `vectors` vectors, all further panels have one less
 
     panel_cut(std::size_t outputs, std::size_t lanes, std::size_t most) {
         const std::size_t all = (outputs + lanes - 1) / lanes;

@@ -1,7 +1,8 @@
 // Compiles code for several instruction sets in one header, independently of the user's flags. Functions between
 // LDI_BEGIN_TARGET("...") and LDI_END_TARGET are compiled for these features, so every translation unit has the same code for
-// them. Inside, use no lambdas, no standard templates over vector types, and no outside function that uses intrinsics. Write
-// loops over registers as fold expressions: g++ 12 keeps an array in registers only if every index is a constant.
+// them. Code between the two macros must not contain lambdas or standard templates over vector types, or call an outside
+// function that uses intrinsics. Write loops over registers as fold expressions: g++ 12 keeps an array in registers only if
+// every index is a constant.
 #pragma once
 
 #include <ldi/base/config.hpp>

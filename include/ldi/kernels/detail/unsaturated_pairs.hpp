@@ -1,7 +1,7 @@
-// Splits weights so that vpmaddubsw multiplies them exactly. The instruction adds two products of a byte and a signed byte in 16
-// bits and saturates, because 255 * 127 * 2 does not fit. Products are exact for all inputs if the positive weights in one
-// 16-bit sum add up to at most 128, and the negative ones to at least -128. Few weights of a trained network are larger; the
-// excess goes to another sum.
+// Splits weights so that vpmaddubsw multiplies them exactly. The instruction adds two products of a byte and a signed byte in
+// 16 bits and saturates, because 255 * 127 * 2 does not fit. Products are exact for all inputs if the positive weights in one
+// 16-bit sum add up to at most 128, and the negative ones to at least -128. Few weights of a trained network exceed these
+// limits; the excess is multiplied in a separate sum.
 #pragma once
 
 #include <ldi/base/config.hpp>
@@ -11,7 +11,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
-/// Remaining capacity of one 16-bit sum for weights.
+/// Remaining capacity of one 16-bit sum: maximum and minimum of the weights that still fit.
 struct sum_room {
     int most = 128, least = -128;
 

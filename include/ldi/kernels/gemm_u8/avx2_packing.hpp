@@ -21,8 +21,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 inline constexpr std::size_t gemm_lanes = 8, gemm_max_vectors = 2, gemm_tile_pixels[] = {8, 4};
 using detail::gemm_group;
 
-/// Packs the weights of a single output, which would fill one of 8 lanes, in the order of the inputs, each segment padded to
-/// whole vectors.
+/// Packs the weights of a layer with a single output in the order of the inputs, and pads each segment to whole vectors. The
+/// panel layout would use only one of 8 lanes.
 inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     const std::size_t padded = (packed.inputs + 15) / 16 * 16;
@@ -32,7 +32,8 @@ inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uin
                 i < packed.inputs ? sign * (weights[s * packed.inputs + i] - int{weight_zero_point}) : 0));
 }
 
-/// Weights of four inputs for the outputs of a panel that cannot saturate a sum. A group is the sum of one or more terms.
+/// Weights of four inputs for all outputs of a panel, so small that they cannot saturate a 16-bit sum. The weights of a group
+/// are the sum of one or more terms.
 struct gemm_term {
     static constexpr std::size_t max_weights = gemm_max_vectors * gemm_lanes * gemm_group;
 
@@ -80,7 +81,7 @@ inline void split_group(std::span<int> rest, std::size_t first_input, buffer<gem
     }
 }
 
-/// An order of the terms that starts with pairs that share their sums, and the number of these pairs.
+/// Terms in the order of the kernel: first pairs of terms that share their 16-bit sums, then single terms.
 struct paired_terms {
     buffer<const gemm_term*> order;
     std::size_t pairs = 0;
@@ -104,7 +105,7 @@ struct paired_terms {
     }
 
 private:
-    /// Searches the lightest terms, the most likely to fit; returns `i` if none does.
+    /// Searches the terms with the lowest `heaviest`, which are most likely to fit. Returns `i` if no term fits.
     static std::size_t find_partner(const buffer<const gemm_term*>& rest, std::size_t i) {
         constexpr std::size_t tries = 8;
         for (std::size_t t = 0; t < tries && rest.size() - 1 - t > i; ++t)
@@ -113,8 +114,8 @@ private:
     }
 };
 
-/// Packs weights panel by panel, segment by segment. `order` gets the number of pairs of terms, the number of single terms, and
-/// the first input of each term. `narrow` gets vectors of 8 outputs x 4 inputs, term by term.
+/// Packs weights panel by panel, segment by segment. Appends to `order` the number of pairs of terms, the number of single
+/// terms, and the first input of each term. Appends to `narrow` vectors of 8 outputs x 4 inputs, term by term.
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     if (packed.is_single_output()) return pack_single_output(packed, weights, weight_zero_point);
     const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_max_vectors);

@@ -22,8 +22,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 inline constexpr std::size_t gemm_lanes = 16, gemm_max_vectors = 4, gemm_tile_pixels[] = {12, 6, 4, 4};
 using detail::gemm_group;
 
-/// Packs the weights of a single output, which would fill one of 16 lanes, in the order of the inputs, each segment padded to
-/// whole vectors.
+/// Packs the weights of a layer with a single output in the order of the inputs, and pads each segment to whole vectors. The
+/// panel layout would use only one of 16 lanes.
 inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     const std::size_t padded = (packed.inputs + 63) / 64 * 64;
@@ -48,7 +48,7 @@ struct gemm_panel {
     const std::int8_t* weights;
     const std::int32_t* bias;
     std::uint8_t* result;
-    std::size_t outputs, held = 0;  ///< outputs of the layer; outputs of the panel
+    std::size_t outputs, held = 0;  ///< number of outputs: of the layer; of the panel
 
     void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
 };
@@ -59,7 +59,7 @@ struct gemm_panel {
     return _mm512_set1_epi32(four);
 }
 
-/// With `half`, computes only the first 8 sums: a 512-bit vector occupies Zen 4's units for two cycles.
+/// With `half`, computes only the first 8 sums, because a 512-bit vector occupies Zen 4's units for two cycles.
 template <bool half>
 [[gnu::always_inline]] inline __m512i multiply_add(__m512i sums, __m512i inputs, __m512i weights) {
     if constexpr (half)

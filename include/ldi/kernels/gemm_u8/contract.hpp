@@ -19,16 +19,16 @@ struct gemm_u8_weights {
 
     isa target = isa::scalar;
     std::size_t segments = 1, inputs = 0, outputs = 0;
-    buffer<std::int16_t> wide;  ///< scalar, WebAssembly, a single output with AVX2: weight minus its zero point
+    buffer<std::int16_t> wide;  ///< scalar, WebAssembly, and a single output with AVX2: weight minus its zero point
     /// AVX2, VNNI: weight minus its zero point, or the negative of it (see `fast`); NEON: see `output`
     buffer<std::int8_t> narrow;
     /// AVX2, for each segment of each panel: the number of pairs of terms, the number of single terms, and the first input of
     /// each term
     buffer<std::uint32_t> order;
     buffer<std::int32_t> bias;  ///< zero points folded in; padded with zeros to whole vectors
-    requantization output;      ///< NEON: the multiplier is negated if `narrow` and `bias` are
-    /// Negated if `narrow` and `bias` are. On WebAssembly, the constants of an unfused_requantization. Unused by scalar and
-    /// NEON.
+    requantization output;      ///< NEON: the multiplier is negated together with `narrow` and `bias`
+    /// Negated together with `narrow` and `bias`. On WebAssembly, the constants of an unfused_requantization. Unused by scalar
+    /// and NEON.
     float_requantization fast;
 
     /// Whether lanes contain inputs instead of outputs: for a single output with enough inputs to fill a vector.
@@ -38,7 +38,8 @@ struct gemm_u8_weights {
 /// One instruction set's kernel: a row of `gemm_u8_kernels`.
 struct gemm_u8_kernel {
     isa set;
-    /// with fewer outputs, the kernel of `otherwise` (kernels/isa.hpp) is faster, because lanes stay empty
+    /// minimum number of outputs; with fewer, too many lanes stay empty, and the kernel of `otherwise` (kernels/isa.hpp) is
+    /// faster
     std::size_t min_outputs;
     /// Appends to `wide`, `narrow` and `order` the data that run() reads; the caller has set all other members. See
     /// pack_gemm_u8() of kernels/gemm_u8.hpp.

@@ -21,8 +21,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 inline constexpr std::size_t gemm_lanes = 4, gemm_max_vectors = 2, gemm_tile_pixels[] = {4, 4}, gemm_group = 2;
 inline constexpr std::size_t gemm_widened = 4 * detail::max_unfused_inputs;  // values widened at a time
 
-/// Packs the weights of a single output, which would fill one of 4 lanes, in the order of the inputs, each segment padded to
-/// whole vectors.
+/// Packs the weights of a layer with a single output in the order of the inputs, and pads each segment to whole vectors. The
+/// panel layout would use only one of 4 lanes.
 inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const std::size_t padded = (packed.inputs + 7) / 8 * 8;
     for (std::size_t s = 0; s < packed.segments; ++s)
@@ -59,7 +59,7 @@ struct widened_pixels {
     widened_pixels(const gemm_u8_weights& weights, std::size_t input_stride)
         : segment_count(weights.segments),
           segment_stride(gemm_widened / weights.segments),
-          // Overlapping and adjacent windows keep their distance.
+          // Overlapping and adjacent windows keep their distance. Gaps between other windows are not stored.
           pixel_stride(input_stride <= weights.inputs ? input_stride : weights.inputs),
           pairs((weights.inputs + gemm_group - 1) / gemm_group) {
         const std::size_t fit = (segment_stride - weights.inputs - 1) / pixel_stride + 1;
@@ -87,7 +87,7 @@ struct gemm_panel {
     const std::int16_t* weights;
     const std::int32_t* bias;
     std::uint8_t* result;
-    std::size_t outputs, held = 0;  ///< outputs of the layer; outputs of the panel
+    std::size_t outputs, held = 0;  ///< number of outputs: of the layer; of the panel
 
     void skip(std::size_t lanes) { weights += input.segment_count * input.pairs * lanes * gemm_group; }
 };

@@ -1,6 +1,7 @@
-// Merges two depth estimates of one photo, from a small and a large version: the layout is the mean of both, the edges come from
-// the large one. Networks are consistent on small pictures and crisp on large ones (Miangoleh et al., Boosting Monocular Depth
-// Estimation Models to High-Resolution via Content-Adaptive Multi-Resolution Merging, CVPR 2021, sections 3 and 5).
+// Merges two depth estimates of one photo, computed at a small and at a large size. Coarse structures become the mean of both
+// estimates; edges come from the estimate at the large size. Networks are consistent on small pictures and crisp on large ones
+// (Miangoleh et al., Boosting Monocular Depth Estimation Models to High-Resolution via Content-Adaptive Multi-Resolution
+// Merging, CVPR 2021, sections 3 and 5).
 #pragma once
 
 #include <ldi/base/numbers.hpp>
@@ -23,7 +24,7 @@ image<T> mirrored(const image<T>& source) {
     return result;
 }
 
-/// Two neighboring samples of a row, between which a sample of the resized row lies.
+/// The two neighboring source samples from which a sample of the resized row is interpolated.
 struct sample_place {
     std::size_t first, second;
     float share;  ///< weight of `second`; `first` has the rest
@@ -35,7 +36,7 @@ inline sample_place place_of_sample(std::size_t i, std::size_t count, std::size_
     return {first, (std::min)(first + 1, from_count - 1), inside - nearest_float(first)};
 }
 
-/// Resizes H x W x 1 by bilinear interpolation. Does not average over areas when it shrinks.
+/// Resizes H x W x 1 by bilinear interpolation, without averaging over areas if the result is smaller.
 inline image<float> interpolated(const image<float>& source, std::size_t height, std::size_t width) {
     image<float> result(height, width, 1, unset);
     const auto mean = [](float a, float b, float share) { return a + (b - a) * share; };
@@ -66,7 +67,7 @@ inline image<float> square_means(const image<float>& source, std::size_t side) {
 /// Replaces structures of `details` that are coarser than 16 pixels by the mean of both maps.
 ///
 /// details  H x W x 1, H and W multiples of 16
-/// layout   h x w x 1, any size, in the same unit
+/// layout   h x w x 1, any size, in the unit of `details`
 inline image<float> with_layout(image<float> details, const image<float>& layout) {
     constexpr std::size_t coarse = 16;
     image<float> change = interpolated(layout, details.height(), details.width());

@@ -1,4 +1,4 @@
-// exp() in float with the same bits on every machine: it uses only operations that IEEE 754 rounds exactly. The method is
+// exp() in float with the same bits on every machine: it uses only operations that IEEE 754 rounds correctly. The method is
 // NumPy's (reduction by ln 2 in two parts, then a rational function), because the published disparity of Tiefenrausch was
 // computed with NumPy.
 #pragma once

@@ -103,7 +103,7 @@ private:
         std::size_t outputs;
         std::int32_t kernel;
         activation after;
-        std::string result;  ///< key of the result's range in the file; empty: float results
+        std::string result;  ///< name of the result's range in the file, without ".range"; empty: float results
 
         std::size_t inputs() const {
             std::size_t sum = 0;
@@ -117,7 +117,7 @@ private:
 
     std::size_t depth() const { return architecture_.channels.size(); }
 
-    /// The encoder's output that the decoder of this level reads.
+    /// The input of this level's encoder stage, which the decoder of the level also reads.
     ranged_tensor skip(std::size_t level) const {
         return {level == 0 ? "input" : encoder(level - 1), architecture_.inputs(level)};
     }

@@ -1,5 +1,5 @@
-// Plans the inpainting network's work: the levels of detail of a layered image, and the pixels per level that the wanted pixels
-// depend on, traced backward through the network.
+// Plans the inpainting network's work on a layered image: the levels of detail, and the pixels of each level that the requested
+// results depend on. Planning traces these dependencies backward through the network.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -26,7 +26,7 @@ struct farbrausch_level {
     buffer<std::int32_t> decoded;        ///< level 0 only: pixels at which the decoder computes a result
     convolution_plan encode;             ///< convolution from `read` of this level to `read` of the next level
     convolution_plan decode;             ///< convolution from `read` to `decoded`
-    buffer<std::int32_t> decoded_above;  ///< per pixel of `read` its row in `decoded` of the next level, or no_pixel
+    buffer<std::int32_t> decoded_above;  ///< per pixel of `read`: parent's row in `decoded` of the next level, or no_pixel
 };
 
 /// Plans all levels, from the finest to the coarsest.
@@ -55,7 +55,7 @@ inline buffer<farbrausch_level> plan_farbrausch(const graph_view& finest, std::s
         coarse = std::move(next.topology);
     }
 
-    // The decoder, in reverse order: from its final result to the coarsest level.
+    // Traces the decoder in reverse order, from its final result to the coarsest level.
     buffer<buffer<std::uint8_t>> read_marks(depth);
     buffer<pixel_subset> decoded(depth + 1);
     decoded[0] = pixel_subset::marked(wanted);
@@ -69,7 +69,8 @@ inline buffer<farbrausch_level> plan_farbrausch(const graph_view& finest, std::s
             if (read_marks[i][pixel] != 0 && level.above[pixel] != no_pixel) above_marks[level.above[pixel]] = 1;
         decoded[i + 1] = pixel_subset::marked(above_marks);
     }
-    // The encoder, from the coarsest level to the finest: its results for the decoder and for the next encoder stage.
+    // Traces the encoder in reverse order, from the coarsest level to the finest. The decoder and the next encoder stage read
+    // the results of each stage.
     pixel_subset read = decoded[depth];
     for (std::size_t i = depth; i-- > 0;) {
         farbrausch_level& level = levels[i];

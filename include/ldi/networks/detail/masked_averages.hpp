@@ -14,7 +14,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Red, green, blue, 1 for a known color; four zeros for an unknown color.
+/// A known color: red, green, blue, and 1. An unknown color is four zeros.
 using masked_color = lanes::four_floats;
 
 /// A contiguous array of masked colors.
@@ -37,7 +37,8 @@ private:
     buffer<float> values_;
 };
 
-/// Averages `count = sum[3]` colors, given their sum.
+/// Returns the average of known colors, given their sum. sum[3] is the number of colors, at most 9; if it is 0, the average is
+/// unknown.
 inline masked_color average_of(masked_color sum) {
     static constexpr std::array<float, 10> reciprocals{0.0F,     1.0F,     1.0F / 2, 1.0F / 3, 1.0F / 4,
                                                        1.0F / 5, 1.0F / 6, 1.0F / 7, 1.0F / 8, 1.0F / 9};
@@ -47,8 +48,9 @@ inline masked_color average_of(masked_color sum) {
     return average;
 }
 
-/// Calls `store(output, average)` for every output of a plan of 3 x 3 windows. The average is over the known colors of
-/// `value(pixel)` in the window. Sums run column by column for every kind of window, so results don't depend on the plan.
+/// Calls `store(output, average)` for every output of a plan of 3 x 3 windows. The average runs over the known colors
+/// `value(pixel)` of the window's pixels. Sums run column by column for every kind of window, so results do not depend on the
+/// plan.
 template <executor Executor, class Value, class Store>
 void average_windows(const convolution_plan& plan, Executor& threads, Value&& value, Store&& store) {
     LDI_ASSERT(plan.kernel_size == 3);

@@ -18,7 +18,7 @@ struct network_input {
     buffer<std::uint8_t> mask;  ///< 1 or 0 per row; empty: all 1
 };
 
-/// Scales known colors to [0, 1] and masks the others.
+/// Scales known colors to [0, 1] and masks unknown colors.
 inline network_input masked_input(array_view<const std::uint8_t> colors, array_view<const std::uint8_t> known,
                                   const pixel_subset& read) {
     network_input input{buffer<float>(3 * read.size()), buffer<std::uint8_t>(read.size())};
@@ -44,7 +44,10 @@ struct masked_map {
         return result;
     }
 
-    /// View on the finer graph (feature_map.hpp, upsample()).
+    /// Views the map on the finer graph, like upsample() of nn/ldi/feature_map.hpp. The map must outlive the view and keep its
+    /// size.
+    ///
+    /// rows  row of each pixel's parent, or no_pixel
     basic_feature_view<Value> upsampled(std::span<const std::int32_t> rows) const {
         basic_feature_view<Value> result = upsample(map, rows);
         result.mask = mask;

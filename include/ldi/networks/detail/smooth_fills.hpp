@@ -21,8 +21,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// The network's input, and the fill that the network corrects.
 struct smooth_fills {
-    buffer<float> input;  ///< rows of `read` of level 0: red, green, blue of fill - tone, and 1 for a known color, else 0
-    buffer<float> fill;   ///< rows of `decoded` of level 0: red, green, blue
+    buffer<float> input;  ///< per pixel of `read` of level 0: fill - tone in red, green, blue, and 1 for a known color, else 0
+    buffer<float> fill;   ///< per pixel of `decoded` of level 0: red, green, blue
 };
 
 template <executor Executor>
@@ -66,7 +66,7 @@ private:
         return masked_color{unit_[color[0]], unit_[color[1]], unit_[color[2]], 1.0F};
     }
 
-    /// The known colors; unknown pixels get the color of their parent.
+    /// Returns the known colors, and for unknown pixels the color of the parent.
     masked_colors from_above(const masked_colors& coarse, const buffer<std::int32_t>& above, const masked_colors& known) const {
         masked_colors result = known;
         parallel_for(threads_, above.size(), 4096, [&](std::size_t first, std::size_t last) {
@@ -77,7 +77,7 @@ private:
         return result;
     }
 
-    /// Averages the unknown pixels, `passes` times.
+    /// Replaces each unknown color by the average of its window, `passes` times.
     void spread(masked_colors& colors, const convolution_plan& windows, const masked_colors& known, int passes) {
         buffer<std::int32_t> unknown;
         for (std::int32_t i = 0; i < known.count(); ++i)
@@ -85,7 +85,9 @@ private:
         spread_at(colors, restrict_and_renumber(windows, unknown), unknown, passes);
     }
 
-    /// windows  windows of the colors `places`, in this order
+    /// Replaces the colors at `places` by the averages of their windows, `passes` times.
+    ///
+    /// windows  the windows of `places`, in the same order
     void spread_at(masked_colors& colors, const convolution_plan& windows, std::span<const std::int32_t> places, int passes) {
         masked_colors next(places.size());
         for (int pass = 0; pass < passes; ++pass) {
@@ -98,7 +100,8 @@ private:
         }
     }
 
-    /// The parent's color, or the known color if there is no parent; averaged once.
+    /// Averages each pixel's window once. A pixel of the window counts with the color of its parent, or with its own known
+    /// color if the parent has none.
     masked_colors average_from_above(const masked_colors& coarse, std::size_t level, const masked_colors& known) {
         const buffer<std::int32_t>& above = levels_[level].above;
         masked_colors result(levels_[level].pixel_count);
@@ -156,9 +159,9 @@ private:
         return result;
     }
 
-    /// Colors pixels that have no color on any level. Waves run along links from colored pixels, and each pixel becomes the
-    /// average of its colored neighbors. Such pixels exist where few links connect a surface to the rest: coarser levels may cut
-    /// them.
+    /// Colors pixels that have no color on any level. They exist where few links connect a surface to the rest, because coarser
+    /// levels may cut these links. Waves run along links from colored pixels, and each pixel becomes the average of its colored
+    /// neighbors.
     void color_along_links(masked_colors& fill, const masked_colors& fill_above) {
         for (std::int32_t row = 0; row < fill.count(); ++row) {
             if (fill.has(row)) continue;
@@ -167,7 +170,8 @@ private:
         }
     }
 
-    /// Colors all isolated pixels, also those that are never read, so that no color depends on the set of pixels read.
+    /// Colors all pixels without a color on any level, even those that the network does not read, so that colors do not depend
+    /// on which pixels it reads.
     void run_waves(const masked_colors& fill_above) {
         const buffer<std::int32_t>& above = levels_[0].above;
         for (std::int32_t p = 0; p < above.count(); ++p)
@@ -191,8 +195,8 @@ private:
         }
     }
 
-    /// The color before averaging with neighbors. Inlined, because in WebAssembly a call that an exception may leave cannot
-    /// return vectors.
+    /// Returns the color of a pixel before averaging with its neighbors. Inlined, because in WebAssembly a call that an
+    /// exception may leave cannot return vectors.
     [[gnu::always_inline]] masked_color base_color(std::int32_t pixel, const masked_colors& fill_above) const {
         if (known_[pixel] != 0) return photo(pixel);
         const std::int32_t above = levels_[0].above[pixel];

@@ -36,7 +36,7 @@ struct addition_description {
     std::array<std::size_t, 2> inputs = {};  ///< indices of tensors
 };
 
-/// Every pixel repeated `factor` times in both directions.
+/// Enlarges a tensor by repeating every pixel `factor` times in both directions.
 struct nearest_resize_description {
     std::size_t input = 0;  ///< index of a tensor
     std::size_t factor = 1;

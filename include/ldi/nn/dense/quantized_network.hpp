@@ -1,5 +1,6 @@
 // Runs a network of 8-bit convolutions, additions and nearest-neighbor enlargements (paper, section "Depth Estimation",
-// "Quantization"). Construction checks the description completely; running can then fail only on the size of the input.
+// "Quantization"). The constructor checks the description completely, so that run() can fail only because of the input's size
+// or number of channels.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -63,7 +64,7 @@ public:
         return bytes_of(plan(input, fused_, true), std::max<std::size_t>(threads, 1));
     }
 
-    /// Cost of one step of run(), a chain of layers, for measurements.
+    /// Cost of one step of run(), for measurements. A step computes a chain of layers.
     struct step_description {
         std::string_view name;  ///< name of the last layer's result
         tensor_size size;       ///< size of the last layer's result
@@ -97,8 +98,8 @@ public:
     /// Runs the network. Returns the result in output_quantization().
     ///
     /// input     H x W x input_channels(), in input_quantization()
-    /// progress  called as progress(fraction) on the calling thread after each step, finally with 1; an exception from it ends
-    ///           the run
+    /// progress  called as progress(fraction) on the calling thread after each step; fraction is 1 after the last step. An
+    ///           exception from it ends the run
     /// memory    working memory of at least working_bytes(); if empty, the run allocates it
     template <executor Executor, class Progress = ignore_progress>
     image<std::uint8_t> run(const image<std::uint8_t>& input, Executor& threads, Progress&& progress = {},
@@ -111,7 +112,7 @@ public:
         return run_steps(input, threads, planned, memory, after_step);
     }
 
-    /// Runs the network layer by layer, with the same result but slower, to show intermediate results.
+    /// Runs the network layer by layer and shows the intermediate results. Returns the same result as run(), but is slower.
     ///
     /// observe  called as observe(layer, name, tensor) on the calling thread with each layer's result; an exception from it ends
     ///          the run
@@ -170,7 +171,7 @@ private:
         return found;
     }
 
-    /// Bytes of a tensor; more than max_bytes on overflow.
+    /// Bytes of a tensor, or max_bytes + 1 if it exceeds max_bytes.
     std::uint64_t bytes(std::size_t tensor, tensor_size size) const {
         std::uint64_t product = channels_[tensor];
         for (std::uint64_t factor : {std::uint64_t{size.height}, std::uint64_t{size.width}})
@@ -262,7 +263,7 @@ private:
                     .run(range);
             }
         };
-        const std::size_t min_rows = std::max<std::size_t>(2 * step.reach, 1);  // keeps copies around different cuts apart
+        const std::size_t min_rows = std::max<std::size_t>(2 * step.reach, 1);  // so that the copies of two cuts do not overlap
         const std::size_t strips = std::clamp<std::size_t>(rows / min_rows, 1, std::max<std::size_t>(threads.concurrency(), 1));
         const std::size_t all_strips = std::max<std::size_t>(threads.concurrency(), 1);
         strip_task task{step, tensors, memory, memory + all_strips * planned.strip_bytes, planned, rows, strips};
@@ -277,7 +278,7 @@ private:
     buffer<quantization> values_;   ///< per tensor; 0 is the input, i + 1 the result of layer i
     buffer<std::size_t> channels_;  ///< per tensor
     buffer<detail::packed_layer> layers_;
-    buffer<buffer<std::size_t>> last_uses_;  ///< per layer the tensors that no later layer reads
+    buffer<buffer<std::size_t>> last_uses_;  ///< per layer: tensors that are no longer needed after it
     buffer<detail::schedule_step> fused_, unfused_;
     std::size_t output_ = 0;
 };

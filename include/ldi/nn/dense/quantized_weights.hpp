@@ -1,5 +1,5 @@
-// Reads an 8-bit network from a weight file that stores operators and weights, as examples/training/tiefenrausch_small writes
-// it. formats/safetensors.hpp reads the file.
+// Builds the description of an 8-bit network from the tensors of a weight file that also stores the operators, as
+// examples/training/tiefenrausch_small writes it. formats/safetensors.hpp reads the file.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -17,20 +17,20 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Reads the description of a network with n operators from the tensors of a file. Tensor 0 of the network is its input, tensor
-/// i + 1 the result of operator i. The file has these tensors:
+/// Builds the description of a network with n operators from the tensors of a file. Tensor 0 of the network is its input,
+/// tensor i + 1 the result of operator i. The file has these tensors:
 ///
 ///     operators                            int32  n x 5   kind, first input, second input, kernel, stride or factor
-///     scales, zero_points                  float, uint8   n + 1, of the tensors
-///     weight_scales, weight_zero_points    float, uint8   n, read where operator i is a convolution
+///     scales, zero_points                  float, uint8   n + 1, one per tensor
+///     weight_scales, weight_zero_points    float, uint8   n, used only for convolutions
 ///     i.weight                             uint8  outputs x kernel x kernel x (inputs; 1 if depthwise)
 ///     i.bias                               int32  outputs
 ///
 /// Kinds: 0 convolution, 1 depthwise convolution, 2 addition, 3 enlargement by repeating pixels. The last operator computes the
 /// result of the network. "operator_names" in the metadata contains names of the operators for messages, separated by spaces.
 ///
-/// Raises mismatch or invalid_data, naming the tensor, if the file differs from this. quantized_network checks the description
-/// afterwards.
+/// Raises mismatch or invalid_data, with the name of the tensor, if the file has a different layout. The constructor of
+/// quantized_network checks the rest of the description.
 inline network_description read_quantized_network(const named_tensors& file);
 
 namespace detail {
@@ -93,7 +93,7 @@ private:
         return names;
     }
 
-    /// Returns a number of the operator table. Raises an error unless it lies in [least, most].
+    /// Returns an entry of the operator table. Raises an error unless it lies in [least, most].
     std::size_t row(std::size_t i, std::size_t column, std::size_t least, std::size_t most) const {
         const std::int32_t value = rows_[i * columns + column];
         if (value < 0 || static_cast<std::size_t>(value) < least || static_cast<std::size_t>(value) > most)

@@ -1,6 +1,6 @@
-// Convolution on layered depth images, plain and partial (paper, section "Mapping the PConv Network to LDI"; partial convolution
-// after Liu et al., ECCV 2018). Values are tensors of pixels x channels, row-major, pixels in the graph's order: float32
-// or bytes.
+// Convolution on layered depth images, plain and partial (paper, section "Mapping the PConv Network to LDI"; partial
+// convolution after Liu et al., ECCV 2018). Inputs and results are tensors of float32 or bytes: pixels x channels, row-major,
+// with the pixels in the graph's order.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -39,9 +39,9 @@ inline buffer<float> channels_last(std::span<const float> weights, std::size_t o
 
 /// Packs PyTorch weights for conv_f32().
 ///
-/// weights  outputs x inputs x kernel_size x kernel_size, row-major, finite; batch normalization folded in
+/// weights  outputs x inputs x kernel_size x kernel_size, row-major, finite; batch normalization folded in. `inputs` is the sum
+///          of the channels of all sources, in order
 /// bias     outputs
-/// inputs   sum of the channels of all sources, in order
 inline conv_f32_weights pack_convolution(isa target, std::span<const float> weights, std::span<const float> bias,
                                          std::int32_t kernel_size, activation after) {
     const std::size_t k = static_cast<std::size_t>(kernel_size);
@@ -54,7 +54,7 @@ struct quantized_source {
     quantization values;
 };
 
-/// Packs PyTorch weights for conv_u8(), rounded to 7 bits: the largest weight of each output becomes 63.
+/// Rounds PyTorch weights to 7 bits and packs them for conv_u8(). The largest absolute weight of each output becomes 63.
 ///
 /// sources  quantization of the sources that the convolution will read; their zero points must equal basic_feature_view::zero
 /// result   quantization of byte results; float results are in units of result.scale
@@ -89,11 +89,11 @@ inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> 
 
 /// Computes result = activation(weights * window + bias); missing pixels count as zero.
 ///
-/// sources  the input channels, concatenated. Their masks must be empty
+/// sources  maps whose channels, concatenated, are the inputs; their masks must be empty
 /// result   plan.output_count x weights.outputs, a vector or span of float or of the sources' type. Rows outside the plan stay
 ///          unchanged. Must not overlap a source
 ///
-/// The bits of an output depend on its window alone: not on the plan (whole or restricted) and not on the executor.
+/// The bits of an output depend on its window alone, not on the plan (whole or restricted) or on the executor.
 template <class Weights, class Result, executor Executor = const serial_executor>
 void convolve(const convolution_plan& plan, const Weights& weights,
               std::span<const basic_feature_view<typename Weights::value_type>> sources, Result&& result,
@@ -108,7 +108,8 @@ void convolve(const convolution_plan& plan, const Weights& weights,
 /// A pixel's channels are masked if the pixel does not exist, its row is no_pixel, or its mask is 0. The mask's sum runs over
 /// all channels of all sources. Without masks, only missing pixels are excluded.
 ///
-/// result_mask  plan.output_count: 1 where the mask's sum is positive, else 0; may be empty
+/// sources, result  as in convolve(), but sources may have masks
+/// result_mask      plan.output_count: 1 where the mask's sum is positive, else 0; may be empty
 template <class Weights, class Result, executor Executor = const serial_executor>
 void convolve_partially(const convolution_plan& plan, const Weights& weights,
                         std::span<const basic_feature_view<typename Weights::value_type>> sources, Result&& result,

@@ -1,6 +1,6 @@
-// A convolution layer with its weights, the building block of networks on layered images. One layer serves any number of graphs:
-// the plan selects the graph and, with stride 2, the coarser graph of the result. Float32; nn/ldi/convolution.hpp offers bytes,
-// masks and results in memory of the caller.
+// A convolution layer with its weights, the building block of networks on layered images. One layer serves any number of
+// graphs: the plan selects the graph and, with stride 2, the coarser graph of the result. The layer computes in float32;
+// nn/ldi/convolution.hpp also supports bytes, masks, and results in the caller's memory.
 //
 //     const ldi::coarsened half = ldi::coarsen(g);
 //     const ldi::feature_map fine = first(ldi::plan_convolution(g, 3), input);
@@ -25,24 +25,26 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 struct convolution_options {
     std::int32_t kernel_size = 3;      ///< odd, 1 to max_kernel_size
     activation after = no_activation;  ///< no_activation, relu, leaky_relu(0.2F), ...
-    bool is_partial = false;           ///< excludes missing pixels from the sum and rescales it; otherwise they count as zero
+    bool is_partial = false;           ///< excludes missing pixels from the sum and rescales it; if false, they count as zero
     isa target = best_isa();           ///< the instruction set to pack weights for; results agree to rounding
 };
 
 class convolution_layer {
 public:
+    /// Packs the weights.
+    ///
     /// weights  outputs x inputs x kernel_size x kernel_size, row-major, finite, as PyTorch stores them
     /// bias     outputs
     convolution_layer(std::span<const float> weights, std::span<const float> bias, const convolution_options& options = {})
         : weights_(pack_convolution(options.target, weights, bias, options.kernel_size, options.after)),
           is_partial_(options.is_partial) {}
 
-    /// Convolves the inputs. Returns the result at the plan's outputs: the pixels of the graph, or with stride 2 those of the
+    /// Convolves the inputs. Returns the result at the plan's outputs: the pixels of the graph or, with stride 2, of the
     /// coarser graph. A pixel's bits depend on its window only, not on the executor.
     ///
     /// plan    a plan of this layer's kernel size
-    /// inputs  maps whose concatenated channels are the layer's inputs; none is copied. Their masks must be empty unless the
-    ///         layer is partial
+    /// inputs  maps whose channels, concatenated, are the layer's inputs; the layer does not copy the maps. Their masks must be
+    ///         empty unless the layer is partial
     template <executor Executor = const serial_executor>
     feature_map operator()(const convolution_plan& plan, std::initializer_list<feature_view> inputs,
                            Executor&& threads = {}) const {

@@ -1,6 +1,6 @@
 // Plans the memory accesses of a k x k convolution on a layered depth image. Most of an LDI consists of ordinary image rows,
-// where a window is k pointers into memory. Only near silhouettes does the plan explore windows link by link (core/window.hpp).
-// A plan depends only on the graph and the kernel size; all layers of a level share it.
+// where k pointers into memory describe a window. Planning explores windows link by link (core/window.hpp) only near
+// silhouettes. A plan depends only on the graph and the kernel size; all layers of a level share it.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -16,8 +16,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Outputs are the pixels of the graph, or with stride 2 those of the coarse graph. Every output of a full plan belongs to one
-/// segment or is irregular. restrict_to() leaves outputs out; convolutions skip these.
+/// A plan. Its outputs are the pixels of the graph or, with stride 2, of the coarse graph. Every output of a full plan belongs
+/// to one segment or is irregular. restrict_to() omits outputs; convolutions do not compute omitted outputs.
 struct convolution_plan {
     /// A run of outputs first, first + 1, ... with ordinary windows. Row r of the window of output first + i consists of the
     /// kernel_size pixels centered at pixel `rows[s * kernel_size + r] + stride * i`, where s is the index of the segment.
@@ -37,14 +37,14 @@ struct convolution_plan {
     std::size_t k() const { return static_cast<std::size_t>(kernel_size); }
     /// Number of pixels per window.
     std::size_t elements() const { return k() * k(); }
-    /// The kernel_size rows of a segment.
+    /// The center pixels of the kernel_size window rows of a segment's first output.
     std::span<const std::int32_t> rows_of(std::size_t s) const { return std::span(rows).subspan(s * k(), k()); }
     /// The window of an irregular output, row by row.
     std::span<const std::int32_t> window_of(std::size_t i) const {
         return std::span(windows).subspan(i * elements(), elements());
     }
 
-    /// Allocated memory in bytes.
+    /// Memory that the plan has allocated, in bytes.
     std::size_t bytes() const {
         return segments.capacity() * sizeof(segment) +
                (rows.capacity() + irregular.capacity() + windows.capacity()) * sizeof(std::int32_t);
@@ -53,7 +53,8 @@ struct convolution_plan {
 
 namespace detail {
 
-/// Minimum number of outputs per segment. Shorter segments are gathered, so that their pixels can share the kernels' tiles.
+/// Minimum number of outputs per segment. Outputs of shorter runs become irregular, so that the windows of several runs can
+/// share the kernels' tiles.
 inline constexpr std::int32_t min_segment = 4;
 
 inline void add_segment(convolution_plan& plan, convolution_plan::segment s, std::span<const std::int32_t> rows,
@@ -101,7 +102,8 @@ inline convolution_plan plan_kept(const graph_view& g, std::int32_t kernel_size,
 
 }  // namespace detail
 
-/// Plans a convolution with stride 1. Any order of pixels works; the canonical order (core/canonical_order.hpp) is the fastest.
+/// Plans a convolution with stride 1. The pixels may have any order; the canonical order (core/canonical_order.hpp) is the
+/// fastest.
 ///
 /// kernel_size  odd, 1 to max_kernel_size
 inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size) {
@@ -162,7 +164,7 @@ inline convolution_plan restrict_to(const convolution_plan& plan, std::span<cons
     return detail::restrict_and_number(plan, outputs, [&](std::size_t i) { return outputs[i]; });
 }
 
-/// Restricts a plan to some outputs, and numbers them in their order: outputs[i] becomes output i.
+/// Restricts a plan to some outputs and renumbers them: outputs[i] becomes output i.
 inline convolution_plan restrict_and_renumber(const convolution_plan& plan, std::span<const std::int32_t> outputs) {
     convolution_plan result =
         detail::restrict_and_number(plan, outputs, [](std::size_t i) { return static_cast<std::int32_t>(i); });

@@ -35,7 +35,7 @@ basic_feature_map<Value> for_each_value(basic_feature_map<Value> values, Executo
 
 /// Returns a + b. Pass `std::move(a)` to reuse its memory.
 ///
-/// b  same number of pixels and channels; may be upsampled. Its missing pixels count as zero
+/// b  as many pixels and channels as `a`; may be upsampled. Its missing pixels count as zero
 template <executor Executor = const serial_executor>
 feature_map add(feature_map a, const feature_view& b, Executor&& threads = {}) {
     LDI_ASSERT(b.pixels() == a.pixels() && b.channels == a.channels);
@@ -52,7 +52,7 @@ feature_map add(feature_map a, const feature_view& b, Executor&& threads = {}) {
     return a;
 }
 
-/// Returns a + b in 8 bits, each map in its own quantization.
+/// Returns a + b for maps of bytes, each in its own quantization.
 ///
 /// sum  result of prepare_add_u8() (kernels/add_u8.hpp) for the quantizations of a, b and the sum
 template <executor Executor = const serial_executor>
@@ -99,10 +99,10 @@ basic_feature_map<Value> concatenate(std::span<const basic_feature_view<Value>> 
 
 }  // namespace detail
 
-/// Concatenates the channels of the maps. A single upsampled map is written out. A convolution reads several maps directly,
-/// which is faster.
+/// Concatenates the channels of the maps. With a single upsampled map, stores it at full size. Convolutions can read several
+/// maps directly, which is faster.
 ///
-/// maps  at least one, all with the same number of pixels; maps of bytes in one quantization
+/// maps  at least one, all with the same number of pixels; maps of bytes must share one quantization
 template <executor Executor = const serial_executor>
 feature_map concatenate(std::initializer_list<feature_view> maps, Executor&& threads = {}) {
     return detail::concatenate(std::span<const feature_view>(maps.begin(), maps.size()), threads);
@@ -117,7 +117,7 @@ basic_feature_map<std::uint8_t> concatenate(std::initializer_list<basic_feature_
 template <executor Executor = const serial_executor>
 feature_map activate(feature_map x, activation by, Executor&& threads = {}) {
     return detail::for_each_value(std::move(x), threads, [by](float v) {
-        return v > 0.0F ? v : by.negative_slope == 0.0F ? 0.0F : by.negative_slope * v;  // also for -infinity
+        return v > 0.0F ? v : by.negative_slope == 0.0F ? 0.0F : by.negative_slope * v;  // avoids 0 * -infinity
     });
 }
 
@@ -148,13 +148,13 @@ inline feature_map dequantize(const basic_feature_map<std::uint8_t>& x, const qu
     return result;
 }
 
-/// Computes 1 / (1 + exp(-x)) with the rounding of the standard library.
+/// Computes 1 / (1 + exp(-x)). The last bits depend on the standard library's std::exp().
 template <executor Executor = const serial_executor>
 feature_map sigmoid(feature_map x, Executor&& threads = {}) {
     return detail::for_each_value(std::move(x), threads, [](float v) { return 1.0F / (1.0F + std::exp(-v)); });
 }
 
-/// Computes the hyperbolic tangent with the rounding of the standard library.
+/// Computes the hyperbolic tangent. The last bits depend on the standard library's std::tanh().
 template <executor Executor = const serial_executor>
 feature_map tanh(feature_map x, Executor&& threads = {}) {
     return detail::for_each_value(std::move(x), threads, [](float v) { return std::tanh(v); });

@@ -15,7 +15,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Non-owning view of a feature map, with an optional index map: nearest upsampling without a copy.
+/// Non-owning view of a feature map. The optional index map `rows` implements nearest-neighbor upsampling without a copy.
 ///
 /// Value  float or std::uint8_t
 template <class Value>
@@ -43,7 +43,7 @@ struct basic_feature_view {
 
 using feature_view = basic_feature_view<float>;
 
-/// Values of pixels x channels, row-major, pixels in the graph's order.
+/// Owns the values of a feature map: pixels x channels, row-major, with the pixels in the graph's order.
 template <class Value>
 struct basic_feature_map {
     std::size_t channels = 0;
@@ -81,8 +81,8 @@ private:
 
 using feature_map = basic_feature_map<float>;
 
-/// Views a coarse map on the finer graph without a copy: each pixel has the channels of its parent, or zeros without one. The
-/// map and the parents must outlive the view.
+/// Views a coarse map on the finer graph without a copy: each pixel has the channels of its parent, or zeros if it has no
+/// parent. The map and the parents must outlive the view.
 ///
 /// parent  coarsened::parent, one per pixel of the finer graph
 template <class Value>
@@ -92,7 +92,7 @@ basic_feature_view<Value> upsample(const basic_feature_map<Value>& coarse, std::
 
 namespace detail {
 
-/// Loops instead of calling memmove(), because rows are short and a call costs more than the copy.
+/// Copies a row in a loop, because rows are short and a call of memmove() costs more than the copy.
 template <class Value>
 void copy_row(const Value* from, std::size_t count, Value* to) {
     constexpr std::size_t step = 4;
@@ -101,7 +101,7 @@ void copy_row(const Value* from, std::size_t count, Value* to) {
     for (; i < count; ++i) to[i] = from[i];
 }
 
-/// Copies a pixel's channels and returns the number of unmasked channels.
+/// Copies a pixel's channels from all sources, with zeros for masked channels. Returns the number of unmasked channels.
 template <class Value>
 std::size_t copy_pixel(std::span<const basic_feature_view<Value>> sources, std::int32_t pixel, Value* to) {
     std::size_t counted = 0;

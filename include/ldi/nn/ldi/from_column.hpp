@@ -19,7 +19,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 ///     const feature_map colors = from_column<color_column>(layers, 1.0F / 255.0F);
 ///     const auto bytes = from_column<color_column, std::uint8_t>(layers);
 ///
-/// scale  float maps: factor of every value
+/// scale  factor of every value, for float maps
 template <payload_column Column, class Value = float, has_column<Column> Layers>
 basic_feature_map<Value> from_column(const Layers& layers, float scale = 1.0F) {
     static_assert(std::same_as<Value, float> || std::same_as<Value, typename Column::scalar>);
@@ -37,7 +37,7 @@ basic_feature_map<Value> from_column(const Layers& layers, float scale = 1.0F) {
 /// NaN becomes 0.
 ///
 /// map    as many pixels as the layers, as many channels as the column
-/// scale  float maps: factor of every value, applied before rounding
+/// scale  factor of every value before rounding, for float maps
 template <payload_column Column, class Value, has_column<Column> Layers>
 void to_column(const basic_feature_map<Value>& map, Layers& layers, float scale = 1.0F) {
     using scalar = typename Column::scalar;

@@ -1,4 +1,5 @@
-// A subset of a graph's pixels, numbered from 0. A network that needs values only at some pixels stores rows for these alone.
+// A subset of a graph's pixels, numbered from 0. A network that needs values only at some pixels stores one row for each of
+// these pixels.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -51,7 +52,7 @@ inline void renumber(std::int32_t& pixel, const pixel_subset& subset) {
 /// inputs  contains all pixels that the plan's outputs read
 inline void renumber_inputs(convolution_plan& plan, const pixel_subset& inputs) {
     LDI_ASSERT(inputs.row_of.size() == plan.input_count);
-    // Pixels of a segment's rows are consecutive in the subset, too, because the subset contains all of them.
+    // The pixels of a segment's row remain consecutive, because the subset contains all of them.
     for (std::int32_t& pixel : plan.rows) detail::renumber(pixel, inputs);
     for (std::int32_t& pixel : plan.windows) detail::renumber(pixel, inputs);
     plan.input_count = inputs.size();

@@ -1,5 +1,5 @@
-// Plans convolutions on a region of a single image. Windows follow the lattice instead of links: they contain all pixels of the
-// region at their positions, and positions outside the region count as missing.
+// Plans convolutions on a region of a single image. Windows follow the lattice instead of links: a window contains every pixel
+// of the region inside its k x k square. Positions outside the region count as missing.
 #pragma once
 
 #include <ldi/base/buffer.hpp>

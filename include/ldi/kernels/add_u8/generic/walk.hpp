@@ -1,6 +1,7 @@
-// Loop of add_u8 over a row. Each instruction set includes this file inside its namespace and target region, after its `adder`:
+// Loop of add_u8 over a row. Each instruction set includes this file inside its namespace and target region, after its `adder`
+// with these members:
 //
-//     width             bytes per step
+//     width              bytes per step
 //     add(a, b, result)  adds `width` bytes
 
 inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,

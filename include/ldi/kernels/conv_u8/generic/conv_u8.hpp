@@ -55,6 +55,8 @@ private:
     }
 };
 
+/// Same parameters as conv_u8() of kernels/conv_u8.hpp.
+///
 /// Result  float or std::uint8_t
 template <class Result>
 void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,

@@ -5,8 +5,8 @@
 //     depthwise_vectors           one interleaved column of the window, or one sum per channel
 //     depthwise_lanes             the existing channels, from existing_lanes()
 //     depthwise_rows<channels>    loads columns
-//     depthwise_sums              the weights of a unit: start() is the bias; add<window_left>(sum, column), and likewise
-//                                 window_middle and window_right, adds the products of a column at that place of a window
+//     depthwise_sums              the weights of a unit: start() returns the bias; add<place>(sum, column) adds the products of
+//                                 a column at a place of the window: window_left, window_middle or window_right
 //     depthwise_result<channels>  requantizes and stores
 
 inline constexpr std::size_t window_left = 0, window_middle = 1, window_right = 2;
@@ -21,7 +21,7 @@ struct depthwise_run {
     std::size_t pixel_stride;
     depthwise_lanes lanes;
 
-    /// all  number of pixels to split into stretches
+    /// all  number of pixels of the row, or of the result, to split into stretches
     depthwise_run(const detail::depthwise_call& call, const Sums& sums, std::size_t first_channel, std::size_t all)
         : stretches(call, first_channel, all),
           packed(sums),
@@ -38,7 +38,8 @@ struct depthwise_run {
         return found;
     }
 
-    /// Each column is the right column of one window, the middle column of the next, and the left column of the one after.
+    /// Stride 1 without repetition. Each column is the right column of one window, the middle column of the next, and the left
+    /// column of the one after.
     void stride_1() const {
         const Sums sums = packed;  // a copy, so that the compiler keeps it in registers
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
@@ -58,8 +59,8 @@ struct depthwise_run {
         result.store(sums.template add<window_right>(current, column), (length - 1) * pixel_bytes);
     }
 
-    /// Stride 2. Each pair of columns completes one window, as its middle and right columns. The second column of the pair is
-    /// also the left column of the next window.
+    /// Stride 2 without repetition. Each pair of columns completes one window, as its middle and right columns. The second
+    /// column of the pair is also the left column of the next window.
     void stride_2() const {
         const Sums sums = packed;
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
@@ -77,9 +78,9 @@ struct depthwise_run {
         result.store(sums.template add<window_right>(current, rows_at(last, 2).column(0)), (length - 1) * pixel_bytes);
     }
 
-    /// Repeats each column c twice. Column c is the right column of the window around the second copy of column c - 1, fills two
-    /// of three columns of the windows around its own copies, and is the left column of the window around the first copy of
-    /// column c + 1.
+    /// Stride 1, with each column c repeated twice. Column c is the right column of the window around the second copy of column
+    /// c - 1, fills two of three columns of the windows around its own copies, and is the left column of the window around the
+    /// first copy of column c + 1.
     void enlarged_twice() const {
         const Sums sums = packed;
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;

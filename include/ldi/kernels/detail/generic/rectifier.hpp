@@ -6,7 +6,8 @@
 //     scale_and_truncate(sums, scale, offset)  trunc(fma(float(sums), scale, offset)); offset may depend on the lane
 //     pack_bytes(a, b, c, d)                   saturated bytes: in each 128-bit lane 4 values of a, then of b, c, d
 
-/// Requantizes with one sign of the offset: with a zero point of 0, negative values become 0 for either sign.
+/// Requantizes with a zero point of 0. The offset has the same sign for all values, because negative values become 0 with
+/// either sign.
 struct rectifier {
     float_lanes scale, offset;
 

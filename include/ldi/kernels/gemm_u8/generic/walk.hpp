@@ -1,12 +1,12 @@
-// Loops of gemm_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its namespace
-// and target region, after
+// Loops of gemm_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its namespace and
+// target region, after these definitions:
 //
 //     gemm_lanes, gemm_max_vectors   outputs per vector; vectors per panel
 //     gemm_tile_pixels[v]            pixels of a full tile with v + 1 vectors
 //     gemm_panel                     arguments of one panel: pixels, bias, result, outputs of the layer, outputs held by
 //                                    the panel; skip(lanes) moves the weights to the next panel
 //     gemm_kernel                    tile(pixels, vectors, panel, requantize, first) computes one tile
-//     gemm_half_kernel               computes a tile whose last vector is at most half full; gemm_kernel in sets without one
+//     gemm_half_kernel               computes a tile whose last vector is at most half full; may equal gemm_kernel
 
 /// Computes all pixels of a panel.
 template <class Kernel, std::size_t vectors, class Requantizer, class Output>
@@ -51,7 +51,10 @@ inline void gemm_u8_panels(std::index_sequence<v...>, std::size_t outputs, const
     }
 }
 
-/// Rectifier  requantizer for a zero point of 0
+/// Computes all outputs of all pixels.
+///
+/// Rectifier    requantizer for a zero point of 0
+/// Requantizer  requantizer for other zero points
 template <class Rectifier, class Requantizer, class Output>
 inline void gemm_u8_panels(std::size_t outputs, const Output& output, const gemm_panel& panel) {
     gemm_u8_panels<Rectifier, Requantizer>(std::make_index_sequence<gemm_max_vectors>{}, outputs, output, panel);

@@ -1,6 +1,6 @@
 // Runs consecutive layers as one chain, one strip of rows of the last layer's result at a time. Ring buffers between the layers
-// keep only the rows that the next layer still needs. They stay in the processor's caches, so the tensors inside the network's
-// blocks, 6 to 15 times as wide, never reach memory.
+// keep only the rows that the next layer still needs. The rings stay in the processor's caches, so the tensors inside the
+// network's blocks, with 6 to 15 times as many channels as the tensors between them, never reach memory.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -17,7 +17,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Rows of a tensor.
+/// Rows `first` to `end - 1` of a tensor.
 struct row_range {
     std::size_t first = 0, end = 0;
 
@@ -78,7 +78,7 @@ struct chain_stage {
 /// minimum pixels per step: enough to reuse packed weights while they are in the cache
 inline constexpr std::size_t wanted_pixels = 64;
 
-/// Decides how many rows each stage computes per step, and how many its ring keeps.
+/// Sets the number of rows that each stage computes per step and the number of rows that its ring keeps.
 inline void plan_rings(buffer<chain_stage>& chain) {
     chain_stage& last = chain.back();
     last.rows = std::clamp<std::size_t>((wanted_pixels + last.output.width - 1) / last.output.width, 1, last.output.height);
@@ -97,10 +97,10 @@ inline std::size_t chain_bytes(const buffer<chain_stage>& chain) {
     return bytes;
 }
 
-/// Addresses of a tensor's rows: `middle` in the tensor itself, the rows before and after it in copies, because other strips may
-/// overwrite the originals.
+/// Addresses of a tensor's rows. The rows of `middle` are read from the tensor itself. The rows before and after them are read
+/// from copies, because other strips may overwrite the originals.
 struct row_source {
-    /// addresses of row 0, row middle.first - reach and row middle.end
+    /// addresses of row 0, of row middle.first - reach, and of row middle.end - reach
     const std::uint8_t *rows = nullptr, *before = nullptr, *behind = nullptr;
     row_range middle;
     std::size_t reach = 0, row_bytes = 0;  ///< reach: number of copied rows on each side of a cut
@@ -116,7 +116,7 @@ struct row_source {
     }
 };
 
-/// Computes rows of a chain's result; one object per strip.
+/// Computes rows of a chain's result. Each strip has its own object.
 class chain_runner {
 public:
     /// memory   chain_bytes() bytes, aligned to a cache line
@@ -149,7 +149,7 @@ private:
         std::size_t next_padded = 0;  // rows of the input before this one are copied
     };
 
-    /// Computes the rows of a stage up to `end`.
+    /// Computes the missing rows of a stage before row `end`, and first the rows of earlier stages that they depend on.
     void make(std::size_t s, std::size_t end) {
         const chain_stage& stage = chain_[s];
         while (state_[s].made < end) {
@@ -203,10 +203,10 @@ private:
         }
         std::array<const std::uint8_t*, gemm_u8_weights::max_segments> segments{};
         for (std::size_t k = 0; k < layer.kernel; ++k) {
-            const std::size_t row = y * layer.stride + k;  // counted with the margin
+            const std::size_t row = y * layer.stride + k;  // index in the image with its margin
             if (row >= margin && row < height + margin) {
                 segments[k] = state.padded + (row - margin) % layer.kernel * row_bytes;
-            } else {  // the window misses at least one row of the image, so its slot is free
+            } else {  // padding: the window contains fewer rows of the image than there are slots, so one is free
                 std::uint8_t* const free = state.padded + (row + layer.kernel - margin) % layer.kernel * row_bytes;
                 std::memset(free, layer.padding, row_bytes);
                 segments[k] = free;
@@ -221,7 +221,7 @@ private:
         for (std::size_t y = rows.first; y < rows.end; ++y) {
             const std::uint8_t* window[3];
             for (std::size_t k = 0; k < 3; ++k) {
-                const std::size_t row = y * layer.weights.stride + k;  // counted with the margin of 1
+                const std::size_t row = y * layer.weights.stride + k;  // index in the image with its margin of 1
                 window[k] = row == 0 || row > height ? nullptr : input_row(s, (row - 1) / stage.repeat);
             }
             depthwise_u8(layer.weights, window, stage.input.width, stage.repeat, output_row(s, y));

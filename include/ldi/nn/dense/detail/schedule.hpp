@@ -68,7 +68,7 @@ inline buffer<schedule_step> layer_by_layer(const buffer<packed_layer>& layers) 
     return steps;
 }
 
-/// Groups layers so that as few tensors as possible leave their chain.
+/// Groups layers into chains. Tensors inside a chain do not occupy memory of their own (row_chain.hpp).
 inline buffer<schedule_step> fuse(const buffer<packed_layer>& layers, std::size_t output) {
     const buffer<std::size_t> readers = count_readers(layers, output);
     buffer<schedule_step> steps;
@@ -94,7 +94,7 @@ inline buffer<schedule_step> fuse(const buffer<packed_layer>& layers, std::size_
     return steps;
 }
 
-/// Tensors that a step reads from memory.
+/// Lists the tensors that a step reads from memory.
 inline buffer<std::size_t> tensors_read(const buffer<packed_layer>& layers, const schedule_step& step) {
     buffer<std::size_t> read{step.input};
     std::size_t brought = step.input;
@@ -109,18 +109,18 @@ inline buffer<std::size_t> tensors_read(const buffer<packed_layer>& layers, cons
     return read;
 }
 
-/// A step for one input size.
+/// A schedule_step, planned for one input size.
 struct planned_step {
     buffer<chain_stage> chain;
     std::size_t input = 0, output = 0;
     bool overwrites_input = false;  ///< the result replaces the input in memory
-    std::size_t reach = 0;  ///< rows of the input above and below that a row of the result depends on; 0 unless overwrites_input
+    std::size_t reach = 0;  ///< input rows above and below on which a row of the result depends; 0 unless overwrites_input
 };
 
 struct schedule_plan {
     buffer<planned_step> steps;
-    buffer<std::size_t> offsets;   ///< offset of each stored tensor
-    std::size_t tensor_bytes = 0;  ///< sum over all tensors
+    buffer<std::size_t> offsets;   ///< per tensor: offset of its block; meaningless inside a chain
+    std::size_t tensor_bytes = 0;  ///< memory of all stored tensors, which share blocks
     std::size_t strip_bytes = 0;   ///< working memory of one strip
     std::size_t cut_bytes = 0;     ///< copied rows around one cut between strips
 };
@@ -134,7 +134,7 @@ inline buffer<chain_stage> plan_chain(const buffer<packed_layer>& layers, const 
         const packed_layer& layer = layers[l];
         const std::size_t brought = i == 0 ? step.input : step.layers[i - 1] + 1;
         const auto* resize = std::get_if<resize_layer>(&layer.kind);
-        if (resize != nullptr && i + 1 < step.layers.size()) {  // the depthwise convolution after it resizes
+        if (resize != nullptr && i + 1 < step.layers.size()) {  // the next layer, a depthwise convolution, repeats the pixels
             repeat = resize->factor;
             continue;
         }
@@ -153,7 +153,7 @@ inline buffer<chain_stage> plan_chain(const buffer<packed_layer>& layers, const 
     return chain;
 }
 
-/// Lets the result of a chain overwrite `tensor`, which the chain's last addition is the last to read.
+/// Lets the result of a chain overwrite `tensor`. The chain's last layer is an addition, and the last reader of `tensor`.
 inline void plan_overwriting(planned_step& step, std::size_t tensor) {
     if (tensor != step.input || step.chain.size() == 1) return;
     std::size_t reach = 0;
@@ -172,7 +172,7 @@ inline bool can_overwrite(const planned_step& step, std::size_t tensor) {
     return std::holds_alternative<dense_layer>(step.chain.front().layer->kind);
 }
 
-/// Memory that holds several tensors in succession.
+/// A block of memory that several tensors occupy in succession.
 struct tensor_block {
     std::size_t bytes = 0, first_step = 0, last_step = 0, offset = 0;
 };
@@ -200,7 +200,7 @@ inline std::size_t place(buffer<tensor_block>& blocks) {
     return highest;
 }
 
-/// Plans memory for an input size.
+/// Plans the chains and the memory for one input size.
 ///
 /// sizes, channels  one per tensor
 inline schedule_plan plan_schedule(const buffer<packed_layer>& layers, const buffer<schedule_step>& schedule,

@@ -1,5 +1,5 @@
-// Computes one block of a convolution's outputs: regular segments in place where possible, all other outputs from windows
-// gathered in a small buffer. Both ways use the same kernel and order of summation.
+// Computes one block of a convolution's outputs. The kernel reads the windows of regular segments in place where possible. All
+// other windows are first gathered in a small buffer. The order of summation is the same in both cases.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -56,7 +56,7 @@ struct convolution_job {
     bool reads_memory_as_it_is() const { return sources.size() == 1 && sources[0].rows.empty() && sources[0].mask.empty(); }
 };
 
-/// Computes blocks; one object per thread with its working memory.
+/// Computes blocks. Each thread uses its own object, which contains the working memory.
 template <class Job>
 class convolution_block {
 public:
@@ -94,7 +94,7 @@ private:
     using result_type = typename Job::result_type;
     using row_starts = std::array<const value_type*, max_kernel_size>;
 
-    static constexpr std::size_t largest_buffer = 8192, largest_batch = 96;  // approximate limit in values; limit in outputs
+    static constexpr std::size_t largest_buffer = 8192, largest_batch = 96;  // in values, approximately; in outputs
 
     /// Rounds up to a multiple of the kernels' tiles.
     static std::size_t whole_tiles(std::size_t outputs) {
@@ -113,7 +113,8 @@ private:
 
     using row_pixels = std::array<std::int32_t, max_kernel_size>;
 
-    /// Whether the kernel can read these pixels in place: one source without an index map, and no pixel masked.
+    /// Whether the kernel can read these pixels in place. This requires a single source, without an index map and with all of
+    /// the pixels unmasked.
     bool is_whole(const row_pixels& rows, std::size_t first, std::size_t pixels) const {
         const auto& source = job_.sources[0];
         if (job_.sources.size() != 1 || !source.rows.empty()) return false;
@@ -131,6 +132,8 @@ private:
         if (!job_.result_mask.empty()) std::fill_n(job_.result_mask.data() + output, count, std::uint8_t{1});
     }
 
+    /// Computes outputs `output` to `output + count - 1`, which belong to one segment.
+    ///
     /// rows  pixels under the first column of the first output's window, top to bottom
     void run_segment(std::size_t output, std::size_t count, const row_pixels& rows) {
         if (job_.reads_memory_as_it_is()) return run_in_place(output, count, rows, 0);
@@ -158,7 +161,7 @@ private:
         }
     }
 
-    /// Irregular outputs first, first + 1, ... of the plan.
+    /// Computes the plan's irregular outputs with indices first, first + 1, ...
     void run_irregular(std::size_t first, std::size_t count) {
         const std::size_t elements = job_.plan.elements();
         value_type* to = values_.data();
@@ -185,7 +188,8 @@ private:
         return counted == 0 ? 0.0F : nearest_float(job_.plan.elements() * job_.channels) / nearest_float(counted);
     }
 
-    /// Sets results to zero if the whole window is masked; the bias is not added either.
+    /// Stores the result's mask of a partial convolution, and sets results to zero, without bias, if the whole window is
+    /// masked.
     void finish(std::size_t output, float ratio) const {
         if (!job_.is_partial) return;
         if (ratio == 0.0F) std::fill_n(result_of(output), job_.weights.outputs, zero_of_results<result_type>(job_.weights));
@@ -193,7 +197,7 @@ private:
     }
 
     const Job& job_;
-    std::size_t batch_ = 0, stretch_ = 0;  // outputs per kernel call: gathered ones; ones copied from a segment
+    std::size_t batch_ = 0, stretch_ = 0;  // maximum outputs per kernel call: irregular; of a copied segment
     buffer<value_type> values_;
     buffer<result_type> results_;
     buffer<float> ratios_;

@@ -12,7 +12,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// One bit per pixel; bits outside are zero. Shifts and masks replace / 64 and % 64, which are slower for signed numbers.
+/// A set of pixels with one bit per pixel. Bits before the first and after the last pixel are zero. Shifts and masks replace
+/// division by 64, which is slower for signed numbers.
 class pixel_bits {
 public:
     explicit pixel_bits(std::size_t count) : words_(count / 64 + 3, 0) {}  // one zero word before and two after
@@ -30,7 +31,8 @@ public:
         return shift == 0 ? low : low | words_[(at >> 6) + 1] << (64 - shift);
     }
 
-    /// Sets bits [first, first + count) where bits [source_first, ...) of `source`, another object, are set.
+    /// Sets each bit first + n, 0 <= n < count, for which bit source_first + n of `source` is set. `source` must be another
+    /// object.
     void copy(std::int32_t first, std::int32_t count, const pixel_bits& source, std::int32_t source_first) {
         for (const std::int32_t last = first + count; first < last;) {
             const std::int32_t here = (std::min)(64 - (first & 63), last - first);
@@ -68,7 +70,7 @@ struct pixel_strip {
 ///
 /// i  at least 1
 inline std::int32_t end_of_strip(std::span<const std::int32_t> links, std::size_t i) {
-    // Compares values in blocks: strips are as long as image rows, and these loops read every link.
+    // Compares values in blocks for speed: strips are as long as image rows, and these loops read every link of the graph.
     constexpr std::size_t block = 16;
     for (; i + block <= links.size(); i += block) {
         std::int32_t different = 0;
@@ -79,7 +81,9 @@ inline std::int32_t end_of_strip(std::span<const std::int32_t> links, std::size_
     return static_cast<std::int32_t>(i);
 }
 
-/// Splits the pixels that have a neighbor in a column of links into as few strips as possible.
+/// Splits the pixels that have a neighbor on one side into as few strips as possible.
+///
+/// links  the neighbor of each pixel on this side, or no_pixel
 inline buffer<pixel_strip> strips_of(array_view<const std::int32_t> links) {
     buffer<pixel_strip> strips;
     for (std::int32_t first = 0, last; first < links.count(); first = last) {
@@ -102,19 +106,21 @@ struct link_strips {
 /// straight down from it; from each pixel of the spine, a rib of r pixels extends to the left and r to the right, adjacent in
 /// memory. The window of a regular pixel consists of its ribs, whatever other links exist.
 ///
-/// Proof. An element (x, y) of the window, relative to the center, lies |x| + |y| steps away along spine and rib, and no path is
-/// shorter. Exploration therefore reaches it in round d = |x| + |y|. Claim: each round appends its elements in the following
-/// order, each with the pixel of its rib: those above the center, topmost first; those below, bottommost first; then (-d, 0) and
-/// (d, 0). Round 0 satisfies the claim. Suppose round d does, and consider an element (x, y) of round d + 1. If x = 0, its only
-/// neighbor in round d is (0, y -+ 1), on the spine. If y = 0, its only neighbor is (x -+ 1, 0), on the rib. Otherwise it has
-/// two: the one on the same rib, closer to the spine, and the one in the row closer to the center, (x, y -+ 1). The former is
-/// farther from the center's row (or the latter is (x, 0)), so it was appended first, and its link along the rib exists: (x, y)
-/// gets the pixel of the rib. Hence each element is reached from the previous element of its spine or rib. Elements of one row
-/// keep the order of their predecessors. (0, y -+ 1) was appended first on its side, so round d + 1 begins with the topmost or
-/// bottommost element; its other neighbors are in its own row and follow. This is the claimed order of round d + 1.
+/// Proof. An element (x, y) of the window, relative to the center, lies |x| + |y| steps away along spine and rib, and no path
+/// is shorter. Exploration therefore reaches it in round d = |x| + |y|. Claim: each round appends its elements in the following
+/// order, each with the pixel of its rib: elements above the center, topmost first; elements below it, bottommost first; then
+/// (-d, 0) and (d, 0). Round 0 satisfies the claim. Suppose round d does, and consider an element (x, y) of round d + 1. If x =
+/// 0, its only neighbor in round d is (0, y -+ 1), on the spine. If y = 0, its only neighbor is (x -+ 1, 0), on the rib.
+/// Otherwise it has two neighbors in round d: one on the same rib, closer to the spine, and (x, y -+ 1) in the row closer to
+/// the center. The former is farther from the center's row (or the latter is (x, 0)), so it was appended first, and its link
+/// along the rib exists: (x, y) gets the pixel of the rib. Hence each element is reached from the previous element of its spine
+/// or rib. Elements of one row keep the order of their predecessors. (0, y -+ 1) was appended first on its side, so round d + 1
+/// begins with the topmost or bottommost element; its other neighbors are in its own row and follow. This is the claimed order
+/// of round d + 1.
 ///
-/// Links beside spine and ribs are irrelevant, so a fold or a silhouette there changes nothing. Some other windows are also
-/// contiguous, where exploration bypasses a gap in the spine or a rib; they are gathered like all irregular windows.
+/// Links beside spine and ribs are irrelevant, so a fold or a silhouette there changes nothing. Some windows of irregular
+/// pixels are also contiguous, because exploration bypasses a gap in the spine or in a rib. They are gathered like all
+/// irregular windows.
 class regular_pixels {
 public:
     regular_pixels(const graph_view& g, std::int32_t kernel_size) : regular_pixels(g, kernel_size, link_strips(g)) {}
@@ -184,7 +190,7 @@ private:
         }
     }
 
-    /// For each pixel the bit of its neighbor; zero without a neighbor.
+    /// Returns, for each pixel, the bit of its neighbor along `strips`, or zero for a pixel without this neighbor.
     pixel_bits as_seen_from_neighbors(const pixel_bits& bits, std::span<const pixel_strip> strips) const {
         pixel_bits seen(g_.size());
         for (const pixel_strip& strip : strips) seen.copy(strip.first, strip.count, bits, strip.target);
