@@ -2893,8 +2893,9 @@ enum class cpu_feature {
 // ---- ldi/kernels/detail/target.hpp
 // Compiles code for several instruction sets in one header, independently of the user's flags. Functions between
 // LDI_BEGIN_TARGET("...") and LDI_END_TARGET are compiled for these features, so every translation unit has the same code for
-// them. Inside, use no lambdas, no standard templates over vector types, and no outside function that uses intrinsics. Write
-// loops over registers as fold expressions: g++ 12 keeps an array in registers only if every index is a constant.
+// them. Code between the two macros must not contain lambdas or standard templates over vector types, or call an outside
+// function that uses intrinsics. Write loops over registers as fold expressions: g++ 12 keeps an array in registers only if
+// every index is a constant.
 
 #if LDI_HAS_EXTENSIONS && (defined(__x86_64__) || defined(__i386__))
 #define LDI_HAS_X86_KERNELS 1
@@ -2984,7 +2985,8 @@ struct cpuid_leaf {
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Whether the processor has the extension. On systems without a query, whether the compiler's flags assume it.
+/// Whether the processor has the extension. On systems without a query, returns whether the compiler's flags assume the
+/// extension.
 inline bool has_dot_product_extension() {
 #if defined(__linux__)
     return (getauxval(AT_HWCAP) & HWCAP_ASIMDDP) != 0;
@@ -3042,10 +3044,11 @@ inline bool has_feature(cpu_feature feature) {
 }}}  // namespace ldi::detail
 
 // ---- ldi/kernels/isa.hpp
-// The instruction sets that kernels/ has code for, one row of `instruction_sets` each. Packing weights selects one at run time.
-// All sets return the same bits, except for float32. The environment variable LDI_ISA forces a set by its name, for tests and
-// benchmarks. To add a set, add a row here, a file in the folder of each family that it accelerates, and a row in that family's
-// table (see kernels/gemm_u8.hpp). kernels/README.md has the matrix.
+// The instruction sets that kernels/ has code for, one row of `instruction_sets` each. A program selects a set at run time when
+// it packs weights. All sets return the same bits, except in float32 convolutions. The environment variable LDI_ISA forces a
+// set by its name, for tests and benchmarks. To add a set, add a row here, a file in the folder of each family that it
+// accelerates, and a row in that family's table (see kernels/gemm_u8.hpp). kernels/README.md has a table of all families and
+// sets.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -3135,15 +3138,15 @@ struct quantization {
     friend bool operator==(const quantization&, const quantization&) = default;
 };
 
-/// Converts an int32 accumulator to 8 bits: multiplies by `multiplier * 2^-31 * 2^-shift`, adds the zero point, clamps to
-/// 0..255.
+/// Constants of the conversion from an int32 accumulator to 8 bits: multiplies by `multiplier * 2^-31 * 2^-shift`, adds the
+/// zero point, clamps to 0..255.
 struct requantization {
     std::int32_t multiplier = 0;  ///< 24 significant bits, in [2^30, 2^31)
     std::int32_t shift = 0;       ///< 0..31
     std::int32_t zero_point = 0;  ///< 0..255
 };
 
-/// Adds two 8-bit tensors with an 8-bit result.
+/// Constants of the addition of two 8-bit tensors with an 8-bit result.
 struct quantized_addition {
     std::int32_t a_multiplier = 0, b_multiplier = 0;  ///< 0..2^22, the larger at least 2^21
     std::int32_t bias = 0;                            ///< subtracts both zero points
@@ -3201,7 +3204,7 @@ inline bool are_addition_ratios(float a_ratio, float b_ratio) {
     return a_ratio > 0 && b_ratio > 0 && larger >= 0x1p-10F && larger < 0x1p8F;
 }
 
-/// Computes the constants of `y = a + b`, each in its own quantization.
+/// Computes the constants of `y = a + b`, where each tensor has its own quantization.
 inline quantized_addition make_quantized_addition(quantization a, quantization b, quantization y) {
     const float a_ratio = a.scale / y.scale, b_ratio = b.scale / y.scale;
     LDI_ASSERT(are_addition_ratios(a_ratio, b_ratio));
@@ -3279,7 +3282,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Splits outputs into panels of at most `max_vectors` vectors, as evenly as possible.
 struct panel_cut {
-    std::size_t panels, larger, vectors;  ///< the first `larger` panels have `vectors` vectors, the others one less
+    std::size_t panels, larger, vectors;  ///< the first `larger` panels have `vectors` vectors, all further panels have one less
 
     panel_cut(std::size_t outputs, std::size_t lanes, std::size_t most) {
         const std::size_t all = (outputs + lanes - 1) / lanes;
@@ -3297,7 +3300,7 @@ struct panel_cut {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Inputs of one panel of outputs.
+/// Arguments of a convolution for one panel of outputs: pixels and weights.
 template <class Value>
 struct conv_panel_input {
     const Value* const* rows;
@@ -3326,7 +3329,7 @@ constexpr std::size_t groups_of(std::size_t count, std::size_t group) { return (
 /// Appends weights by panel, row and group. Within a panel, the outputs are adjacent, each with the weights of one group of
 /// inputs. Pads the last group and the last panel with zeros.
 ///
-/// layer    has the numbers of outputs, rows and inputs
+/// layer    conv_f32_weights or conv_u8_weights, with `outputs`, `rows` and `inputs` set
 /// weights  outputs x rows x inputs, row-major
 template <std::size_t group, class Layer, class Value>
 void append_panels(buffer<Value>& values, const Layer& layer, std::span<const Value> weights, std::size_t lanes,
@@ -3356,10 +3359,10 @@ inline void append_conv_panels(conv_f32_weights& packed, std::span<const float> 
 }}  // namespace ldi
 
 // ---- ldi/kernels/requantize_float.hpp
-// Requantization in float arithmetic with the same 8-bit values as the integer form of kernels/requantize.hpp, at a third of its
-// cost in vectors. The integer form is monotonic and has at most 256 values, so at most 255 thresholds define it. A float form
-// that agrees on both sides of each threshold agrees everywhere. The exact constants miss a few thresholds by one; constants
-// that differ by a few units in the last place miss none.
+// Requantization in float arithmetic with the same 8-bit values as the integer form of kernels/requantize.hpp, at a third of
+// its cost in vector code. The integer form is monotonic and has at most 256 values, so at most 255 thresholds define it. A
+// float form that agrees on both sides of each threshold agrees everywhere. The exact constants miss a few thresholds by one;
+// constants that differ by a few units in the last place miss none.
 
 #include <limits>
 
@@ -3375,8 +3378,8 @@ inline std::uint8_t offset_and_clamp(float value, std::int32_t zero_point) {
 
 }  // namespace detail
 
-/// Computes `clamp(trunc(fma(float(acc), scale, acc < 0 ? -offset : offset)) + zero_point)`: one rounding, one truncation. With
-/// scale and offset both negated, it is the same function of `-acc`.
+/// Computes `clamp(trunc(fma(float(acc), scale, acc < 0 ? -offset : offset)) + zero_point)`: one rounding, one truncation.
+/// Negating both scale and offset gives the same function of `-acc`.
 struct float_requantization {
     float scale = 0, offset = 0;
     std::int32_t zero_point = 0;
@@ -3388,14 +3391,14 @@ struct float_requantization {
     }
 };
 
-/// The form for machines without a fused multiply-add: `clamp(round_to_even(float(acc) * scale + (acc < 0 ? -offset : offset)) +
-/// zero_point)`, with the product rounded to float, then the sum.
+/// The form for machines without a fused multiply-add: `clamp(round_to_even(float(acc) * scale + (acc < 0 ? -offset : offset))
+/// + zero_point)`, where first the product and then the sum is rounded to float.
 struct unfused_requantization {
     float scale = 0, offset = 0;
     std::int32_t zero_point = 0;
 
     std::uint8_t operator()(std::int32_t accumulator) const {
-        // The product of two floats is exact in double, so fusing it with the sum would change nothing.
+        // The product of two floats is exact in double, so fusing it with the sum would not change the result.
         const auto product = static_cast<float>(double{detail::nearest_float(accumulator)} * double{scale});
         return detail::offset_and_clamp(std::nearbyint(product + (accumulator < 0 ? -offset : offset)), zero_point);
     }
@@ -3403,7 +3406,7 @@ struct unfused_requantization {
 
 namespace detail {
 
-/// Lists the accumulators on both sides of every threshold, and the ends of their range.
+/// Lists the accumulators on both sides of every threshold, and the ends of the range of int32.
 inline buffer<std::int32_t> requantization_checkpoints(const requantization& r) {
     constexpr std::int32_t least = (std::numeric_limits<std::int32_t>::min)(), most = (std::numeric_limits<std::int32_t>::max)();
     buffer<std::int32_t> points{least, most};
@@ -3427,7 +3430,8 @@ inline buffer<std::int32_t> requantization_checkpoints(const requantization& r) 
     return points;
 }
 
-/// Searches close to `scale` and `offset` for a form that agrees with the integer form on every accumulator.
+/// Searches for a float form that agrees with the integer form on every accumulator. Its constants are close to the exact scale
+/// and to `offset`.
 template <class Form>
 std::optional<Form> search_float_form(const requantization& r, double offset) {
     const buffer<std::int32_t> points = requantization_checkpoints(r);
@@ -3437,7 +3441,7 @@ std::optional<Form> search_float_form(const requantization& r, double offset) {
 
     const float scale = static_cast<float>(std::ldexp(nearest_double(r.multiplier), -31 - r.shift));
     const float unit = scale - std::nextafter(scale, 0.0F);
-    std::size_t suspect = 0;  // the point on which the last candidate failed; tested first, it rejects most others
+    std::size_t suspect = 0;  // the point at which the last candidate failed; testing it first rejects most candidates
     for (int offset_step = 0; offset_step <= 128; ++offset_step)
         for (int scale_step = -3; scale_step <= 3; ++scale_step) {
             const int signed_step = offset_step % 2 == 0 ? offset_step / 2 : -(offset_step + 1) / 2;
@@ -3457,7 +3461,7 @@ inline double threshold_shift(const requantization& r) { return std::ldexp(1.0, 
 
 }  // namespace detail
 
-/// Returns the float form, or nothing if no form near the exact scale agrees with the integer form on every accumulator.
+/// Returns the float form, or std::nullopt if no form near the exact scale agrees with the integer form on every accumulator.
 inline std::optional<float_requantization> find_float_requantization(const requantization& r) {
     return detail::search_float_form<float_requantization>(r, 0.5 + detail::threshold_shift(r));
 }
@@ -3484,7 +3488,7 @@ using int_lanes = __m256i;
 [[gnu::always_inline]] inline __m256i scale_and_truncate(__m256i sums, __m256 scale, __m256 offset) {
     return _mm256_cvttps_epi32(_mm256_fmadd_ps(_mm256_cvtepi32_ps(sums), scale, offset));
 }
-/// Packs to saturated bytes: in each 128-bit lane 4 values of a, then those of b, c and d.
+/// Saturates 32-bit values to bytes. Each 128-bit lane of the result contains 4 values of a, then 4 of b, of c, and of d.
 [[gnu::always_inline]] inline __m256i pack_bytes(__m256i a, __m256i b, __m256i c, __m256i d) {
     return _mm256_packus_epi16(_mm256_packs_epi32(a, b), _mm256_packs_epi32(c, d));
 }
@@ -3507,7 +3511,7 @@ struct requantizer {
         return _mm256_cvttps_epi32(_mm256_fmadd_ps(value, scale, signed_offset));
     }
 
-    /// Packs to 32 bytes and adds the zero point: in each 128-bit lane 4 values of a, then those of b, c and d.
+    /// Packs to 32 bytes in the order of pack_bytes() and adds the zero point.
     [[gnu::always_inline]] __m256i pack_lanes(__m256i a, __m256i b, __m256i c, __m256i d) const {
         const __m256i low = _mm256_adds_epi16(_mm256_packs_epi32(a, b), zero_point);
         const __m256i high = _mm256_adds_epi16(_mm256_packs_epi32(c, d), zero_point);
@@ -3523,7 +3527,8 @@ struct requantizer {
 //     scale_and_truncate(sums, scale, offset)  trunc(fma(float(sums), scale, offset)); offset may depend on the lane
 //     pack_bytes(a, b, c, d)                   saturated bytes: in each 128-bit lane 4 values of a, then of b, c, d
 
-/// Requantizes with one sign of the offset: with a zero point of 0, negative values become 0 for either sign.
+/// Requantizes with a zero point of 0. The offset has the same sign for all values, because negative values become 0 with
+/// either sign.
 struct rectifier {
     float_lanes scale, offset;
 
@@ -3536,7 +3541,7 @@ struct rectifier {
     }
 };
 
-/// Reorders the result of pack_lanes(): all values of a, then those of b, c and d.
+/// Reorders the result of pack_lanes(): all values of a, then all of b, of c, and of d.
 [[gnu::always_inline]] inline __m256i gather_lanes(__m256i values) {
     return _mm256_permutevar8x32_epi32(values, _mm256_setr_epi32(0, 4, 1, 5, 2, 6, 3, 7));
 }
@@ -3605,7 +3610,7 @@ LDI_END_TARGET
 #endif
 
 // ---- ldi/kernels/add_u8/avx2.hpp
-// kernels/add_u8.hpp with AVX2: float arithmetic on 8 values per vector, two fused multiply-adds each.
+// kernels/add_u8.hpp with AVX2: float arithmetic on 8 values per vector, with two fused multiply-adds per vector.
 
 #if LDI_HAS_X86_KERNELS
 
@@ -3648,9 +3653,10 @@ struct adder {
                                           lanes(a, b, 3 * lane_count)));
     }
 };
-// Loop of add_u8 over a row. Each instruction set includes this file inside its namespace and target region, after its `adder`:
+// Loop of add_u8 over a row. Each instruction set includes this file inside its namespace and target region, after its `adder`
+// with these members:
 //
-//     width             bytes per step
+//     width              bytes per step
 //     add(a, b, result)  adds `width` bytes
 
 inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
@@ -3690,7 +3696,7 @@ using int_lanes = __m512i;
 [[gnu::always_inline]] inline __m512i scale_and_truncate(__m512i sums, __m512 scale, __m512 offset) {
     return _mm512_cvttps_epi32(_mm512_fmadd_ps(_mm512_cvtepi32_ps(sums), scale, offset));
 }
-/// Packs to saturated bytes: in each 128-bit lane 4 values of a, then those of b, c and d.
+/// Saturates 32-bit values to bytes. Each 128-bit lane of the result contains 4 values of a, then 4 of b, of c, and of d.
 [[gnu::always_inline]] inline __m512i pack_bytes(__m512i a, __m512i b, __m512i c, __m512i d) {
     return _mm512_packus_epi16(_mm512_packs_epi32(a, b), _mm512_packs_epi32(c, d));
 }
@@ -3714,7 +3720,7 @@ struct requantizer {
         return _mm512_cvttps_epi32(_mm512_fmadd_ps(value, scale, _mm512_castsi512_ps(signed_offset)));
     }
 
-    /// Packs to 64 bytes and adds the zero point: in each 128-bit lane 4 values of a, then those of b, c and d.
+    /// Packs to 64 bytes in the order of pack_bytes() and adds the zero point.
     [[gnu::always_inline]] __m512i pack_lanes(__m512i a, __m512i b, __m512i c, __m512i d) const {
         const __m512i low = _mm512_adds_epi16(_mm512_packs_epi32(a, b), zero_point);
         const __m512i high = _mm512_adds_epi16(_mm512_packs_epi32(c, d), zero_point);
@@ -3730,7 +3736,8 @@ struct requantizer {
 //     scale_and_truncate(sums, scale, offset)  trunc(fma(float(sums), scale, offset)); offset may depend on the lane
 //     pack_bytes(a, b, c, d)                   saturated bytes: in each 128-bit lane 4 values of a, then of b, c, d
 
-/// Requantizes with one sign of the offset: with a zero point of 0, negative values become 0 for either sign.
+/// Requantizes with a zero point of 0. The offset has the same sign for all values, because negative values become 0 with
+/// either sign.
 struct rectifier {
     float_lanes scale, offset;
 
@@ -3743,7 +3750,7 @@ struct rectifier {
     }
 };
 
-/// Reorders the result of pack_lanes(): all values of a, then those of b, c and d. Its own inverse.
+/// Reorders the result of pack_lanes(): all values of a, then all of b, of c, and of d. A second call restores the order.
 [[gnu::always_inline]] inline __m512i swap_lanes(__m512i values) {
     return _mm512_permutexvar_epi32(_mm512_setr_epi32(0, 4, 8, 12, 1, 5, 9, 13, 2, 6, 10, 14, 3, 7, 11, 15), values);
 }
@@ -3755,7 +3762,7 @@ LDI_END_TARGET
 #endif
 
 // ---- ldi/kernels/add_u8/avx512vnni.hpp
-// kernels/add_u8.hpp with AVX-512: float arithmetic on 16 values per vector, two fused multiply-adds each.
+// kernels/add_u8.hpp with AVX-512: float arithmetic on 16 values per vector, with two fused multiply-adds per vector.
 
 #if LDI_HAS_X86_KERNELS
 
@@ -3796,9 +3803,10 @@ struct adder {
                                           lanes(a, b, 3 * lane_count)));
     }
 };
-// Loop of add_u8 over a row. Each instruction set includes this file inside its namespace and target region, after its `adder`:
+// Loop of add_u8 over a row. Each instruction set includes this file inside its namespace and target region, after its `adder`
+// with these members:
 //
-//     width             bytes per step
+//     width              bytes per step
 //     add(a, b, result)  adds `width` bytes
 
 inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
@@ -3822,8 +3830,8 @@ LDI_END_TARGET
 
 // ---- ldi/kernels/detail/lanes_neon.hpp
 // Shared parts of the NEON kernels: the dot product, requantization of 32-bit sums, and the loops of convolutions. NEON has
-// instructions for each step of the integer requantization (sqrdmulh, srshl). It costs 2 to 4 instructions for 4 values, fewer
-// than the float form of other instruction sets, and is exact for every scale.
+// instructions for the steps of the integer requantization (sqrdmulh, srshl). The integer form costs 2 to 4 instructions for 4
+// values, fewer than the float form on other instruction sets, and is exact for every scale.
 
 #if LDI_HAS_ARM_KERNELS
 
@@ -3846,7 +3854,7 @@ template <int lane>
     return sums;
 }
 
-// Functions, because clang's vld1q are macros, which accept no parameter pack.
+// Wrappers, because clang's vld1q_*() are macros that expand to statement expressions, which cannot contain a parameter pack.
 [[gnu::always_inline]] inline int8x16_t load(const std::int8_t* from) { return vld1q_s8(from); }
 [[gnu::always_inline]] inline int32x4_t load(const std::int32_t* from) { return vld1q_s32(from); }
 [[gnu::always_inline]] inline float32x4_t load(const float* from) { return vld1q_f32(from); }
@@ -3866,7 +3874,7 @@ struct rounding_shifter {
           away_from_zero(vdupq_n_s32(right == 0 ? 0 : -1)),
           zero_point(vdupq_n_s16(static_cast<std::int16_t>(zero))) {}
 
-    /// srshl rounds halves up. Subtracting 1 from negative values first makes it round their halves down.
+    /// srshl rounds halves up. Subtracting 1 from negative values first makes it round their halves down, away from zero.
     [[gnu::always_inline]] int32x4_t operator()(int32x4_t values) const {
         return vrshlq_s32(vsraq_n_s32(values, vandq_s32(values, away_from_zero), 31), shift);
     }
@@ -3891,7 +3899,7 @@ struct requantizer {
     }
 };
 
-/// Requantizes with a zero point of 0: negative values become 0 with any rounding.
+/// Requantizes with a zero point of 0. Negative values need no special rounding, because they become 0.
 struct relu_requantizer {
     int32x4_t multiplier, shift;
 
@@ -4000,9 +4008,10 @@ struct adder {
     }
 };
 
-// Loop of add_u8 over a row. Each instruction set includes this file inside its namespace and target region, after its `adder`:
+// Loop of add_u8 over a row. Each instruction set includes this file inside its namespace and target region, after its `adder`
+// with these members:
 //
-//     width             bytes per step
+//     width              bytes per step
 //     add(a, b, result)  adds `width` bytes
 
 inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
@@ -4052,8 +4061,10 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 inline constexpr float rounding_magic = 0x1.8p23F;
 inline constexpr std::int32_t rounding_magic_bits = 0x4B400000;
 
-/// Applies an unfused_requantization to vectors. `positive` requires a zero point of 0: negative values become 0 for either sign
-/// of the offset.
+/// Applies an unfused_requantization to vectors.
+///
+/// positive  whether the offset has the same sign for all values; requires a zero point of 0, with which negative values become
+///           0 for either sign
 template <bool positive>
 struct requantizer {
     v128_t scale, offset, sign, magic, magic_bits;
@@ -4181,9 +4192,10 @@ private:
     }
 };
 
-// Loop of add_u8 over a row. Each instruction set includes this file inside its namespace and target region, after its `adder`:
+// Loop of add_u8 over a row. Each instruction set includes this file inside its namespace and target region, after its `adder`
+// with these members:
 //
-//     width             bytes per step
+//     width              bytes per step
 //     add(a, b, result)  adds `width` bytes
 
 inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
@@ -4204,7 +4216,8 @@ inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std
 #endif
 
 // ---- ldi/kernels/add_u8.hpp
-// Adds two 8-bit tensors, each in its own quantization. Each instruction set has a file in add_u8/; all results are equal.
+// Adds two 8-bit tensors, each in its own quantization. Each instruction set has a file in add_u8/; all of them return the same
+// bits.
 
 #include <numeric>
 
@@ -4248,8 +4261,8 @@ inline bool is_exact(const add_u8_constants& sum, std::uint8_t a, const buffer<s
     return std::memcmp(found, expected.data() + a * 256, 256) == 0;
 }
 
-/// Whether the float form equals the integer form for all pairs of values. `suspect` is the value on which the last candidate
-/// failed; testing it first rejects most candidates early.
+/// Whether the float form equals the integer form for all pairs of values. `suspect` is the value of `a` for which the last
+/// candidate failed; testing it first rejects most candidates early.
 inline bool is_exact(const add_u8_constants& sum, const buffer<std::uint8_t>& expected, std::uint8_t& suspect) {
     if (!is_exact(sum, suspect, expected)) return false;
     for (const std::uint8_t a : all_bytes)
@@ -4264,7 +4277,8 @@ inline bool is_exact(const add_u8_constants& sum, const buffer<std::uint8_t>& ex
 
 /// Prepares an addition for add_u8().
 ///
-/// target  to prepare for. If no float form agrees with the integer form on all 65,536 pairs, the result's `target` is scalar
+/// target  the instruction set to prepare for. If no float form agrees with the integer form on all 65,536 pairs, the result's
+///         `target` is scalar
 inline add_u8_constants prepare_add_u8(isa target, const quantized_addition& exact) {
     const add_u8_kernel& kernel = find_kernel(add_u8_kernels, target);
     add_u8_constants sum{kernel.set, exact};
@@ -4301,7 +4315,7 @@ inline add_u8_constants prepare_add_u8(isa target, const quantized_addition& exa
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// One direction: the source pixels that each result pixel covers, and their weights.
+/// Weights along one axis: the source pixels that each result pixel covers, and the weight of each source pixel.
 struct area_weights {
     struct cover {
         std::size_t first = 0;   ///< first source pixel
@@ -4312,7 +4326,7 @@ struct area_weights {
     buffer<float> weights;  ///< sum 1 for each cover
 };
 
-/// Computes the weights of one direction. Lengths are at least 1 and their product is below 2^63.
+/// Computes the weights along one axis. Lengths are at least 1 and their product is below 2^63.
 inline area_weights make_area_weights(std::size_t source_length, std::size_t result_length) {
     LDI_ASSERT(source_length > 0 && result_length > 0);
     // In units of 1 / (source_length * result_length), the borders of source and result pixels are integers.
@@ -4348,7 +4362,7 @@ namespace detail {
 inline float area_share(float weight, float value) {
     LDI_NO_FUSED_MULTIPLY_ADD
 #if !LDI_HAS_EXTENSIONS
-    // exact in double, so fusing the product with a sum changes nothing
+    // The product is exact in double, so fusing it with a sum does not change the result.
     return static_cast<float>(double{weight} * double{value});
 #else
     return weight * value;
@@ -4359,7 +4373,8 @@ inline float area_share(float weight, float value) {
 
 /// Adds the horizontally averaged `source`, times `weight`, to `sums`.
 ///
-/// source  pixels x channels      sums  covers x channels
+/// source  pixels x channels
+/// sums    horizontal.covers x channels
 inline void add_area_row(const area_weights& horizontal, const std::uint8_t* source, std::size_t channels, float weight,
                          float* sums) {
     LDI_NO_FUSED_MULTIPLY_ADD
@@ -4383,7 +4398,9 @@ inline void add_area_row(const area_weights& horizontal, const std::uint8_t* sou
 
 /// Computes one row of the result.
 ///
-/// source  H x W x C       result  horizontal.covers x C
+/// source  H x W x C
+/// sums    working memory
+/// result  horizontal.covers x C
 inline void area_resize_row(const area_weights& horizontal, const area_weights& vertical, std::size_t y,
                             image_view<const std::uint8_t> source, buffer<float>& sums, std::uint8_t* result) {
     const std::size_t channels = source.channels();
@@ -4391,14 +4408,14 @@ inline void area_resize_row(const area_weights& horizontal, const area_weights& 
     const area_weights::cover& rows = vertical.covers[y];
     for (std::size_t i = 0; i < rows.count; ++i)
         add_area_row(horizontal, source.row(rows.first + i), channels, vertical.weights[rows.weight + i], sums.data());
-    // Rounds half to even without a call of std::lrint(): floats of this size have no fractional bits.
+    // Rounds half to even without a call of std::lrint(): floats from 2^23 on have no fractional bits.
     constexpr float ones = 0x1.8p23F;
     for (std::size_t i = 0; i < sums.size(); ++i)
         result[i] = static_cast<std::uint8_t>(static_cast<std::int32_t>((sums[i] + ones) - ones));
 }
 
-/// Resizes an image by averaging over areas. An enlarged image consists of rectangles of equal color, mixed at their borders.
-/// Raises error_code::invalid_data if the source or the result has no pixel.
+/// Resizes an image by averaging over areas. A larger result consists of one rectangle of constant color per source pixel, with
+/// mixed colors at the borders. Raises error_code::invalid_data if the source or the result has no pixel.
 template <executor Executor = const serial_executor>
 image<std::uint8_t> area_resize(image_view<const std::uint8_t> source, std::size_t result_height, std::size_t result_width,
                                 Executor&& threads = {}) {
@@ -4515,8 +4532,8 @@ LDI_END_TARGET
 //
 // A tile consists of some pixels and one panel of outputs; its sums stay in registers. For each input (or group of inputs that
 // one instruction multiplies), the kernel loads the panel's weights and broadcasts each pixel's inputs; with a single vector,
-// the multiplication itself broadcasts. A tile has 24 independent sums. 4 (Zen 4) or 8 (Intel) would hide the latency, but large
-// tiles save loads of weights that do not fit in the first-level cache.
+// the multiplication itself broadcasts. A tile has 24 independent sums. 4 sums (Zen 4) or 8 (Intel) would hide the latency, but
+// large tiles save loads of weights that do not fit in the first-level cache.
 
 #if LDI_HAS_X86_KERNELS
 
@@ -4561,7 +4578,7 @@ template <std::size_t half, std::size_t... v>
     if constexpr (half == 1) _mm512_store_ps(to + sizeof...(v) * conv_whole, _mm512_zextps256_ps512(sums.rest));
 }
 
-/// Replaces missing ratios.
+/// The ratio of all pixels of a call without ratios.
 inline constexpr float conv_ratio_of_one = 1.0F;
 
 /// Mask of the existing outputs among the panel's 16 lanes that start at `from`.
@@ -4592,7 +4609,8 @@ struct conv_tile_pointers {
     }
 };
 
-/// Turns the sums of `pixels` pixels, `vectors` vectors each, into results: times the pixel's ratio, plus bias, activated.
+/// Converts sums, `vectors` vectors for each of `pixels` pixels, to results: multiplies by the pixel's ratio, adds the bias,
+/// and applies the activation.
 template <class Store, class Result>
 inline void finish_floats(const conv_tile_sums& sums, std::size_t vectors, std::size_t first_pixel, std::size_t pixels,
                           const conv_panel_output<Result>& out) {
@@ -4621,7 +4639,7 @@ template <class Kernel, std::size_t half, class Value, std::size_t... p, std::si
     conv_lanes<sizeof...(v), half> sums[sizeof...(p)] = {};
     const std::size_t stride = input.pixel_stride, groups = input.inputs / group;
     const auto* weights = input.weights;
-    // Prefetches the next tile's inputs at an even pace: the hardware prefetcher is late.
+    // Prefetches the next tile's inputs at an even pace, because the hardware prefetcher loads them too late.
     const std::size_t fetch = sizeof...(p) * stride / detail::groups_of(input.inputs, group);
     for (std::size_t r = 0; r < input.row_count; ++r) {
         const Value* const x = input.rows[r] + first_pixel * stride;
@@ -4709,7 +4727,7 @@ struct conv_f32_kernel {
             sums.rest = _mm256_fmadd_ps(_mm256_set1_ps(input), weights.rest, sums.rest);
         } else {
             __m512 x = _mm512_set1_ps(input);
-            if constexpr (half == 1) asm("" : "+v"(x));  // without this variable, clang loads it again for the half vector
+            if constexpr (half == 1) asm("" : "+v"(x));  // or clang would load x again for the half vector
             ((sums.whole[v] = _mm512_fmadd_ps(x, weights.whole[v], sums.whole[v])), ...);
             if constexpr (half == 1) sums.rest = _mm256_fmadd_ps(_mm512_castps512_ps256(x), weights.rest, sums.rest);
         }
@@ -5012,12 +5030,12 @@ inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, 
 #endif
 
 // ---- ldi/kernels/conv_f32.hpp
-// k x k convolution of float32 values. A window is k pieces of contiguous memory: pixels of an image row, or gathered pixels.
-// Each instruction set has a file in conv_f32/.
+// k x k convolution of float32 values. A window consists of k contiguous pieces of memory, each with k pixels: pixels of an
+// image row, or gathered pixels. Each instruction set has a file in conv_f32/.
 //
-// The order of summation depends neither on the number of pixels per call nor on their stride. On one instruction set, a pixel's
-// result therefore has the same bits for every way to split pixels into calls. Instruction sets agree to rounding, because some
-// fuse multiplication and addition.
+// The order of summation depends neither on the number of pixels per call nor on their stride. On one instruction set, the bits
+// of a pixel's result therefore do not depend on how the pixels are split into calls. The results of different instruction sets
+// differ by rounding, because only some fuse multiplication and addition.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -5042,7 +5060,7 @@ static_assert(find_kernel(conv_f32_kernels, isa::scalar).set == isa::scalar);
 /// target   instruction set to pack for; must be available (is_available())
 /// weights  outputs x rows x inputs, row-major, finite
 /// bias     outputs
-/// rows     pieces of contiguous memory per pixel: k for a k x k convolution, each with k pixels
+/// rows     number of contiguous pieces of memory per pixel: k for a k x k convolution, each with k pixels
 inline conv_f32_weights pack_conv_f32(isa target, std::span<const float> weights, std::span<const float> bias, std::size_t rows,
                                       activation after) {
     LDI_ASSERT(!bias.empty() && rows >= 1 && weights.size() % (bias.size() * rows) == 0);
@@ -5090,7 +5108,7 @@ struct conv_u8_weights {
     float negative_slope = 1.0F;
     std::uint8_t result_zero_point = 0;
     buffer<std::int8_t> values;
-    buffer<std::int32_t> offsets;  ///< subtract the inputs' zero points; padded to whole panels, as scales and bias are
+    buffer<std::int32_t> offsets;  ///< summands that subtract the zero points; padded to whole panels, like scales and bias
     buffer<float> scales, bias;
 };
 
@@ -5281,6 +5299,8 @@ private:
     }
 };
 
+/// Same parameters as conv_u8() of kernels/conv_u8.hpp.
+///
 /// Result  float or std::uint8_t
 template <class Result>
 void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
@@ -5326,7 +5346,7 @@ struct conv_u8_tiles {
     [[gnu::always_inline]] static void multiply_add(std::index_sequence<v...>, conv_lanes<sizeof...(v), half>& sums,
                                                     std::int32_t inputs, const conv_lanes<sizeof...(v), half>& weights) {
         __m512i x = _mm512_set1_epi32(inputs);
-        // without this variable, clang loads it again for the half vector
+        // Hides the origin of x, because clang would load it again for the half vector.
         if constexpr (half == 1 && sizeof...(v) > 0) asm("" : "+v"(x));
         ((sums.whole[v] = _mm512_castsi512_ps(
               _mm512_dpbusd_epi32(_mm512_castps_si512(sums.whole[v]), x, _mm512_castps_si512(weights.whole[v])))),
@@ -5377,6 +5397,8 @@ struct conv_u8_tiles {
 
 LDI_END_TARGET
 
+/// Same parameters as conv_u8() of kernels/conv_u8.hpp.
+///
 /// Result  float or std::uint8_t
 template <class Result>
 void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
@@ -5508,6 +5530,8 @@ private:
     }
 };
 
+/// Same parameters as conv_u8() of kernels/conv_u8.hpp.
+///
 /// Result  float or std::uint8_t
 template <class Result>
 void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
@@ -5649,6 +5673,8 @@ private:
     }
 };
 
+/// Same parameters as conv_u8() of kernels/conv_u8.hpp.
+///
 /// Result  float or std::uint8_t
 template <class Result>
 void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
@@ -5677,11 +5703,11 @@ inline void pack_conv_u8(conv_u8_weights& packed, std::span<const std::int8_t> w
     detail::append_conv_u8_panels<1>(packed, weights, zero_points, scales, bias, conv_u8_panel, 1);
 }
 
-/// Converts a sum, zero points already subtracted, to a result.
+/// Converts a sum, from which the zero points are already subtracted, to a result.
 template <class Result>
 Result finish_conv_u8(std::int32_t sum, float scale, float bias, float negative_slope, float zero_point) {
     const float value = detail::fused_multiply_add(detail::nearest_float(sum), scale, bias);
-    // Fused on every machine, so that the result does not depend on the compiler.
+    // The multiply-add is fused on every machine, so that the result does not depend on the compiler.
     const float activated = value > 0.0F ? value + zero_point : detail::fused_multiply_add(value, negative_slope, zero_point);
     if constexpr (std::is_same_v<Result, float>)
         return activated;
@@ -5712,6 +5738,8 @@ void conv_u8_tile(const conv_u8_weights& weights, const std::uint8_t* const* row
     }
 }
 
+/// Same parameters as conv_u8() of kernels/conv_u8.hpp.
+///
 /// Result  float or std::uint8_t
 template <class Result>
 void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
@@ -5826,6 +5854,8 @@ private:
     }
 };
 
+/// Same parameters as conv_u8() of kernels/conv_u8.hpp.
+///
 /// Result  float or std::uint8_t
 template <class Result>
 void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
@@ -5840,8 +5870,8 @@ void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, st
 #endif
 
 // ---- ldi/kernels/conv_u8.hpp
-// k x k convolution of unsigned bytes: like kernels/conv_f32.hpp with a quarter of the memory, every stored value rounded to 8
-// bits. Each instruction set has a file in conv_u8/; all results are equal.
+// k x k convolution of unsigned bytes. It approximates kernels/conv_f32.hpp: stored values are rounded to 8 bits and occupy a
+// quarter of the memory. Each instruction set has a file in conv_u8/; all of them return the same bits.
 //
 // An input byte x represents (x - zero point) * scale. Sums are exact. Scale, ratio, bias and activation are float32, and every
 // instruction set computes the same fused multiply-adds.
@@ -5871,8 +5901,8 @@ static_assert(find_kernel(conv_u8_kernels, isa::scalar).set == isa::scalar);
 /// weights            outputs x rows x inputs, row-major, at most max_conv_u8_weight in absolute value; rows x inputs at most
 ///                    max_conv_u8_inputs
 /// zero_points        one per input of a piece
-/// scales, bias       outputs: factor of the sum, then summand, in units of the result's scale
-/// rows               pieces of contiguous memory per pixel: k for a k x k convolution, each with k pixels
+/// scales, bias       one per output: factor that converts the sum to units of the result's scale; summand in these units
+/// rows               number of contiguous pieces of memory per pixel: k for a k x k convolution, each with k pixels
 /// result_zero_point  zero point of results that are bytes
 inline conv_u8_weights pack_conv_u8(isa target, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
                                     std::span<const float> scales, std::span<const float> bias, std::size_t rows,
@@ -5926,10 +5956,11 @@ inline signed_range range_of(std::span<const std::uint8_t> weights, std::uint8_t
     return {*least - int{zero_point}, *most - int{zero_point}};
 }
 
-/// Maximum number of inputs of kernels without a fused multiply-add: they first widen inputs into a buffer.
+/// Maximum number of inputs of kernels without a fused multiply-add. They first widen the inputs into a buffer of fixed size.
 inline constexpr std::size_t max_unfused_inputs = 4096;
 
-/// Whether kernels without a fused multiply-add are exact. Their rounding requires sums of at least -2^23 / scale.
+/// Whether kernels without a fused multiply-add are exact for these weights. Their rounding requires sums of at least -2^23 /
+/// scale.
 inline bool fits_unfused(std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
                          std::span<const std::int32_t> bias, const requantization& output, float_requantization& fast) {
     const std::size_t inputs = weights.size() / bias.size();
@@ -6022,13 +6053,14 @@ struct depthwise_u8_kernel {
 }}  // namespace ldi
 
 // ---- ldi/kernels/depthwise_u8/stretches.hpp
-// Units and stretches of a row, for kernels that keep a depthwise convolution's unfinished windows in registers. The channels of
-// a row are split into units that fill the vectors; a unit with fewer channels processes several stretches of the row together.
+// Splits a row for kernels that keep a depthwise convolution's unfinished windows in registers. The channels are split into
+// units that fill the vectors. For a unit with too few channels, the row is also split into stretches, runs of equally many
+// adjacent pixels, and one vector contains these channels of one pixel from each stretch.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Some channels of all pixels of a row: `most`, or a half or a quarter of it, at least 16. The last unit may overlap the one
-/// before it.
+/// A range of channels, for all pixels of a row. It has `most` channels, or a half or a quarter of this number, but at
+/// least 16. The last unit may overlap the one before it.
 struct depthwise_unit {
     std::size_t first, channels;
 
@@ -6057,11 +6089,11 @@ struct depthwise_call {
     std::size_t result_width() const { return (width * repeat - 1) / weights.stride + 1; }
 };
 
-/// Addresses of one pixel in each stretch and each of the three rows.
+/// Addresses of one pixel per stretch in each of the three rows.
 template <std::size_t stretches>
 struct depthwise_position {
     const std::uint8_t* at[3][stretches];
-    std::size_t moves[3];  ///< masks for offsets: all bits for rows, none for padding
+    std::size_t moves[3];  ///< mask of offsets per row: all ones for a row of the image, 0 for padding
 
     const std::uint8_t* find(std::size_t row, std::size_t stretch, std::size_t offset) const {
         return at[row][stretch] + (offset & moves[row]);
@@ -6073,13 +6105,14 @@ struct depthwise_stretches {
     const depthwise_call& call;
     std::size_t first_channel, length, starts[stretches];
 
-    /// Splits `all` pixels of the rows or of the result; the last stretch may overlap the one before it.
+    /// Splits `all` pixels, of the stored rows or of the result, into stretches. The last stretch may overlap the one before
+    /// it.
     depthwise_stretches(const depthwise_call& what, std::size_t channel, std::size_t all)
         : call(what), first_channel(channel), length((all + stretches - 1) / stretches) {
         for (std::size_t s = 0; s < stretches; ++s) starts[s] = s * length + length <= all ? s * length : all - length;
     }
 
-    /// Addresses of one column per stretch; padding outside the row.
+    /// Returns the addresses of one column per stretch, or of padding for a column outside the row.
     depthwise_position<stretches> at(const std::size_t (&columns)[stretches]) const {
         depthwise_position<stretches> found;
         for (std::size_t r = 0; r < 3; ++r) {
@@ -6091,13 +6124,16 @@ struct depthwise_stretches {
         }
         return found;
     }
-    /// Addresses of column `scale` * start + `column` for each stretch; `column` is at least -1.
+    /// Returns the addresses of column `scale` * start + `column` for each stretch, where start is the stretch's first pixel.
+    ///
+    /// column  at least -1
     depthwise_position<stretches> at(std::ptrdiff_t column, std::size_t scale) const {
         std::size_t columns[stretches];  // -1 wraps to a value larger than any width
         for (std::size_t s = 0; s < stretches; ++s) columns[s] = starts[s] * scale + static_cast<std::size_t>(column);
         return at(columns);
     }
-    /// Addresses of column `tap`, 0 to 2, of the window around pixel x of each stretch of the result, for any repetition.
+    /// Returns the addresses of column `tap`, 0 to 2, of the window around pixel x of each stretch of the result, for any
+    /// stride and repetition.
     depthwise_position<stretches> at_tap(std::size_t x, std::size_t tap) const {
         std::size_t columns[stretches];
         for (std::size_t s = 0; s < stretches; ++s) {
@@ -6106,7 +6142,7 @@ struct depthwise_stretches {
         }
         return at(columns);
     }
-    /// Address of a stretch's results, with `scale` results per pixel.
+    /// Returns the address of a stretch's results, with `scale` result pixels per pixel of the stretch.
     std::uint8_t* result(std::size_t stretch, std::size_t scale) const {
         return call.result + starts[stretch] * scale * call.weights.channels + first_channel;
     }
@@ -6115,14 +6151,14 @@ struct depthwise_stretches {
 }}}  // namespace ldi::detail
 
 // ---- ldi/kernels/detail/unsaturated_pairs.hpp
-// Splits weights so that vpmaddubsw multiplies them exactly. The instruction adds two products of a byte and a signed byte in 16
-// bits and saturates, because 255 * 127 * 2 does not fit. Products are exact for all inputs if the positive weights in one
-// 16-bit sum add up to at most 128, and the negative ones to at least -128. Few weights of a trained network are larger; the
-// excess goes to another sum.
+// Splits weights so that vpmaddubsw multiplies them exactly. The instruction adds two products of a byte and a signed byte in
+// 16 bits and saturates, because 255 * 127 * 2 does not fit. Products are exact for all inputs if the positive weights in one
+// 16-bit sum add up to at most 128, and the negative ones to at least -128. Few weights of a trained network exceed these
+// limits; the excess is multiplied in a separate sum.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
-/// Remaining capacity of one 16-bit sum for weights.
+/// Remaining capacity of one 16-bit sum: maximum and minimum of the weights that still fit.
 struct sum_room {
     int most = 128, least = -128;
 
@@ -6142,7 +6178,7 @@ inline bool fit_one_sum(int a, int b) { return a >= -128 && a <= 127 && b >= -12
 }}}  // namespace ldi::avx2
 
 // ---- ldi/kernels/depthwise_u8/avx2_packing.hpp
-// Weight layout of depthwise_u8/avx2.hpp: split so that no 16-bit sum can saturate (detail/unsaturated_pairs.hpp).
+// Packs weights for depthwise_u8/avx2.hpp, split into terms so that no 16-bit sum can saturate (detail/unsaturated_pairs.hpp).
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
@@ -6160,8 +6196,8 @@ struct depthwise_rest {
     }
 };
 
-/// Packs weights unit by unit. `order` gets the number of terms of each unit. `narrow` gets, for each term and each column of
-/// the window, 4 vectors of 8 channels x 4 bytes; of the 16 channels in a 128-bit lane, each vector contains 4.
+/// Packs weights unit by unit. Appends the number of terms of each unit to `order`. Appends to `narrow`, for each term and each
+/// column of the window, 4 vectors of 8 channels x 4 bytes; each vector contains 4 of the 16 channels in a 128-bit lane.
 inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     for (std::size_t done = 0; done < packed.channels;) {
@@ -6197,9 +6233,9 @@ inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthw
 // kernels/depthwise_u8.hpp with vpmaddubsw and vpmaddwd.
 //
 // The kernel interleaves the bytes of three rows: four bytes contain one channel of one column (rows 0, 1, 2 and row 1 again).
-// One column of a window then costs two multiplications and an addition for 8 channels. The weight of row 1 is split between its
-// two places, so that vpmaddubsw cannot saturate (detail/unsaturated_pairs.hpp). If this does not suffice, a unit has more
-// terms.
+// One column of a window then costs two multiplications and an addition for 8 channels. The weight of row 1 is split between
+// its two places, so that vpmaddubsw cannot saturate (detail/unsaturated_pairs.hpp). If this does not suffice, the weights of a
+// unit are split into several terms, whose products are added.
 //
 // Each column is interleaved only once, in registers, and immediately added to all windows that contain it.
 
@@ -6219,7 +6255,7 @@ using depthwise_lanes = std::size_t;
 
 inline depthwise_lanes existing_lanes(std::size_t channels) { return channels < 16 ? channels : 16; }
 
-/// The three rows at `channels` channels of each of 32 / channels stretches.
+/// Reads `channels` channels of three rows at the same place of 32 / channels stretches (stretches.hpp).
 template <std::size_t channels>
 struct depthwise_rows {
     detail::depthwise_position<32 / channels> position;
@@ -6233,7 +6269,7 @@ struct depthwise_rows {
         std::memcpy(bytes, from, held);
         return _mm_load_si128(reinterpret_cast<const __m128i*>(bytes));
     }
-    /// Loads 32 bytes of one row.
+    /// Loads 32 bytes of one row: from one stretch, or 16 from each of two stretches.
     [[gnu::always_inline]] __m256i load(std::size_t row, std::size_t offset) const {
         if constexpr (channels == 32)
             return _mm256_loadu_si256(reinterpret_cast<const __m256i*>(position.find(row, 0, offset)));
@@ -6283,7 +6319,7 @@ private:
     }
 };
 
-/// Addresses of the result for each stretch.
+/// Stores results at one address per stretch.
 template <std::size_t channels>
 struct depthwise_result {
     std::uint8_t* at[32 / channels];
@@ -6309,8 +6345,8 @@ struct depthwise_result {
 //     depthwise_vectors           one interleaved column of the window, or one sum per channel
 //     depthwise_lanes             the existing channels, from existing_lanes()
 //     depthwise_rows<channels>    loads columns
-//     depthwise_sums              the weights of a unit: start() is the bias; add<window_left>(sum, column), and likewise
-//                                 window_middle and window_right, adds the products of a column at that place of a window
+//     depthwise_sums              the weights of a unit: start() returns the bias; add<place>(sum, column) adds the products of
+//                                 a column at a place of the window: window_left, window_middle or window_right
 //     depthwise_result<channels>  requantizes and stores
 
 inline constexpr std::size_t window_left = 0, window_middle = 1, window_right = 2;
@@ -6325,7 +6361,7 @@ struct depthwise_run {
     std::size_t pixel_stride;
     depthwise_lanes lanes;
 
-    /// all  number of pixels to split into stretches
+    /// all  number of pixels of the row, or of the result, to split into stretches
     depthwise_run(const detail::depthwise_call& call, const Sums& sums, std::size_t first_channel, std::size_t all)
         : stretches(call, first_channel, all),
           packed(sums),
@@ -6342,7 +6378,8 @@ struct depthwise_run {
         return found;
     }
 
-    /// Each column is the right column of one window, the middle column of the next, and the left column of the one after.
+    /// Stride 1 without repetition. Each column is the right column of one window, the middle column of the next, and the left
+    /// column of the one after.
     void stride_1() const {
         const Sums sums = packed;  // a copy, so that the compiler keeps it in registers
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
@@ -6362,8 +6399,8 @@ struct depthwise_run {
         result.store(sums.template add<window_right>(current, column), (length - 1) * pixel_bytes);
     }
 
-    /// Stride 2. Each pair of columns completes one window, as its middle and right columns. The second column of the pair is
-    /// also the left column of the next window.
+    /// Stride 2 without repetition. Each pair of columns completes one window, as its middle and right columns. The second
+    /// column of the pair is also the left column of the next window.
     void stride_2() const {
         const Sums sums = packed;
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
@@ -6381,9 +6418,9 @@ struct depthwise_run {
         result.store(sums.template add<window_right>(current, rows_at(last, 2).column(0)), (length - 1) * pixel_bytes);
     }
 
-    /// Repeats each column c twice. Column c is the right column of the window around the second copy of column c - 1, fills two
-    /// of three columns of the windows around its own copies, and is the left column of the window around the first copy of
-    /// column c + 1.
+    /// Stride 1, with each column c repeated twice. Column c is the right column of the window around the second copy of column
+    /// c - 1, fills two of three columns of the windows around its own copies, and is the left column of the window around the
+    /// first copy of column c + 1.
     void enlarged_twice() const {
         const Sums sums = packed;
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
@@ -6474,8 +6511,8 @@ LDI_END_TARGET
 // immediately added to all windows that contain it. Weights and the sums of incomplete windows (two at a time) stay in
 // registers. 64 channels of a pixel cost 8 shuffles, 12 multiplications and 22 instructions of requantization.
 //
-// Channels are split into units of 64, 32 or 16. A unit with fewer than 64 channels fills its vectors from two or four stretches
-// of the row.
+// Channels are split into units of 64, 32 or 16. A unit with fewer than 64 channels fills its vectors from two or four
+// stretches of the row (stretches.hpp).
 
 #if LDI_HAS_X86_KERNELS
 
@@ -6516,13 +6553,13 @@ inline depthwise_lanes existing_lanes(std::size_t channels) {
     return static_cast<__mmask16>(first_bytes(channels < 16 ? channels : 16));
 }
 
-/// The three rows at `channels` channels of each of 64 / channels stretches.
+/// Reads `channels` channels of three rows at the same place of 64 / channels stretches.
 template <std::size_t channels>
 struct depthwise_rows {
     detail::depthwise_position<64 / channels> position;
     depthwise_lanes mask;
 
-    /// Loads 64 bytes of one row.
+    /// Loads 64 bytes of one row, an equal part from each stretch.
     [[gnu::always_inline]] __m512i load(std::size_t row, std::size_t offset) const {
         if constexpr (channels == 64) {
             return _mm512_loadu_si512(position.find(row, 0, offset));
@@ -6577,7 +6614,7 @@ private:
         : weights{_mm512_load_si512(values + i * 64)...}, bias(biases) {}
 };
 
-/// Addresses of the result for each stretch.
+/// Stores results at one address per stretch.
 template <std::size_t channels>
 struct depthwise_result {
     std::uint8_t* at[64 / channels];
@@ -6608,8 +6645,8 @@ struct depthwise_result {
 //     depthwise_vectors           one interleaved column of the window, or one sum per channel
 //     depthwise_lanes             the existing channels, from existing_lanes()
 //     depthwise_rows<channels>    loads columns
-//     depthwise_sums              the weights of a unit: start() is the bias; add<window_left>(sum, column), and likewise
-//                                 window_middle and window_right, adds the products of a column at that place of a window
+//     depthwise_sums              the weights of a unit: start() returns the bias; add<place>(sum, column) adds the products of
+//                                 a column at a place of the window: window_left, window_middle or window_right
 //     depthwise_result<channels>  requantizes and stores
 
 inline constexpr std::size_t window_left = 0, window_middle = 1, window_right = 2;
@@ -6624,7 +6661,7 @@ struct depthwise_run {
     std::size_t pixel_stride;
     depthwise_lanes lanes;
 
-    /// all  number of pixels to split into stretches
+    /// all  number of pixels of the row, or of the result, to split into stretches
     depthwise_run(const detail::depthwise_call& call, const Sums& sums, std::size_t first_channel, std::size_t all)
         : stretches(call, first_channel, all),
           packed(sums),
@@ -6641,7 +6678,8 @@ struct depthwise_run {
         return found;
     }
 
-    /// Each column is the right column of one window, the middle column of the next, and the left column of the one after.
+    /// Stride 1 without repetition. Each column is the right column of one window, the middle column of the next, and the left
+    /// column of the one after.
     void stride_1() const {
         const Sums sums = packed;  // a copy, so that the compiler keeps it in registers
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
@@ -6661,8 +6699,8 @@ struct depthwise_run {
         result.store(sums.template add<window_right>(current, column), (length - 1) * pixel_bytes);
     }
 
-    /// Stride 2. Each pair of columns completes one window, as its middle and right columns. The second column of the pair is
-    /// also the left column of the next window.
+    /// Stride 2 without repetition. Each pair of columns completes one window, as its middle and right columns. The second
+    /// column of the pair is also the left column of the next window.
     void stride_2() const {
         const Sums sums = packed;
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
@@ -6680,9 +6718,9 @@ struct depthwise_run {
         result.store(sums.template add<window_right>(current, rows_at(last, 2).column(0)), (length - 1) * pixel_bytes);
     }
 
-    /// Repeats each column c twice. Column c is the right column of the window around the second copy of column c - 1, fills two
-    /// of three columns of the windows around its own copies, and is the left column of the window around the first copy of
-    /// column c + 1.
+    /// Stride 1, with each column c repeated twice. Column c is the right column of the window around the second copy of column
+    /// c - 1, fills two of three columns of the windows around its own copies, and is the left column of the window around the
+    /// first copy of column c + 1.
     void enlarged_twice() const {
         const Sums sums = packed;
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
@@ -6780,14 +6818,14 @@ inline std::size_t block_start(std::size_t channels, std::size_t block) {
 }}}  // namespace ldi::detail
 
 // ---- ldi/kernels/depthwise_u8/columns.hpp
-// Selects the columns of the stored rows that one piece of a depthwise convolution's result reads.
+// Selects the columns of the stored rows on which a piece of a depthwise convolution's result depends.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Result pixels first .. first + count - 1 of a row. Their inputs occupy slots, one per stored column, in order; the columns
-/// outside the image (-1 and `width`) also have slots.
+/// The inputs of result pixels first to first + count - 1 of a row. Each stored column that they depend on occupies one slot,
+/// in order. The columns outside the image (-1 and `width`) also have slots.
 struct depthwise_columns {
-    /// Limited so that the slots and the rows that fill them fit in a first-level cache of 32 KiB.
+    /// Limits with which the slots and the rows that fill them fit in a first-level cache of 32 KiB.
     static constexpr std::size_t max_slots = 40, max_taps = 4 * max_slots;
 
     std::size_t first = 0, count = 0;
@@ -6847,7 +6885,7 @@ inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthw
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 
-/// Loads 16 channels, or fewer if the row has fewer; `padding` for a row outside the image.
+/// Loads 16 channels, or all channels if there are fewer. Returns `padding` for a row outside the image.
 [[gnu::always_inline]] inline int8x16_t load_channels(const std::uint8_t* row, std::size_t offset, std::size_t channels,
                                                       std::uint8_t padding) {
     if (row == nullptr) return to_signed(vdupq_n_u8(padding));
@@ -6951,7 +6989,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 /// Number of channels summed together. Compilers vectorize a loop over this many 8-bit values, but not shorter loops.
 inline constexpr std::size_t depthwise_block = 16;
 
-/// Packs tap by tap the weights of all channels.
+/// Packs the weights tap by tap: for each element of the window, the weights of all channels.
 inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
     for (std::size_t t = 0; t < depthwise_u8_weights::taps; ++t)
         for (std::size_t c = 0; c < packed.channels; ++c) packed.wide.push_back(static_cast<std::int16_t>(source.weight(c, t)));
@@ -7000,9 +7038,9 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
 // ---- ldi/kernels/depthwise_u8/wasm.hpp
 // kernels/depthwise_u8.hpp with i32x4.dot_i16x8_s, 16 channels at a time.
 //
-// The kernel first widens the rows to 16 bits and stores them column by column, already enlarged: the first two rows
-// interleaved, and each column of the third row beside the next one. The 9 products of a window then cost 5 multiplications for
-// 4 channels.
+// The kernel first enlarges the rows, widens them to 16 bits, and stores them column by column. It interleaves the first two
+// rows with each other, and each column of the third row with the next column of this row. The 9 products of a window then cost
+// 5 multiplications for 4 channels.
 
 #if LDI_HAS_WASM_KERNELS
 
@@ -7040,7 +7078,7 @@ inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthw
     wasm_v128_store(to + 24, wasm_u16x8_extend_high_u8x16(high));
 }
 
-/// Writes columns to consecutive slots. Also overwrites the second half of the slot before the first.
+/// Writes columns to consecutive slots. Also overwrites the second half of the slot before the first one.
 struct slot_writer {
     std::int16_t* slot;
     v128_t third = wasm_i32x4_splat(0);  // third row of the previous column
@@ -7051,11 +7089,11 @@ struct slot_writer {
         third = c;
         slot += depthwise_slot;
     }
-    /// Completes the last slot with an arbitrary neighbor, whose weight is 0.
+    /// Completes the last slot. Its missing next column has weight 0, so any value serves.
     void end() { store_pairs(third, third, slot - depthwise_slot / 2); }
 };
 
-/// Loads 16 channels, or fewer if `all` is false.
+/// Loads 16 channels if `all` is true, else `channels` channels.
 template <bool all>
 [[gnu::always_inline]] inline v128_t load_channels(const std::uint8_t* from, std::size_t channels) {
     if (all) return wasm_v128_load(from);
@@ -7064,7 +7102,7 @@ template <bool all>
     return wasm_v128_load(bytes);
 }
 
-/// Three rows of an image, to be enlarged.
+/// Three rows of an image before the enlargement.
 struct depthwise_rows {
     const std::uint8_t* rows[3];  // nullptr for a row outside the image
     std::size_t channels, width, repeat;
@@ -7183,7 +7221,7 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
 // ---- ldi/kernels/depthwise_u8.hpp
 // Depthwise 3 x 3 convolution of 8-bit activations, requantized to 8 bits, one row of the result per call. The input can be
 // enlarged by repeating pixels, and the enlarged image is never stored. Each instruction set has a file in depthwise_u8/; all
-// results are equal.
+// of them return the same bits.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -7283,16 +7321,16 @@ struct gemm_u8_weights {
 
     isa target = isa::scalar;
     std::size_t segments = 1, inputs = 0, outputs = 0;
-    buffer<std::int16_t> wide;  ///< scalar, WebAssembly, a single output with AVX2: weight minus its zero point
+    buffer<std::int16_t> wide;  ///< scalar, WebAssembly, and a single output with AVX2: weight minus its zero point
     /// AVX2, VNNI: weight minus its zero point, or the negative of it (see `fast`); NEON: see `output`
     buffer<std::int8_t> narrow;
     /// AVX2, for each segment of each panel: the number of pairs of terms, the number of single terms, and the first input of
     /// each term
     buffer<std::uint32_t> order;
     buffer<std::int32_t> bias;  ///< zero points folded in; padded with zeros to whole vectors
-    requantization output;      ///< NEON: the multiplier is negated if `narrow` and `bias` are
-    /// Negated if `narrow` and `bias` are. On WebAssembly, the constants of an unfused_requantization. Unused by scalar and
-    /// NEON.
+    requantization output;      ///< NEON: the multiplier is negated together with `narrow` and `bias`
+    /// Negated together with `narrow` and `bias`. On WebAssembly, the constants of an unfused_requantization. Unused by scalar
+    /// and NEON.
     float_requantization fast;
 
     /// Whether lanes contain inputs instead of outputs: for a single output with enough inputs to fill a vector.
@@ -7302,7 +7340,8 @@ struct gemm_u8_weights {
 /// One instruction set's kernel: a row of `gemm_u8_kernels`.
 struct gemm_u8_kernel {
     isa set;
-    /// with fewer outputs, the kernel of `otherwise` (kernels/isa.hpp) is faster, because lanes stay empty
+    /// minimum number of outputs; with fewer, too many lanes stay empty, and the kernel of `otherwise` (kernels/isa.hpp) is
+    /// faster
     std::size_t min_outputs;
     /// Appends to `wide`, `narrow` and `order` the data that run() reads; the caller has set all other members. See
     /// pack_gemm_u8() of kernels/gemm_u8.hpp.
@@ -7372,8 +7411,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 inline constexpr std::size_t gemm_lanes = 8, gemm_max_vectors = 2, gemm_tile_pixels[] = {8, 4};
 using detail::gemm_group;
 
-/// Packs the weights of a single output, which would fill one of 8 lanes, in the order of the inputs, each segment padded to
-/// whole vectors.
+/// Packs the weights of a layer with a single output in the order of the inputs, and pads each segment to whole vectors. The
+/// panel layout would use only one of 8 lanes.
 inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     const std::size_t padded = (packed.inputs + 15) / 16 * 16;
@@ -7383,7 +7422,8 @@ inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uin
                 i < packed.inputs ? sign * (weights[s * packed.inputs + i] - int{weight_zero_point}) : 0));
 }
 
-/// Weights of four inputs for the outputs of a panel that cannot saturate a sum. A group is the sum of one or more terms.
+/// Weights of four inputs for all outputs of a panel, so small that they cannot saturate a 16-bit sum. The weights of a group
+/// are the sum of one or more terms.
 struct gemm_term {
     static constexpr std::size_t max_weights = gemm_max_vectors * gemm_lanes * gemm_group;
 
@@ -7431,7 +7471,7 @@ inline void split_group(std::span<int> rest, std::size_t first_input, buffer<gem
     }
 }
 
-/// An order of the terms that starts with pairs that share their sums, and the number of these pairs.
+/// Terms in the order of the kernel: first pairs of terms that share their 16-bit sums, then single terms.
 struct paired_terms {
     buffer<const gemm_term*> order;
     std::size_t pairs = 0;
@@ -7455,7 +7495,7 @@ struct paired_terms {
     }
 
 private:
-    /// Searches the lightest terms, the most likely to fit; returns `i` if none does.
+    /// Searches the terms with the lowest `heaviest`, which are most likely to fit. Returns `i` if no term fits.
     static std::size_t find_partner(const buffer<const gemm_term*>& rest, std::size_t i) {
         constexpr std::size_t tries = 8;
         for (std::size_t t = 0; t < tries && rest.size() - 1 - t > i; ++t)
@@ -7464,8 +7504,8 @@ private:
     }
 };
 
-/// Packs weights panel by panel, segment by segment. `order` gets the number of pairs of terms, the number of single terms, and
-/// the first input of each term. `narrow` gets vectors of 8 outputs x 4 inputs, term by term.
+/// Packs weights panel by panel, segment by segment. Appends to `order` the number of pairs of terms, the number of single
+/// terms, and the first input of each term. Appends to `narrow` vectors of 8 outputs x 4 inputs, term by term.
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     if (packed.is_single_output()) return pack_single_output(packed, weights, weight_zero_point);
     const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_max_vectors);
@@ -7517,7 +7557,7 @@ struct gemm_panel {
     const std::int8_t* weights;
     const std::int32_t* bias;
     std::uint8_t* result;
-    std::size_t outputs, held = 0;  ///< outputs of the layer; outputs of the panel
+    std::size_t outputs, held = 0;  ///< number of outputs: of the layer; of the panel
 
     void skip(std::size_t lanes) {
         for (std::size_t s = 0; s < segment_count; ++s) {
@@ -7631,15 +7671,15 @@ struct gemm_kernel {
 
 using gemm_half_kernel = gemm_kernel;
 
-// Loops of gemm_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its namespace
-// and target region, after
+// Loops of gemm_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its namespace and
+// target region, after these definitions:
 //
 //     gemm_lanes, gemm_max_vectors   outputs per vector; vectors per panel
 //     gemm_tile_pixels[v]            pixels of a full tile with v + 1 vectors
 //     gemm_panel                     arguments of one panel: pixels, bias, result, outputs of the layer, outputs held by
 //                                    the panel; skip(lanes) moves the weights to the next panel
 //     gemm_kernel                    tile(pixels, vectors, panel, requantize, first) computes one tile
-//     gemm_half_kernel               computes a tile whose last vector is at most half full; gemm_kernel in sets without one
+//     gemm_half_kernel               computes a tile whose last vector is at most half full; may equal gemm_kernel
 
 /// Computes all pixels of a panel.
 template <class Kernel, std::size_t vectors, class Requantizer, class Output>
@@ -7684,7 +7724,10 @@ inline void gemm_u8_panels(std::index_sequence<v...>, std::size_t outputs, const
     }
 }
 
-/// Rectifier  requantizer for a zero point of 0
+/// Computes all outputs of all pixels.
+///
+/// Rectifier    requantizer for a zero point of 0
+/// Requantizer  requantizer for other zero points
 template <class Rectifier, class Requantizer, class Output>
 inline void gemm_u8_panels(std::size_t outputs, const Output& output, const gemm_panel& panel) {
     gemm_u8_panels<Rectifier, Requantizer>(std::make_index_sequence<gemm_max_vectors>{}, outputs, output, panel);
@@ -7755,8 +7798,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 inline constexpr std::size_t gemm_lanes = 16, gemm_max_vectors = 4, gemm_tile_pixels[] = {12, 6, 4, 4};
 using detail::gemm_group;
 
-/// Packs the weights of a single output, which would fill one of 16 lanes, in the order of the inputs, each segment padded to
-/// whole vectors.
+/// Packs the weights of a layer with a single output in the order of the inputs, and pads each segment to whole vectors. The
+/// panel layout would use only one of 16 lanes.
 inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     const std::size_t padded = (packed.inputs + 63) / 64 * 64;
@@ -7781,7 +7824,7 @@ struct gemm_panel {
     const std::int8_t* weights;
     const std::int32_t* bias;
     std::uint8_t* result;
-    std::size_t outputs, held = 0;  ///< outputs of the layer; outputs of the panel
+    std::size_t outputs, held = 0;  ///< number of outputs: of the layer; of the panel
 
     void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
 };
@@ -7792,7 +7835,7 @@ struct gemm_panel {
     return _mm512_set1_epi32(four);
 }
 
-/// With `half`, computes only the first 8 sums: a 512-bit vector occupies Zen 4's units for two cycles.
+/// With `half`, computes only the first 8 sums, because a 512-bit vector occupies Zen 4's units for two cycles.
 template <bool half>
 [[gnu::always_inline]] inline __m512i multiply_add(__m512i sums, __m512i inputs, __m512i weights) {
     if constexpr (half)
@@ -7876,15 +7919,15 @@ struct gemm_kernel_of {
 using gemm_kernel = gemm_kernel_of<false>;
 using gemm_half_kernel = gemm_kernel_of<true>;
 
-// Loops of gemm_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its namespace
-// and target region, after
+// Loops of gemm_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its namespace and
+// target region, after these definitions:
 //
 //     gemm_lanes, gemm_max_vectors   outputs per vector; vectors per panel
 //     gemm_tile_pixels[v]            pixels of a full tile with v + 1 vectors
 //     gemm_panel                     arguments of one panel: pixels, bias, result, outputs of the layer, outputs held by
 //                                    the panel; skip(lanes) moves the weights to the next panel
 //     gemm_kernel                    tile(pixels, vectors, panel, requantize, first) computes one tile
-//     gemm_half_kernel               computes a tile whose last vector is at most half full; gemm_kernel in sets without one
+//     gemm_half_kernel               computes a tile whose last vector is at most half full; may equal gemm_kernel
 
 /// Computes all pixels of a panel.
 template <class Kernel, std::size_t vectors, class Requantizer, class Output>
@@ -7929,7 +7972,10 @@ inline void gemm_u8_panels(std::index_sequence<v...>, std::size_t outputs, const
     }
 }
 
-/// Rectifier  requantizer for a zero point of 0
+/// Computes all outputs of all pixels.
+///
+/// Rectifier    requantizer for a zero point of 0
+/// Requantizer  requantizer for other zero points
 template <class Rectifier, class Requantizer, class Output>
 inline void gemm_u8_panels(std::size_t outputs, const Output& output, const gemm_panel& panel) {
     gemm_u8_panels<Rectifier, Requantizer>(std::make_index_sequence<gemm_max_vectors>{}, outputs, output, panel);
@@ -8017,7 +8063,7 @@ struct gemm_panel {
     const std::int8_t* weights;
     const std::int32_t* bias;
     std::uint8_t* result;
-    std::size_t outputs, held = 0;  ///< outputs of the layer; outputs of the panel
+    std::size_t outputs, held = 0;  ///< number of outputs: of the layer; of the panel
 
     void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
 };
@@ -8062,15 +8108,15 @@ struct gemm_kernel {
 
 using gemm_half_kernel = gemm_kernel;
 
-// Loops of gemm_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its namespace
-// and target region, after
+// Loops of gemm_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its namespace and
+// target region, after these definitions:
 //
 //     gemm_lanes, gemm_max_vectors   outputs per vector; vectors per panel
 //     gemm_tile_pixels[v]            pixels of a full tile with v + 1 vectors
 //     gemm_panel                     arguments of one panel: pixels, bias, result, outputs of the layer, outputs held by
 //                                    the panel; skip(lanes) moves the weights to the next panel
 //     gemm_kernel                    tile(pixels, vectors, panel, requantize, first) computes one tile
-//     gemm_half_kernel               computes a tile whose last vector is at most half full; gemm_kernel in sets without one
+//     gemm_half_kernel               computes a tile whose last vector is at most half full; may equal gemm_kernel
 
 /// Computes all pixels of a panel.
 template <class Kernel, std::size_t vectors, class Requantizer, class Output>
@@ -8115,7 +8161,10 @@ inline void gemm_u8_panels(std::index_sequence<v...>, std::size_t outputs, const
     }
 }
 
-/// Rectifier  requantizer for a zero point of 0
+/// Computes all outputs of all pixels.
+///
+/// Rectifier    requantizer for a zero point of 0
+/// Requantizer  requantizer for other zero points
 template <class Rectifier, class Requantizer, class Output>
 inline void gemm_u8_panels(std::size_t outputs, const Output& output, const gemm_panel& panel) {
     gemm_u8_panels<Rectifier, Requantizer>(std::make_index_sequence<gemm_max_vectors>{}, outputs, output, panel);
@@ -8170,7 +8219,7 @@ struct gemm_panel {
     const std::int8_t* weights;
     const std::int32_t* bias;
     std::uint8_t* result;
-    std::size_t outputs, held = 0;  ///< outputs of the layer; outputs of the panel
+    std::size_t outputs, held = 0;  ///< number of outputs: of the layer; of the panel
 
     void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
 };
@@ -8245,15 +8294,15 @@ struct gemm_kernel {
 };
 using gemm_half_kernel = gemm_kernel;
 
-// Loops of gemm_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its namespace
-// and target region, after
+// Loops of gemm_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its namespace and
+// target region, after these definitions:
 //
 //     gemm_lanes, gemm_max_vectors   outputs per vector; vectors per panel
 //     gemm_tile_pixels[v]            pixels of a full tile with v + 1 vectors
 //     gemm_panel                     arguments of one panel: pixels, bias, result, outputs of the layer, outputs held by
 //                                    the panel; skip(lanes) moves the weights to the next panel
 //     gemm_kernel                    tile(pixels, vectors, panel, requantize, first) computes one tile
-//     gemm_half_kernel               computes a tile whose last vector is at most half full; gemm_kernel in sets without one
+//     gemm_half_kernel               computes a tile whose last vector is at most half full; may equal gemm_kernel
 
 /// Computes all pixels of a panel.
 template <class Kernel, std::size_t vectors, class Requantizer, class Output>
@@ -8298,7 +8347,10 @@ inline void gemm_u8_panels(std::index_sequence<v...>, std::size_t outputs, const
     }
 }
 
-/// Rectifier  requantizer for a zero point of 0
+/// Computes all outputs of all pixels.
+///
+/// Rectifier    requantizer for a zero point of 0
+/// Requantizer  requantizer for other zero points
 template <class Rectifier, class Requantizer, class Output>
 inline void gemm_u8_panels(std::size_t outputs, const Output& output, const gemm_panel& panel) {
     gemm_u8_panels<Rectifier, Requantizer>(std::make_index_sequence<gemm_max_vectors>{}, outputs, output, panel);
@@ -8382,8 +8434,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 inline constexpr std::size_t gemm_lanes = 4, gemm_max_vectors = 2, gemm_tile_pixels[] = {4, 4}, gemm_group = 2;
 inline constexpr std::size_t gemm_widened = 4 * detail::max_unfused_inputs;  // values widened at a time
 
-/// Packs the weights of a single output, which would fill one of 4 lanes, in the order of the inputs, each segment padded to
-/// whole vectors.
+/// Packs the weights of a layer with a single output in the order of the inputs, and pads each segment to whole vectors. The
+/// panel layout would use only one of 4 lanes.
 inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const std::size_t padded = (packed.inputs + 7) / 8 * 8;
     for (std::size_t s = 0; s < packed.segments; ++s)
@@ -8420,7 +8472,7 @@ struct widened_pixels {
     widened_pixels(const gemm_u8_weights& weights, std::size_t input_stride)
         : segment_count(weights.segments),
           segment_stride(gemm_widened / weights.segments),
-          // Overlapping and adjacent windows keep their distance.
+          // Overlapping and adjacent windows keep their distance. Gaps between other windows are not stored.
           pixel_stride(input_stride <= weights.inputs ? input_stride : weights.inputs),
           pairs((weights.inputs + gemm_group - 1) / gemm_group) {
         const std::size_t fit = (segment_stride - weights.inputs - 1) / pixel_stride + 1;
@@ -8448,7 +8500,7 @@ struct gemm_panel {
     const std::int16_t* weights;
     const std::int32_t* bias;
     std::uint8_t* result;
-    std::size_t outputs, held = 0;  ///< outputs of the layer; outputs of the panel
+    std::size_t outputs, held = 0;  ///< number of outputs: of the layer; of the panel
 
     void skip(std::size_t lanes) { weights += input.segment_count * input.pairs * lanes * gemm_group; }
 };
@@ -8497,15 +8549,15 @@ struct gemm_kernel {
 };
 using gemm_half_kernel = gemm_kernel;
 
-// Loops of gemm_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its namespace
-// and target region, after
+// Loops of gemm_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its namespace and
+// target region, after these definitions:
 //
 //     gemm_lanes, gemm_max_vectors   outputs per vector; vectors per panel
 //     gemm_tile_pixels[v]            pixels of a full tile with v + 1 vectors
 //     gemm_panel                     arguments of one panel: pixels, bias, result, outputs of the layer, outputs held by
 //                                    the panel; skip(lanes) moves the weights to the next panel
 //     gemm_kernel                    tile(pixels, vectors, panel, requantize, first) computes one tile
-//     gemm_half_kernel               computes a tile whose last vector is at most half full; gemm_kernel in sets without one
+//     gemm_half_kernel               computes a tile whose last vector is at most half full; may equal gemm_kernel
 
 /// Computes all pixels of a panel.
 template <class Kernel, std::size_t vectors, class Requantizer, class Output>
@@ -8550,7 +8602,10 @@ inline void gemm_u8_panels(std::index_sequence<v...>, std::size_t outputs, const
     }
 }
 
-/// Rectifier  requantizer for a zero point of 0
+/// Computes all outputs of all pixels.
+///
+/// Rectifier    requantizer for a zero point of 0
+/// Requantizer  requantizer for other zero points
 template <class Rectifier, class Requantizer, class Output>
 inline void gemm_u8_panels(std::size_t outputs, const Output& output, const gemm_panel& panel) {
     gemm_u8_panels<Rectifier, Requantizer>(std::make_index_sequence<gemm_max_vectors>{}, outputs, output, panel);
@@ -8615,9 +8670,9 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
 #endif
 
 // ---- ldi/kernels/gemm_u8.hpp
-// Matrix product of 8-bit activations and 8-bit weights, requantized to 8 bits. It computes 1 x 1 convolutions, and dense k x k
-// convolutions whose windows are k stretches of image rows, read without copying. Each instruction set has a file in gemm_u8/;
-// all results are equal.
+// Matrix product of 8-bit activations and 8-bit weights, requantized to 8 bits. It computes 1 x 1 convolutions and dense k x k
+// convolutions. A window of the latter consists of k pieces of image rows, which the kernel reads in place. Each instruction
+// set has a file in gemm_u8/; all of them return the same bits.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -8640,11 +8695,12 @@ static_assert(find_kernel(gemm_u8_kernels, isa::scalar).set == isa::scalar);
 
 /// Packs weights for gemm_u8().
 ///
-/// target             instruction set to pack for. If it cannot be exact (weights beyond 8 signed bits for VNNI and NEON; on x86
-///                    no float form of the requantization), the function packs for a slower set, the result's `target`
+/// target             instruction set to pack for. If it cannot be exact (weights beyond 8 signed bits for VNNI and NEON; on
+///                    x86 no float form of the requantization), the function packs for a slower set, which it stores in the
+///                    result's `target`
 /// weights            outputs x segments x inputs, row-major
 /// bias               outputs, in units of input scale * weight scale
-/// segments           pieces of contiguous memory per pixel: 1, or k for a k x k convolution; at most 7
+/// segments           number of contiguous pieces of memory per pixel: 1, or k for a k x k convolution; at most 7
 /// input_zero_point   zero point of the activations
 ///
 /// For every output, `510 * sum |weight - zero point| + |bias|` must be below 2^31, so that no order of summation overflows.
@@ -8700,7 +8756,8 @@ inline void repeat_pixels_u8(const std::uint8_t* row, std::size_t width, std::si
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// One bit per pixel; bits outside are zero. Shifts and masks replace / 64 and % 64, which are slower for signed numbers.
+/// A set of pixels with one bit per pixel. Bits before the first and after the last pixel are zero. Shifts and masks replace
+/// division by 64, which is slower for signed numbers.
 class pixel_bits {
 public:
     explicit pixel_bits(std::size_t count) : words_(count / 64 + 3, 0) {}  // one zero word before and two after
@@ -8718,7 +8775,8 @@ public:
         return shift == 0 ? low : low | words_[(at >> 6) + 1] << (64 - shift);
     }
 
-    /// Sets bits [first, first + count) where bits [source_first, ...) of `source`, another object, are set.
+    /// Sets each bit first + n, 0 <= n < count, for which bit source_first + n of `source` is set. `source` must be another
+    /// object.
     void copy(std::int32_t first, std::int32_t count, const pixel_bits& source, std::int32_t source_first) {
         for (const std::int32_t last = first + count; first < last;) {
             const std::int32_t here = (std::min)(64 - (first & 63), last - first);
@@ -8756,7 +8814,7 @@ struct pixel_strip {
 ///
 /// i  at least 1
 inline std::int32_t end_of_strip(std::span<const std::int32_t> links, std::size_t i) {
-    // Compares values in blocks: strips are as long as image rows, and these loops read every link.
+    // Compares values in blocks for speed: strips are as long as image rows, and these loops read every link of the graph.
     constexpr std::size_t block = 16;
     for (; i + block <= links.size(); i += block) {
         std::int32_t different = 0;
@@ -8767,7 +8825,9 @@ inline std::int32_t end_of_strip(std::span<const std::int32_t> links, std::size_
     return static_cast<std::int32_t>(i);
 }
 
-/// Splits the pixels that have a neighbor in a column of links into as few strips as possible.
+/// Splits the pixels that have a neighbor on one side into as few strips as possible.
+///
+/// links  the neighbor of each pixel on this side, or no_pixel
 inline buffer<pixel_strip> strips_of(array_view<const std::int32_t> links) {
     buffer<pixel_strip> strips;
     for (std::int32_t first = 0, last; first < links.count(); first = last) {
@@ -8790,19 +8850,21 @@ struct link_strips {
 /// straight down from it; from each pixel of the spine, a rib of r pixels extends to the left and r to the right, adjacent in
 /// memory. The window of a regular pixel consists of its ribs, whatever other links exist.
 ///
-/// Proof. An element (x, y) of the window, relative to the center, lies |x| + |y| steps away along spine and rib, and no path is
-/// shorter. Exploration therefore reaches it in round d = |x| + |y|. Claim: each round appends its elements in the following
-/// order, each with the pixel of its rib: those above the center, topmost first; those below, bottommost first; then (-d, 0) and
-/// (d, 0). Round 0 satisfies the claim. Suppose round d does, and consider an element (x, y) of round d + 1. If x = 0, its only
-/// neighbor in round d is (0, y -+ 1), on the spine. If y = 0, its only neighbor is (x -+ 1, 0), on the rib. Otherwise it has
-/// two: the one on the same rib, closer to the spine, and the one in the row closer to the center, (x, y -+ 1). The former is
-/// farther from the center's row (or the latter is (x, 0)), so it was appended first, and its link along the rib exists: (x, y)
-/// gets the pixel of the rib. Hence each element is reached from the previous element of its spine or rib. Elements of one row
-/// keep the order of their predecessors. (0, y -+ 1) was appended first on its side, so round d + 1 begins with the topmost or
-/// bottommost element; its other neighbors are in its own row and follow. This is the claimed order of round d + 1.
+/// Proof. An element (x, y) of the window, relative to the center, lies |x| + |y| steps away along spine and rib, and no path
+/// is shorter. Exploration therefore reaches it in round d = |x| + |y|. Claim: each round appends its elements in the following
+/// order, each with the pixel of its rib: elements above the center, topmost first; elements below it, bottommost first; then
+/// (-d, 0) and (d, 0). Round 0 satisfies the claim. Suppose round d does, and consider an element (x, y) of round d + 1. If x =
+/// 0, its only neighbor in round d is (0, y -+ 1), on the spine. If y = 0, its only neighbor is (x -+ 1, 0), on the rib.
+/// Otherwise it has two neighbors in round d: one on the same rib, closer to the spine, and (x, y -+ 1) in the row closer to
+/// the center. The former is farther from the center's row (or the latter is (x, 0)), so it was appended first, and its link
+/// along the rib exists: (x, y) gets the pixel of the rib. Hence each element is reached from the previous element of its spine
+/// or rib. Elements of one row keep the order of their predecessors. (0, y -+ 1) was appended first on its side, so round d + 1
+/// begins with the topmost or bottommost element; its other neighbors are in its own row and follow. This is the claimed order
+/// of round d + 1.
 ///
-/// Links beside spine and ribs are irrelevant, so a fold or a silhouette there changes nothing. Some other windows are also
-/// contiguous, where exploration bypasses a gap in the spine or a rib; they are gathered like all irregular windows.
+/// Links beside spine and ribs are irrelevant, so a fold or a silhouette there changes nothing. Some windows of irregular
+/// pixels are also contiguous, because exploration bypasses a gap in the spine or in a rib. They are gathered like all
+/// irregular windows.
 class regular_pixels {
 public:
     regular_pixels(const graph_view& g, std::int32_t kernel_size) : regular_pixels(g, kernel_size, link_strips(g)) {}
@@ -8872,7 +8934,7 @@ private:
         }
     }
 
-    /// For each pixel the bit of its neighbor; zero without a neighbor.
+    /// Returns, for each pixel, the bit of its neighbor along `strips`, or zero for a pixel without this neighbor.
     pixel_bits as_seen_from_neighbors(const pixel_bits& bits, std::span<const pixel_strip> strips) const {
         pixel_bits seen(g_.size());
         for (const pixel_strip& strip : strips) seen.copy(strip.first, strip.count, bits, strip.target);
@@ -8889,13 +8951,13 @@ private:
 
 // ---- ldi/nn/ldi/convolution_plan.hpp
 // Plans the memory accesses of a k x k convolution on a layered depth image. Most of an LDI consists of ordinary image rows,
-// where a window is k pointers into memory. Only near silhouettes does the plan explore windows link by link (core/window.hpp).
-// A plan depends only on the graph and the kernel size; all layers of a level share it.
+// where k pointers into memory describe a window. Planning explores windows link by link (core/window.hpp) only near
+// silhouettes. A plan depends only on the graph and the kernel size; all layers of a level share it.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Outputs are the pixels of the graph, or with stride 2 those of the coarse graph. Every output of a full plan belongs to one
-/// segment or is irregular. restrict_to() leaves outputs out; convolutions skip these.
+/// A plan. Its outputs are the pixels of the graph or, with stride 2, of the coarse graph. Every output of a full plan belongs
+/// to one segment or is irregular. restrict_to() omits outputs; convolutions do not compute omitted outputs.
 struct convolution_plan {
     /// A run of outputs first, first + 1, ... with ordinary windows. Row r of the window of output first + i consists of the
     /// kernel_size pixels centered at pixel `rows[s * kernel_size + r] + stride * i`, where s is the index of the segment.
@@ -8915,14 +8977,14 @@ struct convolution_plan {
     std::size_t k() const { return static_cast<std::size_t>(kernel_size); }
     /// Number of pixels per window.
     std::size_t elements() const { return k() * k(); }
-    /// The kernel_size rows of a segment.
+    /// The center pixels of the kernel_size window rows of a segment's first output.
     std::span<const std::int32_t> rows_of(std::size_t s) const { return std::span(rows).subspan(s * k(), k()); }
     /// The window of an irregular output, row by row.
     std::span<const std::int32_t> window_of(std::size_t i) const {
         return std::span(windows).subspan(i * elements(), elements());
     }
 
-    /// Allocated memory in bytes.
+    /// Memory that the plan has allocated, in bytes.
     std::size_t bytes() const {
         return segments.capacity() * sizeof(segment) +
                (rows.capacity() + irregular.capacity() + windows.capacity()) * sizeof(std::int32_t);
@@ -8931,7 +8993,8 @@ struct convolution_plan {
 
 namespace detail {
 
-/// Minimum number of outputs per segment. Shorter segments are gathered, so that their pixels can share the kernels' tiles.
+/// Minimum number of outputs per segment. Outputs of shorter runs become irregular, so that the windows of several runs can
+/// share the kernels' tiles.
 inline constexpr std::int32_t min_segment = 4;
 
 inline void add_segment(convolution_plan& plan, convolution_plan::segment s, std::span<const std::int32_t> rows,
@@ -8979,7 +9042,8 @@ inline convolution_plan plan_kept(const graph_view& g, std::int32_t kernel_size,
 
 }  // namespace detail
 
-/// Plans a convolution with stride 1. Any order of pixels works; the canonical order (core/canonical_order.hpp) is the fastest.
+/// Plans a convolution with stride 1. The pixels may have any order; the canonical order (core/canonical_order.hpp) is the
+/// fastest.
 ///
 /// kernel_size  odd, 1 to max_kernel_size
 inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size) {
@@ -9040,7 +9104,7 @@ inline convolution_plan restrict_to(const convolution_plan& plan, std::span<cons
     return detail::restrict_and_number(plan, outputs, [&](std::size_t i) { return outputs[i]; });
 }
 
-/// Restricts a plan to some outputs, and numbers them in their order: outputs[i] becomes output i.
+/// Restricts a plan to some outputs and renumbers them: outputs[i] becomes output i.
 inline convolution_plan restrict_and_renumber(const convolution_plan& plan, std::span<const std::int32_t> outputs) {
     convolution_plan result =
         detail::restrict_and_number(plan, outputs, [](std::size_t i) { return static_cast<std::int32_t>(i); });
@@ -9084,7 +9148,7 @@ inline buffer<std::int32_t> needed_inputs(const convolution_plan& plan) {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Non-owning view of a feature map, with an optional index map: nearest upsampling without a copy.
+/// Non-owning view of a feature map. The optional index map `rows` implements nearest-neighbor upsampling without a copy.
 ///
 /// Value  float or std::uint8_t
 template <class Value>
@@ -9112,7 +9176,7 @@ struct basic_feature_view {
 
 using feature_view = basic_feature_view<float>;
 
-/// Values of pixels x channels, row-major, pixels in the graph's order.
+/// Owns the values of a feature map: pixels x channels, row-major, with the pixels in the graph's order.
 template <class Value>
 struct basic_feature_map {
     std::size_t channels = 0;
@@ -9150,8 +9214,8 @@ private:
 
 using feature_map = basic_feature_map<float>;
 
-/// Views a coarse map on the finer graph without a copy: each pixel has the channels of its parent, or zeros without one. The
-/// map and the parents must outlive the view.
+/// Views a coarse map on the finer graph without a copy: each pixel has the channels of its parent, or zeros if it has no
+/// parent. The map and the parents must outlive the view.
 ///
 /// parent  coarsened::parent, one per pixel of the finer graph
 template <class Value>
@@ -9161,7 +9225,7 @@ basic_feature_view<Value> upsample(const basic_feature_map<Value>& coarse, std::
 
 namespace detail {
 
-/// Loops instead of calling memmove(), because rows are short and a call costs more than the copy.
+/// Copies a row in a loop, because rows are short and a call of memmove() costs more than the copy.
 template <class Value>
 void copy_row(const Value* from, std::size_t count, Value* to) {
     constexpr std::size_t step = 4;
@@ -9170,7 +9234,7 @@ void copy_row(const Value* from, std::size_t count, Value* to) {
     for (; i < count; ++i) to[i] = from[i];
 }
 
-/// Copies a pixel's channels and returns the number of unmasked channels.
+/// Copies a pixel's channels from all sources, with zeros for masked channels. Returns the number of unmasked channels.
 template <class Value>
 std::size_t copy_pixel(std::span<const basic_feature_view<Value>> sources, std::int32_t pixel, Value* to) {
     std::size_t counted = 0;
@@ -9192,8 +9256,8 @@ std::size_t copy_pixel(std::span<const basic_feature_view<Value>> sources, std::
 }}  // namespace ldi
 
 // ---- ldi/nn/ldi/detail/convolution_block.hpp
-// Computes one block of a convolution's outputs: regular segments in place where possible, all other outputs from windows
-// gathered in a small buffer. Both ways use the same kernel and order of summation.
+// Computes one block of a convolution's outputs. The kernel reads the windows of regular segments in place where possible. All
+// other windows are first gathered in a small buffer. The order of summation is the same in both cases.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -9234,7 +9298,7 @@ struct convolution_job {
     bool reads_memory_as_it_is() const { return sources.size() == 1 && sources[0].rows.empty() && sources[0].mask.empty(); }
 };
 
-/// Computes blocks; one object per thread with its working memory.
+/// Computes blocks. Each thread uses its own object, which contains the working memory.
 template <class Job>
 class convolution_block {
 public:
@@ -9272,7 +9336,7 @@ private:
     using result_type = typename Job::result_type;
     using row_starts = std::array<const value_type*, max_kernel_size>;
 
-    static constexpr std::size_t largest_buffer = 8192, largest_batch = 96;  // approximate limit in values; limit in outputs
+    static constexpr std::size_t largest_buffer = 8192, largest_batch = 96;  // in values, approximately; in outputs
 
     /// Rounds up to a multiple of the kernels' tiles.
     static std::size_t whole_tiles(std::size_t outputs) {
@@ -9291,7 +9355,8 @@ private:
 
     using row_pixels = std::array<std::int32_t, max_kernel_size>;
 
-    /// Whether the kernel can read these pixels in place: one source without an index map, and no pixel masked.
+    /// Whether the kernel can read these pixels in place. This requires a single source, without an index map and with all of
+    /// the pixels unmasked.
     bool is_whole(const row_pixels& rows, std::size_t first, std::size_t pixels) const {
         const auto& source = job_.sources[0];
         if (job_.sources.size() != 1 || !source.rows.empty()) return false;
@@ -9309,6 +9374,8 @@ private:
         if (!job_.result_mask.empty()) std::fill_n(job_.result_mask.data() + output, count, std::uint8_t{1});
     }
 
+    /// Computes outputs `output` to `output + count - 1`, which belong to one segment.
+    ///
     /// rows  pixels under the first column of the first output's window, top to bottom
     void run_segment(std::size_t output, std::size_t count, const row_pixels& rows) {
         if (job_.reads_memory_as_it_is()) return run_in_place(output, count, rows, 0);
@@ -9336,7 +9403,7 @@ private:
         }
     }
 
-    /// Irregular outputs first, first + 1, ... of the plan.
+    /// Computes the plan's irregular outputs with indices first, first + 1, ...
     void run_irregular(std::size_t first, std::size_t count) {
         const std::size_t elements = job_.plan.elements();
         value_type* to = values_.data();
@@ -9363,7 +9430,8 @@ private:
         return counted == 0 ? 0.0F : nearest_float(job_.plan.elements() * job_.channels) / nearest_float(counted);
     }
 
-    /// Sets results to zero if the whole window is masked; the bias is not added either.
+    /// Stores the result's mask of a partial convolution, and sets results to zero, without bias, if the whole window is
+    /// masked.
     void finish(std::size_t output, float ratio) const {
         if (!job_.is_partial) return;
         if (ratio == 0.0F) std::fill_n(result_of(output), job_.weights.outputs, zero_of_results<result_type>(job_.weights));
@@ -9371,7 +9439,7 @@ private:
     }
 
     const Job& job_;
-    std::size_t batch_ = 0, stretch_ = 0;  // outputs per kernel call: gathered ones; ones copied from a segment
+    std::size_t batch_ = 0, stretch_ = 0;  // maximum outputs per kernel call: irregular; of a copied segment
     buffer<value_type> values_;
     buffer<result_type> results_;
     buffer<float> ratios_;
@@ -9408,9 +9476,9 @@ void run_convolution(const convolution_plan& plan, const Weights& weights,
 }}  // namespace ldi
 
 // ---- ldi/nn/ldi/convolution.hpp
-// Convolution on layered depth images, plain and partial (paper, section "Mapping the PConv Network to LDI"; partial convolution
-// after Liu et al., ECCV 2018). Values are tensors of pixels x channels, row-major, pixels in the graph's order: float32
-// or bytes.
+// Convolution on layered depth images, plain and partial (paper, section "Mapping the PConv Network to LDI"; partial
+// convolution after Liu et al., ECCV 2018). Inputs and results are tensors of float32 or bytes: pixels x channels, row-major,
+// with the pixels in the graph's order.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -9432,9 +9500,9 @@ inline buffer<float> channels_last(std::span<const float> weights, std::size_t o
 
 /// Packs PyTorch weights for conv_f32().
 ///
-/// weights  outputs x inputs x kernel_size x kernel_size, row-major, finite; batch normalization folded in
+/// weights  outputs x inputs x kernel_size x kernel_size, row-major, finite; batch normalization folded in. `inputs` is the sum
+///          of the channels of all sources, in order
 /// bias     outputs
-/// inputs   sum of the channels of all sources, in order
 inline conv_f32_weights pack_convolution(isa target, std::span<const float> weights, std::span<const float> bias,
                                          std::int32_t kernel_size, activation after) {
     const std::size_t k = static_cast<std::size_t>(kernel_size);
@@ -9447,7 +9515,7 @@ struct quantized_source {
     quantization values;
 };
 
-/// Packs PyTorch weights for conv_u8(), rounded to 7 bits: the largest weight of each output becomes 63.
+/// Rounds PyTorch weights to 7 bits and packs them for conv_u8(). The largest absolute weight of each output becomes 63.
 ///
 /// sources  quantization of the sources that the convolution will read; their zero points must equal basic_feature_view::zero
 /// result   quantization of byte results; float results are in units of result.scale
@@ -9482,11 +9550,11 @@ inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> 
 
 /// Computes result = activation(weights * window + bias); missing pixels count as zero.
 ///
-/// sources  the input channels, concatenated. Their masks must be empty
+/// sources  maps whose channels, concatenated, are the inputs; their masks must be empty
 /// result   plan.output_count x weights.outputs, a vector or span of float or of the sources' type. Rows outside the plan stay
 ///          unchanged. Must not overlap a source
 ///
-/// The bits of an output depend on its window alone: not on the plan (whole or restricted) and not on the executor.
+/// The bits of an output depend on its window alone, not on the plan (whole or restricted) or on the executor.
 template <class Weights, class Result, executor Executor = const serial_executor>
 void convolve(const convolution_plan& plan, const Weights& weights,
               std::span<const basic_feature_view<typename Weights::value_type>> sources, Result&& result,
@@ -9501,7 +9569,8 @@ void convolve(const convolution_plan& plan, const Weights& weights,
 /// A pixel's channels are masked if the pixel does not exist, its row is no_pixel, or its mask is 0. The mask's sum runs over
 /// all channels of all sources. Without masks, only missing pixels are excluded.
 ///
-/// result_mask  plan.output_count: 1 where the mask's sum is positive, else 0; may be empty
+/// sources, result  as in convolve(), but sources may have masks
+/// result_mask      plan.output_count: 1 where the mask's sum is positive, else 0; may be empty
 template <class Weights, class Result, executor Executor = const serial_executor>
 void convolve_partially(const convolution_plan& plan, const Weights& weights,
                         std::span<const basic_feature_view<typename Weights::value_type>> sources, Result&& result,
@@ -9512,9 +9581,9 @@ void convolve_partially(const convolution_plan& plan, const Weights& weights,
 }}  // namespace ldi
 
 // ---- ldi/nn/ldi/convolution_layer.hpp
-// A convolution layer with its weights, the building block of networks on layered images. One layer serves any number of graphs:
-// the plan selects the graph and, with stride 2, the coarser graph of the result. Float32; nn/ldi/convolution.hpp offers bytes,
-// masks and results in memory of the caller.
+// A convolution layer with its weights, the building block of networks on layered images. One layer serves any number of
+// graphs: the plan selects the graph and, with stride 2, the coarser graph of the result. The layer computes in float32;
+// nn/ldi/convolution.hpp also supports bytes, masks, and results in the caller's memory.
 //
 //     const ldi::coarsened half = ldi::coarsen(g);
 //     const ldi::feature_map fine = first(ldi::plan_convolution(g, 3), input);
@@ -9526,24 +9595,26 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 struct convolution_options {
     std::int32_t kernel_size = 3;      ///< odd, 1 to max_kernel_size
     activation after = no_activation;  ///< no_activation, relu, leaky_relu(0.2F), ...
-    bool is_partial = false;           ///< excludes missing pixels from the sum and rescales it; otherwise they count as zero
+    bool is_partial = false;           ///< excludes missing pixels from the sum and rescales it; if false, they count as zero
     isa target = best_isa();           ///< the instruction set to pack weights for; results agree to rounding
 };
 
 class convolution_layer {
 public:
+    /// Packs the weights.
+    ///
     /// weights  outputs x inputs x kernel_size x kernel_size, row-major, finite, as PyTorch stores them
     /// bias     outputs
     convolution_layer(std::span<const float> weights, std::span<const float> bias, const convolution_options& options = {})
         : weights_(pack_convolution(options.target, weights, bias, options.kernel_size, options.after)),
           is_partial_(options.is_partial) {}
 
-    /// Convolves the inputs. Returns the result at the plan's outputs: the pixels of the graph, or with stride 2 those of the
+    /// Convolves the inputs. Returns the result at the plan's outputs: the pixels of the graph or, with stride 2, of the
     /// coarser graph. A pixel's bits depend on its window only, not on the executor.
     ///
     /// plan    a plan of this layer's kernel size
-    /// inputs  maps whose concatenated channels are the layer's inputs; none is copied. Their masks must be empty unless the
-    ///         layer is partial
+    /// inputs  maps whose channels, concatenated, are the layer's inputs; the layer does not copy the maps. Their masks must be
+    ///         empty unless the layer is partial
     template <executor Executor = const serial_executor>
     feature_map operator()(const convolution_plan& plan, std::initializer_list<feature_view> inputs,
                            Executor&& threads = {}) const {
@@ -9588,7 +9659,7 @@ basic_feature_map<Value> for_each_value(basic_feature_map<Value> values, Executo
 
 /// Returns a + b. Pass `std::move(a)` to reuse its memory.
 ///
-/// b  same number of pixels and channels; may be upsampled. Its missing pixels count as zero
+/// b  as many pixels and channels as `a`; may be upsampled. Its missing pixels count as zero
 template <executor Executor = const serial_executor>
 feature_map add(feature_map a, const feature_view& b, Executor&& threads = {}) {
     LDI_ASSERT(b.pixels() == a.pixels() && b.channels == a.channels);
@@ -9605,7 +9676,7 @@ feature_map add(feature_map a, const feature_view& b, Executor&& threads = {}) {
     return a;
 }
 
-/// Returns a + b in 8 bits, each map in its own quantization.
+/// Returns a + b for maps of bytes, each in its own quantization.
 ///
 /// sum  result of prepare_add_u8() (kernels/add_u8.hpp) for the quantizations of a, b and the sum
 template <executor Executor = const serial_executor>
@@ -9652,10 +9723,10 @@ basic_feature_map<Value> concatenate(std::span<const basic_feature_view<Value>> 
 
 }  // namespace detail
 
-/// Concatenates the channels of the maps. A single upsampled map is written out. A convolution reads several maps directly,
-/// which is faster.
+/// Concatenates the channels of the maps. With a single upsampled map, stores it at full size. Convolutions can read several
+/// maps directly, which is faster.
 ///
-/// maps  at least one, all with the same number of pixels; maps of bytes in one quantization
+/// maps  at least one, all with the same number of pixels; maps of bytes must share one quantization
 template <executor Executor = const serial_executor>
 feature_map concatenate(std::initializer_list<feature_view> maps, Executor&& threads = {}) {
     return detail::concatenate(std::span<const feature_view>(maps.begin(), maps.size()), threads);
@@ -9670,7 +9741,7 @@ basic_feature_map<std::uint8_t> concatenate(std::initializer_list<basic_feature_
 template <executor Executor = const serial_executor>
 feature_map activate(feature_map x, activation by, Executor&& threads = {}) {
     return detail::for_each_value(std::move(x), threads, [by](float v) {
-        return v > 0.0F ? v : by.negative_slope == 0.0F ? 0.0F : by.negative_slope * v;  // also for -infinity
+        return v > 0.0F ? v : by.negative_slope == 0.0F ? 0.0F : by.negative_slope * v;  // avoids 0 * -infinity
     });
 }
 
@@ -9701,13 +9772,13 @@ inline feature_map dequantize(const basic_feature_map<std::uint8_t>& x, const qu
     return result;
 }
 
-/// Computes 1 / (1 + exp(-x)) with the rounding of the standard library.
+/// Computes 1 / (1 + exp(-x)). The last bits depend on the standard library's std::exp().
 template <executor Executor = const serial_executor>
 feature_map sigmoid(feature_map x, Executor&& threads = {}) {
     return detail::for_each_value(std::move(x), threads, [](float v) { return 1.0F / (1.0F + std::exp(-v)); });
 }
 
-/// Computes the hyperbolic tangent with the rounding of the standard library.
+/// Computes the hyperbolic tangent. The last bits depend on the standard library's std::tanh().
 template <executor Executor = const serial_executor>
 feature_map tanh(feature_map x, Executor&& threads = {}) {
     return detail::for_each_value(std::move(x), threads, [](float v) { return std::tanh(v); });
@@ -9726,7 +9797,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 ///     const feature_map colors = from_column<color_column>(layers, 1.0F / 255.0F);
 ///     const auto bytes = from_column<color_column, std::uint8_t>(layers);
 ///
-/// scale  float maps: factor of every value
+/// scale  factor of every value, for float maps
 template <payload_column Column, class Value = float, has_column<Column> Layers>
 basic_feature_map<Value> from_column(const Layers& layers, float scale = 1.0F) {
     static_assert(std::same_as<Value, float> || std::same_as<Value, typename Column::scalar>);
@@ -9744,7 +9815,7 @@ basic_feature_map<Value> from_column(const Layers& layers, float scale = 1.0F) {
 /// NaN becomes 0.
 ///
 /// map    as many pixels as the layers, as many channels as the column
-/// scale  float maps: factor of every value, applied before rounding
+/// scale  factor of every value before rounding, for float maps
 template <payload_column Column, class Value, has_column<Column> Layers>
 void to_column(const basic_feature_map<Value>& map, Layers& layers, float scale = 1.0F) {
     using scalar = typename Column::scalar;
@@ -9766,7 +9837,8 @@ void to_column(const basic_feature_map<Value>& map, Layers& layers, float scale 
 }}  // namespace ldi
 
 // ---- ldi/nn/ldi/pixel_subset.hpp
-// A subset of a graph's pixels, numbered from 0. A network that needs values only at some pixels stores rows for these alone.
+// A subset of a graph's pixels, numbered from 0. A network that needs values only at some pixels stores one row for each of
+// these pixels.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -9807,7 +9879,7 @@ inline void renumber(std::int32_t& pixel, const pixel_subset& subset) {
 /// inputs  contains all pixels that the plan's outputs read
 inline void renumber_inputs(convolution_plan& plan, const pixel_subset& inputs) {
     LDI_ASSERT(inputs.row_of.size() == plan.input_count);
-    // Pixels of a segment's rows are consecutive in the subset, too, because the subset contains all of them.
+    // The pixels of a segment's row remain consecutive, because the subset contains all of them.
     for (std::int32_t& pixel : plan.rows) detail::renumber(pixel, inputs);
     for (std::int32_t& pixel : plan.windows) detail::renumber(pixel, inputs);
     plan.input_count = inputs.size();
@@ -9829,8 +9901,9 @@ inline convolution_plan on_subsets(convolution_plan plan, const pixel_subset& ou
 }}  // namespace ldi
 
 // ---- ldi/nn/ldi/pooling.hpp
-// Pooling: each pixel of the coarser graph combines the fine pixels that collapse to it. On an image these are 2 x 2 pixels; at a
-// silhouette, only those connected inside the 2 x 2 group (core/coarsening.hpp), so that surfaces do not mix.
+// Pooling: each pixel of the coarser graph combines the fine pixels that collapse to it. On an image these are 2 x 2 pixels. At
+// a silhouette, they are only the pixels that are connected inside the 2 x 2 group (core/coarsening.hpp), so that surfaces do
+// not mix.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -9896,8 +9969,8 @@ basic_feature_map<Value> max_pool(const basic_feature_map<Value>& fine, const co
 }}  // namespace ldi
 
 // ---- ldi/nn/ldi/region_plan.hpp
-// Plans convolutions on a region of a single image. Windows follow the lattice instead of links: they contain all pixels of the
-// region at their positions, and positions outside the region count as missing.
+// Plans convolutions on a region of a single image. Windows follow the lattice instead of links: a window contains every pixel
+// of the region inside its k x k square. Positions outside the region count as missing.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -10045,7 +10118,7 @@ inline std::string place_in(const std::string& file, const std::string& what) { 
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Row-major values. Half-precision numbers of a file become float.
+/// A shape and row-major values. Half-precision numbers of a file become float.
 struct tensor {
     buffer<std::size_t> shape;  ///< empty for a single value
     std::variant<buffer<float>, buffer<std::int32_t>, buffer<std::int8_t>, buffer<std::uint8_t>> values;
@@ -10142,7 +10215,7 @@ struct addition_description {
     std::array<std::size_t, 2> inputs = {};  ///< indices of tensors
 };
 
-/// Every pixel repeated `factor` times in both directions.
+/// Enlarges a tensor by repeating every pixel `factor` times in both directions.
 struct nearest_resize_description {
     std::size_t input = 0;  ///< index of a tensor
     std::size_t factor = 1;
@@ -10359,12 +10432,12 @@ inline tensor_size size_after(const packed_layer& layer, tensor_size input) {
 
 // ---- ldi/nn/dense/detail/row_chain.hpp
 // Runs consecutive layers as one chain, one strip of rows of the last layer's result at a time. Ring buffers between the layers
-// keep only the rows that the next layer still needs. They stay in the processor's caches, so the tensors inside the network's
-// blocks, 6 to 15 times as wide, never reach memory.
+// keep only the rows that the next layer still needs. The rings stay in the processor's caches, so the tensors inside the
+// network's blocks, with 6 to 15 times as many channels as the tensors between them, never reach memory.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Rows of a tensor.
+/// Rows `first` to `end - 1` of a tensor.
 struct row_range {
     std::size_t first = 0, end = 0;
 
@@ -10425,7 +10498,7 @@ struct chain_stage {
 /// minimum pixels per step: enough to reuse packed weights while they are in the cache
 inline constexpr std::size_t wanted_pixels = 64;
 
-/// Decides how many rows each stage computes per step, and how many its ring keeps.
+/// Sets the number of rows that each stage computes per step and the number of rows that its ring keeps.
 inline void plan_rings(buffer<chain_stage>& chain) {
     chain_stage& last = chain.back();
     last.rows = std::clamp<std::size_t>((wanted_pixels + last.output.width - 1) / last.output.width, 1, last.output.height);
@@ -10444,10 +10517,10 @@ inline std::size_t chain_bytes(const buffer<chain_stage>& chain) {
     return bytes;
 }
 
-/// Addresses of a tensor's rows: `middle` in the tensor itself, the rows before and after it in copies, because other strips may
-/// overwrite the originals.
+/// Addresses of a tensor's rows. The rows of `middle` are read from the tensor itself. The rows before and after them are read
+/// from copies, because other strips may overwrite the originals.
 struct row_source {
-    /// addresses of row 0, row middle.first - reach and row middle.end
+    /// addresses of row 0, of row middle.first - reach, and of row middle.end - reach
     const std::uint8_t *rows = nullptr, *before = nullptr, *behind = nullptr;
     row_range middle;
     std::size_t reach = 0, row_bytes = 0;  ///< reach: number of copied rows on each side of a cut
@@ -10463,7 +10536,7 @@ struct row_source {
     }
 };
 
-/// Computes rows of a chain's result; one object per strip.
+/// Computes rows of a chain's result. Each strip has its own object.
 class chain_runner {
 public:
     /// memory   chain_bytes() bytes, aligned to a cache line
@@ -10496,7 +10569,7 @@ private:
         std::size_t next_padded = 0;  // rows of the input before this one are copied
     };
 
-    /// Computes the rows of a stage up to `end`.
+    /// Computes the missing rows of a stage before row `end`, and first the rows of earlier stages that they depend on.
     void make(std::size_t s, std::size_t end) {
         const chain_stage& stage = chain_[s];
         while (state_[s].made < end) {
@@ -10550,10 +10623,10 @@ private:
         }
         std::array<const std::uint8_t*, gemm_u8_weights::max_segments> segments{};
         for (std::size_t k = 0; k < layer.kernel; ++k) {
-            const std::size_t row = y * layer.stride + k;  // counted with the margin
+            const std::size_t row = y * layer.stride + k;  // index in the image with its margin
             if (row >= margin && row < height + margin) {
                 segments[k] = state.padded + (row - margin) % layer.kernel * row_bytes;
-            } else {  // the window misses at least one row of the image, so its slot is free
+            } else {  // padding: the window contains fewer rows of the image than there are slots, so one is free
                 std::uint8_t* const free = state.padded + (row + layer.kernel - margin) % layer.kernel * row_bytes;
                 std::memset(free, layer.padding, row_bytes);
                 segments[k] = free;
@@ -10568,7 +10641,7 @@ private:
         for (std::size_t y = rows.first; y < rows.end; ++y) {
             const std::uint8_t* window[3];
             for (std::size_t k = 0; k < 3; ++k) {
-                const std::size_t row = y * layer.weights.stride + k;  // counted with the margin of 1
+                const std::size_t row = y * layer.weights.stride + k;  // index in the image with its margin of 1
                 window[k] = row == 0 || row > height ? nullptr : input_row(s, (row - 1) / stage.repeat);
             }
             depthwise_u8(layer.weights, window, stage.input.width, stage.repeat, output_row(s, y));
@@ -10661,7 +10734,7 @@ inline buffer<schedule_step> layer_by_layer(const buffer<packed_layer>& layers) 
     return steps;
 }
 
-/// Groups layers so that as few tensors as possible leave their chain.
+/// Groups layers into chains. Tensors inside a chain do not occupy memory of their own (row_chain.hpp).
 inline buffer<schedule_step> fuse(const buffer<packed_layer>& layers, std::size_t output) {
     const buffer<std::size_t> readers = count_readers(layers, output);
     buffer<schedule_step> steps;
@@ -10687,7 +10760,7 @@ inline buffer<schedule_step> fuse(const buffer<packed_layer>& layers, std::size_
     return steps;
 }
 
-/// Tensors that a step reads from memory.
+/// Lists the tensors that a step reads from memory.
 inline buffer<std::size_t> tensors_read(const buffer<packed_layer>& layers, const schedule_step& step) {
     buffer<std::size_t> read{step.input};
     std::size_t brought = step.input;
@@ -10702,18 +10775,18 @@ inline buffer<std::size_t> tensors_read(const buffer<packed_layer>& layers, cons
     return read;
 }
 
-/// A step for one input size.
+/// A schedule_step, planned for one input size.
 struct planned_step {
     buffer<chain_stage> chain;
     std::size_t input = 0, output = 0;
     bool overwrites_input = false;  ///< the result replaces the input in memory
-    std::size_t reach = 0;  ///< rows of the input above and below that a row of the result depends on; 0 unless overwrites_input
+    std::size_t reach = 0;  ///< input rows above and below on which a row of the result depends; 0 unless overwrites_input
 };
 
 struct schedule_plan {
     buffer<planned_step> steps;
-    buffer<std::size_t> offsets;   ///< offset of each stored tensor
-    std::size_t tensor_bytes = 0;  ///< sum over all tensors
+    buffer<std::size_t> offsets;   ///< per tensor: offset of its block; meaningless inside a chain
+    std::size_t tensor_bytes = 0;  ///< memory of all stored tensors, which share blocks
     std::size_t strip_bytes = 0;   ///< working memory of one strip
     std::size_t cut_bytes = 0;     ///< copied rows around one cut between strips
 };
@@ -10727,7 +10800,7 @@ inline buffer<chain_stage> plan_chain(const buffer<packed_layer>& layers, const 
         const packed_layer& layer = layers[l];
         const std::size_t brought = i == 0 ? step.input : step.layers[i - 1] + 1;
         const auto* resize = std::get_if<resize_layer>(&layer.kind);
-        if (resize != nullptr && i + 1 < step.layers.size()) {  // the depthwise convolution after it resizes
+        if (resize != nullptr && i + 1 < step.layers.size()) {  // the next layer, a depthwise convolution, repeats the pixels
             repeat = resize->factor;
             continue;
         }
@@ -10746,7 +10819,7 @@ inline buffer<chain_stage> plan_chain(const buffer<packed_layer>& layers, const 
     return chain;
 }
 
-/// Lets the result of a chain overwrite `tensor`, which the chain's last addition is the last to read.
+/// Lets the result of a chain overwrite `tensor`. The chain's last layer is an addition, and the last reader of `tensor`.
 inline void plan_overwriting(planned_step& step, std::size_t tensor) {
     if (tensor != step.input || step.chain.size() == 1) return;
     std::size_t reach = 0;
@@ -10765,7 +10838,7 @@ inline bool can_overwrite(const planned_step& step, std::size_t tensor) {
     return std::holds_alternative<dense_layer>(step.chain.front().layer->kind);
 }
 
-/// Memory that holds several tensors in succession.
+/// A block of memory that several tensors occupy in succession.
 struct tensor_block {
     std::size_t bytes = 0, first_step = 0, last_step = 0, offset = 0;
 };
@@ -10793,7 +10866,7 @@ inline std::size_t place(buffer<tensor_block>& blocks) {
     return highest;
 }
 
-/// Plans memory for an input size.
+/// Plans the chains and the memory for one input size.
 ///
 /// sizes, channels  one per tensor
 inline schedule_plan plan_schedule(const buffer<packed_layer>& layers, const buffer<schedule_step>& schedule,
@@ -10837,7 +10910,8 @@ inline schedule_plan plan_schedule(const buffer<packed_layer>& layers, const buf
 
 // ---- ldi/nn/dense/quantized_network.hpp
 // Runs a network of 8-bit convolutions, additions and nearest-neighbor enlargements (paper, section "Depth Estimation",
-// "Quantization"). Construction checks the description completely; running can then fail only on the size of the input.
+// "Quantization"). The constructor checks the description completely, so that run() can fail only because of the input's size
+// or number of channels.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -10884,7 +10958,7 @@ public:
         return bytes_of(plan(input, fused_, true), std::max<std::size_t>(threads, 1));
     }
 
-    /// Cost of one step of run(), a chain of layers, for measurements.
+    /// Cost of one step of run(), for measurements. A step computes a chain of layers.
     struct step_description {
         std::string_view name;  ///< name of the last layer's result
         tensor_size size;       ///< size of the last layer's result
@@ -10918,8 +10992,8 @@ public:
     /// Runs the network. Returns the result in output_quantization().
     ///
     /// input     H x W x input_channels(), in input_quantization()
-    /// progress  called as progress(fraction) on the calling thread after each step, finally with 1; an exception from it ends
-    ///           the run
+    /// progress  called as progress(fraction) on the calling thread after each step; fraction is 1 after the last step. An
+    ///           exception from it ends the run
     /// memory    working memory of at least working_bytes(); if empty, the run allocates it
     template <executor Executor, class Progress = ignore_progress>
     image<std::uint8_t> run(const image<std::uint8_t>& input, Executor& threads, Progress&& progress = {},
@@ -10932,7 +11006,7 @@ public:
         return run_steps(input, threads, planned, memory, after_step);
     }
 
-    /// Runs the network layer by layer, with the same result but slower, to show intermediate results.
+    /// Runs the network layer by layer and shows the intermediate results. Returns the same result as run(), but is slower.
     ///
     /// observe  called as observe(layer, name, tensor) on the calling thread with each layer's result; an exception from it ends
     ///          the run
@@ -10991,7 +11065,7 @@ private:
         return found;
     }
 
-    /// Bytes of a tensor; more than max_bytes on overflow.
+    /// Bytes of a tensor, or max_bytes + 1 if it exceeds max_bytes.
     std::uint64_t bytes(std::size_t tensor, tensor_size size) const {
         std::uint64_t product = channels_[tensor];
         for (std::uint64_t factor : {std::uint64_t{size.height}, std::uint64_t{size.width}})
@@ -11083,7 +11157,7 @@ private:
                     .run(range);
             }
         };
-        const std::size_t min_rows = std::max<std::size_t>(2 * step.reach, 1);  // keeps copies around different cuts apart
+        const std::size_t min_rows = std::max<std::size_t>(2 * step.reach, 1);  // so that the copies of two cuts do not overlap
         const std::size_t strips = std::clamp<std::size_t>(rows / min_rows, 1, std::max<std::size_t>(threads.concurrency(), 1));
         const std::size_t all_strips = std::max<std::size_t>(threads.concurrency(), 1);
         strip_task task{step, tensors, memory, memory + all_strips * planned.strip_bytes, planned, rows, strips};
@@ -11098,7 +11172,7 @@ private:
     buffer<quantization> values_;   ///< per tensor; 0 is the input, i + 1 the result of layer i
     buffer<std::size_t> channels_;  ///< per tensor
     buffer<detail::packed_layer> layers_;
-    buffer<buffer<std::size_t>> last_uses_;  ///< per layer the tensors that no later layer reads
+    buffer<buffer<std::size_t>> last_uses_;  ///< per layer: tensors that are no longer needed after it
     buffer<detail::schedule_step> fused_, unfused_;
     std::size_t output_ = 0;
 };
@@ -11106,25 +11180,25 @@ private:
 }}  // namespace ldi
 
 // ---- ldi/nn/dense/quantized_weights.hpp
-// Reads an 8-bit network from a weight file that stores operators and weights, as examples/training/tiefenrausch_small writes
-// it. formats/safetensors.hpp reads the file.
+// Builds the description of an 8-bit network from the tensors of a weight file that also stores the operators, as
+// examples/training/tiefenrausch_small writes it. formats/safetensors.hpp reads the file.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Reads the description of a network with n operators from the tensors of a file. Tensor 0 of the network is its input, tensor
-/// i + 1 the result of operator i. The file has these tensors:
+/// Builds the description of a network with n operators from the tensors of a file. Tensor 0 of the network is its input,
+/// tensor i + 1 the result of operator i. The file has these tensors:
 ///
 ///     operators                            int32  n x 5   kind, first input, second input, kernel, stride or factor
-///     scales, zero_points                  float, uint8   n + 1, of the tensors
-///     weight_scales, weight_zero_points    float, uint8   n, read where operator i is a convolution
+///     scales, zero_points                  float, uint8   n + 1, one per tensor
+///     weight_scales, weight_zero_points    float, uint8   n, used only for convolutions
 ///     i.weight                             uint8  outputs x kernel x kernel x (inputs; 1 if depthwise)
 ///     i.bias                               int32  outputs
 ///
 /// Kinds: 0 convolution, 1 depthwise convolution, 2 addition, 3 enlargement by repeating pixels. The last operator computes the
 /// result of the network. "operator_names" in the metadata contains names of the operators for messages, separated by spaces.
 ///
-/// Raises mismatch or invalid_data, naming the tensor, if the file differs from this. quantized_network checks the description
-/// afterwards.
+/// Raises mismatch or invalid_data, with the name of the tensor, if the file has a different layout. The constructor of
+/// quantized_network checks the rest of the description.
 inline network_description read_quantized_network(const named_tensors& file);
 
 namespace detail {
@@ -11187,7 +11261,7 @@ private:
         return names;
     }
 
-    /// Returns a number of the operator table. Raises an error unless it lies in [least, most].
+    /// Returns an entry of the operator table. Raises an error unless it lies in [least, most].
     std::size_t row(std::size_t i, std::size_t column, std::size_t least, std::size_t most) const {
         const std::int32_t value = rows_[i * columns + column];
         if (value < 0 || static_cast<std::size_t>(value) < least || static_cast<std::size_t>(value) > most)
@@ -11254,7 +11328,7 @@ struct network_input {
     buffer<std::uint8_t> mask;  ///< 1 or 0 per row; empty: all 1
 };
 
-/// Scales known colors to [0, 1] and masks the others.
+/// Scales known colors to [0, 1] and masks unknown colors.
 inline network_input masked_input(array_view<const std::uint8_t> colors, array_view<const std::uint8_t> known,
                                   const pixel_subset& read) {
     network_input input{buffer<float>(3 * read.size()), buffer<std::uint8_t>(read.size())};
@@ -11280,7 +11354,10 @@ struct masked_map {
         return result;
     }
 
-    /// View on the finer graph (feature_map.hpp, upsample()).
+    /// Views the map on the finer graph, like upsample() of nn/ldi/feature_map.hpp. The map must outlive the view and keep its
+    /// size.
+    ///
+    /// rows  row of each pixel's parent, or no_pixel
     basic_feature_view<Value> upsampled(std::span<const std::int32_t> rows) const {
         basic_feature_view<Value> result = upsample(map, rows);
         result.mask = mask;
@@ -11322,9 +11399,9 @@ inline quantization quantization_of(const named_tensors& file, const std::string
 // paper compares it with.
 //
 // Both are U-Nets of partial convolutions. Encoder stage i (stride 2, ReLU) reads level i of a layered image and computes
-// `channels[i]` channels on the next, coarser level. Each decoder stage is a 3 x 3 convolution: it reads the upsampled result of
-// the coarser level and the encoder's input of this level, and computes as many channels as that input has, with a leaky ReLU.
-// The last stage computes red, green, blue.
+// `channels[i]` channels on the next, coarser level. Each decoder stage is a 3 x 3 convolution: it reads the upsampled result
+// of the coarser level and the input of this level's encoder stage, and computes as many channels as this input has, with a
+// leaky ReLU. The last stage computes red, green, blue.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -11360,7 +11437,7 @@ inline inpainting_architecture partial_convolution_architecture() {
             .missing = missing_colors::masked};
 }
 
-/// Number format of a network's computation. The formats' inpainted colors differ invisibly: see bench/README.md.
+/// Number format of a network's computation. The formats compute colors whose differences are invisible (bench/README.md).
 enum class arithmetic {
     float32,
     int8,  ///< 8-bit values and 7-bit weights: faster, but requires weights with value ranges
@@ -11377,7 +11454,7 @@ constexpr std::string_view to_string(arithmetic kind) {
 
 namespace detail {
 
-/// Raises unsupported for an architecture out of bounds.
+/// Raises unsupported if a property of the architecture is out of bounds.
 ///
 /// file  name for error messages; may be empty
 inline void check_architecture(const inpainting_architecture& a, const std::string& file) {
@@ -11489,7 +11566,7 @@ private:
         std::size_t outputs;
         std::int32_t kernel;
         activation after;
-        std::string result;  ///< key of the result's range in the file; empty: float results
+        std::string result;  ///< name of the result's range in the file, without ".range"; empty: float results
 
         std::size_t inputs() const {
             std::size_t sum = 0;
@@ -11503,7 +11580,7 @@ private:
 
     std::size_t depth() const { return architecture_.channels.size(); }
 
-    /// The encoder's output that the decoder of this level reads.
+    /// The input of this level's encoder stage, which the decoder of the level also reads.
     ranged_tensor skip(std::size_t level) const {
         return {level == 0 ? "input" : encoder(level - 1), architecture_.inputs(level)};
     }
@@ -11556,8 +11633,8 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/networks/detail/farbrausch_work.hpp
-// Plans the inpainting network's work: the levels of detail of a layered image, and the pixels per level that the wanted pixels
-// depend on, traced backward through the network.
+// Plans the inpainting network's work on a layered image: the levels of detail, and the pixels of each level that the requested
+// results depend on. Planning traces these dependencies backward through the network.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -11572,7 +11649,7 @@ struct farbrausch_level {
     buffer<std::int32_t> decoded;        ///< level 0 only: pixels at which the decoder computes a result
     convolution_plan encode;             ///< convolution from `read` of this level to `read` of the next level
     convolution_plan decode;             ///< convolution from `read` to `decoded`
-    buffer<std::int32_t> decoded_above;  ///< per pixel of `read` its row in `decoded` of the next level, or no_pixel
+    buffer<std::int32_t> decoded_above;  ///< per pixel of `read`: parent's row in `decoded` of the next level, or no_pixel
 };
 
 /// Plans all levels, from the finest to the coarsest.
@@ -11601,7 +11678,7 @@ inline buffer<farbrausch_level> plan_farbrausch(const graph_view& finest, std::s
         coarse = std::move(next.topology);
     }
 
-    // The decoder, in reverse order: from its final result to the coarsest level.
+    // Traces the decoder in reverse order, from its final result to the coarsest level.
     buffer<buffer<std::uint8_t>> read_marks(depth);
     buffer<pixel_subset> decoded(depth + 1);
     decoded[0] = pixel_subset::marked(wanted);
@@ -11615,7 +11692,8 @@ inline buffer<farbrausch_level> plan_farbrausch(const graph_view& finest, std::s
             if (read_marks[i][pixel] != 0 && level.above[pixel] != no_pixel) above_marks[level.above[pixel]] = 1;
         decoded[i + 1] = pixel_subset::marked(above_marks);
     }
-    // The encoder, from the coarsest level to the finest: its results for the decoder and for the next encoder stage.
+    // Traces the encoder in reverse order, from the coarsest level to the finest. The decoder and the next encoder stage read
+    // the results of each stage.
     pixel_subset read = decoded[depth];
     for (std::size_t i = depth; i-- > 0;) {
         farbrausch_level& level = levels[i];
@@ -11747,7 +11825,7 @@ inline void store(float* to, four_floats v) { std::memcpy(to, &v, sizeof v); }
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Red, green, blue, 1 for a known color; four zeros for an unknown color.
+/// A known color: red, green, blue, and 1. An unknown color is four zeros.
 using masked_color = lanes::four_floats;
 
 /// A contiguous array of masked colors.
@@ -11770,7 +11848,8 @@ private:
     buffer<float> values_;
 };
 
-/// Averages `count = sum[3]` colors, given their sum.
+/// Returns the average of known colors, given their sum. sum[3] is the number of colors, at most 9; if it is 0, the average is
+/// unknown.
 inline masked_color average_of(masked_color sum) {
     static constexpr std::array<float, 10> reciprocals{0.0F,     1.0F,     1.0F / 2, 1.0F / 3, 1.0F / 4,
                                                        1.0F / 5, 1.0F / 6, 1.0F / 7, 1.0F / 8, 1.0F / 9};
@@ -11780,8 +11859,9 @@ inline masked_color average_of(masked_color sum) {
     return average;
 }
 
-/// Calls `store(output, average)` for every output of a plan of 3 x 3 windows. The average is over the known colors of
-/// `value(pixel)` in the window. Sums run column by column for every kind of window, so results don't depend on the plan.
+/// Calls `store(output, average)` for every output of a plan of 3 x 3 windows. The average runs over the known colors
+/// `value(pixel)` of the window's pixels. Sums run column by column for every kind of window, so results do not depend on the
+/// plan.
 template <executor Executor, class Value, class Store>
 void average_windows(const convolution_plan& plan, Executor& threads, Value&& value, Store&& store) {
     LDI_ASSERT(plan.kernel_size == 3);
@@ -11829,8 +11909,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// The network's input, and the fill that the network corrects.
 struct smooth_fills {
-    buffer<float> input;  ///< rows of `read` of level 0: red, green, blue of fill - tone, and 1 for a known color, else 0
-    buffer<float> fill;   ///< rows of `decoded` of level 0: red, green, blue
+    buffer<float> input;  ///< per pixel of `read` of level 0: fill - tone in red, green, blue, and 1 for a known color, else 0
+    buffer<float> fill;   ///< per pixel of `decoded` of level 0: red, green, blue
 };
 
 template <executor Executor>
@@ -11874,7 +11954,7 @@ private:
         return masked_color{unit_[color[0]], unit_[color[1]], unit_[color[2]], 1.0F};
     }
 
-    /// The known colors; unknown pixels get the color of their parent.
+    /// Returns the known colors, and for unknown pixels the color of the parent.
     masked_colors from_above(const masked_colors& coarse, const buffer<std::int32_t>& above, const masked_colors& known) const {
         masked_colors result = known;
         parallel_for(threads_, above.size(), 4096, [&](std::size_t first, std::size_t last) {
@@ -11885,7 +11965,7 @@ private:
         return result;
     }
 
-    /// Averages the unknown pixels, `passes` times.
+    /// Replaces each unknown color by the average of its window, `passes` times.
     void spread(masked_colors& colors, const convolution_plan& windows, const masked_colors& known, int passes) {
         buffer<std::int32_t> unknown;
         for (std::int32_t i = 0; i < known.count(); ++i)
@@ -11893,7 +11973,9 @@ private:
         spread_at(colors, restrict_and_renumber(windows, unknown), unknown, passes);
     }
 
-    /// windows  windows of the colors `places`, in this order
+    /// Replaces the colors at `places` by the averages of their windows, `passes` times.
+    ///
+    /// windows  the windows of `places`, in the same order
     void spread_at(masked_colors& colors, const convolution_plan& windows, std::span<const std::int32_t> places, int passes) {
         masked_colors next(places.size());
         for (int pass = 0; pass < passes; ++pass) {
@@ -11906,7 +11988,8 @@ private:
         }
     }
 
-    /// The parent's color, or the known color if there is no parent; averaged once.
+    /// Averages each pixel's window once. A pixel of the window counts with the color of its parent, or with its own known
+    /// color if the parent has none.
     masked_colors average_from_above(const masked_colors& coarse, std::size_t level, const masked_colors& known) {
         const buffer<std::int32_t>& above = levels_[level].above;
         masked_colors result(levels_[level].pixel_count);
@@ -11964,9 +12047,9 @@ private:
         return result;
     }
 
-    /// Colors pixels that have no color on any level. Waves run along links from colored pixels, and each pixel becomes the
-    /// average of its colored neighbors. Such pixels exist where few links connect a surface to the rest: coarser levels may cut
-    /// them.
+    /// Colors pixels that have no color on any level. They exist where few links connect a surface to the rest, because coarser
+    /// levels may cut these links. Waves run along links from colored pixels, and each pixel becomes the average of its colored
+    /// neighbors.
     void color_along_links(masked_colors& fill, const masked_colors& fill_above) {
         for (std::int32_t row = 0; row < fill.count(); ++row) {
             if (fill.has(row)) continue;
@@ -11975,7 +12058,8 @@ private:
         }
     }
 
-    /// Colors all isolated pixels, also those that are never read, so that no color depends on the set of pixels read.
+    /// Colors all pixels without a color on any level, even those that the network does not read, so that colors do not depend
+    /// on which pixels it reads.
     void run_waves(const masked_colors& fill_above) {
         const buffer<std::int32_t>& above = levels_[0].above;
         for (std::int32_t p = 0; p < above.count(); ++p)
@@ -11999,8 +12083,8 @@ private:
         }
     }
 
-    /// The color before averaging with neighbors. Inlined, because in WebAssembly a call that an exception may leave cannot
-    /// return vectors.
+    /// Returns the color of a pixel before averaging with its neighbors. Inlined, because in WebAssembly a call that an
+    /// exception may leave cannot return vectors.
     [[gnu::always_inline]] masked_color base_color(std::int32_t pixel, const masked_colors& fill_above) const {
         if (known_[pixel] != 0) return photo(pixel);
         const std::int32_t above = levels_[0].above[pixel];
@@ -12048,16 +12132,17 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Inpaints colors; a color_inpainter (photo3d.hpp). All members are const and stateless: any number of threads may share an
-/// object.
+/// Inpaints colors. Satisfies the concept color_inpainter of photo3d.hpp. All members are const and stateless: any number of
+/// threads may share an object.
 class farbrausch {
 public:
     /// Checks and packs the weights.
     ///
     /// weights  for each stage `encoder.I.weight`, outputs x inputs x k x k, and `encoder.I.bias`, batch normalization folded
-    ///          in; the same for `decoder.I`, which reads the channels of the coarser level first, then the encoder's. Int8 also
-    ///          requires `input.range`, `encoder.I.range` and, except for the last, `decoder.I.range`: the minimum and maximum
-    ///          of the quantized values, which examples/training/farbrausch/export.py measures
+    ///          in; similarly `decoder.I.weight` and `decoder.I.bias`, whose inputs are the channels of the coarser level, then
+    ///          those of the encoder. Int8 also requires `input.range`, `encoder.I.range` and, except for the last,
+    ///          `decoder.I.range`: the minimum and maximum of the quantized values, which
+    ///          examples/training/farbrausch/export.py measures
     /// kind     the number format of the computation
     /// target   the instruction set to pack weights for; results agree to rounding
     ///
@@ -12081,12 +12166,12 @@ public:
     image<std::uint8_t> inpaint(image_view<const std::uint8_t> color, image_view<const std::uint8_t> known,
                                 const progress_listener& progress = {}, Executor&& threads = {}) const;
 
-    /// Unclamped output of the network: red, green, blue in about [0, 1] for each pixel with wanted[i] != 0, in order. A surface
-    /// without any known pixel gets one constant color (black with masked colors).
+    /// Returns the network's unclamped output: red, green, blue, in about [0, 1], for each pixel i with wanted[i] != 0, in
+    /// ascending order of i. A surface without any known pixel gets one constant color (black with masked colors).
     ///
     /// wanted  K, one per pixel; must be nonzero wherever known_column is 0
     ///
-    /// A pixel's bits do not depend on which other pixels are wanted.
+    /// The bits of a pixel's result do not depend on which other pixels are wanted.
     template <has_columns<color_column, known_column> Layers, executor Executor = const serial_executor>
     buffer<float> colors(const Layers& layers, std::span<const std::uint8_t> wanted, const progress_listener& progress = {},
                          Executor&& threads = {}) const;
@@ -12099,7 +12184,7 @@ private:
 
     std::size_t depth() const { return architecture_.channels.size(); }
 
-    /// Runs all layers. Returns the output of the last layer, in the rows of `decoded` of level 0.
+    /// Runs all layers. Returns the output of the last layer, one row per pixel of `levels[0].decoded`.
     template <class Weights, executor Executor, class Report>
     buffer<float> run_layers(const detail::farbrausch_convolutions<Weights>& layers, detail::network_input input,
                              buffer<detail::farbrausch_level>& levels, Executor& threads, Report&& report) const;
@@ -12141,7 +12226,7 @@ buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint
         level.above = {}, level.read = {};
     }
 
-    // Equal steps per layer, although the fine levels cost most of the time.
+    // Progress advances by the same step for each layer, although the fine levels cost most of the time.
     float done = 0.2F;
     const float step = (1.0F - done) / detail::nearest_float(2 * depth());
     const auto report = [&] { progress.report(stage_name, done = (std::min)(done + step, 1.0F)); };
@@ -12221,13 +12306,14 @@ image<std::uint8_t> farbrausch::inpaint(image_view<const std::uint8_t> color, im
 }}  // namespace ldi
 
 // ---- ldi/networks/silhouettes.hpp
-// The silhouette network decides, beside sharp steps of a disparity map, to which of the two surfaces a pixel belongs. It is a
-// small U-Net that computes only the region around the steps, in 8-bit arithmetic. examples/training/silhouettes/README.md
-// defines its input and its layers; io/silhouettes_file.hpp loads it from a file; depth/network_decider.hpp runs it on a photo.
+// The silhouette network decides which of the two surfaces a pixel near a sharp disparity step belongs to. It is a small U-Net
+// in 8-bit arithmetic that computes only the region around the steps. examples/training/silhouettes/README.md defines its input
+// and its layers; io/silhouettes_file.hpp loads it from a file; depth/network_decider.hpp runs it on a photo.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// All member functions are const and keep no state, so any number of threads may use one object at the same time.
+/// The network with packed weights. All member functions are const and keep no state, so any number of threads may share an
+/// object.
 class silhouette_network {
 public:
     static constexpr std::size_t input_channels = 8, output_channels = 2;
@@ -12237,20 +12323,20 @@ public:
     ///
     /// weights  for each layer `NAME.weight`, outputs x inputs x 3 x 3, and `NAME.bias`, batch normalization folded in;
     ///          `input.range`, and `NAME.range` for every layer that another layer reads
-    /// target   the instruction set to pack weights for; all give the same results
+    /// target   the instruction set to pack weights for; results do not depend on it
     ///
-    /// Raises mismatch, with the name of the tensor, if one is missing, unexpected, or of another type or shape; invalid_data for
-    /// weights that are not finite.
+    /// Raises mismatch, with the name of the tensor, if a tensor is missing, unexpected, or of another type or shape;
+    /// invalid_data for weights that are not finite.
     explicit silhouette_network(const named_tensors& weights, isa target = best_isa());
 
-    /// Returns the results of the last layer, K x 2: the logit of the front's share, before the prior is added, and the logit of
-    /// the probability that this share is on the correct side of 0.5. Undefined for pixels that are not wanted.
+    /// Returns the results of the last layer, K x 2: the logit of the front's share, before the prior is added, and the logit
+    /// of the probability that this share is on the correct side of 0.5. The results of unwanted pixels are uninitialized.
     ///
     /// region  K pixels
     /// input   K x 8; examples/training/silhouettes/README.md defines the channels
-    /// wanted  K; 0 for pixels whose result is not wanted
+    /// wanted  K; nonzero for pixels whose results are required
     ///
-    /// Time and memory are linear in the number of pixels of the region; memory is about 130 bytes per pixel.
+    /// Time and memory are proportional to the number of pixels of the region. Memory is about 130 bytes per pixel.
     template <executor Executor = const serial_executor>
     buffer<float> logits(const pixel_region& region, buffer<std::uint8_t> input, std::span<const std::uint8_t> wanted,
                          Executor&& threads = {}) const;
@@ -12259,7 +12345,7 @@ private:
     using map = basic_feature_map<std::uint8_t>;
     using view = basic_feature_view<std::uint8_t>;
 
-    /// In the order of the table of layers.
+    /// Index of a layer in `shapes`.
     enum layer : std::size_t {
         fine,
         half_down,
@@ -12275,8 +12361,8 @@ private:
     };
     struct layer_shape {
         std::string_view name;
-        std::array<std::string_view, 2> reads;  ///< sources; of two, the first one is upsampled; the second may be empty
-        std::size_t inputs, outputs;            ///< inputs: number per source
+        std::array<std::string_view, 2> reads;  ///< source names; the second may be empty, else the first is upsampled
+        std::size_t inputs, outputs;            ///< `inputs`: number of channels per source
     };
     static constexpr std::array<layer_shape, 11> shapes{{{"fine", {"input", ""}, input_channels, 16},
                                                          {"half.down", {"fine", ""}, 16, 32},
@@ -12290,7 +12376,8 @@ private:
                                                          {"fine.up", {"half.up", "fine"}, 16, 16},
                                                          {"out", {"fine.up", ""}, 16, output_channels}}};
 
-    /// A resolution level: its pixels, and its connections to the next coarser level.
+    /// A resolution level: its pixels, its convolutions with stride 1 (`same`) and 2 (`down`), and each pixel's parent on the
+    /// next coarser level.
     struct level {
         pixel_region region;
         convolution_plan same, down;
@@ -12380,9 +12467,10 @@ buffer<float> silhouette_network::logits(const pixel_region& region, buffer<std:
 }}  // namespace ldi
 
 // ---- ldi/networks/detail/depth_layout.hpp
-// Merges two depth estimates of one photo, from a small and a large version: the layout is the mean of both, the edges come from
-// the large one. Networks are consistent on small pictures and crisp on large ones (Miangoleh et al., Boosting Monocular Depth
-// Estimation Models to High-Resolution via Content-Adaptive Multi-Resolution Merging, CVPR 2021, sections 3 and 5).
+// Merges two depth estimates of one photo, computed at a small and at a large size. Coarse structures become the mean of both
+// estimates; edges come from the estimate at the large size. Networks are consistent on small pictures and crisp on large ones
+// (Miangoleh et al., Boosting Monocular Depth Estimation Models to High-Resolution via Content-Adaptive Multi-Resolution
+// Merging, CVPR 2021, sections 3 and 5).
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -12398,7 +12486,7 @@ image<T> mirrored(const image<T>& source) {
     return result;
 }
 
-/// Two neighboring samples of a row, between which a sample of the resized row lies.
+/// The two neighboring source samples from which a sample of the resized row is interpolated.
 struct sample_place {
     std::size_t first, second;
     float share;  ///< weight of `second`; `first` has the rest
@@ -12410,7 +12498,7 @@ inline sample_place place_of_sample(std::size_t i, std::size_t count, std::size_
     return {first, (std::min)(first + 1, from_count - 1), inside - nearest_float(first)};
 }
 
-/// Resizes H x W x 1 by bilinear interpolation. Does not average over areas when it shrinks.
+/// Resizes H x W x 1 by bilinear interpolation, without averaging over areas if the result is smaller.
 inline image<float> interpolated(const image<float>& source, std::size_t height, std::size_t width) {
     image<float> result(height, width, 1, unset);
     const auto mean = [](float a, float b, float share) { return a + (b - a) * share; };
@@ -12441,7 +12529,7 @@ inline image<float> square_means(const image<float>& source, std::size_t side) {
 /// Replaces structures of `details` that are coarser than 16 pixels by the mean of both maps.
 ///
 /// details  H x W x 1, H and W multiples of 16
-/// layout   h x w x 1, any size, in the same unit
+/// layout   h x w x 1, any size, in the unit of `details`
 inline image<float> with_layout(image<float> details, const image<float>& layout) {
     constexpr std::size_t coarse = 16;
     image<float> change = interpolated(layout, details.height(), details.width());
@@ -12454,7 +12542,7 @@ inline image<float> with_layout(image<float> details, const image<float>& layout
 }}}  // namespace ldi::detail
 
 // ---- ldi/networks/detail/exponential.hpp
-// exp() in float with the same bits on every machine: it uses only operations that IEEE 754 rounds exactly. The method is
+// exp() in float with the same bits on every machine: it uses only operations that IEEE 754 rounds correctly. The method is
 // NumPy's (reduction by ln 2 in two parts, then a rational function), because the published disparity of Tiefenrausch was
 // computed with NumPy.
 
@@ -12481,8 +12569,8 @@ inline float exponential(float x) {
 
 // ---- ldi/networks/tiefenrausch.hpp
 // Runs Tiefenrausch, the depth network of the paper (section "Depth Estimation"), or any other network that maps a photo to
-// 8-bit disparity of the same size. io/caffe2.hpp reads the published weights, nn/dense/quantized_weights.hpp those in
-// examples/models.
+// 8-bit disparity of the same size. io/caffe2.hpp reads the published weights; nn/dense/quantized_weights.hpp reads the weights
+// in examples/models.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -12492,8 +12580,8 @@ enum class network_output {
     disparity,      ///< disparity, 0 at infinity; known up to scale and a rough shift
 };
 
-/// Long sides, in pixels, to which a photo is resized for a depth network. Multiples of 32. The paper's network runs once per
-/// photo.
+/// Long sides of the resized photo that a depth network reads, in pixels; multiples of 32. The default is the paper's: a single
+/// pass.
 struct depth_network_sizes {
     std::size_t details = 384;  ///< size of the main pass and of the result
     /// If not 0, a second pass at this size reads the mirrored photo, and structures coarser than 16 samples of the result
@@ -12505,7 +12593,7 @@ struct depth_network_sizes {
 class tiefenrausch {
 public:
     static constexpr std::size_t long_side = 384;  ///< input size of the paper's network
-    /// sides are multiples of this number, because the network halves its input five times
+    /// input sides are multiples of this number, because the network halves its input five times
     static constexpr std::size_t alignment = 32;
 
     /// Packs the network.
@@ -12513,8 +12601,8 @@ public:
     /// target  the instruction set to pack weights for; results do not depend on it
     /// sizes   input sizes of disparity()
     ///
-    /// Raises an error unless the network maps a color image to one channel of the same size and the sizes are multiples of 32
-    /// up to 4096.
+    /// Raises the errors of quantized_network, mismatch unless the network maps a color image to one channel of the same size
+    /// and the sizes are multiples of 32 up to 4096, and unsupported if the scale of the network's output exceeds 0.25.
     explicit tiefenrausch(const network_description& description, isa target = best_isa(),
                           network_output output = network_output::log_disparity, depth_network_sizes sizes = {})
         : network_(description, target), output_(output), sizes_(sizes) {
@@ -12537,7 +12625,8 @@ public:
 
     depth_network_sizes sizes() const { return sizes_; }
 
-    /// Returns the size to which a photo is resized: each side rounded down to a multiple of 32, at least 32.
+    /// Returns the size to which a photo is resized. The long side becomes `to`. The short side keeps the aspect ratio, rounded
+    /// down to a multiple of 32, and is at least 32.
     ///
     /// to  the long side in pixels, a multiple of 32
     static tensor_size network_size(tensor_size photo, std::size_t to = long_side) {
@@ -12561,7 +12650,7 @@ public:
         return area_resize(photo, size.height, size.width, threads);
     }
 
-    /// Runs the network once. Returns H' x W' x 1 in the quantization level_quantization().
+    /// Runs the network once. Returns its 8-bit output, H' x W' x 1, in the quantization level_quantization().
     ///
     /// rgb               H' x W' x 3, 0 to 255, both sides multiples of 32
     /// progress, memory  as in quantized_network::run
@@ -12572,7 +12661,8 @@ public:
         return network_.run(quantized_color(rgb), threads, progress, memory);
     }
 
-    /// Same as levels(), but layer by layer.
+    /// Returns the same result as levels(), but runs the network layer by layer and calls `observe` with the result of each
+    /// layer.
     ///
     /// observe  as in quantized_network::run_observed
     template <executor Executor, class Observe>
@@ -12612,7 +12702,7 @@ public:
         return details;
     }
 
-    /// Converts results of levels() to disparity. Same shape.
+    /// Converts results of levels() to disparity. Returns the same shape.
     image<float> disparity_of(const image<std::uint8_t>& levels) const {
         const std::array<float, 256> table = disparity_table();
         image<float> result(levels.height(), levels.width(), levels.channels(), unset);
@@ -12620,7 +12710,7 @@ public:
         return result;
     }
 
-    /// Quantizes color in [0, 1] as the network's input. Same shape as `rgb`.
+    /// Scales color from 0..255 to [0, 1] and quantizes it as the network's input. Returns the shape of `rgb`.
     image<std::uint8_t> quantized_color(const image<std::uint8_t>& rgb) const {
         const quantization q = network_.input_quantization();
         std::array<std::uint8_t, 256> table{};
@@ -12635,8 +12725,8 @@ public:
 
     quantization level_quantization() const { return network_.output_quantization(); }
 
-    /// Ratio of two consecutive values of disparity(); a difference of this size may be rounding, not an edge. For networks with
-    /// equal steps in disparity, the ratio of the two largest values.
+    /// Ratio of the disparities of two consecutive output levels. Neighboring pixels with this ratio may differ by rounding
+    /// only, not by an edge. If the network outputs disparity, the ratio varies; returns the ratio of the two largest levels.
     float quantization_step() const {
         const std::array<float, 256> table = disparity_table();
         return output_ == network_output::log_disparity ? detail::exponential(level_quantization().scale)
@@ -12647,7 +12737,7 @@ private:
     static constexpr std::size_t max_long_side = 4096;
     static constexpr float max_scale = 0.25F;  ///< a larger scale would exceed the range of float
 
-    /// Share of the detail pass in the time of both passes.
+    /// Estimated fraction of the time of both passes that the detail pass needs, in proportion to its area.
     float details_share() const {
         const auto area = [](std::size_t side) { return detail::nearest_float(side * side); };
         return area(sizes_.details) / (area(sizes_.details) + area(sizes_.layout));
@@ -12659,7 +12749,8 @@ private:
                   std::to_string(rgb.height()) + " x " + std::to_string(rgb.width()) + " x " + std::to_string(rgb.channels()));
     }
 
-    /// Disparity of each 8-bit output. Outputs at or below 0 become half a step, so that disparity is positive.
+    /// Disparity of each 8-bit output. If the network outputs disparity, values of at most 0 become half a quantization step,
+    /// so that all results are positive.
     std::array<float, 256> disparity_table() const {
         const quantization q = level_quantization();
         std::array<float, 256> table{};
@@ -21331,7 +21422,7 @@ buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& 
         const detail::corner_pixels around = detail::pixels_around_corner(
             g, mesh.pixels[v], static_cast<std::int32_t>(std::lround(seen[0])), static_cast<std::int32_t>(std::lround(seen[1])));
         std::array<scalar, 4 * Column::channels> values{};
-        for (std::size_t i = 0; i < around.count; ++i)
+        for (std::size_t i = 0; i < around.count && i < 4; ++i)  // a corner has four pixels; g++ 12 warns without the limit
             std::copy_n(layers.template at<Column>(around.pixels[i]).data(), Column::channels, &values[i * Column::channels]);
         const auto at_vertex = detail::vertex_values<Column>({{values.data(), around.count * Column::channels}});
         std::copy(at_vertex.begin(), at_vertex.end(), result.data() + v * Column::channels);
