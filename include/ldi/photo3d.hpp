@@ -47,8 +47,8 @@
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A source of depth. `disparity(photo, progress, threads)` accepts the photo, H x W x 3, and returns a map h x w x 1 of any
-/// size, larger is nearer. `quantization_step()` is the ratio of neighboring values of that map, 1 if it is not quantized.
-/// Examples: `tiefenrausch`, `given_disparity`.
+/// size, larger is nearer. `quantization_step()` returns the ratio of two adjacent quantization levels of that map, or 1 if the
+/// map is not quantized. Examples: `tiefenrausch`, `given_disparity`.
 template <class T>
 concept depth_estimator = requires(const T& t, image_view<const std::uint8_t> photo, const progress_listener& progress,
                                    const serial_executor& threads) {
@@ -60,8 +60,9 @@ concept depth_estimator = requires(const T& t, image_view<const std::uint8_t> ph
 template <payload_column... Own>
 using working_layers = layered_image<color_column, disparity_column, known_column, matte_column, rim_column, Own...>;
 
-/// A source of colors. `inpaint(layers, progress, threads)`, a template over layers with at least color, disparity and
-/// known_column, sets the color of every pixel whose known_column is 0 and changes nothing else. Example: `diffusion_inpainter`.
+/// A source of colors. `inpaint(layers, progress, threads)`, a template over layers with at least color_column, disparity_column
+/// and known_column, sets the color of every pixel whose known_column is 0 and changes nothing else. Example:
+/// `diffusion_inpainter`.
 template <class T>
 concept color_inpainter = requires(const T& t, working_layers<>& layers, const progress_listener& progress,
                                    serial_executor& threads) {
@@ -89,14 +90,15 @@ struct given_disparity {
     float quantization_step() const { return 1.0F; }
 };
 
-/// Lengths and sizes in `alignment`, `components` and `curves` are in pixels, for depth as fine as the photo. If one
-/// depth sample covers several pixels, make_photo3d() multiplies lengths by the sample's side and sizes by its area.
+/// Options of make_photo3d() and its stages. Lengths and sizes in `alignment`, `components` and `curves` are in pixels, for a
+/// depth map at the photo's resolution. If one depth sample covers several pixels, make_photo3d() multiplies lengths by the
+/// sample's side and sizes by its area.
 struct photo3d_options {
     /// Maximum long side in pixels; a larger photo is shrunk to it.
     std::size_t long_side = 1536;
     /// 35 mm equivalent focal length of the photo. The default is a phone's main camera.
     float focal_length_35mm = 26.0F;
-    /// Number of weighted median passes at the estimator's own resolution, where a blurred edge is only some samples wide,
+    /// Number of weighted median passes at the estimator's own resolution, where a blurred edge is only a few samples wide,
     /// before the pass at the photo's resolution.
     int passes_before_resampling = 2;
     surface_rule surface;
@@ -116,19 +118,20 @@ struct photo3d_options {
     chart_options charts;
     atlas_options atlas;
     mesh_options mesh;
-    /// Receives the stages by the names in the paper's table: "depth estimation", "depth filter", "connected components",
-    /// "occluded geometry", "color inpainting", "chart generation", "chart padding", "meshing"; each begins with fraction 0 and
-    /// ends with 1.
+    /// Receives the progress of each stage under its name in the paper's table: "depth estimation", "depth filter", "connected
+    /// components", "occluded geometry", "color inpainting", "chart generation", "chart padding", "meshing". Each stage begins
+    /// with fraction 0 and ends with 1.
     progress_listener progress;
 };
 
-/// The caller's own columns for make_photo3d(), one image each.
+/// The caller's own columns for make_photo3d(), one image per column.
 ///
 ///     struct material { using scalar = std::uint8_t; static constexpr std::size_t channels = 1; };
 ///     photo_columns<material>{materials}
 template <payload_column... Own>
 struct photo_columns {
-    /// h x w x channels each, in the order of the tags. Images of another size than the layers are sampled at the nearest pixel.
+    /// h x w x channels each, in the order of the tags. An image whose size differs from the layers' is sampled at the nearest
+    /// pixel.
     std::tuple<image_view<const typename Own::scalar>...> images;
 
     photo_columns(image_view<const typename Own::scalar>... own) : images(own...) {}

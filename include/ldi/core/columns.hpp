@@ -16,7 +16,7 @@
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A column tag: the scalar, and the number of scalars per pixel. Up to three static functions compute the values of new pixels,
-/// coarser levels and vertices; the defaults apply if a tag has none.
+/// coarser levels and vertices; a default replaces each function that a tag lacks.
 ///
 ///     struct material {
 ///         using scalar = std::uint8_t;
@@ -44,8 +44,8 @@ constexpr Scalar zeroed(Scalar) {
     return Scalar{};
 }
 
-/// All channels of one or more pixels, so that a rule can renormalize a vector or let pixels vote. The first pixel is the one
-/// that a coarser level keeps, or the one nearest to a vertex. All pixels have equal weight.
+/// All channels of one or more pixels. A rule receives all of them, so that it can renormalize a vector or let pixels vote. The
+/// first pixel is the one that a coarser level keeps, or the one nearest to a vertex. All pixels have equal weight.
 template <class Scalar, std::size_t channels>
 struct pixel_values {
     array_view<const Scalar> values;  ///< pixels x channels, row-major
@@ -54,14 +54,14 @@ struct pixel_values {
     const Scalar& operator()(std::size_t pixel, std::size_t channel = 0) const { return values[pixel * channels + channel]; }
 };
 
-/// Rules for coarser levels and vertices.
+/// Rules for coarser levels and vertices. first_of() returns the values of the first pixel.
 template <class Scalar, std::size_t channels>
 std::array<Scalar, channels> first_of(pixel_values<Scalar, channels> pixels) {
     std::array<Scalar, channels> result{};
     for (std::size_t c = 0; c < channels; ++c) result[c] = pixels(0, c);
     return result;
 }
-/// The mean per channel, rounded half away from zero for integers.
+/// Returns the mean of each channel. For integers, rounds it to the nearest, halves away from zero.
 template <class Scalar, std::size_t channels>
 std::array<Scalar, channels> averaged(pixel_values<Scalar, channels> pixels) {
     std::array<Scalar, channels> result{};

@@ -98,7 +98,7 @@ protected:
 
 }  // namespace detail
 
-/// Non-owning view of index columns. Every function that reads a topology accepts one, and a `graph` converts to it.
+/// Non-owning view of index columns. Every function that reads a topology accepts a graph_view, and a `graph` converts to it.
 ///
 /// The owner guarantees the invariants of `graph`; core/validate.hpp checks them.
 class graph_view : public detail::index_columns<array_view<const std::int32_t>> {

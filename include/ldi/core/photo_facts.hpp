@@ -24,7 +24,7 @@ struct photo_facts {
     /// border.
     std::int32_t margin = 0;
 
-    /// Returns the camera whose pixels the layered image has: the photo's, with a sensor larger by the margin.
+    /// Returns the camera of the layered image: the photo's camera, with a sensor that is larger by the margin on every side.
     pinhole_camera layers_camera() const { return {camera.width + 2 * margin, camera.height + 2 * margin, camera.focal_length}; }
 };
 
