@@ -168,12 +168,12 @@ image<std::uint8_t> shrink_photo(image_view<const std::uint8_t> photo, std::size
                        threads);
 }
 
-/// Side of a sample of the estimate, in pixels. At least 1, and at most 16, because coarser maps cannot locate silhouettes.
+/// Returns the side of a sample of the estimate, in pixels, clamped to [1, 16]: coarser maps cannot locate silhouettes.
 inline float sample_size(const image<float>& estimated, const image<std::uint8_t>& photo) {
     return std::clamp(nearest_float(photo.width()) / nearest_float(estimated.width()), 1.0F, 16.0F);
 }
 
-/// Scales lengths in pixels, and counts, from depth as fine as the photo to depth with larger samples.
+/// Scales lengths and numbers of pixels from a depth map at the photo's resolution to a map with larger samples.
 template <std::integral Count>
 Count scaled(Count count, float by) {
     return static_cast<Count>(std::lround(nearest_float(count) * by));
@@ -187,7 +187,7 @@ inline curve_options scaled(curve_options options, float sample_size) {
     options.tangent_length = scaled(options.tangent_length, sample_size);
     return options;
 }
-/// Maximum remaining error of silhouettes after alignment, in pixels; 0 for depth as fine as the photo.
+/// Returns the maximum error of silhouettes that remains after alignment, in pixels; 0 for a depth map at the photo's resolution.
 inline int rim_width(const alignment_options& options, float sample_size) {
     return sample_size > 1.0F ? static_cast<int>(std::lround(options.uncertainty * sample_size)) : 0;
 }
@@ -220,8 +220,8 @@ image<float> resample_estimate(const image<float>& estimated, const image<std::u
 
 }  // namespace detail
 
-/// Limits charts to a size at which they fit on sheets of a photo H x W (texture/sheets.hpp). Raises too_large if the photo is
-/// too large for sheets, mismatch if it has no pixel.
+/// Limits the size of charts, so that they fit on sheets of a photo with `photo_height` x `photo_width` pixels
+/// (texture/sheets.hpp). Raises too_large if the photo is too large for sheets, mismatch if it has no pixel or long_side is 0.
 inline photo3d_options for_sheets(photo3d_options options, std::size_t photo_height, std::size_t photo_width,
                                   const sheet_options& sheets = {}) {
     if (photo_height == 0 || photo_width == 0 || options.long_side == 0)
@@ -236,7 +236,7 @@ inline photo3d_options for_sheets(photo3d_options options, std::size_t photo_hei
     return options;
 }
 
-/// A photo at the size of its layered image, with its depth.
+/// A photo at the size of its layered image, and its depth.
 struct cleaned_photo {
     image<std::uint8_t> photo;   ///< H x W x 3, no larger than options.long_side
     image<float> estimated;      ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
@@ -250,7 +250,7 @@ struct cleaned_photo {
 ///
 /// photo  H x W x 3, at least one pixel
 ///
-/// Raises the errors of the stages; before the estimate, error_code::invalid_data for a photo of another shape, and
+/// Raises the errors of the stages. Before it estimates depth, raises error_code::invalid_data for a photo of another shape, and
 /// error_code::invalid_option if long_side is 0, the focal length is not in [1, 1e5], or the surface rule's step is not in
 /// [0.001, 1].
 template <depth_estimator Estimator, silhouette_decider Decider, executor Executor = const serial_executor>
@@ -304,7 +304,8 @@ struct lifted_photo {
 
 namespace detail {
 
-/// Samples an image at the pixels of a layer of another size.
+/// Returns an image as a column of `rows` x `columns` pixels, sampled at the nearest pixel. Raises mismatch if the image has no
+/// pixel or the wrong number of channels.
 template <payload_column Column>
 buffer<typename Column::scalar> sampled_column(image_view<const typename Column::scalar> from, std::size_t rows,
                                                std::size_t columns) {
@@ -322,7 +323,7 @@ buffer<typename Column::scalar> sampled_column(image_view<const typename Column:
     return result;
 }
 
-/// Adds the caller's columns one by one.
+/// Adds the caller's columns to a layer, one by one.
 template <class Layer>
 Layer with_columns(Layer layer) {
     return layer;
@@ -341,8 +342,8 @@ auto with_columns(Layer layer, const image_view<const typename Column::scalar>& 
 
 }  // namespace detail
 
-/// Lifts a photo and prepares it for expand(). Raises the errors of clean_depth() for its options, and mismatch for an image of
-/// `own` without pixels or with another number of channels.
+/// Lifts a photo and prepares it for expand(). Raises the same errors for options as clean_depth(), and mismatch if an image of
+/// `own` has no pixel or the wrong number of channels.
 template <payload_column... Own, executor Executor = const serial_executor>
 lifted_photo<Own...> lift_photo(const cleaned_photo& photo, const photo_columns<Own...>& own, const photo3d_options& options,
                                 Executor&& threads = {}) {
@@ -386,7 +387,7 @@ void inpaint_hidden(Layers& layers, std::span<const uncertain_rim> rims, const I
 /// Converts a photo to a 3D photo.
 ///
 /// photo      H x W x 3, at least one pixel
-/// own        columns that stay with their pixels through all stages; gather() (mesh/gather.hpp) transfers them to the vertices
+/// own        columns that accompany their pixels through all stages; gather() (mesh/gather.hpp) transfers them to the vertices
 /// inpainter  as for inpaint_hidden()
 ///
 /// Raises the errors of the stages. Memory and time are bounded for any depth map: each stage documents its bound, and

@@ -1,6 +1,6 @@
 // Errors. Bad input (files, weights, options) raises ldi::error with a code, the place, what was expected and what was found.
-// Without exceptions, the same four values go to a handler that the user installs. Misuse of the API is LDI_ASSERT, not an
-// error.
+// Without exceptions, the same four values go to a handler that the user installs. Misuse of the API is not an error, but fails
+// an LDI_ASSERT.
 #pragma once
 
 #include <ldi/base/config.hpp>
@@ -44,7 +44,7 @@ constexpr std::string_view to_string(error_code code) {
     return "unknown error";
 }
 
-/// Details of an error, for a message or for a decision.
+/// Details of an error, for messages and for the caller's error handling.
 struct error_details {
     error_code code;
     std::string where;     ///< the file, tensor, option or stage
@@ -52,7 +52,7 @@ struct error_details {
     std::string found;     ///< the actual input
 };
 
-/// "photo.jpg: expected a JPEG or PNG file, found 0 bytes (invalid data)"
+/// Formats an error as a message: "photo.jpg: expected a JPEG or PNG file, found 0 bytes (invalid data)".
 inline std::string to_string(const error_details& details) {
     std::string text = details.where;
     text += ": expected ";

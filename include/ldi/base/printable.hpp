@@ -35,7 +35,7 @@ inline std::string shape_text(const auto& picture) {
            std::to_string(picture.channels());
 }
 
-/// Names a part of a file, or only the part if the file has no name.
+/// Returns the place of an error in a file: the file's name and the part, or only the part if the file has no name.
 inline std::string place_in(const std::string& file, const std::string& what) { return file.empty() ? what : file + ", " + what; }
 
 }}}  // namespace ldi::detail

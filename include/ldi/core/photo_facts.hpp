@@ -9,8 +9,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Disparity of the window in which a 3D photo is shown. It is the middle, so that the nearest and the farthest surface move
-/// equally far.
+/// Disparity of the window through which a 3D photo is seen; surfaces at this disparity keep their position in it. It is the
+/// middle of the range, so that the nearest and the farthest surface move equally far.
 inline constexpr float window_disparity = 0.5F;
 
 struct photo_facts {

@@ -27,7 +27,7 @@ struct undecided_depth {
 struct decided_depth {
     image<float> disparity;  ///< H x W x 1
     /// H x W x 1, or empty. 0 for pixels that were not decided, else 1 + 254 * the share of the front surface in the pixel.
-    /// Pixels from 128 on belong to the front.
+    /// Pixels with a value of 128 or more belong to the front.
     image<std::uint8_t> shares;
 };
 

@@ -67,7 +67,7 @@ struct trace {
 class tracer {
 public:
     // disparity         width x height values; must outlive the tracer
-    // is_cut(pixel, s)  whether there is a discontinuity on the right or lower side of a pixel, inside the photo
+    // is_cut(pixel, s)  whether side `s` of a pixel, right or down, is a discontinuity; called only for sides inside the photo
     template <class IsCut>
     tracer(std::int32_t width, std::int32_t height, const float* disparity, surface_rule surface, IsCut&& is_cut)
         : width_(width), disparity_(disparity), surface_(surface), all_(width, height) {
