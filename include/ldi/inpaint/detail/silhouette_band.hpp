@@ -1,5 +1,5 @@
-// Pixels of a lifted photo within a few steps of its silhouettes. Each has its nearest silhouette side, with unmixed color
-// samples of both surfaces.
+// Pixels of a lifted photo within a few steps of its silhouettes. Each pixel refers to its nearest silhouette side, which has
+// unmixed color samples of both surfaces.
 #pragma once
 
 #include <ldi/base/buffer.hpp>

@@ -1,5 +1,5 @@
 // Color features of texture cells: their high frequencies, and their blurred surroundings. A 3 x 3 binomial filter over links,
-// applied four times, blurs them. Sums remain integers: each pass adds four bits, 24 in total.
+// applied four times, blurs them. Sums remain integers: each pass adds four bits to the 8 bits of a color, 24 bits in total.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -114,7 +114,9 @@ inline buffer<texture_surroundings> describe_cells(const texture_cells& cells,
     return result;
 }
 
-/// color  of the cells' layered image
+/// Computes the features of all cells.
+///
+/// color  K x 3, the column of the cells' layered image
 inline texture_looks look_at(const texture_cells& cells, array_view<const std::uint8_t> color) {
     const cell_blur blur(cells);
     texture_looks result;

@@ -135,7 +135,8 @@ private:
         return graph_.x()[r.last - 1] + 1 == graph_.width() ? right_.reach[right_.find(r.last - 1)] : 0;
     }
 
-    /// Canonical order of two runs that begin at x and other_x with the disparities of `pixel` and `other`.
+    /// Whether the run that begins at `x` precedes the run that begins at `other_x` in canonical order. The runs begin with the
+    /// disparities of `pixel` and `other`.
     bool is_before(std::int32_t x, std::int32_t pixel, std::int32_t other_x, std::int32_t other) const {
         if (x != other_x) return x < other_x;
         return disparity_[pixel] != disparity_[other] ? disparity_[pixel] > disparity_[other] : pixel < other;
@@ -151,7 +152,7 @@ private:
         return lines;
     }
 
-    /// Lists the pixels of the rim inside a border pixel, with the pixels that they show.
+    /// Lists the pixels of the rim inside a border pixel, with the pixels whose colors they get.
     void repaint_rim(const border_side& b, std::int32_t pixel) {
         buffer<std::int32_t> path;
         for (std::int32_t k = b.add_path(pixel, 0, path); k-- > 0;) {
@@ -225,8 +226,8 @@ private:
         return beside;
     }
 
-    /// Returns the runs of columns that reach a distance from the photo, in canonical order: the first column, and one after the
-    /// last.
+    /// Returns the runs of columns that reach a distance from the photo, in canonical order. A run is its first column, and the
+    /// column after its last.
     buffer<std::pair<std::int32_t, std::int32_t>> runs_at(std::int32_t distance, const buffer<column>& columns) const {
         const auto is_there = [&](std::int32_t c) { return columns[c].reach >= distance; };
         buffer<std::pair<std::int32_t, std::int32_t>> runs;

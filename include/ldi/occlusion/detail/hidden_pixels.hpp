@@ -180,7 +180,7 @@ private:
     std::int32_t base_count_;
     buffer<std::int32_t> newest_;  // last hidden pixel added at each position, or no_pixel
     buffer<std::int32_t> older_;   // per hidden pixel: the one added before it at its position
-    graph_builder hidden_;         // links lead to pixels of both; never built
+    graph_builder hidden_;         // links lead to base and hidden pixels; build() is not called
     buffer<float> hidden_disparity_;
     buffer<std::int32_t> origin_;  // per hidden pixel: the pixel of the photo whose surface it continues
 };
