@@ -142,8 +142,8 @@ template <payload_column... Own>
 struct basic_photo3d {
     image<std::uint8_t> photo;  ///< H x W x 3, at the size of the layered image
     image<float> estimated;     ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
-    image<float> resampled;     ///< H x W x 1, before cleaning
-    image<float> disparity;     ///< H x W x 1, cleaned
+    image<float> resampled;     ///< H x W x 1, the estimate at the photo's resolution, before cleaning
+    image<float> disparity;     ///< H x W x 1, cleaned disparity
     buffer<discontinuity_curve> curves;
     photo_facts facts;
     layered_image<color_column, disparity_column, known_column, matte_column, Own...> layers;
@@ -240,8 +240,8 @@ inline photo3d_options for_sheets(photo3d_options options, std::size_t photo_hei
 struct cleaned_photo {
     image<std::uint8_t> photo;   ///< H x W x 3, no larger than options.long_side
     image<float> estimated;      ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
-    image<float> resampled;      ///< H x W x 1, before cleaning
-    image<float> disparity;      ///< H x W x 1, cleaned
+    image<float> resampled;      ///< H x W x 1, the estimate at the photo's resolution, before cleaning
+    image<float> disparity;      ///< H x W x 1, cleaned disparity
     image<std::uint8_t> shares;  ///< share of the front surface; see decided_depth
     depth_range range;           ///< distances at disparity 1 and 0
 };

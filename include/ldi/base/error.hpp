@@ -94,7 +94,7 @@ inline error_handler set_error_handler(error_handler handler) {
 }
 
 /// Reports bad input: throws ldi::error, or calls the installed handler if exceptions are off. Never returns. The parameters are
-/// views, so that its many callers construct no strings from literals, which would dominate their compile time.
+/// string views: strings constructed by its many callers would dominate their compile time.
 [[noreturn]] inline void raise(error_code code, std::string_view where, std::string_view expected, std::string_view found) {
     error_details details{code, std::string(where), std::string(expected), std::string(found)};
 #if LDI_HAS_EXCEPTIONS

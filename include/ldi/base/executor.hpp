@@ -54,7 +54,7 @@ void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&
     }
     struct task {
         std::remove_reference_t<Body>* body;
-        std::size_t piece, longer_pieces;       // the first pieces are one index longer, so that all pieces cover the range
+        std::size_t piece, longer_pieces;       // the first `longer_pieces` pieces have one index more
         const memory& from = current_memory();  // memory for all threads that work on this range
         std::mutex mutex{};
         std::exception_ptr failure{};

@@ -18,7 +18,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespac
 
 using four_floats = float __attribute__((vector_size(16)));
 
-/// Selects a where the comparison holds, otherwise b.
+/// Returns `a` in the lanes where the comparison holds, `b` in the others.
 template <class Comparison>
 four_floats select(Comparison holds, four_floats a, four_floats b) {
     return holds ? a : b;

@@ -23,7 +23,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 ///         static constexpr std::size_t channels = 1;
 ///         // Value of a hidden pixel that continues the surface of a photo pixel, per channel. Default: ldi::copied.
 ///         static scalar new_pixel(scalar origin) { return ldi::copied(origin); }
-///         // Values of a pixel at half resolution, from those of its pixels at full resolution. Default: ldi::averaged.
+///         // Values of a pixel at half resolution, from the values of its pixels at full resolution. Default: ldi::averaged.
 ///         static std::array<scalar, 1> coarser(ldi::pixel_values<scalar, 1> pixels) { return ldi::first_of(pixels); }
 ///         // Values of a vertex, from the one to four pixels of its surface around it. Default: ldi::averaged.
 ///         static std::array<scalar, 1> at_vertex(ldi::pixel_values<scalar, 1> pixels) { return ldi::first_of(pixels); }
@@ -34,7 +34,7 @@ concept payload_column = requires {
     { T::channels } -> std::convertible_to<std::size_t>;
 };
 
-/// Rules for new pixels.
+/// Rules for new pixels: the value of the pixel whose surface continues, or zero.
 template <class Scalar>
 constexpr Scalar copied(Scalar origin) {
     return origin;

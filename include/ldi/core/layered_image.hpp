@@ -1,6 +1,6 @@
 // A layered depth image: a graph and payload columns of the same length. Column tags (core/columns.hpp) choose the payload.
 //
-//     layered_image<Columns...>   owns both; a value that travels through the stages
+//     layered_image<Columns...>   owns a graph and its columns; stages receive and return it
 //     layered_view<Columns...>    a non-owning view of a graph and columns
 //     single_layer<Columns...>    one layer in the order of the photo: lift() makes it, expand() turns it into a layered image
 #pragma once
@@ -59,7 +59,7 @@ struct grown_piece {
 /// Result of the function that grow() calls.
 struct grown_pixels {
     graph topology;                ///< graph of all pixels, old and new
-    buffer<grown_piece> pieces;    ///< sources of all pixels in the order of their indices; every old pixel occurs once
+    buffer<grown_piece> pieces;    ///< sources of all pixels, in the order of the new indices; every old pixel occurs once
     buffer<std::int32_t> origins;  ///< per new pixel: the old pixel whose surface it continues
 };
 
@@ -77,7 +77,7 @@ inline bool is_complete(const grown_pixels& grown, std::size_t old_count) {
     if (grown.topology.size() != old_count + new_count) return false;
     for (const std::int32_t origin : grown.origins)
         if (origin < 0 || static_cast<std::size_t>(origin) >= old_count) return false;
-    buffer<bool> seen(old_count + new_count);  // old pixels, then entries of `origins`
+    buffer<bool> seen(old_count + new_count);  // one entry per old pixel, then one per entry of `origins`
     std::size_t total = 0;
     for (const grown_piece& p : grown.pieces) {
         if (p.first < 0 || p.count < 0 ||
@@ -228,7 +228,7 @@ public:
         layered_image result;
         const auto move_column = [&]<class Column>(const Column&) {
             result.template values<Column>() = old.template grown_column<Column>(grown);
-            old.template values<Column>() = {};  // so that at most one column exists twice at a time
+            old.template values<Column>() = {};  // releases memory, so that at most one column exists twice at a time
         };
         (move_column(Columns{}), ...);
         result.graph_ = std::move(grown.topology);

@@ -35,7 +35,7 @@ inline void gather_window(const graph_view& g, std::int32_t pixel, std::int32_t 
     constexpr std::int32_t border = 0;
     const std::int32_t width = kernel_size + 2, center = (kernel_size / 2 + 1) * (width + 1);
     std::array<std::int32_t, std::size_t{max_kernel_size + 2} * (max_kernel_size + 2)> found;
-    std::array<std::int32_t, std::size_t{max_kernel_size} * max_kernel_size> reached;  // elements, in order
+    std::array<std::int32_t, std::size_t{max_kernel_size} * max_kernel_size> reached;  // elements in the order of exploration
     std::fill_n(found.begin(), width * width, border);
     for (std::int32_t row = 1; row <= kernel_size; ++row) std::fill_n(found.begin() + row * width + 1, kernel_size, no_pixel);
     const auto at = [&](std::int32_t element) -> std::int32_t& { return found[static_cast<std::size_t>(element)]; };

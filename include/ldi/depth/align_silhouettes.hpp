@@ -31,8 +31,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Defaults tuned by experiment on true depth, degraded as networks degrade it.
 struct alignment_options {
-    /// Maximum distance between a silhouette and its edge in the photo, in pixels, 0 to 256. 0 moves nothing. For depth maps
-    /// with samples larger than a pixel, make_photo3d() multiplies this option and min_length by the side of a sample.
+    /// Maximum distance between a silhouette and its edge in the photo, in pixels, 0 to 256. With 0, silhouettes do not move. For
+    /// depth maps with samples larger than a pixel, make_photo3d() multiplies this option and min_length by the side of a sample.
     float uncertainty = 3.0F;
     /// Cost of a sideways move by one pixel between neighboring points of a curve, at least 0. Larger values keep silhouettes
     /// straighter.

@@ -90,7 +90,7 @@ inline image_components find_components(image_view<const float> disparity, surfa
 // Small components and their runs.
 struct small_components {
     buffer<std::int32_t> labels;
-    buffer<pixel_run> runs;         // component by component
+    buffer<pixel_run> runs;         // runs of these components, component by component
     buffer<std::size_t> first_run;  // component i has runs [first_run[i], first_run[i + 1])
 };
 
@@ -192,7 +192,7 @@ private:
     const small_components& small_;
     image_view<float> disparity_;
     buffer<assignment> queue_;
-    buffer<std::uint8_t> reached_;  // per pixel of the photo
+    buffer<std::uint8_t> reached_;  // per pixel of the photo: 1 if it has a new value
 };
 
 }  // namespace detail

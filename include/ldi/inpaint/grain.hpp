@@ -131,7 +131,7 @@ buffer<float> detail_around_unknown(const Layers& layers, float limit, int round
 
 }  // namespace detail
 
-/// Adds grain to every pixel whose known_column is 0; all others do not change. Raises invalid_option unless the strength is in
+/// Adds grain to every pixel whose known_column is 0; other pixels do not change. Raises invalid_option unless the strength is in
 /// [0, 100] and the limit in [0, 255].
 ///
 /// layers  in canonical order; every pixel has a color

@@ -171,8 +171,8 @@ private:
 
 }  // namespace detail
 
-/// Cleans the colors beside silhouettes, or marks them as unknown. Call it before expand(). Sets the matte column if there is
-/// one.
+/// Cleans the colors beside silhouettes, or marks them as unknown. Call it before expand(). Sets matte_column if the layers have
+/// it.
 ///
 /// layers  every pixel with a missing link inside the photo lies on a silhouette
 /// shares  H x W, known shares of the surface in front, as in decided_depth; may be empty

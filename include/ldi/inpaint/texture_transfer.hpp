@@ -59,7 +59,7 @@ public:
 
     const texture_cells& cells() const { return cells_; }
 
-    /// Similarity of a cell and its source, 0 to 1.
+    /// Returns the similarity of a cell and its source, 0 to 1.
     float likeness(std::int32_t cell) const {
         if (source_[cell] == no_pixel) return 0.0F;
         const float difference = nearest_float(difference_of(looks_.surroundings[cell], looks_.surroundings[source_[cell]])) /
@@ -101,8 +101,7 @@ inline void check_options(const texture_options& options) {
 
 }  // namespace detail
 
-/// Adds texture to every pixel whose known_column is 0, and grain where no known texture is similar; all other pixels do not
-/// change.
+/// Adds texture to every pixel whose known_column is 0, and grain where no source is similar; other pixels do not change.
 ///
 /// layers  in canonical order; every pixel has a color
 /// grain   also determines how the photo's detail is measured: with a limit of 0, nothing is added. A texture strength of 0 is

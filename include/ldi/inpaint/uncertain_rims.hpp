@@ -74,7 +74,7 @@ buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int 
             const detail::silhouette_band::place& nearest = band.places()[band.find(i)];
             const detail::silhouette_side& s = band.sides()[nearest.side];
             const auto color = layers.template at<color_column>(i);
-            // A narrow surface between two others may be the nearer one at the nearest silhouette.
+            // A pixel of a narrow surface between two others may be in front at its nearest silhouette.
             rims.push_back({{color[0], color[1], color[2]}, s.foreground, s.can_tell && !nearest.in_front});
             rim_of[i] = rims.count();
         }

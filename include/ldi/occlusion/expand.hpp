@@ -70,7 +70,7 @@ public:
                                                 pixels_.position(x - 1, y), pixels_.position(x, y)})
                     if (reach_[back] > 0.0F) raise_reach(back, front - disparity[back]);
             }
-        for (const discontinuity_curve& curve : curves) {  // curves share pixels
+        for (const discontinuity_curve& curve : curves) {  // after the loops above, because curves share pixels
             float& farthest = farthest_.emplace_back(0.0F);
             for (const discontinuity& d : curve.sides) farthest = (std::max)(farthest, reach_[d.back]);
         }
@@ -239,9 +239,9 @@ private:
         return farthest;
     }
 
-    // Whether the center of (x, y) lies on the line at one of the curve's ends. The line is so wide that no step of one pixel
-    // crosses it, and as long as the surface grows from that end: surfaces that grow farther from elsewhere may pass it. It
-    // starts 2 pixels before the curve's end, a value tuned by experiment.
+    // Whether the center of (x, y) lies on the line at one of the curve's ends. The line is so wide that a step of one pixel
+    // cannot cross it. It is as long as the surface grows from that end: a surface that grows farther from elsewhere may pass it.
+    // It starts 2 pixels before the curve's end, a value tuned by experiment.
     bool crosses_constraint(std::size_t curve, std::int32_t x, std::int32_t y) const {
         constexpr float thickness = 1.5F;
         const buffer<growth_constraint>& constraints = curves_[curve].constraints;
@@ -259,11 +259,11 @@ private:
     surface_rule surface_;
     std::span<const discontinuity_curve> curves_;
     buffer<front_pixel> front_, created_;  // the newest pixels, curve by curve
-    buffer<float> reach_;                  // per visible pixel: growth of its surface from there, in pixels
+    buffer<float> reach_;                  // per visible pixel: maximum growth of its surface from this pixel, in pixels
     buffer<float> farthest_;               // per curve: maximum of reach_ along it
     buffer<buffer<float>> constraint_lengths_;
     std::int32_t max_dive_ = 0;   // maximum length in pixels of a surface's continuation beneath another
-    buffer<std::int32_t> dives_;  // per hidden pixel: length of this continuation so far
+    buffer<std::int32_t> dives_;  // per hidden pixel: length of its surface's continuation beneath another so far
 };
 
 }  // namespace detail

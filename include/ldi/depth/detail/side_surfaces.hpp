@@ -45,7 +45,7 @@ private:
     static constexpr std::int32_t near_curve = 16;
     static constexpr std::uint8_t half = 128;
 
-    /// Adjacent pixels of a row on one side.
+    /// A maximal sequence of adjacent pixels of a row on one side of the step.
     struct stretch {
         std::int32_t first, last, pixel;
     };

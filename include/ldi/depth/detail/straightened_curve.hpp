@@ -22,8 +22,8 @@ struct point {
 // A curve as points in the plane, where pixel (x, y) covers [x, x + 1) x [y, y + 1). "Across" means from back to front.
 struct plane_curve {
     buffer<point> corners;  // corners of the traced curve
-    buffer<point> smooth;   // without the lattice's stair steps; ends stay in place
-    buffer<point> across;   // unit vectors
+    buffer<point> smooth;   // corners without the lattice's stair steps; ends stay in place
+    buffer<point> across;   // unit vectors from back to front
 };
 
 // Computes the points and directions of a traced curve.
@@ -143,7 +143,7 @@ public:
 
 private:
     struct row {
-        float middle = 0;  // disparity between front and back
+        float middle = 0;  // disparity halfway between front and back
         std::int32_t front = 0, back = 0;
         color_sums front_colors, back_colors;
     };

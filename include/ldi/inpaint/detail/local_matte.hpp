@@ -60,7 +60,7 @@ inline mixture unmix(const float_color& color, const float_color* foregrounds, c
 /// distinguishable, confidence is 0, and alpha is 1 in front and 0 behind.
 class local_matte {
 public:
-    /// shares  known shares of the foreground, as in decided_depth; may be empty
+    /// shares  H x W, known shares of the foreground, as in decided_depth; may be empty
     local_matte(const graph_view& g, const silhouette_band& band, array_view<const std::uint8_t> colors,
                 std::span<const std::uint8_t> shares = {})
         : graph_(g), band_(band), shares_(shares) {

@@ -1,5 +1,5 @@
-// The part of a layered image that texture transfer processes: the unknown pixels, and a strip of known pixels around them on
-// the same surfaces. These are few of a photo's pixels, so they get their own numbers.
+// The part of a layered image that texture transfer processes: the unknown pixels, and a strip of known pixels around them on the
+// same surfaces. They are a small part of a photo's pixels, so they get their own numbers.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -19,12 +19,12 @@ struct texture_cells {
         source,  ///< known, and a source of texture
         margin,  ///< known, only part of the surroundings of a source
     };
-    static constexpr int max_steps = 255;  ///< maximum of walk()
+    static constexpr int max_steps = 255;  ///< maximum number of steps in walk()
     static constexpr int stride = 4;
 
     buffer<std::int32_t> pixel;                    ///< per cell: index in the graph
     buffer<kind> kinds;                            ///< per cell
-    buffer<std::uint8_t> left_steps, right_steps;  ///< per cell: number of cells that follow on that side, at most max_steps
+    buffer<std::uint8_t> left_steps, right_steps;  ///< per cell: number of linked cells on that side, at most max_steps
     buffer<std::int32_t> above, below;             ///< per cell: neighboring cell, or the cell itself
     buffer<std::int32_t> far_above, far_below;     ///< per cell: the cell `stride` steps away, or the last linked one
 

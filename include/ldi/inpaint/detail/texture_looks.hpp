@@ -13,8 +13,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// A cell with its surroundings: blurred colors of the cell, and of the cells `tap_distance` steps away on each side. Padded
-/// with a 0 to 16 bytes for vector instructions.
+/// Surroundings of a cell: blurred colors of the cell, and of the cells `tap_distance` steps away on each side. A 0 pads them to
+/// 16 bytes for vector instructions.
 using texture_surroundings = std::array<std::uint8_t, 16>;
 
 inline constexpr int tap_distance = 4;
@@ -24,7 +24,7 @@ inline constexpr int tap_values = 15;
 inline int difference_of(const texture_surroundings& a, const texture_surroundings& b) {
     int sum = 0;
 #if defined(__GNUC__) && !defined(__clang__)
-#pragma GCC unroll 1  // unrolled, GCC does not recognize the sum of absolute differences, for which there is an instruction
+#pragma GCC unroll 1  // if the loop is unrolled, GCC does not use the instruction for sums of absolute differences
 #endif
     for (std::size_t i = 0; i < a.size(); ++i) sum += std::abs(int{a[i]} - int{b[i]});
     return sum;

@@ -77,7 +77,7 @@ public:
 
 private:
     static constexpr int depth = 24;              // number of pixels inwards that are measured
-    static constexpr std::ptrdiff_t radius = 16;  // pixels along the border on each side of an average; averaged twice
+    static constexpr std::ptrdiff_t radius = 16;  // of the averages along the border, in pixels; sums are averaged twice
 
     /// Sums of products of two gradients: inwards, and along the border.
     struct sums {

@@ -119,9 +119,9 @@ private:
     struct column {
         std::int32_t x, border, source, reach;
         float slope;
-        bool follows;  ///< linked to the previous column
+        bool follows;  ///< whether it is linked to the previous column
     };
-    /// The new pixels beside a border pixel.
+    /// The new pixels beside a border pixel, in its row.
     struct strip {
         std::int32_t border, nearest, count;  ///< nearest: new index of the pixel next to the border pixel
     };
@@ -192,7 +192,8 @@ private:
     ///
     /// beside  new indices of the last row and its continuation; empty for rows above
     ///
-    /// For rows above, returns the new indices of the row next to the photo, one per column; no_pixel if a column has none there.
+    /// For rows above, returns the new indices of the row next to the photo, one per column; no_pixel for a column that does not
+    /// reach it.
     buffer<std::int32_t> add_outer_rows(const buffer<line>& lines, side outwards, buffer<std::int32_t> beside) {
         const border_side& from = outwards == side::up ? top_ : bottom_;
         const buffer<column> columns = columns_of(lines, from);

@@ -20,7 +20,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 class rim_finder {
 public:
     /// g             in canonical order
-    /// color, known  K x 3 and K
+    /// color, known  columns of the layered image, K x 3 and K
     rim_finder(const graph_view& g, array_view<const std::uint8_t> color, array_view<const std::uint8_t> known,
                const buffer<pixel_run>& runs)
         : graph_(g), color_(color), known_(known), runs_(runs) {}
