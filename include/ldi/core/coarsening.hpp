@@ -23,7 +23,7 @@ struct coarsened {
     buffer<std::int32_t> parent;  ///< per fine pixel: its coarse pixel, or no_pixel
 };
 
-/// Treatment of orphans. An orphan is a pixel that links inside its 2 x 2 group do not connect to a kept pixel, because it lies
+/// Treatment of orphans. An orphan is a pixel that cannot reach a kept pixel over links inside its 2 x 2 group, because it lies
 /// on a thin strip or behind a silhouette.
 enum class orphan_rule {
     /// an orphan adopts the parent of the nearest pixel that has one, counted in links; breadth-first exploration in the order

@@ -112,8 +112,9 @@ struct color_column {
     static constexpr scalar new_pixel(scalar origin) { return zeroed(origin); }  // 0 until the pixel is inpainted
 };
 
-/// Color in 16 bits, 0 to 65535: for lift(), the geometry, operators, gather() and the GLB. Inpainting, atlas and renderers use
-/// color_column; a caller's color16_column passes through make_photo3d() beside it.
+/// Color in 16 bits, 0 to 65535. lift(), the geometry stages, the network operators, gather() and the GLB writer accept it.
+/// Inpainting, the atlas and the renderers use color_column. make_photo3d() carries a caller's color16_column beside
+/// color_column.
 struct color16_column {
     using scalar = std::uint16_t;
     static constexpr std::size_t channels = 3;

@@ -82,7 +82,7 @@ protected:
     index_columns() = default;
     index_columns(const index_columns&) = default;
     index_columns(index_columns&&) noexcept = default;
-    /// If memory runs out, nothing changes.
+    /// If memory runs out, the columns do not change.
     index_columns& operator=(const index_columns& other) { return *this = index_columns(other); }
     index_columns& operator=(index_columns&&) noexcept = default;
     ~index_columns() = default;

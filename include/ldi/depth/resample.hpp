@@ -129,7 +129,7 @@ public:
     }
 
 private:
-    // First pixel of a row or column whose nearest sample is `sample` or a later one.
+    // Returns the first pixel of a row or column whose nearest sample is `sample` or a later one.
     static std::size_t first_pixel(std::size_t sample, std::size_t pixel_count, std::size_t sample_count) {
         return (sample * pixel_count + sample_count - 1) / sample_count;
     }

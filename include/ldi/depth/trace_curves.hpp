@@ -118,7 +118,7 @@ public:
 
     const corner_map& corners() const { return all_; }
 
-    // Returns the pixels around a corner inside the photo: two above, then two below, each from left to right.
+    // Returns the four pixels around a corner that lies inside the photo: two above, then two below, each from left to right.
     std::array<std::int32_t, 4> pixels_around(std::int32_t corner) const {
         const std::int32_t below_right = all_.y(corner) * width_ + all_.x(corner);
         return {below_right - width_ - 1, below_right - width_, below_right - 1, below_right};

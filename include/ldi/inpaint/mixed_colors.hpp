@@ -64,8 +64,8 @@ void mark_margin(Layers& layers, const buffer<std::int32_t>& edge, int margin) {
                 if (const std::int32_t neighbor = g.neighbor(pixel, s); neighbor != no_pixel) visit(neighbor, next);
         rings.push_back(std::move(next));
     }
-    // The outermost ring stays known. From there inward, a pixel becomes unknown if its outward neighbor stays known or is
-    // refillable.
+    // The outermost ring stays known. From there toward the edge, a pixel becomes unknown if a neighbor in the next outer ring
+    // stays known or is refillable.
     for (std::int32_t pixel : rings.back()) marks[pixel] = mark::refillable;
     for (std::size_t d = rings.size() - 1; d-- > 0;) {
         buffer<std::int32_t> accepted;

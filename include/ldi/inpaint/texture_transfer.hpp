@@ -4,9 +4,9 @@
 // Aggregation for Ultra High-Resolution Image Inpainting", 2020). Where no source is similar, the stage adds grain
 // (inpaint/grain.hpp). Not in the paper.
 //
-// High frequencies have a mean of zero and no edges that must meet, so patches may end anywhere: no seams need blending, and no
-// averaging reduces the strength. Detail stronger than the photo's detail around the hole is limited, for example an edge, or a
-// leaf in front of the sky.
+// High frequencies have a mean of zero and no edges that must meet, so patches may end anywhere. Their seams do not need
+// blending, which would average and weaken the texture. Detail that is stronger than the photo's detail around the hole, for
+// example an edge or a leaf in front of the sky, is limited.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -37,7 +37,7 @@ struct texture_options {
     /// Mean difference of blurred colors, in gray levels, up to which a source counts as similar. Between this value and twice
     /// this value, texture fades to grain.
     float tolerance = 13.0F;
-    /// Rounds of the search; its direction alternates.
+    /// Rounds of the search, in alternating directions.
     int rounds = 2;
 };
 

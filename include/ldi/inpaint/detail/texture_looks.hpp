@@ -94,7 +94,7 @@ private:
     buffer<cell_stretch> stretches_;
 };
 
-/// Features for the search of texture, and the detail to copy.
+/// Features by which the search compares cells, and the detail to copy.
 struct texture_looks {
     buffer<texture_surroundings> surroundings;   ///< per cell
     buffer<std::array<std::int16_t, 3>> detail;  ///< per cell: color minus blurred color, in sixteenths

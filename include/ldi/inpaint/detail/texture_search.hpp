@@ -19,7 +19,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 class texture_search {
 public:
-    /// reach  steps along x and along y
+    /// reach  maximum distance of random samples, in steps along x and along y
     texture_search(const graph_view& g, const texture_cells& cells, const buffer<texture_surroundings>& looks, int reach)
         : graph_(g), cells_(cells), looks_(looks), reach_(reach) {}
 
