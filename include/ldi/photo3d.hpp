@@ -47,8 +47,8 @@
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A source of depth. `disparity(photo, progress, threads)` accepts the photo, H x W x 3, and returns a map h x w x 1 of any
-/// size, larger is nearer. `quantization_step()` is the ratio of neighboring values of that map, 1 if it is not quantized.
-/// Examples: `tiefenrausch`, `given_disparity`.
+/// size, larger is nearer. `quantization_step()` returns the ratio of two adjacent quantization levels of that map, or 1 if the
+/// map is not quantized. Examples: `tiefenrausch`, `given_disparity`.
 template <class T>
 concept depth_estimator = requires(const T& t, image_view<const std::uint8_t> photo, const progress_listener& progress,
                                    const serial_executor& threads) {
@@ -60,8 +60,9 @@ concept depth_estimator = requires(const T& t, image_view<const std::uint8_t> ph
 template <payload_column... Own>
 using working_layers = layered_image<color_column, disparity_column, known_column, matte_column, rim_column, Own...>;
 
-/// A source of colors. `inpaint(layers, progress, threads)`, a template over layers with at least color, disparity and
-/// known_column, sets the color of every pixel whose known_column is 0 and changes nothing else. Example: `diffusion_inpainter`.
+/// A source of colors. `inpaint(layers, progress, threads)`, a template over layers with at least color_column, disparity_column
+/// and known_column, sets the color of every pixel whose known_column is 0 and changes nothing else. Example:
+/// `diffusion_inpainter`.
 template <class T>
 concept color_inpainter = requires(const T& t, working_layers<>& layers, const progress_listener& progress,
                                    serial_executor& threads) {
@@ -89,14 +90,15 @@ struct given_disparity {
     float quantization_step() const { return 1.0F; }
 };
 
-/// Lengths and sizes in `alignment`, `components` and `curves` are in pixels, for depth as fine as the photo. If one
-/// depth sample covers several pixels, make_photo3d() multiplies lengths by the sample's side and sizes by its area.
+/// Options of make_photo3d() and its stages. Lengths and sizes in `alignment`, `components` and `curves` are in pixels, for a
+/// depth map at the photo's resolution. If one depth sample covers several pixels, make_photo3d() multiplies lengths by the
+/// sample's side and sizes by its area.
 struct photo3d_options {
     /// Maximum long side in pixels; a larger photo is shrunk to it.
     std::size_t long_side = 1536;
     /// 35 mm equivalent focal length of the photo. The default is a phone's main camera.
     float focal_length_35mm = 26.0F;
-    /// Number of weighted median passes at the estimator's own resolution, where a blurred edge is only some samples wide,
+    /// Number of weighted median passes at the estimator's own resolution, where a blurred edge is only a few samples wide,
     /// before the pass at the photo's resolution.
     int passes_before_resampling = 2;
     surface_rule surface;
@@ -116,19 +118,20 @@ struct photo3d_options {
     chart_options charts;
     atlas_options atlas;
     mesh_options mesh;
-    /// Receives the stages by the names in the paper's table: "depth estimation", "depth filter", "connected components",
-    /// "occluded geometry", "color inpainting", "chart generation", "chart padding", "meshing"; each begins with fraction 0 and
-    /// ends with 1.
+    /// Receives the progress of each stage under its name in the paper's table: "depth estimation", "depth filter", "connected
+    /// components", "occluded geometry", "color inpainting", "chart generation", "chart padding", "meshing". Each stage begins
+    /// with fraction 0 and ends with 1.
     progress_listener progress;
 };
 
-/// The caller's own columns for make_photo3d(), one image each.
+/// The caller's own columns for make_photo3d(), one image per column.
 ///
 ///     struct material { using scalar = std::uint8_t; static constexpr std::size_t channels = 1; };
 ///     photo_columns<material>{materials}
 template <payload_column... Own>
 struct photo_columns {
-    /// h x w x channels each, in the order of the tags. Images of another size than the layers are sampled at the nearest pixel.
+    /// h x w x channels each, in the order of the tags. An image whose size differs from the layers' is sampled at the nearest
+    /// pixel.
     std::tuple<image_view<const typename Own::scalar>...> images;
 
     photo_columns(image_view<const typename Own::scalar>... own) : images(own...) {}
@@ -139,8 +142,8 @@ template <payload_column... Own>
 struct basic_photo3d {
     image<std::uint8_t> photo;  ///< H x W x 3, at the size of the layered image
     image<float> estimated;     ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
-    image<float> resampled;     ///< H x W x 1, before cleaning
-    image<float> disparity;     ///< H x W x 1, cleaned
+    image<float> resampled;     ///< H x W x 1, the estimate at the photo's resolution, before cleaning
+    image<float> disparity;     ///< H x W x 1, cleaned disparity
     buffer<discontinuity_curve> curves;
     photo_facts facts;
     layered_image<color_column, disparity_column, known_column, matte_column, Own...> layers;
@@ -165,12 +168,12 @@ image<std::uint8_t> shrink_photo(image_view<const std::uint8_t> photo, std::size
                        threads);
 }
 
-/// Side of a sample of the estimate, in pixels. At least 1, and at most 16, because coarser maps cannot locate silhouettes.
+/// Returns the side of a sample of the estimate, in pixels, clamped to [1, 16]: coarser maps cannot locate silhouettes.
 inline float sample_size(const image<float>& estimated, const image<std::uint8_t>& photo) {
     return std::clamp(nearest_float(photo.width()) / nearest_float(estimated.width()), 1.0F, 16.0F);
 }
 
-/// Scales lengths in pixels, and counts, from depth as fine as the photo to depth with larger samples.
+/// Scales lengths and numbers of pixels from a depth map at the photo's resolution to a map with larger samples.
 template <std::integral Count>
 Count scaled(Count count, float by) {
     return static_cast<Count>(std::lround(nearest_float(count) * by));
@@ -184,7 +187,7 @@ inline curve_options scaled(curve_options options, float sample_size) {
     options.tangent_length = scaled(options.tangent_length, sample_size);
     return options;
 }
-/// Maximum remaining error of silhouettes after alignment, in pixels; 0 for depth as fine as the photo.
+/// Returns the maximum error of silhouettes that remains after alignment, in pixels; 0 for a depth map at the photo's resolution.
 inline int rim_width(const alignment_options& options, float sample_size) {
     return sample_size > 1.0F ? static_cast<int>(std::lround(options.uncertainty * sample_size)) : 0;
 }
@@ -217,8 +220,8 @@ image<float> resample_estimate(const image<float>& estimated, const image<std::u
 
 }  // namespace detail
 
-/// Limits charts to a size at which they fit on sheets of a photo H x W (texture/sheets.hpp). Raises too_large if the photo is
-/// too large for sheets, mismatch if it has no pixel.
+/// Limits the size of charts, so that they fit on sheets of a photo with `photo_height` x `photo_width` pixels
+/// (texture/sheets.hpp). Raises too_large if the photo is too large for sheets, mismatch if it has no pixel or long_side is 0.
 inline photo3d_options for_sheets(photo3d_options options, std::size_t photo_height, std::size_t photo_width,
                                   const sheet_options& sheets = {}) {
     if (photo_height == 0 || photo_width == 0 || options.long_side == 0)
@@ -233,12 +236,12 @@ inline photo3d_options for_sheets(photo3d_options options, std::size_t photo_hei
     return options;
 }
 
-/// A photo at the size of its layered image, with its depth.
+/// A photo at the size of its layered image, and its depth.
 struct cleaned_photo {
     image<std::uint8_t> photo;   ///< H x W x 3, no larger than options.long_side
     image<float> estimated;      ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
-    image<float> resampled;      ///< H x W x 1, before cleaning
-    image<float> disparity;      ///< H x W x 1, cleaned
+    image<float> resampled;      ///< H x W x 1, the estimate at the photo's resolution, before cleaning
+    image<float> disparity;      ///< H x W x 1, cleaned disparity
     image<std::uint8_t> shares;  ///< share of the front surface; see decided_depth
     depth_range range;           ///< distances at disparity 1 and 0
 };
@@ -247,7 +250,7 @@ struct cleaned_photo {
 ///
 /// photo  H x W x 3, at least one pixel
 ///
-/// Raises the errors of the stages; before the estimate, error_code::invalid_data for a photo of another shape, and
+/// Raises the errors of the stages. Before it estimates depth, raises error_code::invalid_data for a photo of another shape, and
 /// error_code::invalid_option if long_side is 0, the focal length is not in [1, 1e5], or the surface rule's step is not in
 /// [0.001, 1].
 template <depth_estimator Estimator, silhouette_decider Decider, executor Executor = const serial_executor>
@@ -301,7 +304,8 @@ struct lifted_photo {
 
 namespace detail {
 
-/// Samples an image at the pixels of a layer of another size.
+/// Returns an image as a column of `rows` x `columns` pixels, sampled at the nearest pixel. Raises mismatch if the image has no
+/// pixel or the wrong number of channels.
 template <payload_column Column>
 buffer<typename Column::scalar> sampled_column(image_view<const typename Column::scalar> from, std::size_t rows,
                                                std::size_t columns) {
@@ -319,7 +323,7 @@ buffer<typename Column::scalar> sampled_column(image_view<const typename Column:
     return result;
 }
 
-/// Adds the caller's columns one by one.
+/// Adds the caller's columns to a layer, one by one.
 template <class Layer>
 Layer with_columns(Layer layer) {
     return layer;
@@ -338,8 +342,8 @@ auto with_columns(Layer layer, const image_view<const typename Column::scalar>& 
 
 }  // namespace detail
 
-/// Lifts a photo and prepares it for expand(). Raises the errors of clean_depth() for its options, and mismatch for an image of
-/// `own` without pixels or with another number of channels.
+/// Lifts a photo and prepares it for expand(). Raises the same errors for options as clean_depth(), and mismatch if an image of
+/// `own` has no pixel or the wrong number of channels.
 template <payload_column... Own, executor Executor = const serial_executor>
 lifted_photo<Own...> lift_photo(const cleaned_photo& photo, const photo_columns<Own...>& own, const photo3d_options& options,
                                 Executor&& threads = {}) {
@@ -383,7 +387,7 @@ void inpaint_hidden(Layers& layers, std::span<const uncertain_rim> rims, const I
 /// Converts a photo to a 3D photo.
 ///
 /// photo      H x W x 3, at least one pixel
-/// own        columns that stay with their pixels through all stages; gather() (mesh/gather.hpp) transfers them to the vertices
+/// own        columns that accompany their pixels through all stages; gather() (mesh/gather.hpp) transfers them to the vertices
 /// inpainter  as for inpaint_hidden()
 ///
 /// Raises the errors of the stages. Memory and time are bounded for any depth map: each stage documents its bound, and

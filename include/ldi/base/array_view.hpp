@@ -13,7 +13,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// `array_view<const T>` is read-only, `array_view<T>` also writes. Converts from buffers and spans, and to spans.
+/// `array_view<const T>` is read-only, `array_view<T>` is writable. Converts from buffers and spans, and to spans.
 template <class T>
 class array_view {
 public:

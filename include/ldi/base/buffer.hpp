@@ -15,7 +15,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Size of a cache line: aligned vector loads of packed values never straddle two lines.
+/// Size of a cache line, so that aligned vector loads of packed values never straddle two lines.
 inline constexpr std::size_t buffer_alignment = 64;
 
 /// Tag for uninitialized values. Without it, a buffer initializes values to zero.
@@ -24,7 +24,7 @@ inline constexpr unset_t unset{};
 
 namespace detail {
 
-/// An iterator that supports differences. Equivalent to std::random_access_iterator, without the header that defines it.
+/// An iterator that supports differences. Replaces std::random_access_iterator, whose header is not needed otherwise.
 template <class T>
 concept element_iterator = requires(T i) {
     *i;
@@ -32,7 +32,7 @@ concept element_iterator = requires(T i) {
     i - i;
 };
 
-/// Outside `buffer`, so that it is compiled once for all element types.
+/// Reports that memory is exhausted. Outside `buffer`, so that it is compiled once for all element types.
 [[noreturn]] inline void out_of_memory() {
 #if LDI_HAS_EXCEPTIONS
     throw std::bad_alloc();
@@ -60,12 +60,12 @@ struct memory_block {
         if (place == nullptr) out_of_memory();
         return place;
     }
-    /// Switches to `place`, where the values are now.
+    /// Releases the old block and switches to `place`, to which the caller has moved the values.
     void replace(void* place, std::size_t new_capacity, std::size_t value_size) {
         release(value_size);
         values = place, capacity = new_capacity;
     }
-    /// Moves values that can be copied as bytes.
+    /// Moves values of a trivially copyable type to a larger block.
     [[gnu::noinline]] void reallocate(std::size_t new_capacity, std::size_t value_size, std::size_t alignment) {
         void* place = allocate(new_capacity, value_size, alignment);
         if (size > 0) std::memcpy(place, values, size * value_size);
@@ -84,8 +84,8 @@ struct memory_block {
 
 /// A growing array, aligned to 64 bytes, in the memory that was current at its first allocation. A buffer returns memory to the
 /// allocator it came from. Differences to std::vector: any integer type is an index without a cast, `unset` leaves values of
-/// trivial types uninitialized, and a moved-from buffer is empty. If memory runs out, it throws std::bad_alloc and keeps its
-/// values; without exceptions it raises error_code::out_of_memory. It raises too_large for impossible sizes.
+/// trivial types uninitialized, and a moved-from buffer is empty. If memory runs out, a buffer throws std::bad_alloc and keeps
+/// its values; without exceptions, it raises error_code::out_of_memory. It raises too_large for a size beyond the address space.
 template <class T>
 class buffer {
 public:
@@ -200,7 +200,8 @@ public:
     void append(Iterator first, Iterator last) {
         make_room(size() + static_cast<std::size_t>(last - first));
         if constexpr (moves_as_bytes && (std::same_as<Iterator, T*> || std::same_as<Iterator, const T*>)) {
-            // One call, because bytes may alias the size, which a loop would then update for each value.
+            // memcpy() instead of a loop: byte values may alias the size, so that a loop would have to update it in memory for
+            // each value.
             if (first != last) std::memcpy(place_at_end(), first, static_cast<std::size_t>(last - first) * sizeof(T));
             block_.size += static_cast<std::size_t>(last - first);
             return;

@@ -56,7 +56,7 @@ public:
         labels.resize(size());
         std::int32_t count = 0;
         for (std::int32_t i = 0; i < parent_.count(); ++i) {
-            const std::int32_t up = parent_[i];  // never above i, so it already has its number
+            const std::int32_t up = parent_[i];  // at most i, so labels[up] is already set
             labels[i] = up == i ? count++ : labels[up];
         }
         return count;

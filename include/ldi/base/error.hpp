@@ -1,6 +1,6 @@
 // Errors. Bad input (files, weights, options) raises ldi::error with a code, the place, what was expected and what was found.
-// Without exceptions, the same four values go to a handler that the user installs. Misuse of the API is LDI_ASSERT, not an
-// error.
+// Without exceptions, the same four values go to a handler that the user installs. Misuse of the API is not an error, but fails
+// an LDI_ASSERT.
 #pragma once
 
 #include <ldi/base/config.hpp>
@@ -44,7 +44,7 @@ constexpr std::string_view to_string(error_code code) {
     return "unknown error";
 }
 
-/// Details of an error, for a message or for a decision.
+/// Details of an error, for messages and for the caller's error handling.
 struct error_details {
     error_code code;
     std::string where;     ///< the file, tensor, option or stage
@@ -52,7 +52,7 @@ struct error_details {
     std::string found;     ///< the actual input
 };
 
-/// "photo.jpg: expected a JPEG or PNG file, found 0 bytes (invalid data)"
+/// Formats an error as a message: "photo.jpg: expected a JPEG or PNG file, found 0 bytes (invalid data)".
 inline std::string to_string(const error_details& details) {
     std::string text = details.where;
     text += ": expected ";
@@ -94,7 +94,7 @@ inline error_handler set_error_handler(error_handler handler) {
 }
 
 /// Reports bad input: throws ldi::error, or calls the installed handler if exceptions are off. Never returns. The parameters are
-/// views, so that its many callers construct no strings from literals, which would dominate their compile time.
+/// string views: strings constructed by its many callers would dominate their compile time.
 [[noreturn]] inline void raise(error_code code, std::string_view where, std::string_view expected, std::string_view found) {
     error_details details{code, std::string(where), std::string(expected), std::string(found)};
 #if LDI_HAS_EXCEPTIONS

@@ -39,9 +39,9 @@ struct serial_executor {
 };
 
 /// Calls `body(first, last)` on consecutive pieces that together cover [0, count), each of at least `grain` indices unless
-/// `count` is smaller. A grain should cost more than the few microseconds of passing a piece to a thread. The boundaries of
-/// pieces depend on the executor, so results must not depend on them. Rethrows the first exception of a call after all calls
-/// have ended, and skips pieces that have not started.
+/// `count` is smaller. The work of a grain should take longer than the few microseconds that it costs to pass a piece to a
+/// thread. The boundaries of pieces depend on the executor, so results must not depend on them. If a call throws, skips the
+/// pieces that have not started, and rethrows the first exception after all calls have ended.
 template <executor Executor, class Body>
 void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&& body) {
     if (count == 0) return;
@@ -54,8 +54,8 @@ void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&
     }
     struct task {
         std::remove_reference_t<Body>* body;
-        std::size_t piece, longer_pieces;       // the first pieces are one index longer, so that all pieces cover the range
-        const memory& from = current_memory();  // for all threads that work on this range
+        std::size_t piece, longer_pieces;       // the first `longer_pieces` pieces have one index more
+        const memory& from = current_memory();  // memory for all threads that work on this range
         std::mutex mutex{};
         std::exception_ptr failure{};
 
@@ -83,8 +83,8 @@ void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&
     if (shared.failure != nullptr) std::rethrow_exception(shared.failure);
 }
 
-/// A fixed number of threads that the caller owns. The calling thread works as well. Not reentrant: a body must not use the same
-/// pool.
+/// A fixed number of threads that the caller owns. The thread that calls run() works, too. Not reentrant: a body must not use the
+/// same pool.
 class thread_pool {
 public:
     /// threads  number of working threads, including the caller's; 0 means one per processor. If the system refuses to start all
@@ -108,7 +108,7 @@ public:
 
     std::size_t concurrency() const { return workers_.size() + 1; }
 
-    /// Runs all calls, then rethrows the first exception of a call.
+    /// Returns after all calls have ended. If a call throws, starts no further calls and rethrows the first exception.
     void run(std::size_t count, void (*function)(void*, std::size_t), void* data) {
         const std::lock_guard one_at_a_time(run_mutex_);
         std::unique_lock lock(mutex_);
@@ -151,7 +151,7 @@ private:
             lock.lock();
             if (failure != nullptr) {
                 if (failure_ == nullptr) failure_ = failure;
-                next_ = count_;  // the other results would be discarded
+                next_ = count_;  // skips the other calls: their results would be discarded
             }
             if (--running_ == 0 && next_ == count_) done_.notify_all();
         }

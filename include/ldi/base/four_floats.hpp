@@ -1,6 +1,6 @@
 // Four adjacent floats: one register on every processor that ldi has kernels for. GCC and clang have this vector type on x86 and
-// Arm. It is used explicitly, because auto-vectorization of loops with comparisons depends on version and flags. Other
-// compilers, and LDI_STANDARD_ONLY, use a struct with the same operations and the same results.
+// Arm. ldi uses it explicitly, because auto-vectorization of loops with comparisons depends on the compiler's version and flags.
+// Other compilers, and LDI_STANDARD_ONLY, use a struct with the same operations and the same results.
 #pragma once
 
 #include <ldi/base/config.hpp>
@@ -18,7 +18,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespac
 
 using four_floats = float __attribute__((vector_size(16)));
 
-/// Selects a where the comparison holds, otherwise b.
+/// Returns `a` in the lanes where the comparison holds, `b` in the others.
 template <class Comparison>
 four_floats select(Comparison holds, four_floats a, four_floats b) {
     return holds ? a : b;
@@ -31,7 +31,7 @@ bool all_of(Comparison holds) {
 }
 
 #if defined(__SSE__)
-// GCC does not recognize that the comparisons below are one instruction each.
+// GCC does not recognize that each comparison below is a single instruction.
 inline four_floats smaller(four_floats a, four_floats b) { return _mm_min_ps(a, b); }
 inline four_floats larger(four_floats a, four_floats b) { return _mm_max_ps(a, b); }
 #else

@@ -1,5 +1,5 @@
-// The memory that ldi allocates: the caller's allocator, set by `memory_scope`, so that an engine's budget covers every stage.
-// base/buffer.hpp owns values in it.
+// Allocators. A `memory_scope` selects the allocator that ldi uses, so that an engine's memory budget covers every stage. The
+// buffers of base/buffer.hpp allocate from it.
 #pragma once
 
 #include <ldi/base/config.hpp>
@@ -45,7 +45,8 @@ inline const memory*& memory_of_thread() {
 
 }  // namespace detail
 
-/// Returns the memory from which buffers on this thread are allocated: that of the C library, or of the current `memory_scope`.
+/// Returns the memory from which buffers on this thread are allocated: the memory of the current `memory_scope`, otherwise the C
+/// library's.
 inline const memory& current_memory() { return *detail::memory_of_thread(); }
 
 /// Makes the calling thread allocate from `from` until the end of the scope. Stages apply it to the threads of their executor.

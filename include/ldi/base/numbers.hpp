@@ -1,5 +1,5 @@
-// Conversions between kinds of numbers with descriptive names, and functions that C libraries round differently, built from
-// operations that IEEE 754 rounds the same way everywhere.
+// Conversions between number types, with descriptive names. Functions whose rounding differs between C libraries, built from
+// operations that IEEE 754 rounds identically everywhere.
 #pragma once
 
 #include <ldi/base/config.hpp>
@@ -37,7 +37,7 @@ inline std::uint8_t rounded_to_byte(float value) {
     return static_cast<std::uint8_t>(nearest_whole(double{std::clamp(value, 0.0F, 255.0F)}));
 }
 
-/// Rounds to the nearest byte for values between 0 and 255, such as means of bytes; the addition may round.
+/// Rounds to the nearest byte for values between 0 and 255, such as means of bytes. The addition of 0.5 may round, too.
 constexpr std::uint8_t rounded_mean(float mean) { return static_cast<std::uint8_t>(mean + 0.5F); }
 
 /// Returns a * b + c with one rounding, as std::fma does. Some C libraries (MinGW's) round std::fma wrongly, and results must

@@ -1,4 +1,4 @@
-// Formats names from files, numbers and sizes for messages.
+// Formats names that were read from files, numbers, and image sizes for messages.
 #pragma once
 
 #include <ldi/base/config.hpp>
@@ -11,7 +11,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Shortens a name from a file and replaces unprintable characters.
+/// Shortens a name that was read from a file, and replaces unprintable characters.
 inline std::string printable(std::string_view name) {
     if (name.empty()) return "an empty name";
     constexpr std::size_t most = 80;
@@ -35,7 +35,7 @@ inline std::string shape_text(const auto& picture) {
            std::to_string(picture.channels());
 }
 
-/// Names a part of a file, or only the part if the file has no name.
+/// Returns the place of an error in a file: the file's name and the part, or only the part if the file has no name.
 inline std::string place_in(const std::string& file, const std::string& what) { return file.empty() ? what : file + ", " + what; }
 
 }}}  // namespace ldi::detail

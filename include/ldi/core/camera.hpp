@@ -34,13 +34,14 @@ struct pinhole_camera {
     }
 };
 
-/// Converts a 35 mm equivalent focal length, which compares diagonals (EXIF FocalLengthIn35mmFilm), to pixels.
+/// Converts a 35 mm equivalent focal length (EXIF FocalLengthIn35mmFilm) to pixels. Equivalence compares the photo's diagonal to
+/// that of a frame of 36 mm x 24 mm.
 inline float focal_length_from_35mm(float millimeters, std::int32_t width, std::int32_t height) {
     return millimeters * detail::vector_length(detail::nearest_float(width), detail::nearest_float(height)) /
            detail::vector_length(36.0F, 24.0F);
 }
 
-/// Returns the focal length in pixels with `degrees` of view over the longer side of the photo.
+/// Converts the field of view over the photo's longer side, in degrees, to a focal length in pixels.
 inline float focal_length_from_field_of_view(float degrees, std::int32_t width, std::int32_t height) {
     const float radians = degrees * 3.14159265358979F / 180.0F;
     return 0.5F * detail::nearest_float(width > height ? width : height) / std::tan(0.5F * radians);
@@ -55,11 +56,12 @@ struct depth_range {
     float inverse_depth(float disparity) const { return 1.0F / z_far + disparity * (1.0F / z_near - 1.0F / z_far); }
     float depth(float disparity) const { return 1.0F / inverse_depth(disparity); }
 
-    /// Returns the maximum error, in pixels, of a texture along an edge of `length` pixels between these disparities, drawn with
-    /// perspective-correct interpolation: renderers move the middle of an edge toward its nearer end.
+    /// Returns an upper bound, in pixels, on the texture error along an edge of `length` pixels between these disparities. The
+    /// cause is perspective-correct interpolation: at the middle of an edge, renderers sample the texture closer to the nearer
+    /// end.
     float texture_shift(float length, float disparity_a, float disparity_b) const {
         const float a = inverse_depth(disparity_a), b = inverse_depth(disparity_b);
-        return 0.25F * length * std::abs(a - b) / (a < b ? a : b);  // length (r - 1) / (r + 1) with r^2 = a / b is less than this
+        return 0.25F * length * std::abs(a - b) / (a < b ? a : b);  // the maximum is length (r - 1) / (r + 1), r^2 = a / b
     }
 };
 

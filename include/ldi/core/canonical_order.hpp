@@ -1,6 +1,6 @@
-// The canonical order of pixels: scanline by scanline; within a scanline, maximal left-right linked runs sorted by first x, then
-// nearest first; the pixels of a run contiguous. In this order, most of an LDI consists of ordinary image rows, and kernels
-// treat it so.
+// The canonical order of pixels. Pixels are sorted by scanline. Within a scanline, maximal runs of pixels linked from left to
+// right are sorted by the x of their first pixel, then by disparity, nearest first. The pixels of a run are contiguous. In this
+// order, most of an LDI consists of ordinary image rows, and kernels process it as such.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -50,7 +50,7 @@ inline buffer<std::int32_t> canonical_order(const graph_view& g, std::span<const
     return order;
 }
 
-/// Returns a K x channels column in a new order.
+/// Returns a column whose pixel i is pixel `order[i]` of `column`, with `channels` scalars per pixel.
 template <class Scalar>
 buffer<Scalar> reordered(const buffer<Scalar>& column, std::span<const std::int32_t> order, std::size_t channels = 1) {
     buffer<Scalar> result(order.size() * channels);
@@ -79,7 +79,7 @@ inline graph reordered(const graph_view& g, std::span<const std::int32_t> order)
     return std::move(result).build();
 }
 
-/// Checks the invariants of validate() and the canonical order. `disparity` as in canonical_order().
+/// Checks the invariants of validate() and the canonical order. `disparity` breaks ties, as in canonical_order().
 inline std::optional<violation> validate_canonical(const graph_view& g, std::span<const float> disparity = {}) {
     if (const std::optional<violation> broken = validate(g)) return broken;
     const buffer<std::int32_t> order = canonical_order(g, disparity);

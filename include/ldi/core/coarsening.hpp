@@ -19,22 +19,22 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// A graph at half resolution, and how it connects to its parent level.
 struct coarsened {
     graph topology;               ///< the coarse graph, on a lattice of (width + 1) / 2 x (height + 1) / 2
-    buffer<std::int32_t> kept;    ///< per coarse pixel: index of its fine pixel; ascending
+    buffer<std::int32_t> kept;    ///< per coarse pixel: index of the fine pixel that it keeps; ascending
     buffer<std::int32_t> parent;  ///< per fine pixel: its coarse pixel, or no_pixel
 };
 
-/// Treatment of orphans: pixels from which no link inside their 2 x 2 group leads to a kept pixel, because they lie on a thin
-/// strip or behind a silhouette.
+/// Treatment of orphans. An orphan is a pixel that cannot reach a kept pixel over links inside its 2 x 2 group, because it lies
+/// on a thin strip or behind a silhouette.
 enum class orphan_rule {
-    /// an orphan shares the parent of the nearest pixel by links that has one; breadth-first exploration in the order up, down,
-    /// left, right breaks ties
+    /// an orphan adopts the parent of the nearest pixel that has one, counted in links; breadth-first exploration in the order
+    /// up, down, left, right breaks ties
     adopt_nearest,
     stay,  ///< an orphan has no parent
 };
 
 namespace detail {
-/// Returns the pixel at the even/even corner of a pixel's 2 x 2 group that breadth-first exploration inside the group, in the
-/// order up, down, left, right, finds first; no_pixel if there is none.
+/// Explores a pixel's 2 x 2 group breadth-first, in the order up, down, left, right. Returns the first pixel that it finds at the
+/// group's even/even corner, or no_pixel.
 inline std::int32_t corner_of_group(const graph_view& g, std::int32_t pixel) {
     const auto follow = [&](std::initializer_list<side> path) {
         std::int32_t at = pixel;
@@ -53,7 +53,7 @@ inline std::int32_t corner_of_group(const graph_view& g, std::int32_t pixel) {
 /// Returns the first kept pixel of a run in an even row; `last` if there is none.
 inline std::int32_t first_kept(const graph_view& g, const pixel_run& run) { return run.first + (g.x()[run.first] & 1); }
 
-/// Sets the kept pixels and their positions, and makes each its own parent.
+/// Sets `kept`, and the parents of kept pixels. Returns the coarse graph with positions, but uninitialized links.
 inline graph_builder keep_even_pixels(const graph_view& g, std::span<const pixel_run> runs, coarsened& result) {
     const auto is_even_row = [&](const pixel_run& run) { return (g.y()[run.first] & 1) == 0; };
     std::size_t count = 0;
@@ -89,8 +89,8 @@ inline void link_kept_pixels(const graph_view& g, const coarsened& result, graph
     }
 }
 
-/// Finds the parents of the pixels of a run that are not kept. Tries the first path of corner_of_group() before it calls the
-/// function, because all links on this path almost always exist.
+/// Finds the parents of a run's pixels that are not kept. Tries the first path of corner_of_group() before it calls that
+/// function, because almost always all links on this path exist.
 inline void find_parents(const graph_view& g, const pixel_run& run, buffer<std::int32_t>& parent) {
     const auto by_corner = [&](std::int32_t pixel) {
         const std::int32_t corner = corner_of_group(g, pixel);
@@ -109,13 +109,13 @@ inline void find_parents(const graph_view& g, const pixel_run& run, buffer<std::
     }
 }
 
-/// Gives every pixel without a parent that of the nearest pixel with one, found by breadth-first exploration in the order up,
-/// down, left, right; leaves no_pixel if none is reachable.
+/// Assigns to every pixel without a parent the parent of the nearest pixel that has one, counted in links. Breadth-first
+/// exploration in the order up, down, left, right breaks ties. Leaves no_pixel if no pixel with a parent is reachable.
 ///
-/// Linear time: the first shortest path that exploration finds starts with the first side that leads closer, and continues as
+/// Linear time: the first shortest path that exploration finds starts with the first side that leads closer, and continues along
 /// the neighbor's own path. Pixels can therefore be settled in the order of their distance.
 inline void adopt_nearest_parent(const graph_view& g, buffer<std::int32_t>& parent) {
-    constexpr std::int32_t pending = no_pixel - 1;  // already in the next ring; must not be added twice
+    constexpr std::int32_t pending = no_pixel - 1;  // marks pixels that are already in the next ring
     const auto parent_beside = [&](std::int32_t pixel) {
         for (side s : all_sides) {
             const std::int32_t n = g.neighbor(pixel, s);
@@ -148,15 +148,15 @@ inline void adopt_nearest_parent(const graph_view& g, buffer<std::int32_t>& pare
 }
 }  // namespace detail
 
-/// Halves the resolution of a graph. Keeps the pixels at even x and even y, all of them if several share a position, in their
-/// order, at half their position.
+/// Halves the resolution of a graph. Keeps all pixels at even x and even y in their order, also if several share a position. The
+/// position of a kept pixel is halved.
 ///
 /// Two kept pixels are linked if a path of two links connected them. They are two steps apart in one direction, so only the
 /// straight path is possible.
 ///
-/// A kept pixel is its own parent. The parent of any other pixel is the kept pixel of its 2 x 2 group that links inside the
-/// group reach; from the odd/odd pixel, the path up then left precedes left then up. `orphans` decides for pixels without such a
-/// path. If they adopt, the parent is no_pixel only if a whole component has no kept pixel.
+/// A kept pixel is its own parent. The parent of any other pixel is the kept pixel that it reaches over links inside its 2 x 2
+/// group; from the odd/odd pixel, the path up then left precedes left then up. `orphans` decides about pixels without such a
+/// path. With adopt_nearest, a parent is no_pixel only if the whole component contains no kept pixel.
 inline coarsened coarsen(const graph_view& g, orphan_rule orphans = orphan_rule::stay) {
     coarsened result;
     const buffer<pixel_run> runs = runs_of(g);
@@ -170,7 +170,7 @@ inline coarsened coarsen(const graph_view& g, orphan_rule orphans = orphan_rule:
 
 namespace detail {
 
-/// Lists the fine pixels of each coarse pixel i, ascending: pixels[first[i]] up to, but without pixels[first[i + 1]].
+/// The fine pixels of each coarse pixel: those of coarse pixel i are pixels[first[i]] to pixels[first[i + 1] - 1], ascending.
 struct collapsed_pixels {
     buffer<std::size_t> first;
     buffer<std::int32_t> pixels;
@@ -196,13 +196,13 @@ struct coarsened_layers {
 };
 
 /// Halves the resolution of a layered image. The column rule `coarser` (core/columns.hpp) combines the values of the fine pixels
-/// that share a parent: first the kept pixel, then the others by ascending index.
+/// that share a parent. It receives the kept pixel first, then the other pixels by ascending index.
 template <payload_column... Columns>
 coarsened_layers<Columns...> coarsen(const layered_image<Columns...>& fine, orphan_rule orphans = orphan_rule::stay) {
     coarsened level = coarsen(graph_view(fine.topology()), orphans);
     detail::collapsed_pixels children(level);
     const std::int32_t count = level.kept.count();
-    for (std::int32_t c = 0; c < count; ++c) {  // the kept pixel comes first
+    for (std::int32_t c = 0; c < count; ++c) {  // moves the kept pixel to the front
         std::int32_t* const first = children.pixels.data() + children.first[c];
         std::int32_t* const kept = std::find(first, children.pixels.data() + children.first[c + 1], level.kept[c]);
         std::rotate(first, kept, kept + 1);

@@ -16,14 +16,14 @@
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A column tag: the scalar, and the number of scalars per pixel. Up to three static functions compute the values of new pixels,
-/// coarser levels and vertices; the defaults apply if a tag has none.
+/// coarser levels and vertices; a default replaces each function that a tag lacks.
 ///
 ///     struct material {
 ///         using scalar = std::uint8_t;
 ///         static constexpr std::size_t channels = 1;
 ///         // Value of a hidden pixel that continues the surface of a photo pixel, per channel. Default: ldi::copied.
 ///         static scalar new_pixel(scalar origin) { return ldi::copied(origin); }
-///         // Values of a pixel at half resolution, from those of its pixels at full resolution. Default: ldi::averaged.
+///         // Values of a pixel at half resolution, from the values of its pixels at full resolution. Default: ldi::averaged.
 ///         static std::array<scalar, 1> coarser(ldi::pixel_values<scalar, 1> pixels) { return ldi::first_of(pixels); }
 ///         // Values of a vertex, from the one to four pixels of its surface around it. Default: ldi::averaged.
 ///         static std::array<scalar, 1> at_vertex(ldi::pixel_values<scalar, 1> pixels) { return ldi::first_of(pixels); }
@@ -36,7 +36,7 @@ concept payload_column = requires {
     0;
 };
 
-/// Rules for new pixels.
+/// Rules for new pixels: the value of the pixel whose surface continues, or zero.
 template <class Scalar>
 constexpr Scalar copied(Scalar origin) {
     return origin;
@@ -46,8 +46,8 @@ constexpr Scalar zeroed(Scalar) {
     return Scalar{};
 }
 
-/// All channels of one or more pixels, so that a rule can renormalize a vector or let pixels vote. The first pixel is the one
-/// that a coarser level keeps, or the one nearest to a vertex. All pixels have equal weight.
+/// All channels of one or more pixels. A rule receives all of them, so that it can renormalize a vector or let pixels vote. The
+/// first pixel is the one that a coarser level keeps, or the one nearest to a vertex. All pixels have equal weight.
 template <class Scalar, std::size_t channels>
 struct pixel_values {
     array_view<const Scalar> values;  ///< pixels x channels, row-major
@@ -56,14 +56,14 @@ struct pixel_values {
     const Scalar& operator()(std::size_t pixel, std::size_t channel = 0) const { return values[pixel * channels + channel]; }
 };
 
-/// Rules for coarser levels and vertices.
+/// Rules for coarser levels and vertices. first_of() returns the values of the first pixel.
 template <class Scalar, std::size_t channels>
 std::array<Scalar, channels> first_of(pixel_values<Scalar, channels> pixels) {
     std::array<Scalar, channels> result{};
     for (std::size_t c = 0; c < channels; ++c) result[c] = pixels(0, c);
     return result;
 }
-/// The mean per channel, rounded half away from zero for integers.
+/// Returns the mean of each channel. For integers, rounds it to the nearest, halves away from zero.
 template <class Scalar, std::size_t channels>
 std::array<Scalar, channels> averaged(pixel_values<Scalar, channels> pixels) {
     std::array<Scalar, channels> result{};
@@ -114,8 +114,9 @@ struct color_column {
     static constexpr scalar new_pixel(scalar origin) { return zeroed(origin); }  // 0 until the pixel is inpainted
 };
 
-/// Color in 16 bits, 0 to 65535: for lift(), the geometry, operators, gather() and the GLB. Inpainting, atlas and renderers use
-/// color_column; a caller's color16_column passes through make_photo3d() beside it.
+/// Color in 16 bits, 0 to 65535. lift(), the geometry stages, the network operators, gather() and the GLB writer accept it.
+/// Inpainting, the atlas and the renderers use color_column. make_photo3d() carries a caller's color16_column beside
+/// color_column.
 struct color16_column {
     using scalar = std::uint16_t;
     static constexpr std::size_t channels = 3;

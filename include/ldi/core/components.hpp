@@ -21,14 +21,14 @@ struct components {
     std::size_t count() const { return size.size(); }
 };
 
-/// Finds the connected components of a graph in any order, in almost linear time. Fastest in canonical order, where linked
-/// pixels of a scanline are contiguous: then whole runs are merged, not pixels.
+/// Finds the connected components of a graph in almost linear time. Pixels may be in any order. Canonical order is fastest:
+/// linked pixels of a scanline are contiguous, so that whole runs are merged instead of pixels.
 inline components connected_components(const graph_view& g) {
     components result;
     const std::size_t count = g.size();
 
     const buffer<pixel_run> runs = runs_of(g);
-    buffer<std::int32_t>& run_of = result.label;  // per pixel, temporarily
+    buffer<std::int32_t>& run_of = result.label;  // run of each pixel, until labels replace it
     run_of.resize(count);
     detail::disjoint_sets sets;
     for (std::int32_t run = 0; run < runs.count(); ++run) {
@@ -39,7 +39,8 @@ inline components connected_components(const graph_view& g) {
     for (std::int32_t run = 0; run < runs.count(); ++run) {
         const std::int32_t left = g.left()[runs[run].first];
         if (left != no_pixel) sets.merge(run, run_of[left]);
-        // Most pixels of a run have the same run above as the previous pixel: [merged_first, merged_last) is already merged.
+        // The pixel above usually belongs to the same run as the pixel above the previous one. That run, [merged_first,
+        // merged_last), is already merged.
         std::int32_t merged_first = 0, merged_last = 0;
         for (std::int32_t i = runs[run].first; i < runs[run].last; ++i) {
             const std::int32_t above = g.up()[i];

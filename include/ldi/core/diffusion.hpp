@@ -2,10 +2,10 @@
 // also inpainting without a network). Each unknown cell becomes the mean of its neighbors, which is the smoothest interpolation
 // of the known cells. Cells are texels of an atlas or pixels of a layered image; only their adjacency matters.
 //
-// Plain relaxation needs as many rounds as the gap is wide. This code joins linked cells two by two into coarser and coarser
-// cells until each borders on a known one. It solves the coarsest cells first, and each level starts from the coarser level, so
-// that a few rounds per level suffice (a cascadic multigrid). All steps are weighted means, so results stay in the range of the
-// known values.
+// Plain relaxation needs as many rounds as the gap is wide. This code joins the linked cells of 2 x 2 blocks into coarser cells,
+// level by level, until every cell borders on a known one. It solves the coarsest level first. Each finer level starts from the
+// values of the coarser one, so that a few rounds per level suffice (a cascadic multigrid). All steps are weighted means, so
+// results stay in the range of the known values.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -17,7 +17,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Collects unknown cells, solves, and reuses its memory. One object serves one thread.
+/// Collects unknown cells, computes their values, and reuses its memory for the next problem. Each thread needs its own object.
 ///
 ///     diffusion<3> d;
 ///     d.start();
@@ -28,7 +28,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 template <std::size_t Channels>
 class diffusion {
 public:
-    /// The channels, and one internal value; with three channels they fill a vector register.
+    /// The channels, and one internal value. With three channels, the four floats fill a vector register.
     using value_type = std::array<float, Channels + 1>;
 
     /// Removes all cells.
@@ -37,10 +37,11 @@ public:
         levels_[0].clear();
     }
 
-    /// Makes room for so many cells. Optional, after start().
+    /// Allocates memory for `cells` cells. Optional; call it after start().
     void reserve(std::size_t cells) { levels_[0].reserve(cells + 1); }
 
-    /// Adds an unknown cell and returns its number, starting at 1. Add cells in scanline order. Several may share a position.
+    /// Adds an unknown cell and returns its number, starting at 1. Add cells in scanline order. Several cells may share a
+    /// position.
     std::int32_t add_cell(std::int32_t x, std::int32_t y) { return levels_[0].add(x, y); }
 
     /// Adds a neighbor with known values to a cell, one value per channel.
@@ -51,9 +52,9 @@ public:
         sum[Channels] += 1.0F;
     }
 
-    /// Sets the unknown cell on the left of a cell.
+    /// Links a cell to the unknown cell on its left.
     void link_left(std::int32_t cell, std::int32_t left) { levels_[0].link(left, cell, to_right, to_left); }
-    /// Sets the unknown cell above a cell.
+    /// Links a cell to the unknown cell above it.
     void link_up(std::int32_t cell, std::int32_t above) { levels_[0].link(above, cell, downwards, upwards); }
 
     /// Number of cells.
@@ -91,7 +92,8 @@ private:
     /// One level of the multigrid. Cell 0 is zero and replaces all missing neighbors.
     struct level {
         buffer<value_type> value;
-        /// Sum over known neighbors, and their number; after prepare(), 1 / number of all neighbors.
+        /// Per cell: sum over its known neighbors, and in the last entry their number. prepare() replaces the last entry by 1 /
+        /// (number of all neighbors).
         buffer<value_type> known;
         buffer<std::array<std::int32_t, 4>> links;
         buffer<std::array<std::int32_t, 2>> position;
@@ -121,8 +123,8 @@ private:
             links[b][from_b] = a;
         }
 
-        /// Links two cells unless one is linked on that side: where surfaces branch, a joined cell may have two neighbors on a
-        /// side.
+        /// Links two cells unless either already has a neighbor on that side. Where surfaces branch, a joined cell may border on
+        /// two cells on one side; the first of them is linked.
         void link_if_free(std::int32_t a, std::int32_t b, std::size_t from_a, std::size_t from_b) {
             if (links[a][from_a] == 0 && links[b][from_b] == 0) link(a, b, from_a, from_b);
         }
@@ -147,7 +149,7 @@ private:
             for (std::size_t i = 1; i < value.size(); ++i) {
                 float neighbors = known[i][Channels];
                 for (std::int32_t other : links[i]) neighbors += other != 0 ? 1.0F : 0.0F;
-                if (neighbors == 0.0F) known[i] = value[i], neighbors = 1.0F;  // keeps its value
+                if (neighbors == 0.0F) known[i] = value[i], neighbors = 1.0F;  // a cell without neighbors keeps its value
                 known[i][Channels] = 1.0F / neighbors;
             }
         }
@@ -191,8 +193,9 @@ private:
         }
     }
 
-    /// Weight of known neighbors. Two joined cells border on two known texels, 1.5 cells away from their middle; the next joined
-    /// cells are 2 cells away. The known texels together therefore have weight 2 / 1.5, the other neighbors 2 / 2.
+    /// Weight of a known neighbor on the next coarser level, inverse to its distance. A joined cell, two cells wide, borders on
+    /// two known cells, whose centers are 1.5 cells away from its center. The center of a neighboring joined cell is 2 cells
+    /// away. If that neighbor has weight 2 / 2, the two known cells together have weight 2 / 1.5.
     static constexpr float known_weight = 2.0F / 3.0F;
 
     buffer<level> levels_;

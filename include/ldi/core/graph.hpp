@@ -82,7 +82,7 @@ protected:
     index_columns() = default;
     index_columns(const index_columns&) = default;
     index_columns(index_columns&&) noexcept = default;
-    /// If memory runs out, nothing changes.
+    /// If memory runs out, the columns do not change.
     index_columns& operator=(const index_columns& other) { return *this = index_columns(other); }
     index_columns& operator=(index_columns&&) noexcept = default;
     ~index_columns() = default;
@@ -98,7 +98,7 @@ protected:
 
 }  // namespace detail
 
-/// Non-owning view of index columns. Every function that reads a topology accepts one, and a `graph` converts to it.
+/// Non-owning view of index columns. Every function that reads a topology accepts a graph_view, and a `graph` converts to it.
 ///
 /// The owner guarantees the invariants of `graph`; core/validate.hpp checks them.
 class graph_view : public detail::index_columns<array_view<const std::int32_t>> {

@@ -14,7 +14,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A graph under construction. Readable like a graph.
+/// A graph under construction. It can be read like a finished graph.
 ///
 ///     graph_builder b(6, 4);                             // a lattice of 6 x 4
 ///     const auto a = b.add_pixel(0, 0), c = b.add_pixel(1, 0);
@@ -23,7 +23,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 class graph_builder : public detail::index_columns<buffer<std::int32_t>> {
 public:
     /// width, height  size of the lattice, 0 or more
-    /// count          number of pixels, not linked, all at (0, 0)
+    /// count          number of initial pixels, all at (0, 0) and without links
     graph_builder(std::int32_t width, std::int32_t height, std::size_t count = 0) : index_columns(width, height) {
         x_.resize(count), y_.resize(count);
         for (const side s : all_sides) column(s).resize(count, no_pixel);

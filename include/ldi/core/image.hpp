@@ -22,8 +22,8 @@ namespace detail {
           std::to_string(height) + " x " + std::to_string(width) + " x " + std::to_string(channels));
 }
 
-/// Returns the number of values from one row to the next: `row_stride`, or W C if that is 0. Raises too_large if a row, or the
-/// whole image, exceeds the address space.
+/// Returns the number of values from the start of one row to the start of the next: `row_stride`, or width * channels if it is 0.
+/// Raises too_large if a row, or the whole image, exceeds the address space.
 inline std::size_t checked_row_stride(std::size_t height, std::size_t width, std::size_t channels, std::size_t row_stride,
                                       std::size_t value_size) {
     const std::size_t limit = static_cast<std::size_t>(PTRDIFF_MAX) / value_size;
@@ -42,7 +42,7 @@ inline std::size_t stride_in_values(std::size_t bytes, std::size_t row_values, s
     return bytes / value_size;
 }
 
-/// Returns height * width * channels. Raises what checked_row_stride() raises.
+/// Returns height * width * channels. Raises too_large like checked_row_stride().
 inline std::size_t checked_size(std::size_t height, std::size_t width, std::size_t channels, std::size_t value_size) {
     return height * checked_row_stride(height, width, channels, 0, value_size);
 }
@@ -74,8 +74,8 @@ public:
           row_stride_(detail::checked_row_stride(height, width, channels, row_stride, sizeof(Scalar))) {
         LDI_ASSERT(row_stride_ >= width * channels);
     }
-    /// Views rows whose starts are `stride` bytes apart, the convention of OpenCV, NumPy and graphics interfaces. Raises
-    /// mismatch unless the stride is an integer number of values, at least W C.
+    /// Views rows whose starts are `stride` bytes apart, the convention of OpenCV, NumPy and graphics interfaces. Raises mismatch
+    /// unless the stride is an integer number of values, at least W x C.
     image_view(Scalar* data, std::size_t height, std::size_t width, std::size_t channels, byte_stride stride)
         : image_view(data, height, width, channels, detail::stride_in_values(stride.bytes, width * channels, sizeof(Scalar))) {}
     /// Converts a writable view to a read-only view.
@@ -89,7 +89,7 @@ public:
     std::size_t row_stride() const { return row_stride_; }
     bool empty() const { return height_ == 0 || width_ == 0 || channels_ == 0; }
 
-    /// Returns the first value of the first row.
+    /// Returns a pointer to the first value of the first row.
     Scalar* data() const { return data_; }
     /// Returns the W x C values of row y, contiguous.
     template <std::integral Index>
@@ -153,7 +153,7 @@ public:
     std::size_t width() const { return width_; }
     std::size_t channels() const { return channels_; }
     std::size_t row_stride() const { return width_ * channels_; }
-    /// H W C.
+    /// Number of values, H x W x C.
     std::size_t size() const { return values_.size(); }
     bool empty() const { return values_.empty(); }
 

@@ -1,6 +1,6 @@
 // A layered depth image: a graph and payload columns of the same length. Column tags (core/columns.hpp) choose the payload.
 //
-//     layered_image<Columns...>   owns both; a value that travels through the stages
+//     layered_image<Columns...>   owns a graph and its columns; stages receive and return it
 //     layered_view<Columns...>    a non-owning view of a graph and columns
 //     single_layer<Columns...>    one layer in the order of the photo: lift() makes it, expand() turns it into a layered image
 #pragma once
@@ -49,9 +49,9 @@ private:
     graph_builder& graph_;
 };
 
-/// A contiguous piece of the pixels of a layered image that grow() makes.
+/// A contiguous range of the pixels of a layered image after grow(): either all old or all new.
 struct grown_piece {
-    std::int32_t first;  ///< index of the first old pixel; for new pixels, index of the first entry in `origins`
+    std::int32_t first;  ///< old pixels: index of the first before grow(); new pixels: index of the first entry in `origins`
     std::int32_t count;
     bool is_new;
 };
@@ -59,7 +59,7 @@ struct grown_piece {
 /// Result of the function that grow() calls.
 struct grown_pixels {
     graph topology;                ///< graph of all pixels, old and new
-    buffer<grown_piece> pieces;    ///< sources of all pixels in the order of their indices; every old pixel occurs once
+    buffer<grown_piece> pieces;    ///< sources of all pixels, in the order of the new indices; every old pixel occurs once
     buffer<std::int32_t> origins;  ///< per new pixel: the old pixel whose surface it continues
 };
 
@@ -77,7 +77,7 @@ inline bool is_complete(const grown_pixels& grown, std::size_t old_count) {
     if (grown.topology.size() != old_count + new_count) return false;
     for (const std::int32_t origin : grown.origins)
         if (origin < 0 || static_cast<std::size_t>(origin) >= old_count) return false;
-    buffer<bool> seen(old_count + new_count);  // old pixels, then entries of `origins`
+    buffer<bool> seen(old_count + new_count);  // one entry per old pixel, then one per entry of `origins`
     std::size_t total = 0;
     for (const grown_piece& p : grown.pieces) {
         if (p.first < 0 || p.count < 0 ||
@@ -96,8 +96,8 @@ inline bool is_complete(const grown_pixels& grown, std::size_t old_count) {
 }  // namespace detail
 
 /// A graph with K pixels and, for each column, K rows of `channels` scalars, row-major. Every column always has one row per
-/// pixel: only members that process all columns together add, remove and move pixels, even if memory runs out or a callback
-/// throws.
+/// pixel, even after memory runs out or a callback throws, because only members that process all columns together can add, remove
+/// and move pixels.
 ///
 ///     struct normal { using scalar = float; static constexpr std::size_t channels = 3; };
 ///     layered_image<disparity_column, normal> surfaces(make_grid(6, 4));
@@ -116,7 +116,7 @@ public:
     layered_image(graph g, buffer<typename Columns::scalar>... columns) requires(sizeof...(Columns) > 0) : graph_(std::move(g)) {
         (set_column<Columns>(std::move(columns)), ...);
     }
-    /// Moves the graph and the common columns from another layered image; other columns are zero.
+    /// Moves the graph and the common columns from another layered image. Columns that it lacks become zero.
     template <payload_column... Others>
     requires(!std::is_same_v<layered_image<Others...>, layered_image>) explicit layered_image(layered_image<Others...>&& other) {
         const auto make = [&]<class Column>(const Column&) {
@@ -214,10 +214,10 @@ public:
         *this = with_pixels(std::move(b).build(), old_index);
     }
 
-    /// Adds pixels: make(graph_builder) edits the topology that it receives and returns grown_pixels. New pixels get their values
-    /// from the pixels that they continue, by the rules of the columns. Returns grown_pixels::pieces. During the call the image
-    /// is empty, but views of its columns stay valid; it remains empty if `make` throws, memory runs out, or grown_pixels don't
-    /// describe every pixel, which raises mismatch.
+    /// Adds pixels: make(graph_builder) edits the topology that it receives and returns grown_pixels. The columns' rules compute
+    /// the values of new pixels from the values of the pixels that they continue. Returns grown_pixels::pieces. During the call
+    /// the image is empty, but views of its columns stay valid. The image remains empty if `make` throws, if memory runs out, or
+    /// if grown_pixels don't describe every pixel, which raises mismatch.
     template <class Make>
     buffer<grown_piece> grow(Make&& make) {
         layered_image old = std::move(*this);
@@ -228,7 +228,7 @@ public:
         layered_image result;
         const auto move_column = [&]<class Column>(const Column&) {
             result.template values<Column>() = old.template grown_column<Column>(grown);
-            old.template values<Column>() = {};  // so that at most one column exists twice at a time
+            old.template values<Column>() = {};  // releases memory, so that at most one column exists twice at a time
         };
         (move_column(Columns{}), ...);
         result.graph_ = std::move(grown.topology);
@@ -254,7 +254,7 @@ private:
         values<Column>() = buffer<typename Column::scalar>(size() * Column::channels);
     }
 
-    /// Returns a graph with the rows of the old pixels `old_index`.
+    /// Returns a layered image with graph `g`, whose pixel i has the values of pixel `old_index[i]` of this image.
     layered_image with_pixels(graph g, [[maybe_unused]] std::span<const std::int32_t> old_index) {
         layered_image result;
         ((result.template values<Columns>() = reordered(values<Columns>(), old_index, Columns::channels)), ...);
@@ -292,8 +292,8 @@ concept has_column = requires {
 template <class Layers, class... Columns>
 concept has_columns = (has_column<Layers, Columns> && ...);
 
-/// Non-owning view of a layered image, or of some of its columns. Stages that only read accept it. As with std::string_view, a
-/// view of a temporary is valid only until the end of the full expression.
+/// Non-owning view of a layered image, or of some of its columns. Stages that only read layers accept it. As with
+/// std::string_view, a view of a temporary is valid only until the end of the full expression.
 template <payload_column... Columns>
 class layered_view {
 public:

@@ -9,8 +9,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Disparity of the window in which a 3D photo is shown. It is the middle, so that the nearest and the farthest surface move
-/// equally far.
+/// Disparity of the window through which a 3D photo is seen; surfaces at this disparity keep their position in it. It is the
+/// middle of the range, so that the nearest and the farthest surface move equally far.
 inline constexpr float window_disparity = 0.5F;
 
 struct photo_facts {
@@ -24,7 +24,7 @@ struct photo_facts {
     /// border.
     std::int32_t margin = 0;
 
-    /// Returns the camera whose pixels the layered image has: the photo's, with a sensor larger by the margin.
+    /// Returns the camera of the layered image: the photo's camera, with a sensor that is larger by the margin on every side.
     pinhole_camera layers_camera() const { return {camera.width + 2 * margin, camera.height + 2 * margin, camera.focal_length}; }
 };
 

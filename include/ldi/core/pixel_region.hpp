@@ -12,7 +12,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Pixels of a lattice of `width` x `height`. Build it row by row: add_run() from left to right, then end_row().
+/// A set of pixels on a lattice. Build it row by row: call add_run() from left to right, then end_row().
 class pixel_region {
 public:
     /// Columns first to last - 1 of a row. The runs of a row neither overlap nor touch.
@@ -68,7 +68,7 @@ public:
 private:
     std::int32_t width_, count_ = 0;
     buffer<run> runs_;
-    buffer<std::int32_t> first_run_;  // index of each row's first run, and the end of the last row
+    buffer<std::int32_t> first_run_;  // index of each row's first run, then the number of runs
 };
 
 /// Returns the region's pixels with even x and even y, on a lattice of half the size, rounded up.

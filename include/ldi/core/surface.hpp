@@ -5,7 +5,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Part of photo_facts; lift() and the stages after it must use the same rule.
+/// Part of photo_facts; lift() and all later stages must use the same rule.
 struct surface_rule {
     /// Neighbors whose disparities differ by more than this are on different surfaces (the paper's tau_disp).
     float max_step = 0.05F;

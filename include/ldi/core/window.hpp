@@ -23,8 +23,8 @@ inline constexpr std::int32_t max_kernel_size = 15;
 ///
 /// Exploration is breadth-first from the center. It processes elements in the order in which they were reached, and follows the
 /// links up, down, left, right in this order. The first pixel to reach an element keeps it; no other pixel at that position is
-/// explored. If equally long paths lead to different layers, the path that starts up therefore wins, then down. The relation is
-/// not symmetric: the window of i may contain j although the window of j does not contain i.
+/// explored. If equally long paths lead to different layers, a path that starts up therefore wins over one that starts down, then
+/// left, then right. The relation is not symmetric: the window of i may contain j although the window of j does not contain i.
 inline void gather_window(const graph_view& g, std::int32_t pixel, std::int32_t kernel_size, std::span<std::int32_t> window) {
     LDI_ASSERT(kernel_size >= 1 && kernel_size <= max_kernel_size && kernel_size % 2 == 1);
     const std::size_t count = static_cast<std::size_t>(kernel_size * kernel_size);
@@ -35,7 +35,7 @@ inline void gather_window(const graph_view& g, std::int32_t pixel, std::int32_t 
     constexpr std::int32_t border = 0;
     const std::int32_t width = kernel_size + 2, center = (kernel_size / 2 + 1) * (width + 1);
     std::array<std::int32_t, std::size_t{max_kernel_size + 2} * (max_kernel_size + 2)> found;
-    std::array<std::int32_t, std::size_t{max_kernel_size} * max_kernel_size> reached;  // elements, in order
+    std::array<std::int32_t, std::size_t{max_kernel_size} * max_kernel_size> reached;  // elements in the order of exploration
     std::fill_n(found.begin(), width * width, border);
     for (std::int32_t row = 1; row <= kernel_size; ++row) std::fill_n(found.begin() + row * width + 1, kernel_size, no_pixel);
     const auto at = [&](std::int32_t element) -> std::int32_t& { return found[static_cast<std::size_t>(element)]; };

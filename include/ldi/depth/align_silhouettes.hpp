@@ -1,11 +1,12 @@
-// Moves silhouettes to the photo's edges. Depth is coarser than the photo and off by a sample or two, so that a strip of the
-// background sticks to the foreground, or a strip of the foreground to the background; both become visible when the camera
-// moves.
+// Moves silhouettes to the photo's edges. Depth maps are coarser than the photo, and their edges are off by a sample or two. A
+// strip of the background then sticks to the foreground, or a strip of the foreground to the background. Both become visible when
+// the camera moves.
 //
-// A band surrounds each discontinuity curve, as wide as depth is uncertain. Colors outside the band, on both sides, are models
-// of the front and back surface. The best cut through the band separates front colors from back colors, follows contrast, and
-// has no jumps. It is a shortest path, found by dynamic programming, after the contours of Rother et al., "GrabCut" (SIGGRAPH
-// 2004), section "Border matting". Ends and junctions of curves stay. Pixels between the old curve and the new one change sides.
+// A band surrounds each discontinuity curve, as wide as depth is uncertain. Colors outside the band, on both sides, supply color
+// models of the front and the back surface. The best cut through the band separates front colors from back colors, follows
+// contrast, and has no jumps. It is a shortest path, found by dynamic programming, after the contours of Rother et al., "GrabCut"
+// (SIGGRAPH 2004), section "Border matting". Ends and junctions of curves do not move. Pixels between the old curve and the new
+// one change sides.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -30,8 +31,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Defaults tuned by experiment on true depth, degraded as networks degrade it.
 struct alignment_options {
-    /// Maximum distance between a silhouette and its edge in the photo, in pixels, 0 to 256. 0 moves nothing. For depth maps
-    /// with samples larger than a pixel, make_photo3d() multiplies this option and min_length by the side of a sample.
+    /// Maximum distance between a silhouette and its edge in the photo, in pixels, 0 to 256. With 0, silhouettes do not move. For
+    /// depth maps with samples larger than a pixel, make_photo3d() multiplies this option and min_length by the side of a sample.
     float uncertainty = 3.0F;
     /// Cost of a sideways move by one pixel between neighboring points of a curve, at least 0. Larger values keep silhouettes
     /// straighter.
@@ -125,7 +126,7 @@ private:
         const float share = nearest_float(cut) / nearest_float(radius_);
         return distance_weight * share * share;
     }
-    // Share of the difference between back and front color that lies within four pixels around a cut.
+    // Contrast of the four pixels around a cut, as a share of the difference between the back and the front color.
     float contrast(const band& b, std::int32_t k, std::int32_t cut, const std::array<float, 3>& direction, float squared) const {
         const std::uint8_t *before = b.color(k, cut - 2), *behind = b.color(k, cut + 1);
         if (before == nullptr || behind == nullptr) return 0.0F;
@@ -189,11 +190,11 @@ inline void sweep(const std::array<point, 4>& corners, std::int32_t width, std::
     }
 }
 
-// Lists the pixels that a curve passes over when it moves. A pixel that it passes over twice remains on its side.
+// Lists the pixels that a curve passes over when it moves. A pixel that the curve passes over twice keeps its side.
 inline buffer<swept_pixel> swept_pixels(const plane_curve& curve, const buffer<std::int32_t>& cut, std::int32_t reach,
                                         const corner_map& lattice) {
     const auto moved = [&](std::int32_t k) {
-        // Cuts are whole pixels; averaging over some corners removes the stair steps. Ends stay in place.
+        // Cuts are whole pixels; averaging over several corners removes the stair steps. Ends stay in place.
         const std::int32_t even = (std::min)({reach, k, cut.count() - 1 - k});
         float distance = 0.0F;
         for (std::int32_t i = k - even; i <= k + even; ++i) distance += nearest_float(cut[i]) / nearest_float(2 * even + 1);
@@ -210,8 +211,8 @@ inline buffer<swept_pixel> swept_pixels(const plane_curve& curve, const buffer<s
     return result;
 }
 
-// Sets front pixels to the disparity of the back beside the curve, and back pixels to that of the front. Pixels of third
-// surfaces do not change.
+// Sets swept front pixels to the back's disparity beside the curve, and swept back pixels to the front's disparity. Pixels of
+// third surfaces do not change.
 inline void change_sides(const trace& t, const buffer<swept_pixel>& swept, const image<float>& before,
                          image_view<float> disparity) {
     const auto at = [&](std::int32_t pixel) { return before.data()[pixel]; };
@@ -225,7 +226,7 @@ inline void change_sides(const trace& t, const buffer<swept_pixel>& swept, const
     }
 }
 
-// Traces the curves that may move.
+// Traces the curves that may move: those with at least `min_length` sides.
 inline buffer<trace> long_curves(const image<float>& disparity, surface_rule surface, std::size_t min_length) {
     const std::int32_t width = static_cast<std::int32_t>(disparity.width()),
                        height = static_cast<std::int32_t>(disparity.height());
@@ -261,7 +262,7 @@ inline void check_alignment(image_view<const float> disparity, image_view<const 
 ///
 /// Raises error_code::mismatch if the images differ in size, error_code::invalid_option if the uncertainty is not in [0, 256] or
 /// the stiffness is below 0. Time is linear in the pixels and in the length of all curves times the uncertainty. Memory is 10
-/// bytes per pixel, 8 per pixel that a curve passes over, and 26 times the uncertainty per pixel side of the longest curve.
+/// bytes per pixel, 8 per pixel that a curve passes over, and 26 bytes times the uncertainty per pixel side of the longest curve.
 template <executor Executor = const serial_executor>
 void align_silhouettes(image_view<float> disparity, image_view<const std::uint8_t> photo, surface_rule surface = {},
                        const alignment_options& options = {}, Executor&& threads = {}) {

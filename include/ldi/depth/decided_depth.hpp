@@ -26,8 +26,8 @@ struct undecided_depth {
 /// Depth after silhouettes are decided.
 struct decided_depth {
     image<float> disparity;  ///< H x W x 1
-    /// H x W x 1, or empty. 0 for pixels that were not decided, else 1 + 254 * the share of the front surface in the pixel.
-    /// Pixels from 128 on belong to the front.
+    /// H x W x 1, or empty. The value is 0 for pixels that were not decided, otherwise 1 + 254 * (share of the front surface in
+    /// the pixel). Pixels with a value of 128 or more belong to the front.
     image<std::uint8_t> shares;
 };
 

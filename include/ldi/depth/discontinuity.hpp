@@ -1,4 +1,4 @@
-// A depth discontinuity: the side between a far and a near pixel.
+// A depth discontinuity: the side that a far and a near pixel share.
 #pragma once
 
 #include <ldi/base/config.hpp>

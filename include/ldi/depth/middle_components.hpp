@@ -39,7 +39,7 @@ struct image_components {
 
 // End of the run of linked pixels that starts at `first`.
 inline std::int32_t end_of_run(const float* row, std::int32_t first, std::int32_t columns, surface_rule surface) {
-    constexpr std::int32_t step = 16;  // compared in blocks, because most pixels are linked: compilers vectorize the inner loop
+    constexpr std::int32_t step = 16;  // pixels per block: most are linked, and compilers vectorize the inner loop
     std::int32_t end = first + 1;
     for (; end + step <= columns; end += step) {
         std::int32_t linked = 0;
@@ -66,7 +66,7 @@ inline image_components find_components(image_view<const float> disparity, surfa
             found.runs.push_back({y * columns + start, y * columns + end});
             sets.add();
         }
-        // Overlapping runs of two rows are connected if any pair of pixels in the overlap is.
+        // Overlapping runs of two rows are connected if any pair of pixels in the overlap is linked.
         for (std::int32_t above = above_first, run = first; above < above_last && run < found.runs.count();) {
             const pixel_run &a = found.runs[above], &b = found.runs[run];
             const float* over = disparity.row(y - 1);
@@ -90,7 +90,7 @@ inline image_components find_components(image_view<const float> disparity, surfa
 // Small components and their runs.
 struct small_components {
     buffer<std::int32_t> labels;
-    buffer<pixel_run> runs;         // component by component
+    buffer<pixel_run> runs;         // runs of these components, component by component
     buffer<std::size_t> first_run;  // component i has runs [first_run[i], first_run[i + 1])
 };
 
@@ -129,7 +129,7 @@ public:
         if (!small_ones.labels.empty()) reached_.resize(disparity.height() * disparity.width());
     }
 
-    // Merges a component. Returns false if it is not a middle value and stays.
+    // Merges a component with a neighboring surface. Returns false if it does not lie at a middle value, and does not change it.
     bool merge(std::size_t component) {
         std::int32_t nearer = 0, farther = 0;
         for_each_contact(component,
@@ -159,7 +159,8 @@ private:
         }
     }
 
-    // Visits every pixel side on the component's boundary, with the disparity across it.
+    // Calls visit(x, y, disparity) for every pixel side on the component's boundary, with the component's pixel at the side and
+    // the disparity across it.
     template <class Visit>
     void for_each_contact(std::size_t component, Visit&& visit) const {
         const std::int32_t columns = components_.columns, label = small_.labels[component];
@@ -191,7 +192,7 @@ private:
     const small_components& small_;
     image_view<float> disparity_;
     buffer<assignment> queue_;
-    buffer<std::uint8_t> reached_;  // per pixel of the photo
+    buffer<std::uint8_t> reached_;  // per pixel of the photo: 1 if it has a new value
 };
 
 }  // namespace detail
@@ -200,10 +201,10 @@ private:
 ///
 /// disparity  H x W x 1, changed in place
 ///
-/// A component of fewer than `min_size` pixels that touches both nearer and farther pixels gets the disparity of the side
-/// with more contacts (the farther side if equal), spread inward from these contacts. A component that touches only one side is
-/// not a middle value (a small foreground object, or a small hole) and stays. Linear time, except for a binary search in a row
-/// per pixel of a small component; up to 60 bytes per pixel.
+/// A component of fewer than `min_size` pixels that touches both nearer and farther pixels gets the disparity of the side with
+/// more contacts (shared pixel sides; the farther side if equal), spread inward from these contacts. A component that touches
+/// only one side is not a middle value (a small foreground object, or a small hole) and stays. Linear time, except for a binary
+/// search in a row per pixel of a small component; up to 60 bytes per pixel.
 inline std::size_t merge_middle_components(image_view<float> disparity, surface_rule surface = {},
                                            const middle_component_options& options = {}) {
     const detail::image_components components = detail::find_components(disparity, surface);

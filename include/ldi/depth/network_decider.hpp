@@ -32,8 +32,8 @@ public:
     explicit network_decider(const Network* network, const alignment_options& alignment = {})
         : network_(network), by_hand_{alignment} {}
 
-    /// Decides the silhouettes of a depth map. In the result, no disparity in the band lies between the two surfaces, except for
-    /// the surfaces' own slope. Time and memory are linear in the number of pixels for any disparity.
+    /// Decides the silhouettes of a depth map. In the result, disparities in the band lie on one of the two surfaces, not between
+    /// them. Time and memory are linear in the number of pixels for any disparity.
     template <executor Executor>
     decided_depth decide(undecided_depth depth, Executor&& threads) const {
         if (network_ == nullptr) return by_hand_.decide(std::move(depth), threads);
@@ -60,11 +60,12 @@ public:
 private:
     /// Minimum size of an island in pixels, relative to the side of a depth sample in pixels.
     static constexpr double min_island_samples = 24;
-    /// Weight of the side on which the disparity already lies, added to the logit.
+    /// Factor of the prior, which is added to the logit. The prior is the position of the pixel's disparity between back (0) and
+    /// front (1), minus one half.
     static constexpr float prior = 6.0F;
 
-    /// Returns the share in the units of decided_depth::shares. C libraries differ in the exponential function; a table of the
-    /// logits between two shares makes the bytes the same everywhere.
+    /// Converts a logit to a share in the units of decided_depth::shares. The exponential function differs between C libraries,
+    /// so a table of the logits between adjacent shares replaces it: results are the same everywhere.
     static std::uint8_t share_of(float logit, std::uint8_t prior_byte) {
         static const share_table table;
         const float lean = std::clamp((detail::nearest_float(prior_byte) - 128.0F) / 127.0F, -0.5F, 0.5F);

@@ -18,18 +18,18 @@ struct normalize_options {
     /// Share of the pixels, from 0 to less than a half, that is clamped at either end, so that a few outliers do not squeeze all
     /// other values. Tuned by experiment.
     float clipped_share = 0.001F;
-    /// Relative difference between two neighboring steps of a quantized source: exp(0.0187) - 1 for Tiefenrausch, whose 8 bits
-    /// are log disparity; 0 for a source with fine steps.
+    /// Relative difference between adjacent levels of a quantized source: exp(0.0187) - 1 for Tiefenrausch, whose 8 bits encode
+    /// the logarithm of disparity; 0 for a source with fine levels.
     float relative_step = 0.0F;
     /// Maximum size of a quantization step in the result, well below the discontinuity threshold of 0.05. In a scene as flat as a
     /// wall, one step is a large part of the range; disparity then does not reach 0.
     float max_step = 0.02F;
-    /// Whether the source is 1 / depth up to scale, so that ratios of distances are known. If false, it is known only up to
-    /// scale and shift, and distances are a guess, `assumed_range`.
+    /// Whether the source is 1 / depth up to scale, so that ratios of distances are known. If false, the source is 1 / depth only
+    /// up to scale and shift, and `assumed_range` replaces the unknown distances.
     bool is_inverse_depth = true;
     /// Whether the source is 1 / depth in meters, so that distances are known. Requires is_inverse_depth.
     bool is_metric = false;
-    /// In meters; used if distances are unknown.
+    /// Distances in meters, used if the source does not determine them.
     depth_range assumed_range = {};
     /// Maximum ratio of the farthest to the nearest distance: at the horizon, disparity is noise.
     float max_depth_ratio = 50.0F;
@@ -59,7 +59,8 @@ inline void check(const normalize_options& options) {
               to_text(range.z_near) + " to " + to_text(range.z_far));
 }
 
-/// Returns the values in unspecified order. Raises invalid_data if they cannot be disparities.
+/// Returns the source's values in unspecified order. Raises mismatch for another shape, invalid_data if a value cannot be a
+/// disparity.
 inline buffer<float> checked_values(image_view<const float> source, bool is_inverse_depth) {
     if (source.empty() || source.channels() != 1)
         raise(error_code::mismatch, "disparity", "h x w x 1 values, at least one", shape_text(source));
@@ -82,9 +83,9 @@ inline buffer<float> checked_values(image_view<const float> source, bool is_inve
 ///
 /// Disparity = 1 - (highest - value) / span, clamped. `highest` and `lowest` are the extreme values after clipped_share is
 /// removed at either end; span is highest - lowest, or more if a step of the source would exceed max_step. Raises
-/// error_code::mismatch for another shape; error_code::invalid_data if a value is not finite, inverse depth is below 0 or
-/// nowhere above it, or the nearest surface is not between 1e-6 and 1e9 meters away; error_code::invalid_option. Linear time; 8
-/// bytes per sample.
+/// error_code::mismatch for another shape; error_code::invalid_data if a value is not finite, inverse depth is below 0 or nowhere
+/// above 0, or the nearest surface is not between 1e-6 and 1e9 meters away; error_code::invalid_option for an option outside its
+/// range. Linear time; 8 bytes per sample.
 inline normalized_disparity normalize(image_view<const float> source, const normalize_options& options = {}) {
     detail::check(options);
     buffer<float> sorted = detail::checked_values(source, options.is_inverse_depth);
@@ -105,7 +106,8 @@ inline normalized_disparity normalize(image_view<const float> source, const norm
     const double scale = span > 0.0 ? 1.0 / span : 0.0;
     for (float& value : result.disparity) value = static_cast<float>(std::clamp(1.0 - (highest - value) * scale, 0.0, 1.0));
     if (options.is_inverse_depth) {
-        // Without a unit, the nearest surface is placed at z_near of the assumed range. Normalized disparity 0 is highest - span.
+        // If the source has no unit, the nearest surface is placed at z_near of the assumed range. Normalized disparity 0 is
+        // highest - span.
         const double farthest = (std::max)(highest - span, highest / options.max_depth_ratio);
         const double ratio = span > 0.0 ? highest / farthest : options.max_depth_ratio;
         const double z_near = options.is_metric ? 1.0 / highest : double{options.assumed_range.z_near};

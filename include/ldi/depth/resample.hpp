@@ -33,7 +33,7 @@ namespace detail::resample {
 
 using namespace lanes;
 
-// Radius of the window in samples, 2.5 times the sigma of 1.2. Weights farther out are below 0.05.
+// Radius of the window in samples: 2.5 times the default sigma of 1.2. Weights of samples farther out are below 0.05.
 inline constexpr std::size_t radius = 3;
 inline constexpr std::size_t samples = (2 * radius + 1) * (2 * radius + 1);
 inline constexpr std::size_t padded = (samples + wide - 1) / wide * wide;
@@ -129,7 +129,7 @@ public:
     }
 
 private:
-    // First pixel of a row or column whose nearest sample is `sample` or a later one.
+    // Returns the first pixel of a row or column whose nearest sample is `sample` or a later one.
     static std::size_t first_pixel(std::size_t sample, std::size_t pixel_count, std::size_t sample_count) {
         return (sample * pixel_count + sample_count - 1) / sample_count;
     }
@@ -177,7 +177,7 @@ private:
         return mean / share;
     }
 
-    // x, y  in samples, at most one sample outside the map
+    // Interpolates the map bilinearly at (x, y), in samples. The position may lie up to one sample outside the map.
     float bilinear(float x, float y) const {
         const float floor_x = std::floor(x), floor_y = std::floor(y);
         const std::ptrdiff_t i = static_cast<std::ptrdiff_t>(floor_x), j = static_cast<std::ptrdiff_t>(floor_y);

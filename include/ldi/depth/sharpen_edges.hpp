@@ -3,8 +3,8 @@
 //
 // Uses a shock filter in its morphological form (Kramer and Bruckner, "Iterations of a non-linear transformation for enhancement
 // of digital images", 1975; Osher and Rudin, "Feature-oriented image enhancement using shock filters", 1990): concave regions get
-// the largest value around them, convex regions the smallest, until both meet where the edge was steepest. It works only where
-// disparity changes much within a few samples and little beyond them; slopes do not change.
+// the largest value around them, convex regions the smallest, until both meet where the edge was steepest. The filter works only
+// where disparity changes much within a few samples and little beyond them; slopes do not change.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -27,7 +27,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 struct sharpen_options {
     /// Maximum blur of an edge, in samples on either side. 0 disables sharpening.
     int radius = 3;
-    /// Minimum change in disparity within the radius, in steps of the surface rule.
+    /// Minimum change in disparity within the radius, as a multiple of surface_rule::max_step.
     float min_change = 3.0F;
     /// Minimum ratio of this change to the change within twice the radius. For a slope, the ratio is one half.
     float min_share = 0.7F;

@@ -1,5 +1,5 @@
-// Finds the band beside sharp steps of a disparity map, in which the silhouette network decides: curves of pixels on a step, the
-// front and back disparity of each curve pixel, and the nearest curve pixel for every pixel around.
+// Finds the band beside sharp steps of a disparity map, in which the silhouette network decides. The band consists of curves of
+// pixels on a step, the front and back disparity of each curve pixel, and the nearest curve pixel of every pixel nearby.
 // examples/training/silhouettes/README.md defines the same band for training.
 #pragma once
 
@@ -19,7 +19,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The network was trained with the defaults.
 struct step_band_options {
-    float max_step = 0.02F;  ///< maximum difference of neighbors that do not lie on a curve
+    float max_step = 0.02F;  ///< neighbors that differ by more than this are on a step
     float min_step = 0.06F;  ///< minimum difference between front and back of a curve
 };
 
@@ -51,12 +51,12 @@ struct step_band {
     }
 };
 
-/// Finds the band.
+/// Finds the band of a disparity map.
 ///
 /// disparity  H x W x 1, finite
 ///
-/// A pixel lies on a curve if a neighbor differs by more than max_step, and the extremes within step_sides_radius by at least
-/// min_step. Distances are Euclidean and exact. Among curve pixels at the same distance, the leftmost one counts, then the
+/// A pixel lies on a curve if a neighbor differs by more than max_step, and if the extremes within step_sides_radius differ by at
+/// least min_step. Distances are Euclidean and exact. Among curve pixels at the same distance, the leftmost one counts, then the
 /// uppermost. Linear time: up to 33 operations on 16 bits per pixel within step_region_radius of a column that a curve crosses. 6
 /// bytes per pixel, and 20 per pixel of the region.
 step_band find_step_band(image_view<const float> disparity, const step_band_options& options = {});
@@ -107,7 +107,7 @@ private:
         }
     }
 
-    /// Marks the pixels of a row with a neighbor across a step.
+    /// Marks the pixels of a row that have a neighbor across a step.
     void find_steps(std::int32_t y, buffer<std::uint8_t>& stepped) const {
         const float* const here = disparity_.row(y);
         const float* const above = disparity_.row((std::max)(y - 1, 0));
@@ -123,7 +123,7 @@ private:
         }
     }
 
-    /// Returns the extreme disparities within step_sides_radius.
+    /// Returns the extreme disparities within step_sides_radius of (x, y).
     step_band::sides extremes(std::int32_t x, std::int32_t y) const {
         constexpr std::int32_t r = step_sides_radius;
         step_band::sides result{disparity_(y, x), disparity_(y, x)};

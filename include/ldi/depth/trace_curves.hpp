@@ -67,7 +67,7 @@ struct trace {
 class tracer {
 public:
     // disparity         width x height values; must outlive the tracer
-    // is_cut(pixel, s)  whether there is a discontinuity on the right or lower side of a pixel, inside the photo
+    // is_cut(pixel, s)  whether side `s` of a pixel, right or down, is a discontinuity; called only for sides inside the photo
     template <class IsCut>
     tracer(std::int32_t width, std::int32_t height, const float* disparity, surface_rule surface, IsCut&& is_cut)
         : width_(width), disparity_(disparity), surface_(surface), all_(width, height) {
@@ -118,7 +118,7 @@ public:
 
     const corner_map& corners() const { return all_; }
 
-    // Returns the pixels around a corner inside the photo: two above, then two below, each from left to right.
+    // Returns the four pixels around a corner that lies inside the photo: two above, then two below, each from left to right.
     std::array<std::int32_t, 4> pixels_around(std::int32_t corner) const {
         const std::int32_t below_right = all_.y(corner) * width_ + all_.x(corner);
         return {below_right - width_ - 1, below_right - width_, below_right - 1, below_right};

@@ -112,7 +112,7 @@ inline constexpr merge_network<48> merge_pairs = make_merge<48>(10, 20);
 inline constexpr merge_network<64> merge_last = make_merge<64>(20, 25);
 inline constexpr std::array<comparator, 9> sort_five = {{{0, 1}, {3, 4}, {2, 4}, {2, 3}, {1, 4}, {0, 3}, {0, 2}, {1, 3}, {1, 2}}};
 
-// Runs a network on registers. Everything is known at compile time, so that only comparators remain.
+// Runs a network on registers. The network is known at compile time, so that the compiled code consists only of comparators.
 template <const auto& Network, std::size_t... Step>
 inline void run(four_floats* values, std::index_sequence<Step...>) {
     (sort_two(values[Network.steps.comparators[Step].low], values[Network.steps.comparators[Step].high]), ...);
@@ -156,9 +156,9 @@ struct sorted_columns {
 
     // Filters the four pixels whose windows start at column x.
     //
-    // If all 25 samples have a weight above 1 - 2/26, the middle sample is the best balanced one for any weights: the 12 samples
-    // on either side differ by less than 24/26, and every other sample is off balance by more. In this case plain medians are
-    // exact.
+    // If all 25 samples have a weight above 1 - 2/26, the middle sample is the best balanced one for any weights: the sums of the
+    // 12 weights on either side differ by less than 24/26, and for every other sample the sums differ by more. In this case plain
+    // medians are exact.
     four_floats filter(std::size_t x, four_floats center, float sigma) const {
         const four_floats low =
             smaller(smaller(load(pair[0].data() + x), load(pair[0].data() + x + 2)), load(single[0].data() + x + 4));
@@ -233,7 +233,7 @@ image<float> weighted_median(image_view<const float> disparity, surface_rule sur
     image<float> result(rows, columns, 1, unset);
     if (rows == 0 || columns == 0) return result;
 
-    // Samples in the windows' layout: a border of samples without weight; samples next to an edge also have none.
+    // Pads the samples for the windows. Padding and samples next to an edge are `none`, which has no weight.
     const std::size_t stride = (columns + 2 * radius + 2 * wide - 1) / wide * wide;
     buffer<float> seen((rows + 2 * radius) * stride, none);
     const float threshold = surface.max_step;

@@ -1,5 +1,5 @@
 // Inpainting without a network: colors diffuse isotropically over the links of the layered image, from known to unknown pixels.
-// Smooth and fast, but without texture.
+// This is fast, but the result is smooth and has no texture.
 #pragma once
 
 #include <ldi/base/executor.hpp>

@@ -2,10 +2,10 @@
 // or film grain it looks blurred. add_grain() adds noise as strong as the photo's fine detail nearby, and almost none in smooth
 // areas such as a sky. Video codecs do the same ("film grain synthesis" of AV1). Not in the paper.
 //
-// The strength is the difference between a pixel's brightness and the mean of its neighbors. It is measured at known pixels near
-// unknown ones, a few pixels away from silhouettes, which lenses and JPEG blur. Its square root, which reduces the influence of
-// a few edges among smooth pixels, diffuses over the links of the layered image to the unknown pixels. The noise depends only on
-// a pixel's position, so results are deterministic.
+// The strength of detail is the difference between a pixel's brightness and the mean of its neighbors. It is measured at known
+// pixels near unknown ones, but a few pixels away from silhouettes, because lenses and JPEG blur colors there. The square root of
+// the strength diffuses over the links of the layered image to the unknown pixels. The root reduces the influence of a few edges
+// among smooth pixels. The noise depends only on a pixel's position, so results are deterministic.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -38,7 +38,8 @@ struct grain_options {
 
 namespace detail {
 
-/// Noise at a position, the same on every layer: mean 0, variance 1, approximately normal, independent of other positions.
+/// Returns the noise at a position, the same on every layer: mean 0, variance 1, approximately normal, independent of other
+/// positions.
 inline float grain_at(std::int32_t x, std::int32_t y) {
     const std::uint32_t h = hash(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y));
     const float sum = nearest_float((h & 255) + (h >> 8 & 255) + (h >> 16 & 255) + (h >> 24));  // sum of four uniform bytes
@@ -52,9 +53,10 @@ public:
     grain_meter(const graph_view& g, array_view<const std::uint8_t> color, array_view<const std::uint8_t> known)
         : graph_(g), color_(color), known_(known) {}
 
-    /// Returns the detail at the known pixel `smeared` steps from `pixel` toward side s, away from an unknown pixel, or at the
-    /// last known pixel before. Detail is the difference between its brightness and the mean of its neighbors. Left and right
-    /// neighbors count only if both are known, as do upper and lower ones, so that a ramp has no detail. 0 without any pair.
+    /// Walks `smeared` steps from `pixel` toward side `s`, away from an unknown pixel and only over known pixels, and returns the
+    /// detail at the pixel that it reaches. Detail is the difference between the brightness of the pixel and the mean of its
+    /// neighbors. Left and right neighbors count only if both are known, as do upper and lower neighbors, so that a ramp has no
+    /// detail. Returns 0 if neither pair is known.
     float detail_at(std::int32_t pixel, side s) const {
         for (int step = 0; step < smeared; ++step)
             if (const std::int32_t next = known_neighbor(pixel, s); next != no_pixel) pixel = next;
@@ -68,12 +70,12 @@ public:
         return count > 0.0F ? std::abs(brightness(pixel) - sum / count) : 0.0F;
     }
 
-    /// Squared mean of the roots of details, for normal noise of deviation 1: (E |d|^0.5)^2 = 0.676 of the deviation of d, the
-    /// difference between a pixel and the mean of four, sqrt(1 + 1/4).
+    /// Squared mean of the square roots of detail, for normal noise with standard deviation 1. It is (E |d|^0.5)^2 = 0.676 times
+    /// the standard deviation of d, the difference between a pixel and the mean of four neighbors, which is sqrt(1 + 1/4).
     static constexpr float of_unit_noise = 0.756F;
 
 private:
-    // in pixels; tuned by experiment: more than the blur of lens and JPEG, but less than small objects
+    // in pixels, tuned by experiment: wider than the blur of lens and JPEG, but narrower than small objects
     static constexpr int smeared = 3;
 
     std::int32_t known_neighbor(std::int32_t pixel, side s) const {
@@ -129,10 +131,10 @@ buffer<float> detail_around_unknown(const Layers& layers, float limit, int round
 
 }  // namespace detail
 
-/// Adds grain to every pixel whose known_column is 0; all others do not change. Raises invalid_option unless the strength is in
+/// Adds grain to every pixel whose known_column is 0; other pixels do not change. Raises invalid_option unless the strength is in
 /// [0, 100] and the limit in [0, 255].
 ///
-/// layers  in canonical order, all pixels with colors
+/// layers  in canonical order; every pixel has a color
 template <has_columns<color_column, known_column> Layers>
 void add_grain(Layers& layers, const grain_options& options = {}) {
     detail::check_options(options);

@@ -64,8 +64,8 @@ void mark_margin(Layers& layers, const buffer<std::int32_t>& edge, int margin) {
                 if (const std::int32_t neighbor = g.neighbor(pixel, s); neighbor != no_pixel) visit(neighbor, next);
         rings.push_back(std::move(next));
     }
-    // The outermost ring stays known. From there inward, a pixel becomes unknown if its outward neighbor stays known or is
-    // refillable.
+    // The outermost ring stays known. From there toward the edge, a pixel becomes unknown if a neighbor in the next outer ring
+    // stays known or is refillable.
     for (std::int32_t pixel : rings.back()) marks[pixel] = mark::refillable;
     for (std::size_t d = rings.size() - 1; d-- > 0;) {
         buffer<std::int32_t> accepted;
@@ -121,9 +121,9 @@ public:
     }
 
 private:
-    /// Foreground pixels are cleaned if their share of their own color is below this. Background pixels are refilled if their
-    /// share of foreground color is above this: refilling loses texture, and smaller shares are invisible. Both tuned by
-    /// experiment.
+    /// Foreground pixels are cleaned if the share of their own surface's color is below `pure_foreground`. Background pixels are
+    /// refilled if the share of foreground color is above `pure_background`: refilling loses texture, and smaller shares are
+    /// invisible. Both thresholds are tuned by experiment.
     static constexpr float pure_foreground = 0.8F, pure_background = 0.4F;
 
     bool is_pure(std::int32_t place) const {
@@ -131,8 +131,8 @@ private:
         return band_.places()[place].in_front ? alpha >= pure_foreground : alpha <= pure_background;
     }
 
-    /// Estimates the color O of the pixel's own surface from the pixel's color C, the sample of the own surface and the sample
-    /// of the other surface: the minimum of |C - a O - (1 - a) other|^2 + |O - sample|^2 / 4.
+    /// Estimates the color O of the pixel's own surface from the pixel's color C, the sample of the own surface and the sample of
+    /// the other surface. O minimizes |C - a O - (1 - a) other|^2 + |O - sample|^2 / 4, where a is the share of the own surface.
     void clean(std::int32_t place) {
         const mixture& m = mixtures_[place];
         const bool in_front = band_.places()[place].in_front;
@@ -145,7 +145,8 @@ private:
         }
     }
 
-    /// Pixels without a path of links to a known pixel cannot be refilled. They keep their unmixed color.
+    /// Makes pixels of `lost` known again if no path of links connects them to a known pixel: they cannot be refilled, and keep
+    /// their unmixed color.
     void keep_without_source(buffer<std::int32_t>& lost) {
         buffer<std::uint8_t> refillable(lost.empty() ? 0 : layers_.size(), 0);
         buffer<std::int32_t> queue;
@@ -170,14 +171,14 @@ private:
 
 }  // namespace detail
 
-/// Cleans the colors beside silhouettes, or marks them as unknown. Call it before expand(). Sets the matte column if there is
-/// one.
+/// Cleans the colors beside silhouettes, or marks them as unknown. Call it before expand(). Sets matte_column if the layers have
+/// it.
 ///
 /// layers  every pixel with a missing link inside the photo lies on a silhouette
-/// shares  H x W, of the surface in front, as in decided_depth, where they are known; may be empty
+/// shares  H x W, known shares of the surface in front, as in decided_depth; may be empty
 ///
-/// Raises invalid_option. Time is linear except for sorting the pixels beside silhouettes; up to 150 bytes per pixel, if all lie
-/// beside silhouettes.
+/// Raises invalid_option for an option outside its range. Time is linear except for sorting the pixels beside silhouettes; up to
+/// 150 bytes per pixel, if all lie beside silhouettes.
 template <payload_column... Columns>
 void unmix_colors(single_layer<Columns...>& layers, const mixed_color_options& options = {},
                   std::span<const std::uint8_t> shares = {}) {

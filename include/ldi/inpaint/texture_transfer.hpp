@@ -1,12 +1,12 @@
 // Texture for inpainted pixels, copied from the photo. An inpainter that returns the mean of all plausible colors returns no
 // texture. This stage adds the high frequencies of known pixels of the same surface, near the silhouette. Sources are those
 // pixels whose blurred surroundings are similar to the blurred inpainted colors (after Yi et al., "Contextual Residual
-// Aggregation for Ultra High-Resolution Image Inpainting", 2020). Where no source is similar, it adds grain (inpaint/grain.hpp).
-// Not in the paper.
+// Aggregation for Ultra High-Resolution Image Inpainting", 2020). Where no source is similar, the stage adds grain
+// (inpaint/grain.hpp). Not in the paper.
 //
-// High frequencies have a mean of zero and no edges that must meet, so patches may end anywhere: no seams need blending, and no
-// averaging reduces the strength. Detail stronger than the photo's detail around the hole is limited, for example an edge, or a
-// leaf in front of the sky.
+// High frequencies have a mean of zero and no edges that must meet, so patches may end anywhere. Their seams do not need
+// blending, which would average and weaken the texture. Detail that is stronger than the photo's detail around the hole, for
+// example an edge or a leaf in front of the sky, is limited.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -29,15 +29,15 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 struct texture_options {
     /// Strength relative to the texture of the photo; 0 leaves only grain.
     float strength = 1.0F;
-    /// Limit of a pixel's texture, as a multiple of the photo's detail around it, approached gradually. A large number also
-    /// copies edges.
+    /// Limit of a pixel's texture, as a multiple of the photo's detail around it; texture approaches the limit gradually. With a
+    /// large limit, edges are copied, too.
     float crest = 4.0F;
     /// Maximum steps over links from an inpainted pixel to the known pixels that are sources.
     int reach = 32;
     /// Mean difference of blurred colors, in gray levels, up to which a source counts as similar. Between this value and twice
     /// this value, texture fades to grain.
     float tolerance = 13.0F;
-    /// Rounds of the search; its direction alternates.
+    /// Rounds of the search, in alternating directions.
     int rounds = 2;
 };
 
@@ -59,7 +59,7 @@ public:
 
     const texture_cells& cells() const { return cells_; }
 
-    /// Similarity of a cell and its source, 0 to 1.
+    /// Returns the similarity of a cell and its source, 0 to 1.
     float likeness(std::int32_t cell) const {
         if (source_[cell] == no_pixel) return 0.0F;
         const float difference = nearest_float(difference_of(looks_.surroundings[cell], looks_.surroundings[source_[cell]])) /
@@ -70,7 +70,7 @@ public:
 
     /// Returns the texture of an unknown cell, zero if it has no source.
     ///
-    /// noise  the photo's detail around it
+    /// noise  the photo's detail around the cell
     texture_color texture(std::int32_t cell, float noise) const {
         if (source_[cell] == no_pixel) return {};
         texture_color result;
@@ -83,7 +83,7 @@ public:
     }
 
 private:
-    static constexpr int margin = 3;  // approximate width for the blur and the taps around the outermost sources
+    static constexpr int margin = 3;  // approximate distance from a source at which its blur and its taps read cells
 
     texture_options options_;
     texture_cells cells_;
@@ -101,16 +101,15 @@ inline void check_options(const texture_options& options) {
 
 }  // namespace detail
 
-/// Adds texture to every pixel whose known_column is 0, and grain where no known texture is similar; all other pixels do not
-/// change.
+/// Adds texture to every pixel whose known_column is 0, and grain where no source is similar; other pixels do not change.
 ///
-/// layers  in canonical order, all pixels with colors
+/// layers  in canonical order; every pixel has a color
 /// grain   also determines how the photo's detail is measured: with a limit of 0, nothing is added. A texture strength of 0 is
 ///         equivalent to add_grain()
 ///
-/// Raises invalid_option as add_grain() does, and for a strength, crest or tolerance outside [0, 100], [0, 1000] or [0, 255], a
-/// reach outside [1, 200], or rounds outside [1, 60]. Linear time; up to 80 bytes per pixel, if all are unknown or near unknown
-/// pixels.
+/// Raises invalid_option like add_grain(), and for a strength outside [0, 100], a crest outside [0, 1000], a tolerance outside
+/// [0, 255], a reach outside [1, 200], or rounds outside [1, 60]. Linear time; up to 80 bytes per pixel, if all are unknown or
+/// near unknown pixels.
 template <has_columns<color_column, known_column> Layers>
 void add_texture(Layers& layers, const texture_options& options = {}, const grain_options& grain = {}) {
     detail::check_options(options);

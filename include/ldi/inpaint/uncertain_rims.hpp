@@ -1,7 +1,7 @@
-// Keeps traces of the foreground (fuzz, hair, a rim) off hidden surfaces. Silhouettes of coarse depth maps are off by up to a
-// few samples, so such traces remain on the background beside them, and inpainting would continue them. Most of these pixels are
-// true background colors in plain view, so refilling all of them would blur the photo. Instead, mark_uncertain_rims() makes them
-// unknown while hidden surfaces are colored. restore_rims() then restores those that differ from the surface in front.
+// Keeps traces of the foreground (fuzz, hair, a rim) off hidden surfaces. Silhouettes of coarse depth maps are off by up to a few
+// samples, so such traces remain on the background beside them, and inpainting would continue them. Most of these pixels are true
+// background colors in plain view, so refilling all of them would blur the photo. Instead, mark_uncertain_rims() makes them
+// unknown while hidden surfaces are colored. restore_rims() then restores the pixels that differ from the surface in front.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -32,7 +32,8 @@ struct rim_column {
 
 namespace detail {
 
-/// Position of `color` on the line from `from` (0) to `to` (1), possibly outside of both; 0 if both look alike.
+/// Returns the position of `color` on the line from `from` (0) to `to` (1), which may lie below 0 or above 1; 0 if the two look
+/// alike.
 inline float share_of_way(const std::uint8_t* color, const std::uint8_t* from, const float* to) {
     constexpr float min_contrast = 40.0F;  // default of mixed_color_options::contrast
     float along = 0, squared = 0;
@@ -46,8 +47,8 @@ inline float share_of_way(const std::uint8_t* color, const std::uint8_t* from, c
 }  // namespace detail
 
 /// Marks the known background pixels within `width` pixels of silhouettes as unknown, except those without a known pixel behind
-/// them. Call it after unmix_colors() and before expand(). Sets the rim column and returns the list that its values refer to, in
-/// the order of the pixels.
+/// them that could refill them. Call it after unmix_colors() and before expand(). Returns the data of the marked pixels in the
+/// order of the pixels, and sets rim_column to refer to it.
 ///
 /// layers  every pixel with a missing link inside the photo lies on a silhouette
 ///
@@ -73,7 +74,7 @@ buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int 
             const detail::silhouette_band::place& nearest = band.places()[band.find(i)];
             const detail::silhouette_side& s = band.sides()[nearest.side];
             const auto color = layers.template at<color_column>(i);
-            // A narrow surface between two others may be the nearer one at the nearest silhouette.
+            // A pixel of a narrow surface between two others may be in front at its nearest silhouette.
             rims.push_back({{color[0], color[1], color[2]}, s.foreground, s.can_tell && !nearest.in_front});
             rim_of[i] = rims.count();
         }
@@ -82,9 +83,9 @@ buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int 
     return rims;
 }
 
-/// Restores the colors of the pixels that mark_uncertain_rims() marked, and makes them known again, unless their own color
-/// contains an eighth or more of the foreground, measured on the line from the inpainted color, which continues the background,
-/// to the foreground's color. (The eighth was tuned by experiment.)
+/// Restores the colors of the pixels that mark_uncertain_rims() marked, and makes them known again. Pixels whose own color
+/// contains more than an eighth of the foreground stay inpainted. This share is measured on the line from the inpainted color,
+/// which continues the background, to the foreground's color. (The eighth was tuned by experiment.)
 template <has_columns<color_column, known_column, rim_column> Layers>
 void restore_rims(Layers& layers, std::span<const uncertain_rim> rims) {
     const auto rim_of = layers.template column<rim_column>();

@@ -1,9 +1,9 @@
 // Groups depth discontinuities of a lifted photo into curves, and computes the lines at their ends that hidden surfaces must not
 // cross (paper, section "Occluded Surface Hallucination", and Figure "depth_expand").
 //
-// A discontinuity runs along the sides of pixels, between the corners of the lattice. Where three or more sides with a
-// discontinuity meet in a corner, there is a junction, and curves end. Where only two depths meet, two curves pass each other
-// instead.
+// A discontinuity runs along the sides of pixels, between the corners of the lattice. If three or more sides with a discontinuity
+// meet at a corner, the corner is a junction, and curves end there. If four sides but only two depths meet, two curves pass each
+// other instead.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -24,16 +24,16 @@
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct curve_options {
-    /// Groups of connected curves, and branches with a free end, are spurious if they have fewer pixel sides than this: nothing
-    /// grows behind them, and close_spurious_discontinuities() closes them. The paper drops every shorter curve; between two
-    /// junctions of a valid silhouette, this would bridge the silhouette.
+    /// Groups of connected curves, and branches with a free end, are spurious if they have fewer pixel sides than this: surfaces
+    /// do not grow behind them, and close_spurious_discontinuities() closes them. The paper drops every shorter curve. If such a
+    /// curve joins two junctions of a valid silhouette, dropping it would bridge the silhouette.
     std::size_t min_length = 20;
     /// Number of pixel sides over which the direction of a curve at its end is measured.
     std::size_t tangent_length = 20;
 };
 
 /// A half line that the hidden surface behind a curve must not cross. It starts at the curve's end, is perpendicular to the
-/// curve, and points behind the front surface. In lattice coordinates, where pixel (x, y) covers [x, x + 1) x [y, y + 1).
+/// curve, and points behind the front surface. Coordinates are those of the lattice: pixel (x, y) covers [x, x + 1) x [y, y + 1).
 struct growth_constraint {
     float x, y;                              ///< end of the curve
     float outward_x, outward_y;              ///< unit vector along the curve, out of its end
@@ -43,7 +43,7 @@ struct growth_constraint {
 /// A maximal chain of discontinuities between ends or junctions, in order along the curve.
 struct discontinuity_curve {
     buffer<discontinuity> sides;
-    buffer<growth_constraint> constraints;  ///< at most one per end, in junctions
+    buffer<growth_constraint> constraints;  ///< at most one per end, only at junctions
     bool is_closed = false;
 };
 

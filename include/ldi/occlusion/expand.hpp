@@ -25,8 +25,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct expand_options {
     /// Maximum parallax between the nearest and the farthest surface, as a share of the photo's longer side, 0 to 1
-    /// (render/motion.hpp). A step in disparity uncovers a proportional part of it, and the surface behind the step grows by
-    /// this distance. (The paper grows all surfaces by 50 pixels.)
+    /// (render/motion.hpp). A step in disparity uncovers a proportional part of this parallax, and the surface behind the step
+    /// grows by the uncovered distance. (The paper grows all surfaces by 50 pixels.)
     float motion = 0.08F;
     /// Maximum growth of a surface in pixels. If this is the tighter limit, views within `motion` show gaps.
     int iterations = 4096;
@@ -70,7 +70,7 @@ public:
                                                 pixels_.position(x - 1, y), pixels_.position(x, y)})
                     if (reach_[back] > 0.0F) raise_reach(back, front - disparity[back]);
             }
-        for (const discontinuity_curve& curve : curves) {  // curves share pixels
+        for (const discontinuity_curve& curve : curves) {  // after the loops above, because curves share pixels
             float& farthest = farthest_.emplace_back(0.0F);
             for (const discontinuity& d : curve.sides) farthest = (std::max)(farthest, reach_[d.back]);
         }
@@ -82,7 +82,7 @@ public:
 
     hidden_pixels& pixels() { return pixels_; }
 
-    /// Maximum number of iterations: in four directions, growth needs up to sqrt(2) iterations per pixel.
+    /// Maximum number of iterations. Growth in four directions needs up to sqrt(2) iterations per pixel of distance.
     int max_iterations() const {
         float farthest = 0.0F;
         for (const float f : farthest_) farthest = (std::max)(farthest, f);
@@ -104,11 +104,11 @@ public:
 private:
     // Distance from the center of a pixel at the silhouette to the edge of the last pixel that is at least partly uncovered.
     static constexpr float half_pixels = 1.5F;
-    // Errors that the tolerances of the mesh allow (mesh/simplify.hpp, mesh/studs.hpp): both outlines are off by a pixel, and
-    // disparities on either side by some hundredths.
+    // Errors that the tolerances of the mesh allow (mesh/simplify.hpp, mesh/studs.hpp): both outlines may be off by a pixel, and
+    // disparities on either side by a few hundredths.
     static constexpr float mesh_pixels = 2.0F, mesh_disparity = 0.02F;
 
-    // Sides within this distance along the curve, whose disparities the mesh mixes because it smooths outlines.
+    // Distance along a curve, in sides, over which the mesh mixes disparities because it smooths outlines.
     static constexpr std::int32_t smoothing = 8;
 
     struct front_pixel {
@@ -116,7 +116,7 @@ private:
         std::int32_t pixel;
     };
 
-    // Grows `pixel` one step to side `s`: links it to an existing pixel of its surface, or makes a pixel.
+    // Grows `pixel` one step to side `s`: links it to an existing pixel of its surface, or adds a pixel.
     void grow(std::size_t curve, std::int32_t pixel, side s) {
         if (pixels_.neighbor(pixel, s) != no_pixel) return;
         const std::int32_t x = pixels_.x(pixel) + step_x(s), y = pixels_.y(pixel) + step_y(s);
@@ -124,8 +124,8 @@ private:
         const float source = pixels_.disparity(pixel);
         const std::int32_t position = pixels_.position(x, y);
 
-        // As in the paper, the disparity is the average of the neighbors: on each side, the pixel of this surface that is free
-        // to be linked, if one exists. The new pixel's origin is that of the neighbor whose reach extends farthest beyond it.
+        // As in the paper, the disparity is the average of the neighbors: on each side, the pixel of this surface that is free to
+        // be linked, if one exists. The new pixel inherits its origin from the neighbor whose surface may still grow farthest.
         std::int32_t neighbors[4], origin = no_pixel;
         float sum = 0.0F, count = 0.0F, room = 0.0F;
         for (int i = 0; i < 4; ++i) {
@@ -181,15 +181,16 @@ private:
 
     // Whether another hidden surface lies at this disparity, within the threshold. A hidden surface that comes within the
     // threshold of the photo's surface but cannot be linked to it continues beneath it, for as many pixels as a camera can see
-    // into the gap: otherwise there would be a hole between them. It stops at another hidden surface, which closes the gap, too.
+    // into the gap: otherwise there would be a hole between the two. The continuation stops at another hidden surface, which also
+    // closes the gap.
     bool lies_on_another(std::int32_t position, float disparity) const {
         for (std::int32_t there = pixels_.next_at_position(position); there != no_pixel; there = pixels_.next_at_position(there))
             if (surface_.same_surface(pixels_.disparity(there), disparity)) return true;
         return false;
     }
     bool may_link(float a, float b) const { return std::abs(a - b) <= max_link * surface_.max_step; }
-    // As multiples of the threshold. A surface ends at another one that is nearer by up to resting_step; with 1.2, some
-    // photographs had holes.
+    // Steps in disparity, as multiples of the threshold. A surface ends at another one that is nearer by up to resting_step; with
+    // 1.2, some photographs had holes.
     static constexpr float min_gap = 1.001F, max_link = 1.0F + min_gap, resting_step = 1.1F;
     std::int32_t dive_of(std::int32_t pixel) const {
         const std::int32_t hidden = pixel - reach_.count();
@@ -238,9 +239,9 @@ private:
         return farthest;
     }
 
-    // Whether the center of (x, y) lies on the line at one of the curve's ends. The line is so wide that no step of one pixel
-    // crosses it, and as long as the surface grows from that end: surfaces that grow farther from elsewhere may pass it. It
-    // starts 2 pixels before the curve's end, a value tuned by experiment.
+    // Whether the center of (x, y) lies on the line at one of the curve's ends. The line is so wide that a step of one pixel
+    // cannot cross it. It is as long as the surface grows from that end: a surface that grows farther from elsewhere may pass it.
+    // It starts 2 pixels before the curve's end, a value tuned by experiment.
     bool crosses_constraint(std::size_t curve, std::int32_t x, std::int32_t y) const {
         constexpr float thickness = 1.5F;
         const buffer<growth_constraint>& constraints = curves_[curve].constraints;
@@ -258,33 +259,33 @@ private:
     surface_rule surface_;
     std::span<const discontinuity_curve> curves_;
     buffer<front_pixel> front_, created_;  // the newest pixels, curve by curve
-    buffer<float> reach_;                  // per visible pixel: growth of its surface from there, in pixels
-    buffer<float> farthest_;               // maximum over each curve
+    buffer<float> reach_;                  // per visible pixel: maximum growth of its surface from this pixel, in pixels
+    buffer<float> farthest_;               // per curve: maximum of reach_ along it
     buffer<buffer<float>> constraint_lengths_;
     std::int32_t max_dive_ = 0;   // maximum length in pixels of a surface's continuation beneath another
-    buffer<std::int32_t> dives_;  // per hidden pixel: length of this continuation so far
+    buffer<std::int32_t> dives_;  // per hidden pixel: length of its surface's continuation beneath another so far
 };
 
 }  // namespace detail
 
-/// Adds the surfaces that a camera in motion uncovers behind curves.
+/// Adds the surfaces that a moving camera uncovers behind the curves of a layer.
 ///
 /// layer    result of lift() after close_spurious_discontinuities()
-/// surface  rule that lift() linked the layer by
+/// surface  rule by which lift() linked the layer
 /// curves   discontinuity curves of this layer; raises mismatch for curves of another layer
 ///
 /// Returns the same image with hidden pixels added, in canonical order. The disparity of a new pixel is the average of the pixels
 /// that it grew from, but farther than the photo's pixel at that position by more than surface_rule::max_step. All other columns
-/// follow their own rules (new_pixel in core/columns.hpp). New links join pixels that differ by up to twice the threshold, so
-/// that growing surfaces at similar depth become one. A surface that can't be linked to another continues beneath it for a few
-/// pixels, so that no camera sees a gap between them; disparities there may be slightly below 0.
+/// follow their own rules (new_pixel in core/columns.hpp). New links join pixels whose disparities differ by up to about twice
+/// the threshold, so that growing surfaces at similar depth become one. A surface that can't be linked to another continues
+/// beneath it for a few pixels, so that no camera sees a gap between them; disparities there may be slightly below 0.
 ///
 /// `after_iteration(graph, disparity, first_new)`, if given, receives a copy of the unordered state after every iteration, for
 /// tests and pictures.
 ///
-/// At most 1 / surface_rule::max_step surfaces lie at one position. Most photos add less than half a pixel per pixel of the
-/// photo; noise at all scales adds six. Time is linear in the number of pixels of the result; memory is up to 110 bytes per
-/// pixel.
+/// At most 1 / surface_rule::max_step surfaces lie at one position. Per pixel of the photo, most photos need less than half a
+/// hidden pixel; noise at all scales needs six. Time is linear in the number of pixels of the result; memory is up to 110 bytes
+/// per pixel.
 template <payload_column... Columns, class AfterIteration = std::nullptr_t>
 expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule surface,
                                    std::span<const discontinuity_curve> curves, const expand_options& options = {},

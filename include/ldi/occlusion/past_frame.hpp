@@ -2,9 +2,9 @@
 // the border, as far as a camera within the motion budget sees it. The paper hides the border behind a smaller frame instead.
 //
 // The frame is a window as large as the photo, at the middle of its disparities (window_disparity). Surfaces at the window keep
-// their position in it. Others move by up to the motion, times their difference in disparity from the window, in any direction.
-// Each surface continues past the border by this distance, at the disparity of its border pixel. Its colors are those of the
-// photo, mirrored at the border along the surface, slightly softened, and sheared so that lines continue straight
+// their position in it. Other surfaces move in any direction, by up to the motion times the difference between their disparity
+// and the window's. Each surface continues past the border by this distance, at the disparity of its border pixel. Its colors are
+// those of the photo, mirrored at the border along the surface, slightly softened, and sheared so that lines continue straight
 // (detail/border_lines.hpp). This costs little, keeps the photo's texture, and leaves no seam.
 //
 // The lattice gets a margin of the same width on all four sides. The photo's center stays the lattice's center, so later stages
@@ -40,8 +40,8 @@ enum class photo_frame : std::uint8_t {
 /// camera  camera that took the photo
 /// motion  photo_facts::motion
 inline float reach_past_frame(float disparity, const pinhole_camera& camera, float motion) {
-    // Errors of the mesh that its tolerances allow (mesh/simplify.hpp, mesh/studs.hpp): its outline is a pixel off, disparities a
-    // few hundredths.
+    // Errors of the mesh that its tolerances allow (mesh/simplify.hpp, mesh/studs.hpp): its outline may be off by a pixel, and
+    // disparities by a few hundredths.
     constexpr float mesh_pixels = 2.0F, mesh_disparity = 0.02F;
     const float width = detail::nearest_float(camera.width);
     const float pixels_per_disparity = motion * (std::max)(width, detail::nearest_float(camera.height));
@@ -55,7 +55,8 @@ inline float reach_past_frame(float disparity, const pinhole_camera& camera, flo
 
 namespace detail {
 
-/// Returns the color of a pixel of the photo, softened with those beside it: detail past the border costs bytes and only repeats.
+/// Returns the color of a pixel of the photo, softened with its neighbors' colors: detail past the border costs bytes and only
+/// repeats the photo.
 ///
 /// margin  photo_facts::margin of the layers
 template <has_column<color_column> Layers>
@@ -83,12 +84,12 @@ std::array<std::uint8_t, 3> softened_color(const Layers& layers, std::int32_t ma
 
 /// Continues all surfaces past the photo's border and returns the width of the lattice's new margin (photo_facts::margin).
 ///
-/// layers  layers of a photo, in canonical order, with a color everywhere, on the photo's lattice
+/// layers  layers on the photo's lattice, in canonical order; every pixel has a color
 /// facts   camera and motion are used
 ///
-/// New pixels are unknown. Their columns have the values of the pixels that they show, by the columns' new_pixel rules; their
-/// disparity is that of the border pixel. A rim of one color along a side, such as the edge of a scanned slide, would become a
-/// line across the picture: it is replaced by the colors inside it, and becomes unknown. The result is in canonical order. Raises
+/// New pixels are unknown. The columns' new_pixel rules compute their values from the pixels that they show; their disparity is
+/// that of the border pixel. A rim of one color along a side, such as the edge of a scanned slide, would become a line across the
+/// picture. The colors inside the rim replace it, and its pixels become unknown. The result is in canonical order. Raises
 /// too_large for 2^31 pixels or positions. Linear time.
 template <payload_column... Columns>
 std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_facts& facts) {

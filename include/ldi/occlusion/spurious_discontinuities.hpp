@@ -1,5 +1,5 @@
-// Closes discontinuities that belong to no curve. The paper removes "spurious (shorter than 20 pixels) groups from
-// consideration" (section "Occluded Surface Hallucination"). Nothing grows behind them, so they would open as cracks and cut
+// Closes discontinuities that belong to no curve. The paper removes "spurious (shorter than 20 pixels) groups from consideration"
+// (section "Occluded Surface Hallucination"). Surfaces do not grow behind such groups, so they would open as cracks and cut
 // charts into slivers. Therefore, this stage links the pixels on both sides again, and the mesh spans the step.
 #pragma once
 
@@ -15,13 +15,13 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Links all neighbors inside the photo, except those on either side of a curve. Returns the number of links made.
+/// Links all neighbors inside the photo, except across a curve. Returns the number of links made.
 ///
 /// curves  the discontinuities to keep; raises mismatch for curves of another layer
 template <payload_column... Columns>
 std::size_t close_spurious_discontinuities(single_layer<Columns...>& layer, std::span<const discontinuity_curve> curves) {
     detail::check_curves(curves, layer.topology(), "close_spurious_discontinuities");
-    buffer<std::pair<std::int32_t, std::int32_t>> kept;  // the left or upper pixel, then the right or lower one
+    buffer<std::pair<std::int32_t, std::int32_t>> kept;  // pairs across curves: left or upper pixel, right or lower pixel
     for (const discontinuity_curve& c : curves)
         for (const discontinuity& d : c.sides) kept.emplace_back((std::min)(d.back, d.front), (std::max)(d.back, d.front));
     std::sort(kept.begin(), kept.end());

@@ -15,13 +15,14 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Two samples on either side of a pixel's center, and their weights.
+/// The two samples beside a pixel's center along one axis, and their weights.
 struct bilinear_place {
     std::int32_t first, second;
     float share;  ///< weight of `second`
 };
 
-/// Returns the samples for each pixel, along one side of a map and of a photo. Centers of pixels and samples are at 0.5.
+/// Returns the two samples for each pixel along one axis, on which the map has `samples` samples and the photo `pixels` pixels.
+/// The centers of samples and pixels are at 0.5, 1.5, ...
 inline buffer<bilinear_place> bilinear_places(std::size_t samples, std::size_t pixels) {
     buffer<bilinear_place> places(pixels, unset);
     const float scale = nearest_float(samples) / nearest_float(pixels), last = nearest_float(samples - 1);

@@ -18,7 +18,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 class side_surfaces {
 public:
     /// shares      K, in the units of decided_depth; 0 for pixels around the band, which do not change
-    /// min_island  minimum number of connected pixels on one side; fewer, if they all lie in the band, change to the other side
+    /// min_island  minimum number of connected pixels on one side; smaller islands that lie entirely in the band change to the
+    ///             other side
     side_surfaces(const step_band& band, buffer<std::uint8_t>& shares, std::int32_t min_island)
         : band_(band), shares_(shares), min_island_(min_island), in_front_(band.region.size(), unset) {}
 
@@ -36,14 +37,15 @@ public:
 private:
     /// Maximum distance over which disparity is copied into the band, in steps to neighbors.
     static constexpr std::size_t max_steps = 2 * step_band_radius;
-    /// For surfaces that do not reach out of the band: a pixel keeps its disparity if it differs from its side's by at most this
-    /// share of the step.
+    /// For surfaces that do not reach out of the band: a pixel keeps its disparity if it differs from its side's disparity by at
+    /// most this share of the step.
     static constexpr float tolerance = 0.2F;
-    /// Squared distance in pixels: an island that is farther from every curve is not part of a silhouette.
+    /// Maximum squared distance, in pixels, of an island from the nearest curve. An island farther away is not part of a
+    /// silhouette.
     static constexpr std::int32_t near_curve = 16;
     static constexpr std::uint8_t half = 128;
 
-    /// Adjacent pixels of a row on one side.
+    /// A maximal sequence of adjacent pixels of a row on one side of the step.
     struct stretch {
         std::int32_t first, last, pixel;
     };
@@ -109,7 +111,7 @@ private:
     float side_value(std::int32_t i) const { return in_front_[i] != 0 ? band_.sides_of(i).front : band_.sides_of(i).back; }
 
     /// Copies disparities into the band, first from pixels outside it. On surfaces that do not reach out of the band, pixels with
-    /// a disparity of their own side keep it and pass it on. All others get the disparity of their curve's side.
+    /// a disparity of their own side keep it and pass it on. All other pixels get the disparity of their curve's side.
     void carry_into_band(const image<float>& disparity) {
         values_.resize(band_.region.size(), unset), is_open_.resize(band_.region.size(), unset);
         for_each_run([&](std::int32_t y, const pixel_region::run& run) {
@@ -155,8 +157,8 @@ private:
         buffer<std::uint8_t> is_first_;  // 1 for the first pixel of a run
     };
 
-    /// Passes values on to open pixels of the same side, breadth-first, so that each gets the value of the nearest pixel with
-    /// one.
+    /// Passes values on to open pixels of the same side, breadth-first, so that each open pixel gets the value of the nearest
+    /// pixel that has one.
     void carry(const neighbors& beside, std::size_t reach) {
         buffer<std::int32_t> ring, next;
         const auto visit_open = [&](std::int32_t from) {
@@ -174,8 +176,9 @@ private:
         }
     }
 
-    /// Whether a disparity fits the pixel's side of its step: next to another curve, that side may be another surface. Accepts
-    /// disparities outside the step, because a blurred step may extend beyond the neighborhood of its curve pixels.
+    /// Whether a disparity fits the pixel's side of its step. Next to another curve, pixels on that side may belong to another
+    /// surface. Accepts disparities outside the step, because a blurred step may extend beyond the neighborhood of its curve
+    /// pixels.
     bool fits(float value, std::int32_t i) const {
         constexpr float inwards = 0.5F, outwards = 3.0F;  // in steps
         const step_band::sides& s = band_.sides_of(i);

@@ -22,10 +22,12 @@ struct point {
 // A curve as points in the plane, where pixel (x, y) covers [x, x + 1) x [y, y + 1). "Across" means from back to front.
 struct plane_curve {
     buffer<point> corners;  // corners of the traced curve
-    buffer<point> smooth;   // without the lattice's stair steps; ends stay in place
-    buffer<point> across;   // unit vectors
+    buffer<point> smooth;   // corners without the lattice's stair steps; ends stay in place
+    buffer<point> across;   // unit vectors from back to front
 };
 
+// Computes the points and directions of a traced curve.
+//
 // reach  number of corners on either side to average
 inline plane_curve make_plane_curve(const trace& t, const corner_map& lattice, std::int32_t reach) {
     const std::int32_t count = t.corners.count(), period = count - 1;  // the last corner of a closed curve equals its first
@@ -51,7 +53,7 @@ inline plane_curve make_plane_curve(const trace& t, const corner_map& lattice, s
         result.smooth[k] = {sum.x / size, sum.y / size};
         result.across[k] = {front.x / length, front.y / length};
     }
-    // At the photo's border a curve slides along the border, so that the band has no gap there.
+    // At the photo's border, the end of a curve slides along the border, so that the band has no gap there.
     for (const std::int32_t k : {std::int32_t{0}, period}) {
         const std::int32_t corner = t.corners[k];
         if (t.is_closed || !lattice.on_border(corner)) continue;
@@ -62,7 +64,7 @@ inline plane_curve make_plane_curve(const trace& t, const corner_map& lattice, s
     return result;
 }
 
-// Sums over samples of one side of a curve.
+// Sums over the color samples on one side of a curve.
 struct color_sums {
     float count = 0;
     std::array<float, 3> sum{}, squares{};
@@ -104,10 +106,11 @@ struct color_model {
     }
 };
 
-// The rows of the band.
+// The straightened band, row by row.
 class band {
 public:
-    // radius  number of uncertain pixels on either side; as many pixels beyond them are models of front and back
+    // radius  number of uncertain pixels on each side of the curve; up to as many pixels beyond them supply the color models of
+    //         front and back
     band(const plane_curve& curve, const trace& t, image_view<const std::uint8_t> photo, image_view<const float> disparity,
          std::int32_t radius)
         : photo_(photo), disparity_(disparity), radius_(radius), width_(nearest_int(photo.width())) {
@@ -124,13 +127,15 @@ public:
 
     std::int32_t radius() const { return radius_; }
     std::int32_t size() const { return rows_.count(); }
-    // Smallest cut of row k (-back to front) at which both surfaces remain.
+    // Smallest and largest cut of row k (-back to front) at which both surfaces remain.
     std::int32_t min_cut(std::int32_t k) const { return -rows_[k].back; }
     std::int32_t largest_cut(std::int32_t k) const { return rows_[k].front; }
     const color_sums& sums(std::int32_t k, bool of_front) const {
         return of_front ? rows_[k].front_colors : rows_[k].back_colors;
     }
-    // offset  from -2 radius to 2 radius - 1: the pixel between cuts `offset` and `offset` + 1
+    // Returns the color of the pixel of row k between cuts `offset` and `offset` + 1; nullptr outside the photo.
+    //
+    // offset  from -2 radius to 2 radius - 1
     const std::uint8_t* color(std::int32_t k, std::int32_t offset) const {
         const std::int32_t i = pixels_[static_cast<std::size_t>(k * 4 * radius_ + offset + 2 * radius_)];
         return i == no_pixel ? nullptr : photo_.row(i / width_) + 3 * (i % width_);
@@ -138,7 +143,7 @@ public:
 
 private:
     struct row {
-        float middle = 0;  // disparity between front and back
+        float middle = 0;  // disparity halfway between front and back
         std::int32_t front = 0, back = 0;
         color_sums front_colors, back_colors;
     };

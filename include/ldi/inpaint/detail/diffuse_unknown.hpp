@@ -27,7 +27,7 @@ void diffuse_unknown(const graph_view& g, array_view<const std::uint8_t> known, 
     diffusion<Channels> solver;
     solver.start();
     solver.reserve(static_cast<std::size_t>(std::count(known.begin(), known.end(), std::uint8_t{0})));
-    buffer<std::int32_t> cell_of(g.size(), unset);  // where a pixel is not known
+    buffer<std::int32_t> cell_of(g.size(), unset);  // per unknown pixel; not set for known pixels
     for (std::int32_t i = 0; i < g.count(); ++i) {
         if (known[i] != 0) continue;
         const std::int32_t cell = cell_of[i] = solver.add_cell(g.x()[i], g.y()[i]);

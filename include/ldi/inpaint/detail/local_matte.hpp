@@ -27,8 +27,8 @@ struct mixture {
     int confidence = 0;  ///< 0 to 8: weight of the estimate, relative to 1 for each of four neighbors
 };
 
-/// Mixture of a foreground and a background sample closest to a color. Nearly pure mixtures are preferred, because in textured
-/// regions some pair explains every color; the preference was tuned on bench/quality.
+/// Returns the mixture of a foreground and a background sample that is closest to a color. Nearly pure mixtures are preferred,
+/// because in textured regions some pair explains every color; the preference was tuned on bench/quality.
 ///
 /// known_alpha  share of the foreground if it is known, else nullptr
 inline mixture unmix(const float_color& color, const float_color* foregrounds, const float_color* backgrounds, std::size_t count,
@@ -60,7 +60,7 @@ inline mixture unmix(const float_color& color, const float_color* foregrounds, c
 /// distinguishable, confidence is 0, and alpha is 1 in front and 0 behind.
 class local_matte {
 public:
-    /// shares  of the foreground where they are known, as in decided_depth; may be empty
+    /// shares  H x W, known shares of the foreground, as in decided_depth; may be empty
     local_matte(const graph_view& g, const silhouette_band& band, array_view<const std::uint8_t> colors,
                 std::span<const std::uint8_t> shares = {})
         : graph_(g), band_(band), shares_(shares) {
@@ -89,13 +89,15 @@ public:
     }
 
 private:
-    /// Samples are taken at the pixel's nearest silhouette side, and at those of pixels this far away along rows and columns.
+    /// A pixel uses the samples at its nearest silhouette side, and at the nearest sides of pixels this far away along rows and
+    /// columns.
     static constexpr std::int32_t sample_distance = 4;
     static constexpr std::size_t max_samples = 5;
 
     bool can_tell(std::int32_t place) const { return band_.sides()[band_.places()[place].side].can_tell; }
 
-    /// Whether a share is known, and on the side that the pixel is on: stages in between may have moved a silhouette.
+    /// Whether a pixel's share is known and agrees with the surface that the pixel belongs to: stages in between may have moved a
+    /// silhouette.
     bool has_share(const silhouette_band::place& p) const {
         const std::uint8_t share = shares_.empty() ? std::uint8_t{0} : shares_[static_cast<std::size_t>(p.pixel)];
         return share != 0 && (share >= 128) == p.in_front;

@@ -1,5 +1,5 @@
-// Pixels of a lifted photo within a few steps of its silhouettes. Each has its nearest silhouette side, with unmixed color
-// samples of both surfaces.
+// Pixels of a lifted photo within a few steps of its silhouettes. Each pixel refers to its nearest silhouette side, which has
+// unmixed color samples of both surfaces.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -50,7 +50,7 @@ public:
     }
 
     const buffer<silhouette_side>& sides() const { return sides_; }
-    /// All pixels of the band; those that touch a silhouette come first.
+    /// All pixels of the band; the pixels that touch a silhouette come first.
     const buffer<place>& places() const { return places_; }
     /// Returns the index of a pixel in places(), or -1 outside the band.
     std::int32_t find(std::int32_t pixel) const { return place_of_.empty() ? -1 : place_of_[pixel]; }
@@ -122,7 +122,7 @@ private:
     int reach_;
     buffer<silhouette_side> sides_;
     buffer<place> places_;
-    buffer<std::int32_t> place_of_;  // per pixel
+    buffer<std::int32_t> place_of_;  // per pixel: its index in places(), or -1
 };
 
 }}}  // namespace ldi::detail

@@ -1,5 +1,5 @@
-// The part of a layered image that texture transfer processes: the unknown pixels, and a strip of known pixels around them on
-// the same surfaces. These are few of a photo's pixels, so they get their own numbers.
+// The part of a layered image that texture transfer processes: the unknown pixels, and a strip of known pixels around them on the
+// same surfaces. They are a small part of a photo's pixels, so they get their own numbers.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -19,14 +19,14 @@ struct texture_cells {
         source,  ///< known, and a source of texture
         margin,  ///< known, only part of the surroundings of a source
     };
-    static constexpr int max_steps = 255;  ///< maximum of walk()
+    static constexpr int max_steps = 255;  ///< maximum number of steps in walk()
     static constexpr int stride = 4;
 
     buffer<std::int32_t> pixel;                    ///< per cell: index in the graph
     buffer<kind> kinds;                            ///< per cell
-    buffer<std::uint8_t> left_steps, right_steps;  ///< per cell: number of cells that follow on that side, at most max_steps
+    buffer<std::uint8_t> left_steps, right_steps;  ///< per cell: number of linked cells on that side, at most max_steps
     buffer<std::int32_t> above, below;             ///< per cell: neighboring cell, or the cell itself
-    buffer<std::int32_t> far_above, far_below;     ///< per cell: the cell `stride` steps away, or the last one before
+    buffer<std::int32_t> far_above, far_below;     ///< per cell: the cell `stride` steps away, or the last linked one
 
     std::int32_t count() const { return pixel.count(); }
     bool is_unknown(std::int32_t cell) const { return kinds[cell] == kind::unknown; }
@@ -37,7 +37,7 @@ struct texture_cells {
         return n == cell ? no_pixel : n;
     }
 
-    /// Returns the cell this many steps away, or the last one before.
+    /// Returns the cell `steps` steps away, or the last cell before the links end.
     std::int32_t walk(std::int32_t cell, side s, int steps) const {
         LDI_ASSERT(steps <= max_steps);
         switch (s) {

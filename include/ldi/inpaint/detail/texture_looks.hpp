@@ -1,5 +1,5 @@
 // Color features of texture cells: their high frequencies, and their blurred surroundings. A 3 x 3 binomial filter over links,
-// applied four times, blurs them. Sums remain integers: each pass adds four bits, 24 in total.
+// applied four times, blurs them. Sums remain integers: each pass adds four bits to the 8 bits of a color, 24 bits in total.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -13,8 +13,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// A cell with its surroundings: blurred colors of the cell, and of the cells `tap_distance` steps away on each side. Padded
-/// with a 0 to 16 bytes for vector instructions.
+/// Surroundings of a cell: blurred colors of the cell, and of the cells `tap_distance` steps away on each side. A 0 pads them to
+/// 16 bytes for vector instructions.
 using texture_surroundings = std::array<std::uint8_t, 16>;
 
 inline constexpr int tap_distance = 4;
@@ -24,7 +24,7 @@ inline constexpr int tap_values = 15;
 inline int difference_of(const texture_surroundings& a, const texture_surroundings& b) {
     int sum = 0;
 #if defined(__GNUC__) && !defined(__clang__)
-#pragma GCC unroll 1  // unrolled, GCC does not recognize the sum of absolute differences, for which there is an instruction
+#pragma GCC unroll 1  // if the loop is unrolled, GCC does not use the instruction for sums of absolute differences
 #endif
     for (std::size_t i = 0; i < a.size(); ++i) sum += std::abs(int{a[i]} - int{b[i]});
     return sum;
@@ -94,7 +94,7 @@ private:
     buffer<cell_stretch> stretches_;
 };
 
-/// Features for the search of texture, and the detail to copy.
+/// Features by which the search compares cells, and the detail to copy.
 struct texture_looks {
     buffer<texture_surroundings> surroundings;   ///< per cell
     buffer<std::array<std::int16_t, 3>> detail;  ///< per cell: color minus blurred color, in sixteenths
@@ -114,7 +114,9 @@ inline buffer<texture_surroundings> describe_cells(const texture_cells& cells,
     return result;
 }
 
-/// color  of the cells' layered image
+/// Computes the features of all cells.
+///
+/// color  K x 3, the column of the cells' layered image
 inline texture_looks look_at(const texture_cells& cells, array_view<const std::uint8_t> color) {
     const cell_blur blur(cells);
     texture_looks result;

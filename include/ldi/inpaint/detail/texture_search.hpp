@@ -19,7 +19,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 class texture_search {
 public:
-    /// reach  steps along x and along y
+    /// reach  maximum distance of random samples, in steps along x and along y
     texture_search(const graph_view& g, const texture_cells& cells, const buffer<texture_surroundings>& looks, int reach)
         : graph_(g), cells_(cells), looks_(looks), reach_(reach) {}
 
@@ -66,7 +66,7 @@ private:
         }
     }
 
-    /// Counts incoherence only while the sum may stay below `limit`.
+    /// Returns the cost of `from` as the source of `cell`. Once the sum reaches `limit`, returns it without the remaining terms.
     int cost(std::int32_t cell, std::int32_t from, int limit) const {
         int sum = difference_of(looks_[cell], looks_[from]);
         for (side s : all_sides) {
@@ -103,7 +103,7 @@ private:
             consider(wander(best, hash(random, 100 + static_cast<std::uint32_t>(radius)), radius));
     }
 
-    /// Returns a cell within `radius` steps along x and then y, as far as links go.
+    /// Returns a random cell at most `radius` steps away along x, then along y. A walk stops where its links end.
     std::int32_t wander(std::int32_t cell, std::uint32_t random, int radius) const {
         const auto within = [radius](std::uint32_t bits) {  // -radius ... radius
             return static_cast<int>(bits * static_cast<std::uint32_t>(2 * radius + 1) >> 16) - radius;

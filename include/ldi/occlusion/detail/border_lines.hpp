@@ -36,7 +36,7 @@ public:
     buffer<float> slopes(const buffer<std::int32_t>& pixels) const {
         buffer<float> result(pixels.size());
         buffer<sums> chain;
-        buffer<std::size_t> members;  // positions in `pixels` of the chain: successive pixels of one surface
+        buffer<std::size_t> members;  // the chain: successive pixels of one surface, as positions in `pixels`
         for (std::size_t first = 0; first < pixels.size(); ++first) {
             if (graph_.neighbor(pixels[first], opposite(along_)) != no_pixel) continue;
             chain.clear(), members.clear();
@@ -51,10 +51,10 @@ public:
         return result;
     }
 
-    /// Appends the pixels that the rim, then the continuation past the border pixel `start` show, from the inner side of the rim
-    /// outwards. These are the pixels inside the rim, mirrored, and shifted along the border so that lines with the given slope
-    /// continue straight. If the surface ends, the path reverses. Returns the number of pixels for the rim: 0 if the surface
-    /// ends inside the rim.
+    /// Appends the sources of the rim's pixels at the border pixel `start`, then the sources of its continuation past the border,
+    /// from the inner side of the rim outwards. Sources are the pixels inside the rim, mirrored, and shifted along the border so
+    /// that lines with the given slope continue straight. If the surface ends, the path reverses. Returns the number of pixels
+    /// for the rim: 0 if the surface ends inside the rim.
     std::int32_t add_path(std::int32_t start, std::int32_t count, float slope, buffer<std::int32_t>& path) const {
         const std::int32_t inner = pixel_inside(start), rim = inner == no_pixel ? 0 : rim_;
         std::int32_t at = inner == no_pixel ? start : inner, shifted = 0;
@@ -77,7 +77,7 @@ public:
 
 private:
     static constexpr int depth = 24;              // number of pixels inwards that are measured
-    static constexpr std::ptrdiff_t radius = 16;  // pixels along the border on each side of an average; averaged twice
+    static constexpr std::ptrdiff_t radius = 16;  // of the averages along the border, in pixels; sums are averaged twice
 
     /// Sums of products of two gradients: inwards, and along the border.
     struct sums {

@@ -119,9 +119,9 @@ private:
     struct column {
         std::int32_t x, border, source, reach;
         float slope;
-        bool follows;  ///< linked to the previous column
+        bool follows;  ///< whether it is linked to the previous column
     };
-    /// The new pixels beside a border pixel.
+    /// The new pixels beside a border pixel, in its row.
     struct strip {
         std::int32_t border, nearest, count;  ///< nearest: new index of the pixel next to the border pixel
     };
@@ -135,7 +135,8 @@ private:
         return graph_.x()[r.last - 1] + 1 == graph_.width() ? right_.reach[right_.find(r.last - 1)] : 0;
     }
 
-    /// Canonical order of two runs that begin at x and other_x with the disparities of `pixel` and `other`.
+    /// Whether the run that begins at `x` precedes the run that begins at `other_x` in canonical order. The runs begin with the
+    /// disparities of `pixel` and `other`.
     bool is_before(std::int32_t x, std::int32_t pixel, std::int32_t other_x, std::int32_t other) const {
         if (x != other_x) return x < other_x;
         return disparity_[pixel] != disparity_[other] ? disparity_[pixel] > disparity_[other] : pixel < other;
@@ -151,7 +152,7 @@ private:
         return lines;
     }
 
-    /// Lists the pixels of the rim inside a border pixel, with the pixels that they show.
+    /// Lists the pixels of the rim inside a border pixel, with the pixels whose colors they get.
     void repaint_rim(const border_side& b, std::int32_t pixel) {
         buffer<std::int32_t> path;
         for (std::int32_t k = b.add_path(pixel, 0, path); k-- > 0;) {
@@ -191,7 +192,8 @@ private:
     ///
     /// beside  new indices of the last row and its continuation; empty for rows above
     ///
-    /// For rows above, returns the new indices of the row next to the photo, one per column; no_pixel if a column has none there.
+    /// For rows above, returns the new indices of the row next to the photo, one per column; no_pixel for a column that does not
+    /// reach it.
     buffer<std::int32_t> add_outer_rows(const buffer<line>& lines, side outwards, buffer<std::int32_t> beside) {
         const border_side& from = outwards == side::up ? top_ : bottom_;
         const buffer<column> columns = columns_of(lines, from);
@@ -225,8 +227,8 @@ private:
         return beside;
     }
 
-    /// Returns the runs of columns that reach a distance from the photo, in canonical order: the first column, and one after the
-    /// last.
+    /// Returns the runs of columns that reach a distance from the photo, in canonical order. A run is its first column, and the
+    /// column after its last.
     buffer<std::pair<std::int32_t, std::int32_t>> runs_at(std::int32_t distance, const buffer<column>& columns) const {
         const auto is_there = [&](std::int32_t c) { return columns[c].reach >= distance; };
         buffer<std::pair<std::int32_t, std::int32_t>> runs;

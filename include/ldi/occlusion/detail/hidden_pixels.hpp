@@ -28,7 +28,7 @@ struct expansion_access {
 class hidden_pixels {
 public:
     /// base       one layer in the order of the photo; growth adds links to its pixels
-    /// disparity  of the base; must outlive all calls except write_disparity()
+    /// disparity  disparities of the base; must outlive all calls except write_disparity()
     hidden_pixels(graph_builder base, array_view<const float> disparity)
         : base_(std::move(base)),
           base_disparity_(disparity),
@@ -179,8 +179,8 @@ private:
     array_view<const float> base_disparity_;
     std::int32_t base_count_;
     buffer<std::int32_t> newest_;  // last hidden pixel added at each position, or no_pixel
-    buffer<std::int32_t> older_;   // per hidden pixel: the one added before it at its position
-    graph_builder hidden_;         // links lead to pixels of both; never built
+    buffer<std::int32_t> older_;   // per hidden pixel: the hidden pixel added before it at its position
+    graph_builder hidden_;         // links lead to base and hidden pixels; build() is not called
     buffer<float> hidden_disparity_;
     buffer<std::int32_t> origin_;  // per hidden pixel: the pixel of the photo whose surface it continues
 };

@@ -14,12 +14,13 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Measures the rim along each side of a photo: the outermost rows or columns, as long as each has a single color, and `fading`
-/// more, in which that color fades out. More than `max_rim` of them are a plain background instead of a rim.
+/// Measures the rim along each side of a photo. A rim consists of the outermost rows or columns, as long as each has a single
+/// color, and of `fading` more, in which that color fades out. More than `max_rim` rows or columns of a single color are a plain
+/// background instead of a rim.
 class rim_finder {
 public:
     /// g             in canonical order
-    /// color, known  K x 3 and K
+    /// color, known  columns of the layered image, K x 3 and K
     rim_finder(const graph_view& g, array_view<const std::uint8_t> color, array_view<const std::uint8_t> known,
                const buffer<pixel_run>& runs)
         : graph_(g), color_(color), known_(known), runs_(runs) {}
