@@ -1,4 +1,4 @@
-// Transfers a column of a layered image to the vertices of its mesh: the output of the caller's own columns.
+// Transfers a column of a layered image to the vertices of its mesh. Callers use it to output their own columns.
 #pragma once
 
 #include <ldi/base/array_view.hpp>
