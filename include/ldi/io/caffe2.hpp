@@ -23,8 +23,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Reads a network from two Caffe2 files.
 ///
-/// network                    the bytes of NAME.pb; its operators are Int8Quantize, then any number of Int8Conv, Int8Add and
-///                            Int8ResizeNearest, then Int8Dequantize
+/// network                    the bytes of NAME.pb; its operators are NCHW2NHWC (optional), Int8Quantize, then any number of
+///                            Int8Conv, Int8Add and Int8ResizeNearest, then Int8Dequantize
 /// weights                    the bytes of NAME_init.pb
 /// network_file, weight_file  names of the files in messages
 ///

@@ -54,7 +54,7 @@ inline namespace LDI_READERS {
 /// Applies the EXIF orientation. If ldi::io has Little CMS, converts colors to sRGB from the file's profile (ICC; Display P3
 /// and BT.2020 by number). Converts gray, and Adobe CMYK and YCCK without a profile, to RGB, keeps the upper 8 of 16 bits, and
 /// composites transparent pixels on white. Reads the first frame of an animated GIF and the default picture of an animated PNG,
-/// usually its first frame. Ignores gain maps (Ultra HDR, HEIC): the result is the photo for a screen without HDR.
+/// usually its first frame. Ignores gain maps (Ultra HDR, HEIC): the result is the photo as a screen without HDR shows it.
 ///
 /// where  name of the data in errors
 ///

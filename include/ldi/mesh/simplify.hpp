@@ -88,8 +88,8 @@ private:
     const outline_corner& corner(std::int32_t id) const { return outlines_.corners[id]; }
     const chart_outlines& outlines_;
     buffer<std::int32_t> kept_;
-    buffer<std::uint8_t>
-        fresh_;  ///< per element of kept_: whether the latest split of its piece created the edge that starts there
+    /// Per element of kept_: whether the latest split of its piece created the edge that starts there.
+    buffer<std::uint8_t> fresh_;
     buffer<stretch> stretches_;
     std::int32_t splits_ = 0;
 };

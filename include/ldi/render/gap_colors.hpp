@@ -61,7 +61,7 @@ private:
     }
     float inverse_depth(std::size_t place) const { return 1 / seen_.depth.data()[place]; }
 
-    /// Creates a cell for every pixel of a gap, and merges adjacent cells.
+    /// Creates a cell for every pixel of a gap, and merges the sets of adjacent cells.
     void find_gaps() {
         buffer<std::int32_t> above(width(), no_cell);
         for (std::size_t place = 0; place < seen_.coverage.size(); ++place) {

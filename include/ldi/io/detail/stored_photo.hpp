@@ -43,8 +43,8 @@ inline decoded_picture<std::uint8_t> allocate_picture(std::size_t height, std::s
     return picture;
 }
 
-/// Raises out_of_memory unless `bytes` bytes can be allocated now. Call it before libraries that report a lack of memory as
-/// damage, or that wait forever for threads that failed to start.
+/// Raises out_of_memory unless `bytes` bytes can be allocated now. Use it before calls of libraries that report a lack of memory
+/// as damage, or that wait forever for threads that failed to start.
 inline void require_memory(std::size_t bytes, const std::string& where) {
     void* volatile const probe = std::malloc(bytes);  // volatile: otherwise compilers remove it
     if (probe == nullptr)

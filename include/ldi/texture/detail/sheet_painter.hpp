@@ -39,7 +39,7 @@ public:
         const std::int32_t pixel_y = rows_[y].pixel;
         for (std::int32_t x = 0, end = 0; x < columns_.count(); to += 3 * (end - x), x = end) {
             const sheet_source source = sources_.at(columns_[x].pixel, pixel_y);
-            const auto is_alike = [&](std::int32_t other) {  // cleaned pixels never are, because each has its own color_beside()
+            const auto is_alike = [&](std::int32_t other) {  // each cleaned pixel has its own color_beside()
                 return columns_[other].pixel == columns_[x].pixel ||
                        (source != sheet_source::cleaned && sources_.at(columns_[other].pixel, pixel_y) == source);
             };
