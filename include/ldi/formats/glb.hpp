@@ -39,7 +39,7 @@ struct vertex_attribute {
 };
 
 struct glb_options {
-    /// Camera that took the photo, for viewers that start there. If absent, the file has no camera.
+    /// Camera that took the photo. Viewers may start at its position. If absent, the file has no camera.
     std::optional<pinhole_camera> camera;
     /// Motion budget for viewers (render/motion.hpp), written as `motion` in the scene's extras if present.
     std::optional<float> motion = std::nullopt;

@@ -123,7 +123,7 @@ inline entry checked_entry(const std::string& name, const json_value& line, std:
         return result;
     };
     part("dtype", line.kind == json_kind::object);
-    json_value type, shape, place;  // one walk, because a header may have a hundred thousand entries
+    json_value type, shape, place;  // found in one walk, because a header may have a hundred thousand entries
     int members = 0;
     for_each_member(line, [&](const std::string& key, const json_value& value) {
         ++members;

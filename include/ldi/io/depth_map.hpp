@@ -63,8 +63,8 @@ image<float> load_depth_map(const std::filesystem::path& path, const depth_map_o
 /// broken deterministically. Raises invalid_data if no pixel is valid.
 image<float> fill_invalid(image<float> depth_map, const std::string& where = "depth map");
 
-/// Averages the known pixels of blocks until the map has at most max_pixels pixels. Stages copy the map and work on at most
-/// 4096 x 4096 pixels, so a larger map only costs memory.
+/// Averages the known pixels of square blocks. Uses the smallest blocks with which the map has at most max_pixels pixels.
+/// Stages copy the map and work on at most 4096 x 4096 pixels, so a larger map only costs memory.
 image<float> shrink_depth_map(image<float> depth_map, std::size_t max_pixels = 32'000'000);
 
 /// Checks that a depth map can belong to a photo: the aspect ratios differ by at most 2 %. The sizes may differ. Raises

@@ -1,5 +1,5 @@
-// Reads photos from JPEG, PNG, GIF, BMP, HEIC, AVIF, WebP and TIFF files: upright, always as 8-bit sRGB. Also reads the lens
-// from EXIF, because the field of view determines the distance in space between two pixels.
+// Reads photos from JPEG, PNG, GIF, BMP, HEIC, AVIF, WebP and TIFF files: upright, always as 8-bit sRGB. Also reads the focal
+// length from EXIF, because the field of view determines the distance in space between two pixels.
 #pragma once
 
 #include <ldi/base/error.hpp>

@@ -30,7 +30,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// Options of soft edges (soft_edges.hpp): silhouettes of foreground surfaces fade out over a strip. Widths are in pixels.
 struct soft_edge_options {
     float min_width = 1.0F;  ///< 0: edges are hard
-    float max_width = 3.0F;  ///< width where the matte extends farther; less than the padding of the atlas
+    float max_width = 3.0F;  ///< maximum width, where the matte extends farther; less than the padding of the atlas
     /// Approximate maximum size of the strip, as a share of the size of mesh and texture in a file. If this is not enough for
     /// all silhouettes, only those with the largest steps in disparity have a strip.
     float max_share = 0.08F;
@@ -190,9 +190,9 @@ public:
     outline_repair(flat_mesh& flat, simplified_boundary& boundary, const chart_set& charts, Executor& threads)
         : flat_(flat), boundary_(boundary), charts_(charts), threads_(threads), to_split_(charts.charts.size()) {}
 
-    /// Sets flat.charts. A simplified outline can cross itself. The code then splits the affected edges and checks the charts on
-    /// both sides again. This ends, because fully detailed outlines never cross. The triangulation makes the final decision, but
-    /// it stops at the first conflict, so crossing_finder first finds and repairs most crossings.
+    /// Sets flat.charts. A simplified outline can cross itself. The code then splits the affected edges and checks the charts
+    /// on both sides again. The repair terminates, because fully detailed outlines never cross. The triangulation makes the
+    /// final decision, but it stops at the first conflict, so crossing_finder first finds and repairs most crossings.
     void triangulate_all() {
         buffer<std::int32_t> open;
         for (std::int32_t c = 0; c < charts_.charts.count(); ++c) open.push_back(c);

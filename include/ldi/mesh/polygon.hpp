@@ -28,7 +28,7 @@ struct polygon {
     void clear() { points.clear(), next.clear(), outline_count = 0; }
 };
 
-/// F triangles. Half-edge 3 f + i runs from vertex i of triangle f to its next vertex.
+/// A triangulation with F triangles. Half-edge 3 f + i runs from vertex i of triangle f to its next vertex.
 struct triangulation {
     buffer<std::uint32_t> triangles;  ///< F x 3 vertex indices, counter-clockwise on screen
     buffer<std::int32_t> mates;       ///< F x 3: the opposite half-edge, or -1 if the edge belongs to a chain

@@ -97,8 +97,8 @@ private:
         return seen == visible_surfaces::nothing ? nothing : seen;
     }
 
-    /// Returns the step in disparity from a corner to the farthest surface visible beside it; 0 if a nearer surface is visible,
-    /// or no other surface.
+    /// Returns the step in disparity from a corner to the farthest surface visible beside it. Returns 0 if a nearer surface is
+    /// visible there, or if no other surface is.
     float step_at(const outline_corner& c) const {
         float nearest = c.disparity, farthest = c.disparity;
         for (const std::int32_t y : {c.y - 1, c.y})
@@ -151,10 +151,10 @@ private:
         const std::int32_t last = edge_count();
         for (std::int32_t i = 0; i < corners_.count(); ++i) {
             const std::int32_t before = i > 0 ? i - 1 : is_closed_ ? last - 1 : -1, after = i < last ? i : is_closed_ ? 0 : -1;
-            if (before < 0 || after < 0 || !is_soft(before) || !is_soft(after)) continue;  // tapers off
+            if (before < 0 || after < 0 || !is_soft(before) || !is_soft(after)) continue;  // the strip tapers off here
             const vector sum{normals_[before].x + normals_[after].x, normals_[before].y + normals_[after].y};
             const float squared = sum.x * sum.x + sum.y * sum.y;
-            if (squared < 0.5F) continue;  // a spike
+            if (squared < 0.5F) continue;  // the edges form a spike
             const vector normal{sum.x / std::sqrt(squared), sum.y / std::sqrt(squared)};
             // The integral of a matte that falls linearly from 1 to 0 is half of the width over which it falls.
             const float width = std::clamp(2.0F * matte_beyond(corner(i), normal), options_.min_width, options_.max_width);

@@ -35,8 +35,8 @@
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct stud_options {
-    /// Target distance between studs, and between the rows with single vertices, in pixels; at least 1. Trades triangles for
-    /// accuracy, as the tolerance does; both were tuned by experiment.
+    /// Target distance between studs, and between the rows with single vertices, in pixels; at least 1. A smaller distance or
+    /// tolerance means more triangles and a smaller error; both were tuned by experiment.
     std::int32_t spacing = 24;
     /// Maximum error of disparity interpolated between two vertices along a stud or row.
     float disparity_tolerance = 0.006F;

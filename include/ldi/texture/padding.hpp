@@ -120,7 +120,7 @@ private:
         });
     }
 
-    /// Has no branches, so that the compiler can vectorize it.
+    /// Whether a texel next to `texel` is empty. The function has no branches, so that the compiler can vectorize it.
     bool is_at_border(std::ptrdiff_t texel) const {
         const auto is_empty = [&](std::ptrdiff_t t) { return static_cast<int>(kind_[t] == texel_kind::empty); };
         return (is_empty(texel - 1) | is_empty(texel + 1) | is_empty(texel - stride_) | is_empty(texel + stride_)) != 0;

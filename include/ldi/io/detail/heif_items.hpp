@@ -125,7 +125,7 @@ private:
             }
             if (p.type == "irot" || p.type == "imir" || p.type == "clap") ++passes;
         }
-        c.pixels = passes;  // passes per pixel; read_size() multiplies by the number of pixels
+        c.pixels = passes;  // passes per pixel; add_own() multiplies them by the number of pixels
     }
 
     /// Adds the cost of the picture itself.

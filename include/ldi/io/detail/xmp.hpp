@@ -23,7 +23,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 struct xmp_property {
     std::string_view space;  ///< URI of the namespace, without the slash that some writers append
     std::string_view name, text;
-    std::size_t owner;  ///< index of the structure that contains it
+    std::size_t owner;  ///< index of the structure that contains the property
 };
 
 /// Properties of one or more packets. A damaged packet contributes only the properties before the damage.

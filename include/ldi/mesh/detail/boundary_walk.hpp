@@ -73,7 +73,7 @@ inline buffer<std::uint8_t> mark_boundary_sides(const graph_view& g, std::span<c
     return sides;
 }
 
-/// Lists the pixels with a boundary side, ascending. Reads eight pixels at a time, because most have no boundary side.
+/// Lists the pixels with a boundary side, in ascending order. Reads eight pixels at a time, because most have no boundary side.
 inline buffer<std::int32_t> pixels_with_boundary(const buffer<std::uint8_t>& sides) {
     buffer<std::int32_t> pixels;
     pixels.reserve(sides.size() / 16);

@@ -15,8 +15,8 @@ class crossing_finder {
 public:
     /// Reports three kinds of faults: collision(v, w) for edges v -> next[v] and w -> next[w] that meet elsewhere than in end
     /// points of both; overlap(v, w) for vertices at one point through which the outline passes twice with overlapping
-    /// interiors; and spike(v) for vertices where the outline doubles back or has an edge of length 0. Two edges may coincide.
-    /// May report a fault more than once.
+    /// interiors; and spike(v) for vertices where the outline doubles back or has an edge of length 0. Two edges may coincide
+    /// in opposite directions, as along a slit. May report a fault more than once.
     template <class Report>
     void find_all(const polygon& shape, Report& report) {
         assign(shape);
@@ -33,8 +33,8 @@ public:
         }
     }
 
-    /// Same as find_all(), but compares only the edges with fresh[v] != 0 to all edges. The caller guarantees that no two of the
-    /// remaining edges meet.
+    /// Same as find_all(), but compares only the edges with fresh[v] != 0 with all edges. The caller guarantees that no two of
+    /// the remaining edges meet.
     template <class Report>
     void find_fresh(const polygon& shape, const buffer<std::uint8_t>& fresh, Report& report) {
         if (std::count(fresh.begin(), fresh.end(), 0) + max_fresh < fresh.count()) return find_all(shape, report);

@@ -108,7 +108,7 @@ private:
             }
     }
 
-    std::int32_t left_, top_;  // in the photo
+    std::int32_t left_, top_;  // position of the first pixel in the photo
     std::int32_t atlas_left_, atlas_top_, width_, height_;
     const texture_atlas& atlas_;
     image_view<const std::uint8_t> worked_on_;
