@@ -159,8 +159,8 @@ inline stored_photo decode_tiff(std::span<const std::byte> bytes, decoding_budge
     std::uint16_t orientation = 1;
     TIFFGetFieldDefaulted(file.get(), TIFFTAG_ORIENTATION, &orientation);
     photo.orientation = orientation;
-    TIFFSetField(file.get(), TIFFTAG_ORIENTATION,
-                 ORIENTATION_TOPLEFT);  // otherwise libtiff mirrors the picture, but does not rotate it
+    // Otherwise libtiff mirrors the picture, but does not rotate it.
+    TIFFSetField(file.get(), TIFFTAG_ORIENTATION, ORIENTATION_TOPLEFT);
     std::uint32_t count = 0;
     const void* data = nullptr;
     if (TIFFGetField(file.get(), TIFFTAG_ICCPROFILE, &count, &data) == 1 && count <= max_profile_bytes) {
