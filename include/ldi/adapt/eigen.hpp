@@ -1,6 +1,6 @@
 // Meshes and poses as Eigen types, without a copy: V, F and UV are matrices with one row per vertex or triangle, as in libigl,
-// and the pose of a view is an isometry. Requires Eigen 3.4; no other header of ldi does. Include the single header, if you use
-// it, before this one.
+// and the pose of a view is an isometry. Requires Eigen 3.4; no other header of ldi does. If you use the single header, include
+// it before this one.
 #pragma once
 
 #ifndef LDI_SINGLE_HEADER
@@ -34,7 +34,8 @@ inline texture_coordinate_map texture_coordinates(const textured_mesh& mesh) {
     return {mesh.texture_coordinates.data(), static_cast<Eigen::Index>(mesh.vertex_count()), 2};
 }
 
-/// Transform from the camera's axes to the photo's space: `pose(v) * Eigen::Vector3f::Zero()` is the camera's position.
+/// Returns the transform from the camera's axes to the photo's space: `pose(v) * Eigen::Vector3f::Zero()` is the camera's
+/// position.
 inline Eigen::Isometry3f pose(const view& v) {
     Eigen::Isometry3f result = Eigen::Isometry3f::Identity();
     result.linear() = Eigen::Map<const Eigen::Matrix<float, 3, 3, Eigen::RowMajor>>(v.rotation.data());

@@ -1,6 +1,6 @@
-// Images as xtensor types: images are made from any expression or NumPy array, and become tensors without a copy. Requires
-// xtensor 0.24; no other header of ldi does. xtensor's lazy views cost ten times as much as loops over rows, so use them for
-// work done once per image. Include the single header, if you use it, before this one.
+// Converts between images and xtensor types. Tensors map the memory of images without a copy. Images are made from any
+// expression or NumPy array. Requires xtensor 0.24; no other header of ldi does. xtensor's lazy views cost ten times as much as
+// loops over rows, so use them for work done once per image. If you use the single header, include it before this one.
 #pragma once
 
 #ifndef LDI_SINGLE_HEADER

@@ -69,9 +69,9 @@ inline void check_charts(const chart_set& charts, const graph_view& g, const cha
         raise(error_code::mismatch, where, "charts of these " + std::to_string(g.size()) + " pixels", "charts of other pixels");
 }
 
-/// W x H: 1 at lattice positions with several pixels, and within `range` rows and columns of the end of a surface. At all other
-/// positions, pixels within that range belong to the same surface, so constraint 3 holds. In a photo, almost all positions are
-/// of this kind.
+/// Returns H x W values: 1 at lattice positions with several pixels, and within `range` rows and columns of the end of a
+/// surface. At all other positions, pixels within that range belong to the same surface, so constraint 3 holds. Almost all
+/// positions of a photo are of this kind.
 inline buffer<std::uint8_t> positions_near_other_surfaces(const graph_view& g, std::int32_t range) {
     constexpr std::uint8_t taken = 1, contested = 2;
     buffer<std::uint8_t> positions(g.position_count(), 0);
@@ -177,7 +177,7 @@ private:
     void grow_from(const strip& r, array_view<const std::int32_t> links, std::int32_t y) {
         std::int32_t pixel = r.first;
         for (std::int32_t x = r.x; x < r.x + r.count; pixel = graph_.right()[pixel]) {
-            const std::int32_t first = pixel;  // of pixels side by side in memory, over which no step waits for a link
+            const std::int32_t first = pixel;  // start of pixels adjacent in memory; `++pixel` does not wait for the loaded link
             while (x + pixel - first + 1 < r.x + r.count && graph_.right()[pixel] == pixel + 1) ++pixel;
             for (std::int32_t p = first; p <= pixel; ++p, ++x)
                 if (may_join(links[p], x, y)) add_strip(links[p], x, y);
@@ -226,7 +226,7 @@ private:
         return cells_[std::int64_t{y >> cell_shift_} * cell_columns_ + (x >> cell_shift_)];
     }
 
-    /// The current chart's pixel at a lattice position.
+    /// Returns the current chart's pixel at a lattice position, or no_pixel.
     std::int32_t occupant(std::int32_t x, std::int32_t y) {
         const std::int32_t pixel = occupants_[at(x, y)];
         return pixel != no_pixel && chart_of(pixel) == current_ ? pixel : no_pixel;
@@ -279,7 +279,8 @@ private:
                differ(other, walk(along_y, std::abs(steps_y), along_x, std::abs(steps_x)));
     }
 
-    /// Whether two pixels belong to different surfaces: as in expand(), if they differ by more than twice the threshold.
+    /// Whether two pixels belong to different surfaces: their disparities differ by more than twice surface_rule::max_step, as
+    /// in expand().
     bool differ(std::int32_t a, std::int32_t b) const { return std::abs(disparity_[a] - disparity_[b]) > threshold_; }
 
     std::size_t at(std::int32_t x, std::int32_t y) const { return graph_.position(x, y); }
@@ -302,7 +303,8 @@ private:
 }  // namespace detail
 
 /// Partitions all pixels of a layered image into charts. `surface` is the rule by which its pixels are linked. Raises
-/// error_code::invalid_option if an option is outside its range. Linear time; up to 18 bytes per pixel and 120 per chart.
+/// error_code::invalid_option if an option is outside its range. Time is linear. Memory is up to 18 bytes per pixel and 120 per
+/// chart.
 template <has_columns<disparity_column> Layers>
 chart_set make_charts(const Layers& layers, surface_rule surface, const chart_options& options = {}) {
     if (options.max_side < 16) raise(error_code::invalid_option, "max_side", "at least 16", std::to_string(options.max_side));

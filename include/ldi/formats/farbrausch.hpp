@@ -1,6 +1,6 @@
-// Reads the inpainting network from the bytes of a safetensors file: its convolutions, and its kind from the metadata.
-// examples/training/farbrausch/export.py writes Farbrausch, examples/training/partial_convolution.py the full-size PartialConv.
-// io/farbrausch_file.hpp loads either from a file.
+// Reads an inpainting network from the bytes of a safetensors file. The metadata state the kind of network.
+// examples/training/farbrausch/export.py writes Farbrausch, and examples/training/partial_convolution.py writes the full-size
+// PartialConv. io/farbrausch_file.hpp loads both from files.
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -22,7 +22,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Decodes an inpainting network.
 ///
-/// kind  if empty, int8 if the weights contain the ranges that it requires, else float32
+/// kind  arithmetic; if empty, int8 if the weights contain the ranges that int8 requires, otherwise float32
 ///
 /// Raises the errors of decode_safetensors() and farbrausch; mismatch and unsupported if the metadata describe another kind of
 /// network.
@@ -52,7 +52,7 @@ inline inpainting_architecture parse_inpainting_architecture(const named_tensors
     const std::string here = where + ", architecture";
     const json_value text = read_json_object(found->second, 3, here);
 
-    // Metadata with only one accepted value, because other values would require other arithmetic.
+    // Members with only one accepted value, because other values would require other arithmetic.
     const std::string_view fixed[][2] = {
         {"name", has_fills ? "\"farbrausch\"" : "\"partial_convolution\""},
         {"version", "1"},

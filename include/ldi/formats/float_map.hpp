@@ -35,7 +35,7 @@ float stored_float(const std::byte* from, bool swap_bytes) {
     return static_cast<float>(value);
 }
 
-/// Parses a text that is one whole number of at most 2^31 - 1. Empty for any other text.
+/// Parses a text that is one whole number of at most 2^31 - 1. Returns an empty result for any other text.
 inline std::optional<std::size_t> whole_number(std::string_view text) {
     std::uint32_t value = 0;
     const std::from_chars_result read = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -49,7 +49,7 @@ struct float_map_header : picture_header {
     bool is_swapped = false, columns_first = false;
 };
 
-/// Checks that the file contains all values and that their number is allowed.
+/// Raises invalid_data unless the file contains all values.
 inline void check_float_map(const float_map_header& header, std::span<const std::byte> bytes, const std::string& where) {
     const std::size_t left = bytes.size() - header.begin;
     if (header.width > left / header.item / header.height)
@@ -61,7 +61,8 @@ inline void check_float_map(const float_map_header& header, std::span<const std:
 /// Reads the header of a PFM file. Raises invalid_data.
 inline float_map_header read_pfm_header(std::span<const std::byte> bytes, const std::string& where) {
     const auto broken = [&](const std::string& found) { damaged(picture_format::pfm, where, found); };
-    // "Pf", width, height and scale, each followed by white space. After the scale it is a single character.
+    // The header consists of "Pf", width, height and scale. White space follows each of them; after the scale, it is a single
+    // character.
     std::string_view fields[3];
     std::size_t at = 2;
     for (std::string_view& field : fields) {
@@ -76,7 +77,7 @@ inline float_map_header read_pfm_header(std::span<const std::byte> bytes, const 
     }
     const std::optional<std::size_t> width = whole_number(fields[0]), height = whole_number(fields[1]);
     if (!width || !height || *width == 0 || *height == 0) broken("no size in its header");
-    // The sign is the byte order. The number itself is a unit of brightness, which readers ignore.
+    // The sign of the scale states the byte order. Its magnitude is a unit of brightness, which readers ignore.
     const std::string_view scale = fields[2];
     if (scale.find_first_not_of("+-.0123456789eE") != scale.npos || scale.find_first_of("123456789") == scale.npos)
         broken("a scale of '" + std::string(scale) + "'");
@@ -89,7 +90,7 @@ inline float_map_header read_pfm_header(std::span<const std::byte> bytes, const 
 
 }  // namespace detail
 
-/// Decodes a PFM file to H x W x 1, values as stored. `where` names the file in messages. Raises invalid_data.
+/// Decodes a PFM file to H x W x 1 and leaves the values as stored. `where` names the file in messages. Raises invalid_data.
 inline image<float> decode_pfm(std::span<const std::byte> bytes, const std::string& where) {
     const detail::float_map_header header = detail::read_pfm_header(bytes, where);
     detail::check_float_map(header, bytes, where);
@@ -103,7 +104,8 @@ inline image<float> decode_pfm(std::span<const std::byte> bytes, const std::stri
 
 namespace detail {
 
-/// Returns the text of an NPY header, a Python dictionary, after a key and its colon; empty if the key is missing.
+/// Returns the text after a key and its colon in the header of an NPY file, which is a Python dictionary; empty if the key is
+/// missing.
 ///
 /// key  including its quotes
 inline std::string_view npy_field(std::string_view dictionary, std::string_view key) {
@@ -113,7 +115,7 @@ inline std::string_view npy_field(std::string_view dictionary, std::string_view 
     return value == dictionary.npos ? std::string_view() : dictionary.substr(value);
 }
 
-/// Parses a Python tuple such as "(384, 288)". Empty if the text is not a tuple or has more than 8 numbers.
+/// Parses a Python tuple such as "(384, 288)". Returns an empty result if the text is not a tuple or has more than 8 numbers.
 inline std::optional<buffer<std::size_t>> npy_shape(std::string_view text) {
     if (text.empty() || text.front() != '(') return std::nullopt;
     const std::size_t end = text.find(')');
@@ -175,7 +177,8 @@ inline float_map_header read_npy_header(std::span<const std::byte> bytes, const 
 
 }  // namespace detail
 
-/// Decodes an NPY file to H x W x 1, values as stored. `where` names the file in messages. Raises invalid_data, unsupported.
+/// Decodes an NPY file to H x W x 1 and leaves the values as stored. `where` names the file in messages. Raises invalid_data,
+/// unsupported.
 inline image<float> decode_npy(std::span<const std::byte> bytes, const std::string& where) {
     const detail::float_map_header header = detail::read_npy_header(bytes, where);
     detail::check_float_map(header, bytes, where);

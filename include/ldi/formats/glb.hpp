@@ -39,7 +39,7 @@ struct vertex_attribute {
 };
 
 struct glb_options {
-    /// Camera that took the photo, for viewers that start there. If absent, the file has no camera.
+    /// Camera that took the photo. Viewers may start at its position. If absent, the file has no camera.
     std::optional<pinhole_camera> camera;
     /// Motion budget for viewers (render/motion.hpp), written as `motion` in the scene's extras if present.
     std::optional<float> motion = std::nullopt;
@@ -58,16 +58,17 @@ struct glb_options {
     bool double_sided = true;
 };
 
-/// Encodes a mesh and its textures as a GLB file: one node and mesh; one primitive per texture, and one more for soft edges,
-/// which viewers blend over the others (COLOR_0 with alpha). Positions are float32, texture coordinates normalized 16-bit,
-/// indices 16-bit for primitives with less than 65,536 vertices, otherwise 32-bit. The file keeps unused vertices, but not parts
-/// without triangles, nor textures that only such parts use.
+/// Encodes a mesh and its textures as a GLB file with one node and one mesh. The mesh has one primitive per texture, and one
+/// more for soft edges, which viewers blend over the other primitives (COLOR_0 with alpha). Positions are float32. Texture
+/// coordinates are normalized 16-bit numbers. Indices have 16 bits in primitives with fewer than 65,536 vertices, otherwise 32
+/// bits. The file keeps unused vertices, but omits parts without triangles and textures that only such parts use.
 ///
 /// textures  one JPEG or PNG file for each part of the mesh
 ///
-/// Raises mismatch for another number of textures and for columns of different lengths; invalid_data if the mesh is empty, has a
-/// coordinate that is not finite, a texture coordinate outside [0, 1] or an index out of range, or if a texture is not a
-/// complete JPEG or PNG file; invalid_option for an attribute that violates vertex_attribute; too_large beyond 4 GB.
+/// Raises mismatch if the number of textures is not the number of parts, or if columns differ in length; invalid_data if the
+/// mesh is empty, has a coordinate that is not finite, a texture coordinate outside [0, 1] or an index out of range, or if a
+/// texture is not a complete JPEG or PNG file; invalid_option for an attribute that violates vertex_attribute; too_large beyond
+/// 4 GB.
 buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const std::span<const std::byte>> textures,
                              const glb_options& options = {});
 
@@ -130,7 +131,7 @@ inline void add_camera(json_text& json, const pinhole_camera& photo, const conte
     for (const geometry& g : c.parts)
         if (!g.is_strip()) highest = (std::max)(highest, g.highest[2]), lowest = (std::min)(lowest, g.lowest[2]);
     const double nearest = -highest, farthest = (std::max)(0.0, -lowest);
-    // Leaves room to move forward and back.
+    // This range leaves room for viewers to move forward and back.
     const double z_near = nearest > 0 ? 0.1 * nearest : 0.01, z_far = (std::max)(10 * farthest, 100 * z_near);
     json.add(R"("cameras":[{"perspective":{"aspectRatio":)", nearest_double(photo.width) / photo.height);
     json.add(R"(,"yfov":)", 2 * std::atan(0.5 * photo.height / double{photo.focal_length}));
@@ -153,7 +154,7 @@ inline std::string json_string(std::string_view text) {
     return result + '"';
 }
 
-/// Adds data that glTF has no field for as the scene's extras; nothing if there are none.
+/// Adds the data for which glTF has no field as the scene's extras. Adds nothing if there is no such data.
 inline void add_extras(json_text& json, const glb_options& options) {
     const char* before = R"("extras":{)";
     const auto add = [&](std::string_view name, const auto& value) {
@@ -187,7 +188,7 @@ inline buffer<char> describe(const contents& c, const glb_options& options) {
         json.add(R"({"bufferView":)", c.view_of_texture(t), R"(,"mimeType":")",
                  is_png(c.textures[t]) ? "image/png" : "image/jpeg", R"("})");
     });
-    // Unlit materials show the texture unchanged. Viewers without unlit materials show it as not metallic.
+    // Unlit materials show the texture unchanged. Viewers that do not support them show a surface that is not metallic.
     json.add(R"(],"materials":[)");
     add_list(c.parts.size(), [&](std::size_t p) {
         json.add("{", c.parts[p].is_strip() ? R"("alphaMode":"BLEND",)" : "",
@@ -216,7 +217,7 @@ inline buffer<char> describe(const contents& c, const glb_options& options) {
     return json.text();
 }
 
-/// Fills a file from front to back, little-endian as glTF requires.
+/// Writes a file from front to back. Numbers are little-endian, as glTF requires.
 class writer {
 public:
     explicit writer(std::byte* to) : to_(to) {}

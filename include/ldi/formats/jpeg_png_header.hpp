@@ -19,7 +19,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Whether the Huffman tables of a segment have no more codes than bytes. Otherwise stb_image 2.27 writes beyond its tables.
+/// Whether each Huffman table of a segment is complete and has at most 256 codes. For other tables, stb_image 2.27 writes
+/// beyond its buffers.
 inline bool are_huffman_tables(std::span<const std::byte> body) {
     while (!body.empty()) {
         if (body.size() < 17) return false;
@@ -110,7 +111,8 @@ private:
         if (byte_at(body, 0) != 8) unsupported(std::to_string(byte_at(body, 0)) + "-bit samples");
         header_.height = big_endian_16(body, 1), header_.width = big_endian_16(body, 3);
         components_ = byte_at(body, 5);
-        // Decoded channels, 2 bytes of coefficients per channel in a progressive file, and the picture converted from them.
+        // Bytes per pixel: the decoded channels, 2 bytes of coefficients per channel in a progressive file, and the picture
+        // converted to RGB.
         const std::size_t stored = components_ * (marker == 0xC2 ? 3 : 1);
         header_.memory_per_pixel = stored + 3;
         if (header_.height == 0) unsupported("a JPEG that states its height at the end");
@@ -196,14 +198,14 @@ inline picture_header read_png_header(std::span<const std::byte> bytes, const st
         }
         at += 12 + length;
     }
-    // Deflate cannot compress to less than 1 / 1032.
+    // Deflate cannot compress data to less than 1 / 1032 of its size.
     const double raw = nearest_double(header.width) * nearest_double(header.height) * nearest_double(layout.bits_per_pixel) / 8;
     if (raw > 1032.0 * nearest_double(compressed) + 1024.0)
         broken(std::to_string(header.width) + " x " + std::to_string(header.height) + " pixels in " + std::to_string(compressed) +
                " bytes of data");
     const auto [bits_per_pixel, decoded_bytes, interlaced] = layout;
-    // Inflated rows and the picture made of them, finally 8-bit RGB. Rows of an interlaced picture are a few bytes longer, so
-    // their buffer is doubled once.
+    // Peak bytes per pixel: first the inflated rows and the picture decoded from them, then that picture and 8-bit RGB. Rows of
+    // an interlaced picture are a few bytes longer, so their buffer is doubled once.
     const std::size_t decoded = decoded_bytes + (has_transparent_color && bits_per_pixel >= 8 ? header.bits / 8 : 0);
     const std::size_t row = (bits_per_pixel + 7) / 8, rows = interlaced ? 2 * row : row;
     header.memory_per_pixel = (std::max)({rows + decoded, decoded + 3, interlaced ? 3 * row : 0});

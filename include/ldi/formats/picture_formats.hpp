@@ -31,7 +31,7 @@ public:
 
     constexpr bool contains(picture_format format) const { return (bits_ & bit(format)) != 0; }
 
-    /// Parses names separated by commas, such as "jpeg,png". Empty if a name is unknown.
+    /// Parses names separated by commas, such as "jpeg,png". Returns an empty result if a name is unknown.
     static std::optional<picture_formats> parse(std::string_view names) {
         picture_formats result{};
         result.bits_ = 0;

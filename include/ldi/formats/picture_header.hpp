@@ -82,7 +82,7 @@ inline bool is_heif(std::span<const std::byte> bytes) {
     return false;
 }
 
-/// Describes a format by the first bytes of a file for error messages: "a GIF file".
+/// Describes the format of a file by its first bytes, for error messages: "a GIF file".
 inline std::string describe_format(std::span<const std::byte> bytes) {
     struct signature {
         std::size_t offset;

@@ -1,7 +1,8 @@
-// Writes PNG files with the standard library alone, so that a texture requires no encoder. Filters rows and codes their bytes
-// with one Huffman code, without a search for repetitions. Photographs become 4 to 15 % larger than with libpng
-// (io/picture.hpp), flat pictures many times larger. Stored blocks would need less code, but double the file: 166 instead of 82
-// kB for the crop examples/learn/archway.ppm. PNG: ISO/IEC 15948; zlib: RFC 1950; deflate: RFC 1951.
+// Writes PNG files with the standard library alone, so that callers need no encoder for textures. Filters rows and codes their
+// bytes with one Huffman code, without a search for repetitions. Files of photographs are 4 to 15 % larger than with libpng
+// (io/picture.hpp), and those of flat pictures many times larger. Uncompressed (stored) blocks would need less code, but double
+// the size of the file: 166 instead of 82 kB for the crop examples/learn/archway.ppm. PNG: ISO/IEC 15948; zlib: RFC 1950;
+// deflate: RFC 1951.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -29,7 +30,7 @@ buffer<std::byte> encode_plain_png(image_view<const std::uint8_t> picture);
 
 namespace detail::plain_png {
 
-/// Symbols are the bytes and the end of the data.
+/// Symbols of the Huffman code: the 256 byte values and the end of the data.
 inline constexpr std::size_t symbols = 257, end_of_data = 256;
 inline constexpr int max_code_length = 15;
 
@@ -41,8 +42,8 @@ inline int paeth(int left, int upper, int upper_left) {
     return to_upper <= to_upper_left ? upper : upper_left;
 }
 
-/// Applies PNG's filter 0 to 4 to row y: stores the differences to the prediction from the neighbors. Returns the sum of their
-/// absolute values.
+/// Applies one of PNG's filters, 0 to 4, to row y: stores the differences between the values and their predictions from
+/// neighbors. Returns the sum of the absolute differences.
 template <int filter>
 std::size_t filter_row(image_view<const std::uint8_t> picture, std::size_t y, std::byte* to) {
     const std::size_t channels = picture.channels(), values = picture.width() * channels;
@@ -63,7 +64,7 @@ std::size_t filter_row(image_view<const std::uint8_t> picture, std::size_t y, st
     return sum;
 }
 
-/// Filters all rows. Each starts with the number of the filter that minimizes its sum.
+/// Filters each row with the filter that minimizes the sum. The number of the filter precedes the row.
 inline buffer<std::byte> filtered(image_view<const std::uint8_t> picture) {
     const std::size_t values = picture.width() * picture.channels();
     buffer<std::byte> result(picture.height() * (values + 1), unset), tried(values, unset);
@@ -85,7 +86,8 @@ inline buffer<std::byte> filtered(image_view<const std::uint8_t> picture) {
     return result;
 }
 
-/// Computes the lengths of a Huffman code from symbol counts, at least two of them positive; 0 for symbols that do not occur.
+/// Computes the code lengths of a Huffman code from symbol counts, of which at least two must be positive. Symbols that do not
+/// occur have length 0.
 inline std::array<int, symbols> huffman_lengths(const std::array<std::size_t, symbols>& counts) {
     struct node {
         std::size_t count, symbol;  // leaves only
@@ -97,7 +99,7 @@ inline std::array<int, symbols> huffman_lengths(const std::array<std::size_t, sy
         if (counts[s] > 0) nodes[leaves++] = {counts[s], s, 0};
     std::sort(nodes.data(), nodes.data() + leaves,
               [](const node& a, const node& b) { return std::pair(a.count, a.symbol) < std::pair(b.count, b.symbol); });
-    // Inner nodes are created in ascending order, too.
+    // Like the sorted leaves, inner nodes are created in ascending order of their counts.
     std::size_t next_leaf = 0, next_inner = leaves, count = leaves;
     const auto take_smallest = [&] {
         const bool is_leaf = next_inner == count || (next_leaf < leaves && nodes[next_leaf].count <= nodes[next_inner].count);
@@ -123,7 +125,7 @@ inline std::array<int, symbols> code_lengths(std::array<std::size_t, symbols> co
     for (;;) {
         const std::array<int, symbols> lengths = huffman_lengths(counts);
         if (*std::max_element(lengths.begin(), lengths.end()) <= max_code_length) return lengths;
-        for (std::size_t& count : counts) count = (count + 1) / 2;  // makes the counts more even; none becomes 0
+        for (std::size_t& count : counts) count = (count + 1) / 2;  // makes the counts more even; positive counts stay positive
     }
 }
 
@@ -179,8 +181,8 @@ inline void append_compressed(std::span<const std::byte> bytes, buffer<std::byte
     to.push_back(std::byte{0x78}), to.push_back(std::byte{0x01});
     bit_writer writer(to);
     writer.put(0b101, 3);  // marks the last block, with a Huffman code of its own
-    // 257 lengths, and 1 length of an unused code for repetitions. A length is a number of 4 bits: the code for lengths has
-    // equal length for all symbols except 16, 17 and 18.
+    // The block states 257 code lengths, and the length of one distance code, which is unused. Each length is written as a
+    // number of 4 bits, because the code for lengths assigns 4 bits to every symbol except 16, 17 and 18, which are unused.
     writer.put(0, 5), writer.put(0, 5), writer.put(15, 4);
     for (int i = 0; i < 19; ++i) writer.put(i < 3 ? 0 : 4, 3);
     for (const int length : lengths) writer.put(reversed(static_cast<std::uint32_t>(length), 4), 4);

@@ -50,7 +50,7 @@ namespace detail::safetensors {
 
 inline constexpr std::size_t max_header_bytes = std::size_t{4} << 20;
 inline constexpr std::size_t max_dimensions = 8;
-inline constexpr int max_nesting = 3;  ///< the header, a tensor, its shape
+inline constexpr int max_nesting = 3;  ///< three levels: the header, a tensor, and its shape
 
 inline std::uint32_t little_endian(const std::byte* bytes, int size) {
     std::uint32_t value = 0;
@@ -80,7 +80,7 @@ buffer<Scalar> decoded(std::span<const std::byte> bytes, std::size_t scalar_byte
     return values;
 }
 
-/// Bytes of one value; 0 for an unsupported type.
+/// Returns the size of one value in bytes; 0 for an unsupported type.
 inline std::size_t scalar_size(std::string_view type) {
     if (type == "F32" || type == "I32") return 4;
     if (type == "F16" || type == "BF16") return 2;
@@ -123,7 +123,7 @@ inline entry checked_entry(const std::string& name, const json_value& line, std:
         return result;
     };
     part("dtype", line.kind == json_kind::object);
-    json_value type, shape, place;  // one walk, because a header may have a hundred thousand entries
+    json_value type, shape, place;  // found in one walk, because a header may have a hundred thousand entries
     int members = 0;
     for_each_member(line, [&](const std::string& key, const json_value& value) {
         ++members;
@@ -198,7 +198,8 @@ inline named_tensors decode_safetensors(std::span<const std::byte> bytes, const 
             entries.push_back(checked_entry(name, line, data.size(), where));
     });
 
-    // Tensors that fill the data without gap or overlap cannot need more memory than the size of the file.
+    // Tensors that fill the data without gap or overlap need at most twice the memory of the file: half-precision numbers
+    // become float.
     std::sort(entries.begin(), entries.end(),
               [](const entry& a, const entry& b) { return std::pair(a.begin, a.end) < std::pair(b.begin, b.end); });
     std::size_t filled = 0;

@@ -1,6 +1,6 @@
 // Reads a quantized network from two Caffe2 files, the format in which the paper's authors published Tiefenrausch: NAME.pb
-// contains the operators, NAME_init.pb the weights. Requires protozero, a header-only reader of protocol buffers, and
-// exceptions.
+// contains the operators, and NAME_init.pb contains the weights. Requires protozero, a header-only reader of protocol buffers,
+// and exceptions.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -23,14 +23,14 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Reads a network from two Caffe2 files.
 ///
-/// network                    the bytes of NAME.pb: Int8Quantize, then Int8Conv, Int8Add and Int8ResizeNearest, then
-///                            Int8Dequantize
+/// network                    the bytes of NAME.pb; its operators are NCHW2NHWC (optional), Int8Quantize, then any number of
+///                            Int8Conv, Int8Add and Int8ResizeNearest, then Int8Dequantize
 /// weights                    the bytes of NAME_init.pb
 /// network_file, weight_file  names of the files in messages
 ///
 /// Raises an error that names the operator or tensor if a file is damaged or contains something that ldi cannot run. The files
-/// are untrusted: memory stays within a small multiple of their size. The description is not complete until quantized_network
-/// has checked it.
+/// are untrusted: memory stays within a small multiple of their size. The constructor of quantized_network makes the remaining
+/// checks of the description.
 inline network_description read_caffe2(std::span<const std::uint8_t> network, std::span<const std::uint8_t> weights,
                                        const std::string& network_file = "network file",
                                        const std::string& weight_file = "weight file");
@@ -41,8 +41,8 @@ namespace detail::caffe2 {
 struct constant {
     buffer<std::int64_t> shape;
     quantization values;
-    std::string_view bytes;         ///< Int8GivenTensorFill
-    buffer<std::int32_t> integers;  ///< Int8GivenIntTensorFill
+    std::string_view bytes;         ///< values of an Int8GivenTensorFill operator
+    buffer<std::int32_t> integers;  ///< values of an Int8GivenIntTensorFill operator
     bool is_used = false;
 };
 

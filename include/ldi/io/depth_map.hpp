@@ -1,5 +1,5 @@
-// Reads depth maps in common formats: 8- or 16-bit PNG, JPEG companions, PFM and NPY, of disparity or meters, with holes. The
-// result is always disparity: larger is nearer, known up to a positive scale and a shift, NaN for unknown pixels.
+// Reads depth maps from 8- or 16-bit PNG, JPEG, PFM and NPY files. A map contains disparity or meters, and may have unknown
+// pixels. The result is always disparity: larger is nearer, known up to a positive scale and a shift. Unknown pixels are NaN.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -29,14 +29,14 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// Meaning of a stored value.
 enum class depth_map_kind {
     disparity,  ///< nearness, up to a scale and a shift (1 / distance, stereo disparity, output of a network)
-    meters,     ///< distance from the camera; 0 and below is invalid
+    meters,     ///< distance from the camera; values of 0 and below are invalid
 };
 
 struct depth_map_options {
     depth_map_kind kind = depth_map_kind::disparity;
-    bool white_is_near = true;  ///< false: disparity whose smallest values are nearest (Lens Blur companions). Not for meters.
+    bool white_is_near = true;  ///< false: the smallest disparities are nearest (Lens Blur companions); ignored for meters
     bool invalid_zero = false;  ///< a stored 0 means unknown (16-bit PNG files of sensors and stereo benchmarks)
-    float scale = 1;            ///< factor of every stored value; 0.001 for meters stored as millimeters. Positive.
+    float scale = 1;            ///< positive factor of every stored value; 0.001 for distances in millimeters
     picture_limits limits = {.max_pixels = 64'000'000};
     picture_formats formats = {};  ///< formats that may be read
 };
@@ -45,13 +45,14 @@ struct depth_map_options {
 /// or float64 (H x W, with any axes of length 1 before or after). Color files whose channels agree count as gray; alpha and EXIF
 /// orientation are ignored.
 ///
-/// Returns H x W x 1 disparity, larger is nearer; in 1 / meter for depth_map_kind::meters. NaN for unknown pixels: NaN,
-/// infinity, and 0 if the options say so. Raises unsupported, invalid_data, too_large, invalid_option.
+/// Returns H x W x 1 disparity; larger is nearer. The unit is 1 / meter for depth_map_kind::meters. Unknown pixels become NaN:
+/// stored NaN and infinity, stored 0 with invalid_zero, and distances that are not positive. Raises unsupported, invalid_data,
+/// too_large, invalid_option.
 image<float> decode_depth_map(std::span<const std::byte> bytes, const depth_map_options& options = {},
                               const std::string& where = "depth map");
 
 /// Returns the size of a depth map, and the memory that decode_depth_map() followed by fill_invalid() needs. Raises the errors
-/// of decode_depth_map() for a header.
+/// of decode_depth_map() that the header can cause.
 decoding_estimate estimate_depth_map(std::span<const std::byte> bytes, const depth_map_options& options = {},
                                      const std::string& where = "depth map");
 
@@ -62,11 +63,12 @@ image<float> load_depth_map(const std::filesystem::path& path, const depth_map_o
 /// broken deterministically. Raises invalid_data if no pixel is valid.
 image<float> fill_invalid(image<float> depth_map, const std::string& where = "depth map");
 
-/// Averages the known pixels of blocks until the map has at most max_pixels pixels. Stages copy the map and work on at most
-/// 4096 x 4096 pixels, so a larger map only costs memory.
+/// Averages the known pixels of square blocks. Uses the smallest blocks with which the map has at most max_pixels pixels.
+/// Stages copy the map and work on at most 4096 x 4096 pixels, so a larger map only costs memory.
 image<float> shrink_depth_map(image<float> depth_map, std::size_t max_pixels = 32'000'000);
 
-/// Checks that a depth map can belong to a photo: their sizes may differ, their proportions by at most 2 %. Raises mismatch.
+/// Checks that a depth map can belong to a photo: the aspect ratios differ by at most 2 %. The sizes may differ. Raises
+/// mismatch.
 ///
 /// photo  an image or a view
 template <class Picture>
@@ -94,8 +96,8 @@ image<float> decode_gray_as(std::span<const std::byte> bytes, const picture_head
         for (std::size_t i = 0; i < count; ++i, sample += picture.channels) result.data()[i] = sample[0];
         return result;
     }
-    // In gray saved as color, channels differ by JPEG's losses; in a color-mapped picture of depth, they differ by far more. The
-    // limit, 3 % of the full range on average, was tuned by experiment.
+    // The channels of a gray picture saved as color differ only by JPEG's losses; those of a color-mapped depth map differ by
+    // far more. The limit, 3 % of the full range on average, was tuned by experiment.
     double difference = 0;
     for (std::size_t i = 0; i < count; ++i, sample += picture.channels) {
         result.data()[i] = sample[1];
@@ -111,8 +113,8 @@ inline image<float> decode_gray(std::span<const std::byte> bytes, const picture_
                              : decode_gray_as<std::uint8_t>(bytes, header, where);
 }
 
-/// Reads a header and charges the memory for the map: its samples, floats, and as many floats again to rotate the map or to fill
-/// its holes.
+/// Reads a header and charges the peak memory of the map: the decoder's memory with the samples as floats, or two floats per
+/// pixel while the map is rotated or its holes are filled, whichever is larger.
 inline picture_header take_depth_header(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where) {
     picture_header header;
     if (is_pfm(bytes))
@@ -197,7 +199,7 @@ inline image<float> fill_invalid(image<float> depth_map, const std::string& wher
         else if (is_at_hole(i))
             ++sources;
     if (holes == count) raise(error_code::invalid_data, where, "at least one valid depth", "none");
-    buffer<std::uint32_t> reached;  // breadth-first, so that nearer sources come first
+    buffer<std::uint32_t> reached;  // in breadth-first order, so that the nearest valid pixel fills each hole
     reached.reserve(sources + holes);
     for (std::size_t i = 0; i < count && sources > 0; ++i)
         if (!std::isnan(values[i]) && is_at_hole(i)) reached.push_back(static_cast<std::uint32_t>(i));

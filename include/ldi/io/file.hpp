@@ -24,21 +24,21 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Reads all bytes of a file.
 ///
-/// max_bytes  a longer file raises error_code::too_large before more than this is in memory
+/// max_bytes  maximum size of the file; a longer one raises error_code::too_large
 ///
-/// Raises file_access if the file can't be opened or read, or is a folder; unavailable, too_large.
+/// Raises file_access if the file cannot be opened or read, or is a folder; unavailable if the same call may succeed later;
+/// too_large.
 std::vector<std::byte> read_file(const std::filesystem::path& path, std::size_t max_bytes = std::size_t{1} << 30);
 
-/// Writes or replaces a file: writes a temporary file `.ldi-NUMBER.tmp` in the same folder, and renames it when its content is
-/// on the disk. Follows symbolic links and keeps permissions. Other hard links to a replaced file keep the old content. Writes
-/// directly to devices and pipes.
+/// Writes or replaces a file. Writes a temporary file `.ldi-NUMBER.tmp` in the same folder first, and renames it when its
+/// content is on the disk. Follows symbolic links and keeps permissions. Other hard links to a replaced file keep the old
+/// content. Writes directly to devices and pipes.
 ///
-/// Raises file_access, unavailable, and invalid_option for an empty name; then the old file is unchanged, and the temporary file
-/// is removed.
+/// Raises file_access, unavailable, and invalid_option for an empty name. After an error, the old file is unchanged and the
+/// temporary file is removed.
 void write_file(const std::filesystem::path& path, std::span<const std::byte> bytes);
 
 /// Waits until the content of a file, or the names in a folder, are on the disk. Does nothing on systems without fsync().
-/// Returns 0 or an error number.
 /// Returns 0 or an error number.
 int synchronize(const std::filesystem::path& path);
 
@@ -110,7 +110,7 @@ inline int write_bytes(const std::filesystem::path& path, std::span<const std::b
     return file ? 0 : last_error();
 }
 
-/// Returns a name that no file in the folder has.
+/// Returns a random file name in the folder. Its 64 random bits make it practically certain that no file has the name.
 inline std::filesystem::path temporary_name(const std::filesystem::path& folder) {
     std::random_device random;
     std::string digits;

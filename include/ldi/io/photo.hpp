@@ -1,5 +1,5 @@
-// Reads photos from JPEG, PNG, GIF, BMP, HEIC, AVIF, WebP and TIFF files: upright, always as 8-bit sRGB. Also reads the lens
-// from EXIF, because the field of view determines the distance in space between two pixels.
+// Reads photos from JPEG, PNG, GIF, BMP, HEIC, AVIF, WebP and TIFF files: upright, always as 8-bit sRGB. Also reads the focal
+// length from EXIF, because the field of view determines the distance in space between two pixels.
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -51,10 +51,10 @@ inline namespace LDI_READERS {
 /// Decodes a JPEG, PNG, GIF or BMP file in memory; also HEIC, AVIF, WebP and TIFF if ldi::io was configured with their
 /// libraries.
 ///
-/// Applies the EXIF orientation. If ldi::io has Little CMS, converts colors to sRGB from the file's profile (ICC; Display P3 and
-/// BT.2020 by number). Converts gray, and Adobe CMYK and YCCK without a profile, to RGB, keeps the upper 8 of 16 bits, and
+/// Applies the EXIF orientation. If ldi::io has Little CMS, converts colors to sRGB from the file's profile (ICC; Display P3
+/// and BT.2020 by number). Converts gray, and Adobe CMYK and YCCK without a profile, to RGB, keeps the upper 8 of 16 bits, and
 /// composites transparent pixels on white. Reads the first frame of an animated GIF and the default picture of an animated PNG,
-/// usually its first frame. Ignores gain maps (Ultra HDR, HEIC): the photo is as on an ordinary screen.
+/// usually its first frame. Ignores gain maps (Ultra HDR, HEIC): the result is the photo as a screen without HDR shows it.
 ///
 /// where  name of the data in errors
 ///
@@ -62,7 +62,8 @@ inline namespace LDI_READERS {
 /// too_large, out_of_memory.
 photo decode_photo(std::span<const std::byte> bytes, const photo_options& options = {}, const std::string& where = "photo");
 
-/// Returns the size of a photo, and the memory that decode_photo() needs. Raises the errors of decode_photo() for a header.
+/// Returns the size of a photo, and the memory that decode_photo() needs. Raises the errors of decode_photo() that the header
+/// can cause.
 decoding_estimate estimate_photo(std::span<const std::byte> bytes, const photo_options& options = {},
                                  const std::string& where = "photo");
 
@@ -100,7 +101,7 @@ inline image<std::uint8_t> upright_color(const stored_photo& photo) {
     return color;
 }
 
-/// Reads the header of a file for stb_image. Raises invalid_data, unsupported.
+/// Reads the header of a file that stb_image decodes. Raises invalid_data, unsupported.
 inline picture_header read_plain_header(std::span<const std::byte> bytes, const std::string& where) {
     if (is_gif(bytes)) return read_gif_header(bytes, where);
     return is_bmp(bytes) ? read_bmp_header(bytes, where) : read_picture_header(bytes, where);
@@ -112,7 +113,7 @@ inline bool is_plain(std::span<const std::byte> bytes) {
 
 /// Decodes a JPEG, PNG, GIF or BMP file.
 ///
-/// header  header of the file; its memory must have been granted
+/// header  header of the file; a decoding_budget must have granted its memory
 inline stored_photo decode_plain(std::span<const std::byte> bytes, const picture_header& header, const std::string& where) {
     stored_photo photo;
     photo.picture = decode_picture<std::uint8_t>(bytes, header, where);
@@ -176,7 +177,7 @@ inline picture_header take_photo_header(std::span<const std::byte> bytes, decodi
     refuse_format(bytes, where);
 }
 
-/// Decodes a photo by the format of its first bytes. Raises the errors of decode_photo().
+/// Decodes a photo. Its first bytes determine the format. Raises the errors of decode_photo().
 inline stored_photo decode_stored(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where) {
 #if defined(LDI_WITH_LIBHEIF)
     if (is_heif(bytes)) return decode_heif(bytes, budget, where);

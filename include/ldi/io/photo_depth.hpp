@@ -1,8 +1,8 @@
 // Reads photos together with depth that is stored in the file, as phones do, or in a second file beside it.
 //
-// Depth in JPEG: GDepth, Dynamic Depth and Apple's format (requires pugixml). In HEIC and AVIF: the auxiliary picture (requires
-// libheif and pugixml). In PNG: the right half, if it is gray and the left half is not. Beside any photo: `photo_depth.png` and
-// similar names, as in Facebook's 3D photos.
+// JPEG files contain depth as GDepth, Dynamic Depth or Apple's format (requires pugixml). HEIC and AVIF files contain it as an
+// auxiliary picture (requires libheif and pugixml). The right half of a PNG file is depth if it is gray and the left half is
+// colored. A file `photo_depth.png` or of a similar name beside any photo is its depth map, as in Facebook's 3D photos.
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -39,9 +39,9 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// Depth that belongs to a photo.
 struct photo_depth {
     image<float> disparity;              ///< h x w x 1, upright, larger is nearer; NaN for unknown pixels; see fill_invalid()
-    bool is_inverse_depth = false;       ///< 1 / distance up to a factor; false: also up to a shift
-    bool is_metric = false;              ///< 1 / distance in meters
-    bool is_white_near_a_guess = false;  ///< the file does not state which end is near: see agreement()
+    bool is_inverse_depth = false;       ///< values are 1 / distance up to a factor; false: up to a factor and a shift
+    bool is_metric = false;              ///< values are 1 / distance in meters
+    bool is_white_near_a_guess = false;  ///< the file does not state whether white or black is near: see agreement()
     std::string source;                  ///< description, such as "GDepth, RangeInverse", or the path of the file
 };
 
@@ -68,12 +68,12 @@ photo_with_depth decode_photo_with_depth(std::span<const std::byte> bytes, const
                                          const std::string& where = "photo");
 
 /// Returns the size of a photo, and the memory that decode_photo_with_depth() followed by fill_invalid() needs. Raises the
-/// errors of decode_photo_with_depth() for a header.
+/// errors of decode_photo_with_depth() that the header can cause.
 decoding_estimate estimate_photo_with_depth(std::span<const std::byte> bytes, const photo_options& options = {},
                                             const std::string& where = "photo");
 
 /// Loads a photo from a file as decode_photo_with_depth() does. A depth map beside it, such as `photo_depth.png` for
-/// `photo.jpg`, takes precedence over depth inside. Also raises file_access.
+/// `photo.jpg`, takes precedence over depth inside the file. Also raises file_access.
 photo_with_depth load_photo_with_depth(const std::filesystem::path& path, const photo_options& options = {});
 
 }  // inline namespace
@@ -176,7 +176,8 @@ inline void take_depth_inside([[maybe_unused]] std::span<const std::byte> bytes,
 #endif
 }
 
-/// Bytes for the left half of a picture in color, its right half as floats, and as many floats again to fill holes.
+/// Returns the memory in bytes for the halves of a picture: the left half as colors, the right half as floats, and a second set
+/// of floats to fill its holes.
 inline double memory_of_halves(std::size_t height, std::size_t width) {
     return nearest_double(height) * nearest_double(width) / 2 * (3 + 2 * sizeof(float));
 }

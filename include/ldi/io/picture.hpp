@@ -27,9 +27,9 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 inline namespace LDI_READERS {
 
-/// Encodes H x W x 1 or H x W x 3 values as JPEG, each side 1 to 65,500 pixels, below 2 GB in memory. Color has half the
-/// resolution (4:2:0) at quality 90 and below. Uses libjpeg, or stb_image_write if ldi::io was configured without libjpeg; the
-/// sizes of the files differ by half a percent.
+/// Encodes an H x W x 1 or H x W x 3 picture as JPEG. Each side has 1 to 65,500 pixels, and the picture needs less than 2 GB.
+/// Color has half the resolution (4:2:0) at quality 90 and below. Uses libjpeg, or stb_image_write if ldi::io was configured
+/// without libjpeg; the file sizes of the two encoders differ by half a percent.
 ///
 /// quality  1 to 100
 ///

@@ -25,7 +25,7 @@ struct picture_limits {
     std::uint64_t max_scanned_samples = 1'500'000'000;
 };
 
-/// Size and memory of a file, read from its headers before anything is decoded.
+/// Size of a picture and memory to decode it, read from the headers of its file before anything is decoded.
 struct decoding_estimate {
     std::size_t height = 0, width = 0;  ///< stored size in pixels: a photo may be rotated by 90 degrees
     std::size_t memory = 0;             ///< Upper bound in bytes for decoding, including the result but not the file.

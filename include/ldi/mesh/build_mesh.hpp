@@ -41,7 +41,8 @@ public:
         for (const std::int32_t pixel : c.pixels) shown_[graph_.position_of(pixel)] = {chart_, pixel};
     }
 
-    /// Returns the chart's pixel around the corner (x, y) that is nearest in disparity.
+    /// Returns the pixel of the selected chart that touches corner (x, y); among several, the one closest to `disparity`.
+    /// Returns no_pixel if no pixel of the chart touches the corner.
     std::int32_t find(std::int32_t x, std::int32_t y, float disparity) const {
         std::int32_t best = no_pixel;
         float best_difference = 0;
@@ -110,7 +111,8 @@ public:
 
     void add_soft_edges(const chart_set& charts, const texture_atlas& atlas, const visible_surfaces& seen,
                         const soft_edge_options& options) {
-        // Bytes in GLB files. A texel costs what JPEG at quality 85 needs in smooth areas; an edge costs what the strip adds.
+        // Sizes in GLB files, in bytes. `texel_bytes` is the size of a texel in smooth areas with JPEG at quality 85.
+        // `edge_bytes` is the size that the strip adds per edge.
         constexpr float vertex_bytes = 16, triangle_bytes = 6, texel_bytes = 0.06F, edge_bytes = 56;
         const float bytes = vertex_bytes * nearest_float(mesh_.vertex_count()) +
                             triangle_bytes * nearest_float(mesh_.triangle_count()) +
@@ -130,7 +132,7 @@ public:
 
 private:
     void add_position(const outline_corner& corner) {
-        // expand() continues hidden surfaces beneath the farthest surface. They lie behind it, but by a limited distance.
+        // expand() continues hidden surfaces beneath the farthest surface. This lower limit bounds their distance behind it.
         const float least = 0.9F * facts_.range.inverse_depth(0);
         const float inverse_depth = (std::max)(facts_.range.inverse_depth((std::min)(corner.disparity, 1.0F)), least);
         const std::array<float, 3> point =
@@ -159,7 +161,7 @@ private:
     textured_mesh mesh_;
 };
 
-/// Projects the nearest surfaces to the photo's camera.
+/// Collects the disparity and the matte of the nearest surface at each position.
 template <has_columns<disparity_column, matte_column> Layers>
 visible_surfaces find_visible(const Layers& layers) {
     const auto& g = layers.topology();
@@ -189,8 +191,8 @@ visible_surfaces find_visible(const Layers& layers) {
 /// Raises invalid_option, mismatch if inputs don't fit together, and invalid_data for disparities that are not finite.
 ///
 /// Charts share no vertices, because each chart has its own position in the atlas. Where two charts meet, both have vertices
-/// with bitwise equal positions, and the same edges between them. Linear time except for sorting, simplification, and the number
-/// of edges that cross one scanline. 30 bytes per pixel, up to 100 if most surfaces are single pixels.
+/// with bitwise equal positions, and the same edges between them. Time is linear, except for sorting, simplification, and the
+/// number of edges that cross one scanline. Memory is 30 bytes per pixel, and up to 100 if most surfaces are single pixels.
 template <has_columns<disparity_column> Layers, executor Executor = const serial_executor>
 textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const chart_set& charts, const texture_atlas& atlas,
                          const mesh_options& options = {}, Executor&& threads = {}) {

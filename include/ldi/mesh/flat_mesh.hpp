@@ -1,5 +1,5 @@
-// Meshes charts in the plane: outlines, simplified without self-intersections, studs, triangles (paper, section "Meshing",
-// Figure "meshing" a to d).
+// Meshes charts in the plane: traces their outlines, simplifies them without self-intersections, adds studs, and triangulates
+// (paper, section "Meshing", Figure "meshing" a to d).
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -27,12 +27,12 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Options of soft edges: silhouettes of foreground surfaces fade out over a strip this wide, in pixels (soft_edges.hpp).
+/// Options of soft edges (soft_edges.hpp): silhouettes of foreground surfaces fade out over a strip. Widths are in pixels.
 struct soft_edge_options {
     float min_width = 1.0F;  ///< 0: edges are hard
-    float max_width = 3.0F;  ///< width where the matte extends farther; less than the padding of the atlas
-    /// Maximum share of the strip in the bytes of mesh and texture in a file, approximately. If this is not enough for all
-    /// silhouettes, the largest steps in disparity get a strip.
+    float max_width = 3.0F;  ///< maximum width, where the matte extends farther; less than the padding of the atlas
+    /// Approximate maximum size of the strip, as a share of the size of mesh and texture in a file. If this is not enough for
+    /// all silhouettes, only those with the largest steps in disparity have a strip.
     float max_share = 0.08F;
 };
 
@@ -60,7 +60,7 @@ struct flat_mesh {
     buffer<std::int32_t> open_corners, first_open_corner;
 };
 
-/// Triangulates every chart in the plane. Arguments, errors and executor as for build_mesh.
+/// Triangulates every chart in the plane. Arguments, errors and executor are those of build_mesh().
 template <has_columns<disparity_column> Layers, executor Executor = const serial_executor>
 flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const chart_set& charts,
                           const mesh_options& options = {}, Executor&& threads = {});
@@ -109,7 +109,7 @@ public:
         outline_.add_studs(flat_.studs, charts_.charts[c], c);
         if (const std::optional<polygon_conflict> conflict = triangulator_(outline_.shape, triangles_)) {
             for (std::int32_t v : conflict->edges) blame(v, to_split);
-            // If no edge can be blamed, the cause lies elsewhere in the chart.
+            // If none of these edges can be split, the cause lies elsewhere in the chart, so split all its edges.
             for (std::int32_t v = 0, all = to_split.empty() ? outline_.shape.outline_count : 0; v < all; ++v) blame(v, to_split);
             if (to_split.empty())
                 raise(error_code::mismatch, "build_mesh", "charts with at most one pixel at a position",
@@ -183,16 +183,16 @@ private:
     buffer<std::int32_t> stack_;
 };
 
-/// Splits simplified outlines until none crosses itself and every chart can be triangulated.
+/// Splits edges of simplified outlines until no outline crosses itself and every chart can be triangulated.
 template <class Executor>
 class outline_repair {
 public:
     outline_repair(flat_mesh& flat, simplified_boundary& boundary, const chart_set& charts, Executor& threads)
         : flat_(flat), boundary_(boundary), charts_(charts), threads_(threads), to_split_(charts.charts.size()) {}
 
-    /// Sets flat.charts. A simplified outline can cross itself. The code then splits the affected edges and checks the charts on
-    /// both sides again. This ends, because fully detailed outlines never cross. The triangulation makes the final decision, but
-    /// it stops at the first conflict, so crossing_finder first finds and repairs most crossings.
+    /// Sets flat.charts. A simplified outline can cross itself. The code then splits the affected edges and checks the charts
+    /// on both sides again. The repair terminates, because fully detailed outlines never cross. The triangulation makes the
+    /// final decision, but it stops at the first conflict, so crossing_finder first finds and repairs most crossings.
     void triangulate_all() {
         buffer<std::int32_t> open;
         for (std::int32_t c = 0; c < charts_.charts.count(); ++c) open.push_back(c);
@@ -221,7 +221,7 @@ private:
         });
     }
 
-    /// Makes the splits that the charts in `indices` requested, and returns the charts on both sides of them.
+    /// Makes the splits that the charts in `indices` requested, and returns the charts on both sides of the split edges.
     buffer<std::int32_t> split(const buffer<std::int32_t>& indices) {
         buffer<boundary_split> splits;
         for (std::int32_t c : indices) splits.insert(splits.end(), to_split_[c].begin(), to_split_[c].end());

@@ -1,4 +1,4 @@
-// Transfers a column of a layered image to the vertices of its mesh: the output of the caller's own columns.
+// Transfers a column of a layered image to the vertices of its mesh. Callers use it to output their own columns.
 #pragma once
 
 #include <ldi/base/array_view.hpp>
@@ -51,7 +51,7 @@ inline corner_pixels pixels_around_corner(const graph_view& g, std::int32_t pixe
 /// mesh    result of build_mesh() for these layers
 /// camera  camera of the photo (photo_facts::camera)
 ///
-/// Raises mismatch if the mesh refers to pixels outside the layers. Linear time.
+/// Raises mismatch if the mesh refers to pixels outside the layers. Time is linear.
 template <payload_column Column, has_column<Column> Layers>
 buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& layers, const pinhole_camera& camera) {
     using scalar = typename Column::scalar;

@@ -1,5 +1,5 @@
-// Moves the mesh of a layered image to the textures that texture/sheets.hpp draws: vertices and triangles stay, texture
-// coordinates change.
+// Moves the mesh of a layered image to the textures that texture/sheets.hpp draws: sorts vertices and triangles by texture, and
+// converts the texture coordinates.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -69,7 +69,7 @@ inline textured_mesh move_to_sheets(const textured_mesh& mesh, const chart_set& 
     const auto chart_of = [&](std::size_t vertex) { return charts.chart_of[mesh.pixels[vertex]]; };
     const auto sheet_of = [&](std::size_t vertex) { return static_cast<std::size_t>(layout.placements[chart_of(vertex)].sheet); };
 
-    // Counting sort by sheet: `next` holds the index of each sheet's next vertex and triangle.
+    // Counting sort by sheet: `next` contains the indices of each sheet's next vertex and next triangle.
     buffer<mesh_part> next(layout.sizes.size() + 1);
     for (std::size_t v = 0; v < mesh.vertex_count(); ++v) ++next[sheet_of(v) + 1].first_vertex;
     for (std::size_t i = 0; i < mesh.triangles.size(); i += 3) ++next[sheet_of(mesh.triangles[i]) + 1].first_triangle;

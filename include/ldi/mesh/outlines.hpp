@@ -25,8 +25,8 @@ struct outline_corner {
     float disparity;    ///< average over the pixels that share the corner
 };
 
-/// A stretch of boundary with one chart on its right and one chart, or none, on its left. Pieces end where three or more charts
-/// meet, where silhouettes begin or end, at the corners of the photo, and where an outline reaches the photo's border.
+/// A section of a boundary with one chart on its right and one chart, or none, on its left. Pieces end where three or more
+/// charts meet, where silhouettes begin or end, at the corners of the photo, and where an outline reaches the photo's border.
 struct boundary_piece {
     std::int32_t right_chart;  ///< chart on the right
     std::int32_t left_chart;   ///< chart on the left, or no_chart
@@ -64,7 +64,7 @@ chart_outlines trace_outlines(const graph_view& g, std::span<const float> dispar
 
 namespace detail {
 
-/// Finds the pieces one by one, from either side, then connects them to loops.
+/// Traces the pieces one by one, each from either of its sides, and then connects them to loops.
 class outline_tracer {
 public:
     outline_tracer(const graph_view& g, std::span<const float> disparity, const chart_set& charts, chart_outlines& result)
@@ -148,7 +148,8 @@ private:
         return on_border ? -2 - e.side : no_chart;
     }
 
-    /// Signed area to the left of a piece, which is the piece's share in the area of a loop that runs through it forward.
+    /// Returns the signed area between a piece and the y axis: its contribution to the area of a loop that runs forward through
+    /// it.
     std::int64_t area_swept(const boundary_piece& piece) const {
         const outline_corner* before = &result_.corners[piece.start];
         std::int64_t area = 0;
@@ -161,9 +162,10 @@ private:
         return area;
     }
 
-    /// Finds the loops of all charts, in arbitrary order, each with its steps in sequence.
+    /// Finds the loops of all charts, in arbitrary order. The steps of each loop are consecutive.
     void find_loops(buffer<loop>& loops, buffer<outline_step>& steps) const {
-        // Half 2 * piece is a piece in forward direction, half 2 * piece + 1 backward. The first side of a half identifies it.
+        // Half 2 * p is piece p in forward direction, and half 2 * p + 1 is the same piece in backward direction. The first
+        // side of a half identifies it.
         buffer<std::pair<std::int64_t, std::int32_t>> first_sides;
         first_sides.reserve(2 * ends_.size());
         for (std::int32_t p = 0; p < ends_.count(); ++p) {

@@ -14,11 +14,11 @@ struct lattice_point {
     friend bool operator==(const lattice_point&, const lattice_point&) = default;
 };
 
-/// Chains with at most 2^24 vertices. `next` is the vertex after each vertex, or -1 at the end of a chain. Closed chains are
-/// outlines: the interior lies to the right (y downward: outer loops clockwise, holes counter-clockwise). Open chains and single
-/// vertices must lie in the interior.
+/// A polygon that consists of chains, with at most 2^24 vertices in total. `next` is the vertex after each vertex, or -1 at the
+/// end of a chain. Closed chains are outlines: the interior lies to the right (y downward: outer loops clockwise, holes
+/// counter-clockwise). Open chains and single vertices must lie in the interior.
 ///
-/// An outline may touch itself in vertices and along whole edges, from outside. Such a vertex is listed once for each part of
+/// An outline may touch itself from outside, in vertices and along whole edges. Such a vertex is listed once for each part of
 /// the interior that meets there, in the order of a walk along the inside of the outline.
 struct polygon {
     buffer<lattice_point> points;
@@ -28,7 +28,7 @@ struct polygon {
     void clear() { points.clear(), next.clear(), outline_count = 0; }
 };
 
-/// F triangles. Half-edge 3 f + i runs from vertex i of triangle f to its next vertex.
+/// A triangulation with F triangles. Half-edge 3 f + i runs from vertex i of triangle f to its next vertex.
 struct triangulation {
     buffer<std::uint32_t> triangles;  ///< F x 3 vertex indices, counter-clockwise on screen
     buffer<std::int32_t> mates;       ///< F x 3: the opposite half-edge, or -1 if the edge belongs to a chain

@@ -21,7 +21,8 @@
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct simplify_options {
-    /// Maximum distance of a corner from the simplified boundary, in pixels. 0 drops only corners inside straight stretches.
+    /// Maximum distance of a corner from the simplified boundary, in pixels. A tolerance of 0 drops only corners on straight
+    /// lines.
     float tolerance = 1.0F;
     /// Maximum difference between the disparity of a corner and of the simplified boundary, so that a boundary bends where its
     /// surface bends.
@@ -49,8 +50,8 @@ struct boundary_split {
     friend bool operator==(const boundary_split&, const boundary_split&) = default;
 };
 
-/// Kept corners of every piece: indices of corners, from the start of the piece to its end, both included. split() refines
-/// single edges if a simplified outline would cross itself.
+/// The corners of every piece that simplification keeps, as indices, from the start of the piece to its end, both included.
+/// split() refines single edges if a simplified outline would cross itself.
 class simplified_boundary {
 public:
     /// Raises invalid_option if a tolerance is negative. `outlines` must outlive the result.
@@ -61,7 +62,7 @@ public:
         return {first, first + stretches_[piece].count};
     }
 
-    /// Range of the corners that an edge skips: all indices from `first` to before `second`.
+    /// Returns the range [first, second) of the corners that an edge skips.
     std::pair<std::int32_t, std::int32_t> left_out(boundary_edge edge) const;
 
     /// Returns the farthest of the corners that an edge skips. The edge must skip at least one.
@@ -81,13 +82,14 @@ public:
 private:
     struct stretch {
         std::int32_t first, count;
-        std::int32_t split;  ///< number of the split that created it
+        std::int32_t split;  ///< number of the call of split() that created the stretch
     };
 
     const outline_corner& corner(std::int32_t id) const { return outlines_.corners[id]; }
     const chart_outlines& outlines_;
     buffer<std::int32_t> kept_;
-    buffer<std::uint8_t> fresh_;  ///< per element of kept_: whether the edge that starts there is new in its split
+    /// Per element of kept_: whether the latest split of its piece created the edge that starts there.
+    buffer<std::uint8_t> fresh_;
     buffer<stretch> stretches_;
     std::int32_t splits_ = 0;
 };
@@ -176,7 +178,7 @@ inline std::int32_t simplified_boundary::farthest_left_out(boundary_edge edge) c
     const std::int32_t at = stretches_[edge.piece].first + edge.index;
     const outline_corner &a = corner(kept_[at]), &b = corner(kept_[at + 1]);
     const std::int64_t dx = b.x - a.x, dy = b.y - a.y;
-    // Corners on the edge itself are equally far; the middle one is then a good choice.
+    // If all skipped corners lie on the edge itself, return the middle one.
     std::int32_t farthest = first + (last - first) / 2;
     std::int64_t distance = 0;
     for (std::int32_t c = first; c < last; ++c) {

@@ -1,8 +1,8 @@
-// Soft edges: a narrow translucent strip along the silhouettes of foreground surfaces. It starts at the edge of the mesh, half
-// opaque, and fades out over a pixel or two at the same distance, with colors from the padding of the atlas, which continues the
-// surface. Where the photo's foreground colors extend farther, as with hair, the strip is wider (inpaint/mixed_colors.hpp
-// computes the matte). Zitnick et al., High-Quality Video View Interpolation Using a Layered Representation (SIGGRAPH 2004),
-// blend such strips.
+// Soft edges: a narrow translucent strip along the silhouettes of foreground surfaces. The strip starts half opaque at the edge
+// of the mesh, and fades out over a pixel or two at the same depth. Its colors come from the padding of the atlas, which
+// continues the surface. Where the photo's foreground colors extend farther, as with hair, the strip is wider
+// (inpaint/mixed_colors.hpp computes the matte). Zitnick et al., High-Quality Video View Interpolation Using a Layered
+// Representation (SIGGRAPH 2004), blend such strips.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -23,10 +23,10 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Columns of the pixels visible from the photo's camera, by lattice position.
+/// Disparity and matte of the pixels visible from the photo's camera, one value per lattice position.
 struct visible_surfaces {
     static constexpr float nothing = -std::numeric_limits<float>::infinity();
-    image<float> disparity;     ///< H x W x 1; `nothing` past the end of all surfaces
+    image<float> disparity;     ///< H x W x 1; `nothing` at positions without a surface
     image<std::uint8_t> matte;  ///< H x W x 1
 };
 
@@ -82,8 +82,8 @@ private:
     struct vector {
         float x = 0, y = 0;
     };
-    /// Opacity where the mesh ends: a pixel there belongs to it by half. Higher values swell outlines: on the views of
-    /// bench/quality, 255 costs 0.8 dB within two pixels of them.
+    /// Opacity at the edge of the mesh, where the surface covers half of a pixel. Higher values thicken outlines: on the views
+    /// of bench/quality, 255 costs 0.8 dB within two pixels of the outlines.
     static constexpr std::uint8_t opacity_at_edge = 128;
     static constexpr std::uint32_t no_vertex = ~std::uint32_t{0};
 
@@ -97,8 +97,8 @@ private:
         return seen == visible_surfaces::nothing ? nothing : seen;
     }
 
-    /// Returns the step in disparity from a corner to the farthest surface visible beside it; 0 if a nearer surface is visible,
-    /// or no other surface.
+    /// Returns the step in disparity from a corner to the farthest surface visible beside it. Returns 0 if a nearer surface is
+    /// visible there, or if no other surface is.
     float step_at(const outline_corner& c) const {
         float nearest = c.disparity, farthest = c.disparity;
         for (const std::int32_t y : {c.y - 1, c.y})
@@ -132,7 +132,7 @@ private:
 
     bool is_soft(std::int32_t edge) const { return steps_[edge] > 0 && steps_[edge] >= min_step_; }
 
-    /// Integrates the matte from the edge outward: the share of the foreground in the colors behind it.
+    /// Integrates the matte from the edge outward. The matte is the foreground's share in the colors behind the edge.
     float matte_beyond(const outline_corner& c, vector normal) const {
         float sum = 0;
         for (float t = 0.5F; t < options_.max_width; t += 1.0F) {
@@ -145,18 +145,18 @@ private:
         return sum;
     }
 
-    /// Computes the strip's outer end for each corner of its inner side.
+    /// Computes the offset from each corner of the edge to the outer end of the strip.
     void find_rims() {
         rims_.assign(corners_.size(), vector{});
         const std::int32_t last = edge_count();
         for (std::int32_t i = 0; i < corners_.count(); ++i) {
             const std::int32_t before = i > 0 ? i - 1 : is_closed_ ? last - 1 : -1, after = i < last ? i : is_closed_ ? 0 : -1;
-            if (before < 0 || after < 0 || !is_soft(before) || !is_soft(after)) continue;  // tapers off
+            if (before < 0 || after < 0 || !is_soft(before) || !is_soft(after)) continue;  // the strip tapers off here
             const vector sum{normals_[before].x + normals_[after].x, normals_[before].y + normals_[after].y};
             const float squared = sum.x * sum.x + sum.y * sum.y;
-            if (squared < 0.5F) continue;  // a spike
+            if (squared < 0.5F) continue;  // the edges form a spike
             const vector normal{sum.x / std::sqrt(squared), sum.y / std::sqrt(squared)};
-            // A share that falls linearly from 1 to 0 integrates to half of its width.
+            // The integral of a matte that falls linearly from 1 to 0 is half of the width over which it falls.
             const float width = std::clamp(2.0F * matte_beyond(corner(i), normal), options_.min_width, options_.max_width);
             const float miter = (std::min)(2.0F / std::sqrt(squared), 1.5F);
             rims_[i] = {width * miter * normal.x, width * miter * normal.y};
@@ -174,7 +174,8 @@ private:
         }
     }
 
-    /// Returns the vertices on the edge and on the rim; equal where the strip tapers off.
+    /// Returns the vertices of a corner on the edge and at the outer end of the strip. They are equal where the strip tapers
+    /// off.
     std::pair<std::uint32_t, std::uint32_t> vertices_at(std::int32_t i) {
         auto& [inner, outer] = vertices_[i];
         if (inner != no_vertex) return vertices_[i];

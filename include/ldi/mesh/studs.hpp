@@ -1,12 +1,12 @@
 // Studs: vertical polylines inside charts that carry the interior vertices (paper, section "Meshing", Figure "meshing" c).
 //
 // As in the paper, studs are distributed evenly between the left and right end of a chart, and the triangulation keeps their
-// edges. Three things differ. First, the vertices of a stud are not evenly spaced but lie where disparity bends: with even
-// spacing the error is several times as large for the same number of triangles. Second, single vertices lie between the studs
-// where disparity bends along evenly spaced rows. Without them, everything upright and narrower than the distance between studs
-// would be lost; they reduce the error by a quarter for the same number of vertices. Third, no vertex lies near the outline: the
-// sweep that triangulates (triangulate.hpp) connects the first and last vertex of a stud to vertices of the outline, so outlines
-// need no extra vertices.
+// edges. This code differs in three ways. First, the vertices of a stud are not evenly spaced but lie where disparity bends:
+// with even spacing the error is several times as large for the same number of triangles. Second, single vertices lie between
+// the studs where disparity bends along evenly spaced rows. Without them, everything upright and narrower than the distance
+// between studs would be lost; they reduce the error by a quarter for the same number of vertices. Third, no vertex lies near
+// the outline: the sweep that triangulates (triangulate.hpp) connects the first and last vertex of a stud to vertices of the
+// outline, so outlines need no extra vertices.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -35,13 +35,13 @@
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct stud_options {
-    /// Target distance between studs, and between the rows with single vertices, in pixels; at least 1. Trades triangles for
-    /// accuracy, as the tolerance does; both were tuned by experiment.
+    /// Target distance between studs, and between the rows with single vertices, in pixels; at least 1. A smaller distance or
+    /// tolerance means more triangles and a smaller error; both were tuned by experiment.
     std::int32_t spacing = 24;
     /// Maximum error of disparity interpolated between two vertices along a stud or row.
     float disparity_tolerance = 0.006F;
-    /// Minimum distance in pixels from a vertex to other charts and surfaces, so that studs keep clear of simplified outlines,
-    /// and from a single vertex to a stud. Must be larger than the tolerance of outlines; at most 64.
+    /// Minimum distance in pixels from a vertex to other charts and surfaces, and from a single vertex to a stud; at most 64.
+    /// It must be larger than the tolerance of outlines, so that studs keep clear of simplified outlines.
     std::int32_t clearance = 4;
     /// Maximum shift of the texture over a triangle when it is drawn, in pixels (depth_range::texture_shift). On slanted
     /// surfaces this moves studs and their vertices closer together, but not closer than twice the clearance.
@@ -107,7 +107,8 @@ public:
         present.assign(total, absent);
         std::int32_t begin = 0;
         for (std::int32_t pixel : outlines_.boundary_pixels) {
-            // A row of one chart: pixels begin to end - 1, adjacent in memory because of the canonical order.
+            // The pixels from `begin` to `pixel` are a row of one chart. They are adjacent in memory because of the canonical
+            // order.
             const std::uint8_t at_pixel = sides_[pixel];
             if ((at_pixel & side_bit(3)) != 0) begin = pixel;
             if ((at_pixel & side_bit(1)) == 0) continue;
@@ -119,18 +120,19 @@ public:
         }
     }
 
-    /// Index of a sample: row `row` of column k, relative to the chart's first sample.
+    /// Returns the index of the sample in row `row` of column k, relative to the chart's first sample.
     static std::size_t sample_offset(const chart& box, std::int32_t k, std::int32_t row) {
         return static_cast<std::size_t>(std::int64_t{k} * box.height + row);
     }
 
 private:
-    /// Spacing between studs at which drawing keeps nine tenths of the chart's texture within its tolerance. With all of it, a
-    /// single crease would determine the spacing of the whole chart; the share was tuned by experiment.
+    /// Returns the spacing between studs at which nine tenths of the chart's texture shift by no more than texture_tolerance. A
+    /// limit for the whole texture would let a single crease determine the spacing of the chart. The share was tuned by
+    /// experiment.
     std::int32_t spacing_for(const chart& c, const depth_range& range) {
-        // About a thousand slopes suffice: on 121 charts of 17 photos, the spacing differs by 0.4 of 24 pixels on average from
-        // that of 16,000 slopes, in an eighth of the time. Each slope spans 8 pixels, at least 61 apart; both were tuned by
-        // experiment.
+        // About a thousand slopes suffice: on 121 charts of 17 photos, the spacing differs from that of 16,000 slopes by 0.4 of
+        // 24 pixels on average, and is computed in an eighth of the time. Each slope spans 8 pixels, and slopes start at least
+        // 61 pixels apart; both numbers were tuned by experiment.
         constexpr std::int32_t reach = 8;
         const std::int32_t stride = (std::max)(61, c.pixels.count() / 1024);
         shifts_.clear();
@@ -178,7 +180,7 @@ private:
         });
     }
 
-    /// Returns the disparity at the left side of a pixel that continues the row of the previous pixel.
+    /// Returns the disparity at the left side of a pixel. The previous pixel in memory must be its left neighbor.
     float between(std::int32_t pixel) const { return 0.5F * (disparity_[pixel - 1] + disparity_[pixel]); }
 
     graph_view g_;

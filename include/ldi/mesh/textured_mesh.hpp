@@ -13,7 +13,7 @@
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Translucent triangles along silhouettes. Draw them after all other triangles and in their order, from far to near, without
-/// writing depth. They use the space and the first texture of their mesh.
+/// writing depth. Positions are in the space of the mesh, and texture coordinates refer to its first texture.
 struct soft_edge_strip {
     buffer<float> positions;            ///< W x 3 for W vertices
     buffer<float> texture_coordinates;  ///< W x 2
@@ -28,14 +28,14 @@ struct mesh_part {
     std::size_t first_vertex = 0, first_triangle = 0;
 };
 
-/// V vertices, F triangles. Space and texture coordinates follow glTF.
+/// A mesh with V vertices and F triangles. Space and texture coordinates follow glTF.
 struct textured_mesh {
     buffer<float> positions;            ///< V x 3; x right, y up, the photo's camera at the origin looking along -z
     buffer<float> texture_coordinates;  ///< V x 2, in [0, 1]; (0, 0) is the top left corner of the texture
-    buffer<std::int32_t> pixels;        ///< V; the pixel of the layered image that each vertex is a corner of or lies in
+    buffer<std::int32_t> pixels;        ///< V; a pixel of the layered image that touches or contains the vertex
     buffer<std::uint32_t> triangles;    ///< F x 3 vertex indices, counter-clockwise as seen from the photo's camera
     soft_edge_strip soft_edges = {};    ///< empty if edges are hard
-    /// Part t uses texture t. Parts share no vertices; a part may have no triangles. Empty: one texture for the whole mesh.
+    /// Part t uses texture t. Parts share no vertices; a part may have no triangles. If empty, the whole mesh uses one texture.
     buffer<mesh_part> parts = {};
 
     std::size_t vertex_count() const { return positions.size() / 3; }
@@ -73,7 +73,8 @@ void check_triangles(const Mesh& mesh) {
 }
 
 /// Raises mismatch unless the mesh has `textures` textures and as many texture coordinates as vertices. Raises invalid_data for
-/// coordinates that are not finite, for indices out of range, and for parts that do not fit together.
+/// coordinates that are not finite, for indices out of range, and for parts that are not consecutive or that use vertices of
+/// other parts.
 inline void check_mesh(const textured_mesh& mesh, std::size_t textures) {
     check_triangles(mesh);
     check_triangles(mesh.soft_edges);

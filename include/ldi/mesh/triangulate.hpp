@@ -17,8 +17,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A reason why a polygon can't be triangulated: some of these edges, identified by their first vertices, cross or touch where
-/// they must not.
+/// The reason why a polygon cannot be triangulated: some of these edges cross or touch where they must not. The first vertex of
+/// each edge identifies it.
 struct polygon_conflict {
     buffer<std::int32_t> edges;
 };
@@ -27,7 +27,8 @@ struct polygon_conflict {
 class triangulator {
 public:
     /// Triangulates a polygon. Every vertex is used, every edge of a chain is an edge of a triangle, and no triangle is
-    /// degenerate. Returns the conflict if the polygon crosses or touches itself; `result` is then invalid.
+    /// degenerate. Returns the conflict if the polygon crosses itself, or touches itself where it must not; `result` is then
+    /// invalid.
     std::optional<polygon_conflict> operator()(const polygon& shape, triangulation& result);
 
 private:
@@ -125,7 +126,7 @@ inline std::optional<polygon_conflict> triangulator::collect_edges(const polygon
     return std::nullopt;
 }
 
-/// Adds the edge from -> to to the edges that begin at its upper end.
+/// Inserts the edge `from` -> `to` in starting_, at its place from left to right.
 inline void triangulator::start_edge(const polygon& shape, std::int32_t from, std::int32_t to) {
     const lattice_point a = shape.points[from], b = shape.points[to];
     const bool downwards = detail::above(a, b), inner = from >= shape.outline_count;
@@ -142,7 +143,8 @@ inline void triangulator::start_edge(const polygon& shape, std::int32_t from, st
     starting_.insert(starting_.begin() + place, e);
 }
 
-/// Finds the edges that end here. They must fill the status between the nearest passing edges on the left and right.
+/// Finds the edges that end at this point. In the status, the nearest edges that pass the point on its left and right must
+/// enclose exactly these edges.
 inline bool triangulator::find_ending_edges(swept_point& p) const {
     const active_edge* const first =
         std::partition_point(status_.begin(), status_.end(), [&](const active_edge& e) { return is_right_of(p.at, e); });
@@ -186,8 +188,8 @@ inline bool triangulator::end_parts(const swept_point& p, triangulation& result)
     return true;
 }
 
-/// Continues the parts to the left and right below this point. If no edge begins, they become one; if no edge ends and there is
-/// only one part, it is divided.
+/// Continues the parts to the left and right below this point. If no edge begins, both parts become one. If no edge ends, the
+/// part that contains the point is divided.
 inline bool triangulator::continue_parts(const swept_point& p, triangulation& result) {
     const bool ends = p.ending > 0, begins = !starting_.empty();
     if (!ends && !begins && !p.interior_left) return false;
@@ -207,7 +209,7 @@ inline bool triangulator::continue_parts(const swept_point& p, triangulation& re
     if (p.interior_right && ends) right = status_[p.last_ending() - 1].part;
     std::int32_t diagonal = -1;
     if (p.interior_left && !ends) {
-        // Inside a part: the last vertex added to its chain is visible from this one.
+        // The point lies inside a part. The last vertex added to the part's chain is visible from the point.
         right = chains_.divide(left);
         diagonal = chains_.add_link();
     }
@@ -235,8 +237,8 @@ inline void triangulator::replace_edges(const swept_point& p) {
         status_.insert(place + replaced, starting_.begin() + replaced, starting_.end());
 }
 
-/// Collects all edges that meet at a point, those that pass it next to its place in the status, and those next to the actual
-/// position of its edges.
+/// Collects all edges that meet at a point, the edges that pass next to its position in the status, and the neighbors of its
+/// edges in the status.
 inline polygon_conflict triangulator::conflict_at(const polygon& shape, const swept_point& p) const {
     polygon_conflict conflict;
     const auto add = [&](std::int32_t vertex) {

@@ -22,7 +22,7 @@
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 enum class camera_path : std::uint8_t {
-    circle,      ///< around the photo's viewpoint in its image plane, clockwise from the right; ends where it starts
+    circle,      ///< around the photo's viewpoint, parallel to its image plane, clockwise from the right; ends where it starts
     swing,       ///< from the photo's viewpoint to the right, to the left and back
     zoom_in,     ///< from the photo's viewpoint toward the scene
     dolly_zoom,  ///< toward the scene while the lens widens, so that surfaces in focus keep their size
@@ -97,7 +97,7 @@ inline point3 cross(const point3& a, const point3& b) {
     return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
-/// Maximum distance, up to `most`, that a camera may move in a direction.
+/// Returns the maximum distance, up to `most`, that a camera may move in a direction.
 inline float reach_within_motion(const std::array<float, 3>& direction, const pinhole_camera& camera, const depth_range& range,
                                  float motion, float most) {
     const auto [x, y, z] = within_motion({most * direction[0], most * direction[1], most * direction[2]}, camera, range, motion);

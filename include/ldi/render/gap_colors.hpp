@@ -22,10 +22,10 @@ inline bool has_gaps(const rendering& seen) {
     return std::any_of(seen.coverage.begin(), seen.coverage.end(), [](std::uint8_t share) { return share < 255; });
 }
 
-/// Returns the picture, H x W x 3, with every incompletely covered pixel replaced, for raster_options::backdrop. Diffusion fills
-/// each gap from its outline. A gap inside the picture uses the colors of the farther half of its outline. A gap at the
-/// picture's edge lies beyond the photo's border, where near surfaces continue as well, and uses all of its outline. A rendering
-/// without a covered pixel becomes black.
+/// Returns the picture, H x W x 3, with a new color for every incompletely covered pixel. The result can be used as
+/// raster_options::backdrop. Diffusion fills each gap from its outline. A gap inside the picture uses the colors of the farther
+/// half of its outline. A gap at the picture's edge lies beyond the photo's border, where near surfaces continue as well, and
+/// uses all of its outline. A rendering without a covered pixel becomes black.
 inline image<std::uint8_t> gap_colors(rendering seen);
 
 // ------------------------------------------------------------------------------------------------------------------------
@@ -61,7 +61,7 @@ private:
     }
     float inverse_depth(std::size_t place) const { return 1 / seen_.depth.data()[place]; }
 
-    /// Makes a cell of every pixel of a gap.
+    /// Creates a cell for every pixel of a gap, and merges the sets of adjacent cells.
     void find_gaps() {
         buffer<std::int32_t> above(width(), no_cell);
         for (std::size_t place = 0; place < seen_.coverage.size(); ++place) {

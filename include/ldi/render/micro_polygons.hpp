@@ -1,5 +1,5 @@
-// Draws a layered image directly, without charts and simplification. Every pixel becomes a small square that meets the pixels it
-// is linked to and is separate from all others (the micro-polygons of the paper's section "Inpainting", under Results).
+// Draws a layered image directly, without charts and simplification. Every pixel becomes a small square that shares corners
+// with linked pixels and is separate from all others (the micro-polygons of the paper's section "Inpainting", under Results).
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -22,7 +22,6 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 ///
 /// Omits pixels that reach nearer than options.z_near. Raises mismatch if camera and lattice differ in size, invalid_data if a
 /// disparity is not in front of the camera, invalid_option or too_large as rasterize() does.
-/// if a disparity is not in front of the camera, invalid_option or too_large as rasterize() does.
 template <has_columns<color_column, disparity_column, known_column> Layers, executor Executor = const serial_executor>
 rendering render_layers(const Layers& layers, const depth_range& range, const view& taken_from, const view& from,
                         const raster_options& options = {}, Executor&& threads = {}) {

@@ -6,7 +6,7 @@
 //
 //     (1 / n - 1 / f) * n / (n - c_forward) * |focal_length * (c_right, c_down) - c_forward * p|  pixels of the surface at f.
 //
-// The first factor is the step in disparity. The others are largest for the nearest surface, in a corner of the photo.
+// The first factor is the step in disparity. The other factors are largest for the nearest surface, in a corner of the photo.
 #pragma once
 
 #include <ldi/base/numbers.hpp>
@@ -21,8 +21,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// Parallax of a camera at `position` between the nearest surface and infinity, without the factor n / (n - c_forward), as a
-/// share of the photo's longer side.
+/// Returns the parallax of a camera at `position` between the nearest surface and infinity, without the factor n / (n -
+/// c_forward), as a share of the photo's longer side.
 inline float motion_across(const std::array<float, 3>& position, const pinhole_camera& camera, const depth_range& range) {
     const float width = static_cast<float>(camera.width), height = static_cast<float>(camera.height);
     const float forward = std::abs(position[2]);
@@ -34,9 +34,9 @@ inline float motion_across(const std::array<float, 3>& position, const pinhole_c
 }  // namespace detail
 
 /// Returns the motion of a camera at `position` in the photo's space: the maximum parallax between the nearest and the farthest
-/// surface, as a share of the photo's longer side. Infinite beyond the nearest surface.
+/// surface, as a share of the photo's longer side. Returns infinity if the camera reaches the nearest surface.
 inline float motion_of(const std::array<float, 3>& position, const pinhole_camera& camera, const depth_range& range) {
-    const float forward = (std::max)(-position[2], 0.0F);  // for a camera that moves back, the factor is at most 1, at infinity
+    const float forward = (std::max)(-position[2], 0.0F);  // if the camera moves back, the factor is at most 1
     if (!(forward < range.z_near)) return std::numeric_limits<float>::infinity();
     return detail::motion_across(position, camera, range) * range.z_near / (range.z_near - forward);
 }
@@ -53,7 +53,7 @@ inline std::array<float, 3> within_motion(const std::array<float, 3>& position, 
         const float kept = closest * range.z_near / forward;
         return within_motion({kept * position[0], kept * position[1], kept * position[2]}, camera, range, motion);
     }
-    // The share k of the distance with across * k * z_near / (z_near - k * forward) = motion.
+    // Solves across * k * z_near / (z_near - k * forward) = motion for k, the share of the distance.
     const float across = detail::motion_across(position, camera, range);
     const float share = motion * range.z_near / (across * range.z_near + motion * forward);
     return {share * position[0], share * position[1], share * position[2]};

@@ -42,7 +42,7 @@ public:
     fragment_finder(const pixel_squares& squares, const pinhole_camera& screen, bool both_sides)
         : squares_(squares), width_(screen.width), height_(screen.height), both_sides_(both_sides) {}
 
-    /// Returns the fragments sorted by position, then nearest first.
+    /// Returns the fragments sorted by position, and from near to far at each position.
     template <executor Executor>
     buffer<fragment> find_all(std::int32_t pixel_count, Executor& threads) const {
         const auto extent = [&](std::int32_t i) {
@@ -91,7 +91,7 @@ private:
     bool both_sides_;
 };
 
-/// Widens the range to contain all fragments, unless the excess is only rounding.
+/// Returns `range`, widened to contain all fragments. Excess that is only rounding does not widen it.
 inline depth_range range_of(const buffer<fragment>& fragments, const depth_range& range) {
     const double first = 1.0 / range.z_near, last = 1.0 / range.z_far;
     double nearest = first, farthest = last;
@@ -123,7 +123,7 @@ inline void link_neighbors(graph_builder& g, const buffer<fragment>& fragments, 
         }
 }
 
-/// Makes one linked pixel per fragment.
+/// Builds a graph with one pixel per fragment, and links neighbors.
 inline graph graph_of(const buffer<fragment>& fragments, const pinhole_camera& camera, const surface_walk& walk) {
     graph_builder g(camera.width, camera.height, fragments.size());
     for (std::int32_t i = 0; i < fragments.count(); ++i) {
@@ -160,9 +160,9 @@ struct peeled_layers {
     depth_range range;  ///< distances of its disparities 1 and 0
 };
 
-/// Converts layers to another camera. Every surface that the ray through the center of a pixel of `from` meets becomes a pixel,
-/// any number of them at one position. Neighbors are linked if the surface connects them without a tear and without folding
-/// back. This is exact: converting to the original camera changes nothing.
+/// Converts layers to another camera. A ray runs through the center of each pixel of `from`. Every surface that the ray meets
+/// becomes a pixel of the result, so a position can have any number of pixels. Neighbors are linked if the surface connects
+/// them without a tear and without folding back. The conversion is exact: converting to the original camera changes nothing.
 ///
 /// range       distances of disparity 1 and 0
 /// taken_from  camera of `layers`; its size is the lattice's size

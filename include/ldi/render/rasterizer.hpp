@@ -1,5 +1,5 @@
-// A software rasterizer: draws a 3D photo from another viewpoint (paper, section "Viewing 3D Photos"), and shows where it has
-// holes. Exact rather than fast: the result is the same on every machine and for any number of threads, so that tests can count
+// A software rasterizer: draws a 3D photo from another viewpoint (paper, section "Viewing 3D Photos"), and reports its holes.
+// It is exact rather than fast: the result is the same on every machine and for any number of threads, so that tests can count
 // pixels.
 #pragma once
 
@@ -38,8 +38,8 @@ struct rendering {
     image<std::uint8_t> coverage;  ///< H x W x 1: 0 in holes, 255 if every sample of the pixel is covered
 };
 
-/// Draws a mesh with its textures, bilinear and perspective-correct. Where surfaces coincide, the first triangle wins. Soft
-/// edges are blended over the surfaces behind them; they affect neither depth nor coverage.
+/// Draws a mesh with its textures, with bilinear interpolation and correct perspective. Where surfaces coincide, the first
+/// triangle wins. Soft edges are blended over the surfaces behind them; they affect neither depth nor coverage.
 ///
 /// textures  one for each part of the mesh, H x W x 3; the first row is at texture coordinate v = 0. Coordinates beyond [0, 1]
 ///           repeat the edge
@@ -108,7 +108,7 @@ inline std::array<std::uint8_t, 3> bilinear(const image<std::uint8_t>& texture, 
     return result;
 }
 
-/// Samples of some rows of pixels.
+/// Samples of a band, which is a range of pixel rows.
 struct sample_band {
     std::int64_t first_row = 0, last_row = 0, width = 0;  ///< in samples
     buffer<float> inverse_depth;                          ///< 0 in holes
@@ -125,7 +125,7 @@ struct sample_band {
                 std::copy_n(&options.backdrop(y / options.samples, x / options.samples), 3, color[i].begin());
     }
 
-    /// Draws a triangle. shade(u, v)  returns the color at texture coordinates
+    /// Draws a triangle. shade(u, v) returns the color at the texture coordinates (u, v).
     template <class Shade>
     void draw(const screen_triangle& t, Shade&& shade) {
         const screen_values values(t);
@@ -140,7 +140,7 @@ struct sample_band {
         });
     }
 
-    /// Blends a translucent triangle over the farther surfaces.
+    /// Blends a translucent triangle over the surfaces behind it.
     template <class Shade>
     void blend(const screen_triangle& t, Shade&& shade) {
         const translucent_values values(t);

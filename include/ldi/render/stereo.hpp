@@ -56,9 +56,9 @@ inline image<std::uint8_t> side_by_side(image_view<const std::uint8_t> left, ima
     return result;
 }
 
-/// Combines two pictures for glasses with red at the left eye and cyan at the right. Red is the left picture's brightness (Rec.
-/// 601, which makes colored objects equally bright for both eyes; "half color"), green and blue are the right picture's. Raises
-/// mismatch.
+/// Combines two pictures to an anaglyph for glasses with a red left lens and a cyan right lens. The red channel is the left
+/// picture's brightness (Rec. 601); the green and blue channels are the right picture's. This method, "half color", makes
+/// colored objects equally bright for both eyes. Raises mismatch.
 inline image<std::uint8_t> anaglyph(image_view<const std::uint8_t> left, image_view<const std::uint8_t> right) {
     detail::check_pair(left, right);
     image<std::uint8_t> result(right);

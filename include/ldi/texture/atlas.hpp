@@ -19,7 +19,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct atlas_options {
     padding_options padding;
-    /// Maximum width and height of the atlas in texels: the limit of every GPU of the last ten years.
+    /// Maximum width and height of the atlas in texels. Every GPU of the last ten years supports the default.
     std::int32_t max_side = 8192;
 };
 
@@ -55,8 +55,9 @@ buffer<texel_kind> pixel_kinds(const Layers& layers) {
 
 /// Packs, draws and pads all charts. Every pixel of `layers` must have a color; known_column marks the photo's own colors, and
 /// only affects `kind`. Raises error_code::too_large if the charts do not fit, error_code::invalid_option for a filter padding
-/// below 1, error_code::mismatch for charts of another image. Linear time in pixels and texels, except for packing, which costs
-/// the number of charts times the number of their different sizes. Up to 32 bytes per pixel and per texel.
+/// below 1, error_code::mismatch for charts of another image. Time is linear in pixels and texels, except for packing, which is
+/// proportional to the number of charts times the number of their different sizes. Memory is up to 32 bytes per pixel and per
+/// texel.
 template <has_columns<color_column, disparity_column, known_column> Layers, executor Executor = const serial_executor>
 texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const atlas_options& options = {},
                          Executor&& threads = {}) {

@@ -80,7 +80,7 @@ private:
 
     std::ptrdiff_t step(side s) const { return step_y(s) * stride_ + step_x(s); }
 
-    /// Calls `visit(pixel, texel, count)` for pixels that are consecutive in memory and in a row of the atlas.
+    /// Calls `visit(pixel, texel, count)` for each run of pixels that are consecutive in memory and in a row of the atlas.
     template <class Visit>
     void for_each_stretch(const chart& c, chart_placement placement, Visit&& visit) const {
         for (std::size_t first = 0, last; first < c.pixels.size(); first = last) {
@@ -120,13 +120,13 @@ private:
         });
     }
 
-    /// Has no branches, so that the compiler can vectorize it.
+    /// Whether a texel next to `texel` is empty. The function has no branches, so that the compiler can vectorize it.
     bool is_at_border(std::ptrdiff_t texel) const {
         const auto is_empty = [&](std::ptrdiff_t t) { return static_cast<int>(kind_[t] == texel_kind::empty); };
         return (is_empty(texel - 1) | is_empty(texel + 1) | is_empty(texel - stride_) | is_empty(texel + stride_)) != 0;
     }
 
-    /// Adds one texel of filter padding. Two surfaces that meet get half of the gap each. A surface that continues takes
+    /// Widens the filter padding by one texel. Two surfaces that meet each fill half of the gap. A surface that continues takes
     /// precedence over one that ends.
     void grow_border() {
         next_border_.clear();
@@ -155,7 +155,7 @@ private:
     static bool is_known(texel_kind k) { return k >= texel_kind::photo && k <= texel_kind::copied; }
     static bool is_unknown(texel_kind k) { return k > texel_kind::copied; }
 
-    /// Diffuses into all unknown texels of the blocks that the padded chart touches.
+    /// Diffuses colors into all unknown texels of the blocks that the padded chart touches.
     void fill_blocks(atlas_rectangle room, int rounds) {
         diffusion_.start();
         unknown_.clear();

@@ -16,30 +16,30 @@ struct sheet_options {
     std::int32_t max_side = 4096;
     /// Padding around charts, in pixels of the layered image; at least 1, and at most the atlas's filter padding.
     std::int32_t padding = 4;
-    /// Pixels of the layered image on each side beyond the photo's (photo_facts::margin).
+    /// Width of the layered image's margin beyond each side of the photo, in pixels of the image (photo_facts::margin).
     std::int32_t margin = 0;
 };
 
-/// Scale along one direction: `photo` pixels of the photo cover the same length as `layers` pixels of the layered image within
-/// its margin. Positions in the layered image include the margin.
+/// Scale along one axis: `photo` pixels of the photo cover the same length as `layers` pixels of the layered image within its
+/// margin. Positions in the layered image include the margin.
 struct sheet_scale {
     /// `photo`: pixels of the photo; `layers`: pixels of the layered image without its margin
     std::int64_t photo = 1, layers = 1;
     std::int32_t margin = 0;
 
-    /// Position in the photo of a position in the layered image.
+    /// Converts a position in the layered image to a position in the photo.
     double in_photo(double place) const {
         return (place - margin) * detail::nearest_double(photo) / detail::nearest_double(layers);
     }
-    /// Position in the layered image of a position in the photo.
+    /// Converts a position in the photo to a position in the layered image.
     double in_layers(double place) const {
         return place * detail::nearest_double(layers) / detail::nearest_double(photo) + margin;
     }
-    /// Pixel of the layered image that contains the center of a photo pixel. May lie outside the layered image.
+    /// Returns the pixel of the layered image that contains the center of a photo pixel. It may lie outside the layered image.
     std::int32_t pixel_of(std::int64_t photo_pixel) const { return floored((2 * photo_pixel + 1) * layers, 2 * photo) + margin; }
-    /// Last photo pixel that starts at or before the start of a pixel of the layered image.
+    /// Returns the last photo pixel that starts at or before the start of a pixel of the layered image.
     std::int32_t first_at(std::int64_t pixel) const { return floored((pixel - margin) * photo, layers); }
-    /// First photo pixel that starts at or after the start of a pixel of the layered image.
+    /// Returns the first photo pixel that starts at or after the start of a pixel of the layered image.
     std::int32_t last_at(std::int64_t pixel) const { return -floored((margin - pixel) * photo, layers); }
 
 private:
@@ -48,7 +48,7 @@ private:
     }
 };
 
-/// Position of a chart.
+/// Position of a chart on a sheet.
 struct sheet_placement {
     std::int32_t sheet = 0;                 ///< 0: the chart stays in the atlas, and the other members are unused
     atlas_rectangle room = {};              ///< rectangle on the sheet

@@ -11,7 +11,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Row k has the remainder of each byte followed by k zero bytes, so that the loop processes eight bytes at a time.
+/// Row k contains the CRC remainder of each byte value followed by k zero bytes. With eight rows, the loop processes eight
+/// bytes at a time.
 using crc32_rows = std::array<std::array<std::uint32_t, 256>, 8>;
 
 inline crc32_rows make_crc32_rows() {

@@ -75,8 +75,8 @@ struct own_attribute {
     std::span<const float> values;  ///< vertices x channels
 };
 
-/// Columns of a part of a mesh, or of its strip, in the order of the file. The order aligns each column to its scalars without
-/// padding.
+/// Columns of one part of a mesh, or of its strip of soft edges, in the order of the file. In this order, each column is
+/// aligned to its scalar type without padding.
 struct geometry {
     std::span<const float> positions, texture_coordinates;
     std::span<const std::uint8_t> opacity;  ///< opacity of a strip; otherwise empty
@@ -157,9 +157,9 @@ struct contents {
         for (const std::span<const std::byte>& texture : textures) sum += texture.size();
         return sum;
     }
-    /// Index of a texture's buffer view. Views of geometry come first.
+    /// Returns the index of a texture's buffer view. The views of the geometry come first.
     std::size_t view_of_texture(std::size_t texture) const { return first_accessor(parts.size()) + texture; }
-    /// Index of a part's first accessor.
+    /// Returns the index of a part's first accessor.
     std::size_t first_accessor(std::size_t part) const {
         std::size_t sum = 0;
         for (std::size_t i = 0; i < part; ++i) sum += parts[i].accessor_count();
@@ -167,7 +167,7 @@ struct contents {
     }
 };
 
-/// Consecutive views of the file's only buffer.
+/// List of buffer views, which divide the file's only buffer into consecutive ranges.
 class view_list {
 public:
     int add(std::size_t bytes, int target, std::size_t padding = 0) {
@@ -187,7 +187,7 @@ private:
     int count_ = 0;
 };
 
-/// Adds one accessor per view, with the index of the view.
+/// Adds the accessors of a geometry, and one buffer view for each accessor.
 inline void add_accessors(json_text& json, view_list& views, const geometry& g, std::size_t padding) {
     const std::size_t count = g.vertex_count();
     json.add(R"({"bufferView":)", views.add(g.position_bytes(), vertices), R"(,"componentType":)", float32, R"(,"count":)",

@@ -23,7 +23,8 @@ struct json_value {
     std::string_view text = "nothing";
 };
 
-/// Receives the parts of an object or array. A function pointer, so that the reader is compiled only once.
+/// Callback for the members of an object or the elements of an array. It is a function pointer, so that the reader is compiled
+/// only once.
 using json_visitor = void (*)(void* to, std::string_view name, const json_value& value);
 
 /// Returns 0 to 15, or 16 if c is not a hexadecimal digit.
@@ -69,7 +70,7 @@ inline void append_unescaped(std::string_view written, buffer<char>& to) {
     }
 }
 
-/// Walks over a text and checks everything it passes. Errors: invalid_data; `where` names the text in messages.
+/// Walks over a text and checks everything it passes. Raises invalid_data; `where` names the text in messages.
 class json_reader {
 public:
     /// max_depth  maximum nesting of objects and arrays
@@ -78,7 +79,7 @@ public:
     /// Walks over a text that a reader has already checked, without further checks.
     explicit json_reader(std::string_view checked) : text_(checked), is_checked_(true) {}
 
-    /// Reads the one object of which the text consists.
+    /// Reads a text that consists of one object.
     json_value whole_object() {
         skip_space();
         if (peek() != '{') fail("a JSON object");
@@ -158,7 +159,7 @@ private:
         ++at_;
     }
 
-    /// Whether the object or array ends here. If not, moves to its next part.
+    /// Returns whether the object or array ends here. If not, moves to its next member or element.
     bool leave(char closing, bool first, const char* expected) {
         skip_space();
         if (peek() == closing) {
@@ -218,7 +219,7 @@ private:
         }
     }
 
-    /// Reads a string with its quotes.
+    /// Reads a string and returns it with its quotes.
     std::string_view read_string() {
         const std::size_t begin = at_++;
         while (peek() != '"') {

@@ -21,7 +21,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespace caffe2 {
 
-/// One value of a named argument. Byte strings point into the file.
+/// A named argument of an operator. Its value is in the member of its type. Strings point into the file.
 struct argument {
     std::string_view name;
     std::optional<float> number;
@@ -42,7 +42,7 @@ struct network_message {
     std::vector<std::string_view> external_inputs, external_outputs;
 };
 
-/// One field of a message, its type and bounds already checked.
+/// A field of a message. The constructor checks its bounds, and each accessor checks its type.
 class field {
 public:
     field(protozero::pbf_reader& reader, std::string_view where) : reader_(reader), where_(where) {
@@ -101,7 +101,8 @@ void for_each_field(std::string_view message, std::string_view where, Visit&& vi
     }
 }
 
-/// Requires a name. A message without one occupies two bytes in the file, but fifty times as many in memory.
+/// Raises invalid_data for an empty name. A message without a name occupies two bytes in the file, but fifty times as many in
+/// memory.
 inline void check_named(std::string_view name, const char* what, std::string_view where) {
     if (name.empty()) raise(error_code::invalid_data, std::string(where), std::string(what) + " with a name", "one without");
 }

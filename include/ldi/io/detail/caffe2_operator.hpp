@@ -16,7 +16,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespace caffe2 {
 
-/// An operator with its arguments, looked up and checked on access.
+/// An operator whose arguments are looked up by name and checked on access.
 class checked_operator {
 public:
     /// kind  name of the file in messages

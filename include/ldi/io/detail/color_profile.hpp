@@ -33,7 +33,8 @@ inline constexpr std::size_t max_profile_memory = std::size_t{16} << 20;
 /// profile  color space of the samples
 inline void convert_to_srgb(image<std::uint8_t>& color, const color_profile& profile);
 
-/// Joins the parts of the profile in the APP2 segments of a JPEG file; empty if there is none or a part is missing.
+/// Joins the parts of the profile that a JPEG file stores in its APP2 segments. Returns an empty profile if there is none, a
+/// part is missing, or the profile is too large.
 inline std::vector<std::byte> jpeg_profile(std::span<const std::span<const std::byte>> segments) {
     constexpr std::string_view name("ICC_PROFILE\0", 12);
     std::array<std::span<const std::byte>, 256> parts;
@@ -53,7 +54,7 @@ inline std::vector<std::byte> jpeg_profile(std::span<const std::span<const std::
     return profile;
 }
 
-/// Extracts the profile of a PNG file.
+/// Extracts the profile of a PNG file. Returns an empty profile if it is damaged or too large.
 ///
 /// chunk  body of the iCCP chunk: a name, a zero, a method (0), and the compressed profile
 inline std::vector<std::byte> png_profile(std::span<const std::byte> chunk) {
@@ -71,10 +72,11 @@ inline std::vector<std::byte> png_profile(std::span<const std::byte> chunk) {
 
 #if defined(LDI_WITH_LCMS2)
 
-/// Remaining part of max_profile_memory. A profile may list the same table many times, and Little CMS reads it each time.
+/// Remaining part of max_profile_memory. A profile may list the same table many times, and Little CMS reads the table each
+/// time.
 inline thread_local std::size_t profile_memory_left = 0;
 
-/// Memory of Little CMS. Counts allocations and ignores releases.
+/// Allocator for Little CMS. Charges allocations to profile_memory_left and never refunds them.
 struct profile_memory {
     static bool take(std::size_t bytes) {
         if (bytes > profile_memory_left) return false;
@@ -113,7 +115,7 @@ struct transform_deleter {
 };
 using profile_handle = std::unique_ptr<void, profile_closer>;
 
-/// Opens the profile; null if it is damaged, or sRGB.
+/// Opens the profile. Returns null if an ICC profile is damaged, or if the primaries are neither BT.2020 nor Display P3.
 inline profile_handle open_profile(cmsContext context, const color_profile& profile) {
     if (!profile.icc.empty())
         return profile_handle(

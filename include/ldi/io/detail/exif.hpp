@@ -1,4 +1,4 @@
-// Reads the EXIF data that a 3D photo needs with libexif: the camera's orientation and its lens.
+// Reads the camera's orientation and focal length from EXIF data with libexif.
 #pragma once
 
 #include <ldi/base/config.hpp>
@@ -20,7 +20,7 @@ struct exif_facts {
     std::optional<float> focal_length_35mm;  ///< in millimeters
 };
 
-/// Returns the first number of a tag of whole numbers.
+/// Returns the first value of a tag of type SHORT or LONG; empty for other types.
 inline std::optional<unsigned> exif_number(ExifData* data, ExifIfd directory, ExifTag tag) {
     const ExifEntry* const entry = exif_content_get_entry(data->ifd[directory], tag);
     if (entry == nullptr || entry->data == nullptr || entry->components < 1) return std::nullopt;
@@ -30,7 +30,7 @@ inline std::optional<unsigned> exif_number(ExifData* data, ExifIfd directory, Ex
     return std::nullopt;
 }
 
-/// Reads EXIF data. Empty or damaged data result in the defaults, because the photo is usable without them.
+/// Reads EXIF data. Returns the defaults for empty or damaged data, because the photo is usable without EXIF.
 ///
 /// tiff  the TIFF structure that contains the EXIF data
 inline exif_facts read_exif(std::span<const std::byte> tiff) {

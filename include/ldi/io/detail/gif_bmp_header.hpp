@@ -57,7 +57,7 @@ private:
         return size;
     }
 
-    /// Counts the pixels that the codes of a frame produce. Their number must be that of the frame.
+    /// Counts the pixels that the codes of a frame produce. Raises invalid_data if the frame's size differs.
     void read_frame() {
         need(9);
         const std::size_t pixels = std::size_t{little_endian_16(bytes_, at_ + 4)} * little_endian_16(bytes_, at_ + 6);

@@ -76,7 +76,7 @@ public:
     }
 
 private:
-    // Larger than any camera writes. libheif's time grows with the square of the number of items and with the number of
+    // No camera's file reaches these limits. libheif's time grows with the square of the number of items and with the number of
     // references.
     static constexpr std::size_t max_boxes = 100'000, max_items = 4096, max_entries = 65'536;
 
@@ -95,7 +95,7 @@ private:
 
     /// Calls visit(type, body) for each box.
     ///
-    /// is_whole_file  ignores everything after a damaged box, as libheif does
+    /// is_whole_file  `all` is the whole file: everything after a damaged box is ignored, as libheif does
     template <class Visit>
     void for_each_box(std::span<const std::byte> all, Visit&& visit, bool is_whole_file = false) {
         while (all.size() >= 8) {

@@ -21,10 +21,10 @@ struct coded_size {
     }
 };
 
-/// Reads bits, highest first; 0 beyond the end.
+/// Reads bits, most significant first. Bits beyond the end are 0.
 class bit_reader {
 public:
-    /// is_escaped  ignores a byte 3 after two zeros, as in HEVC
+    /// is_escaped  skips a byte 3 after two zero bytes (HEVC's emulation prevention)
     bit_reader(std::span<const std::byte> bytes, bool is_escaped) : bytes_(bytes), is_escaped_(is_escaped) {}
 
     std::uint64_t next(unsigned count) {
@@ -57,9 +57,9 @@ private:
     unsigned current_ = 0, left_ = 0;
 };
 
-/// Returns the size from a sequence parameter set; empty for other units.
+/// Returns the size that a sequence parameter set states; 0 x 0 for other units.
 ///
-/// unit  a unit of HEVC's network abstraction layer
+/// unit  a NAL unit (network abstraction layer) of HEVC
 inline coded_size size_in_hevc_unit(std::span<const std::byte> unit) {
     constexpr std::uint64_t sequence_parameter_set = 33;
     bit_reader bits(unit, true);
@@ -88,7 +88,7 @@ inline coded_size size_in_hevc_unit(std::span<const std::byte> unit) {
 
 /// Returns the largest size in an item.
 ///
-/// data  units, each preceded by its length
+/// data  NAL units, each preceded by its length in `length_size` bytes
 inline coded_size size_in_hevc_item(std::span<const std::byte> data, std::size_t length_size) {
     coded_size largest;
     while (data.size() > length_size) {
@@ -156,7 +156,7 @@ inline coded_size size_in_av1_header(std::span<const std::byte> header) {
     if (is_reduced) {
         bits.next(3);
     } else {
-        // Each frame may state its own size, with the same number of bits.
+        // Each frame may state its own size with these numbers of bits, so assume the largest.
         size.width = std::uint64_t{1} << width_bits, size.height = std::uint64_t{1} << height_bits;
         if (bits.next(1) != 0) bits.next(7);
         bits.next(7);
@@ -171,7 +171,7 @@ inline coded_size size_in_av1_header(std::span<const std::byte> header) {
     return size;
 }
 
-/// Returns the largest size in the sequence headers.
+/// Returns the largest size that the AV1 sequence headers state.
 ///
 /// units  open bitstream units, from an item or its configuration
 inline coded_size size_in_av1_units(std::span<const std::byte> units) {

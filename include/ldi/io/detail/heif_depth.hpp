@@ -1,5 +1,6 @@
-// Reads depth from HEIC and AVIF files, where it is an auxiliary picture. Apple's XMP, or the file's depth representation
-// information (ISO 23008-2), states its range. libheif distinguishes it from gain maps and mattes by its type.
+// Reads depth from HEIC and AVIF files, which store it as an auxiliary picture. Apple's XMP or the file's depth representation
+// information (ISO 23008-2) states the range of the depth. libheif distinguishes depth from gain maps and mattes by the type of
+// the auxiliary picture.
 #pragma once
 
 #include <ldi/io/detail/heif_file.hpp>
@@ -16,7 +17,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Meaning of the file's depth picture. Without a range, only the order of distances is known.
+/// Returns the meaning of the values of a depth picture; empty if the file states no range. Without a range, only the order of
+/// distances is known.
 inline std::optional<depth_meaning> heif_meaning(const heif_image_handle* photo, const heif_image_handle* depth, heif_item_id id,
                                                  decoding_budget& budget, const std::string& where) {
     xmp_properties xmp;
@@ -41,7 +43,7 @@ inline std::optional<depth_meaning> heif_meaning(const heif_image_handle* photo,
     }
 }
 
-/// Returns brightness from 0 to 1.
+/// Returns the brightness of a picture's pixels, H x W x 1, from 0 to 1.
 inline image<float> heif_gray(const heif_image* pixels, const std::string& where) {
     int stride = 0;
     // Gray that was coded as RGB has no luma channel.
@@ -61,7 +63,7 @@ inline image<float> heif_gray(const heif_image* pixels, const std::string& where
     return values;
 }
 
-/// Finds the depth of a photo, upright. Raises unsupported, invalid_data, too_large.
+/// Finds and decodes the depth of a photo. The result is upright. Raises unsupported, invalid_data, too_large.
 inline std::optional<found_depth> find_heif_depth(std::span<const std::byte> bytes, decoding_budget& budget,
                                                   const std::string& where) {
     heif_file file(bytes, budget, where);

@@ -1,5 +1,5 @@
 // Reads the primary picture and the metadata of HEIC and AVIF files with libheif. Ignores gain maps and other pictures. libheif
-// rotates and crops as the file says, so the EXIF orientation does not apply.
+// applies the rotation and crop that the file states, so the EXIF orientation is ignored.
 #pragma once
 
 #include <ldi/io/detail/exif.hpp>
@@ -91,7 +91,7 @@ inline heif_pixels decode_heif_pixels(const heif_image_handle* handle, heif_colo
     const std::unique_ptr<heif_decoding_options, heif_deleter> options(heif_decoding_options_alloc());
     if (options) options->convert_hdr_to_8bit = 1;
     const auto length = [](int side) { return static_cast<std::size_t>((std::max)(side, 0)); };
-    constexpr std::size_t for_threads = 64'000'000;  // stacks of its threads; a pixel needs at most 18 bytes
+    constexpr std::size_t for_threads = 64'000'000;  // stacks of libheif's threads; each pixel needs at most 18 bytes
     require_memory(18 * length(heif_image_handle_get_width(handle)) * length(heif_image_handle_get_height(handle)) + for_threads,
                    where);
     heif_image* pixels = nullptr;
@@ -117,7 +117,7 @@ inline std::vector<std::vector<std::byte>> heif_metadata(const heif_image_handle
     return blocks;
 }
 
-/// Returns the ICC profile, or else the number of the primaries if the transfer curve is that of sRGB or similar.
+/// Returns the ICC profile. Without one, returns the number of the primaries, unless the transfer curve is PQ or HLG.
 inline color_profile heif_profile(const heif_image_handle* handle) {
     color_profile profile;
     const std::size_t size = heif_image_handle_get_raw_color_profile_size(handle);

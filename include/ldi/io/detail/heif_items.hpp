@@ -1,5 +1,5 @@
-// Computes the cost of decoding a picture in a HEIC or AVIF file: the cost of its coded pictures, through grids, overlays and
-// identities, and of all pictures between. Rejects pictures that contain themselves.
+// Computes the cost of decoding a picture in a HEIC or AVIF file. The picture may be a grid, overlay or identity of other
+// pictures; the cost covers all coded pictures and all pictures derived from them. Rejects pictures that contain themselves.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -21,7 +21,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 class heif_items {
 public:
-    /// Also charges the bytes of all items, because libheif reads them before decoding, each as often as it is listed.
+    /// Reads the boxes of the file and charges the bytes of all items. libheif reads each item before decoding, as often as it
+    /// is listed.
     ///
     /// Raises invalid_data, unsupported, too_large.
     heif_items(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where)
@@ -37,7 +38,8 @@ public:
     /// Charges the primary picture.
     picture_header take_primary(decoding_budget& budget) { return take(boxes_.primary, budget, where_); }
 
-    /// Whether the picture has auxiliary pictures of depth. Charges all of them, because libheif chooses which one it decodes.
+    /// Returns whether the primary picture has auxiliary depth pictures. Charges all of them, because libheif chooses the one
+    /// to decode.
     bool take_depth(decoding_budget& budget) {
         const auto primary = boxes_.items.find(boxes_.primary);
         if (primary == boxes_.items.end()) return false;
@@ -56,14 +58,14 @@ private:
     /// Cost of decoding an item.
     struct cost {
         double width = 0, height = 0, memory = 0;
-        double pixels = 0;        ///< sum over all pictures, each as often as it is decoded, rotated or cropped
+        double pixels = 0;        ///< pixels of all pictures, counted for each decoding, rotation and crop
         double pictures = 0;      ///< number of decoded pictures, with repetitions
         double per_pixel = 0;     ///< in bytes
-        bool is_foreign = false;  ///< the codec's header format is unknown here
+        bool is_foreign = false;  ///< the codec is neither HEVC nor AV1
         bool is_known = false;    ///< false while the cost is being computed
     };
 
-    // Larger than any camera writes: a grid of 4,096 tiles of 512 x 512 pixels has a gigapixel.
+    // No camera's file reaches this limit: a grid of 4,096 tiles of 512 x 512 pixels has a gigapixel.
     static constexpr double max_pictures = 4096;
     static constexpr int max_depth = 8;  ///< maximum nesting of derived pictures
 
@@ -86,7 +88,7 @@ private:
         return header;
     }
 
-    /// Returns the cost of an item, computed once. Raises an error for items that contain themselves.
+    /// Returns the cost of an item, and stores it for later calls. Raises an error for items that contain themselves.
     const cost& cost_of(std::uint32_t id, int depth) {
         const auto item = boxes_.items.find(id);
         if (item == boxes_.items.end()) broken("a picture made of one that is not there");
@@ -123,7 +125,7 @@ private:
             }
             if (p.type == "irot" || p.type == "imir" || p.type == "clap") ++passes;
         }
-        c.pixels = passes;  // passes per pixel; read_size() multiplies by the number of pixels
+        c.pixels = passes;  // passes per pixel; add_own() multiplies them by the number of pixels
     }
 
     /// Adds the cost of the picture itself.
@@ -146,8 +148,8 @@ private:
             }
         }
         c.width = (std::max)(c.width, nearest_double(size.width)), c.height = (std::max)(c.height, nearest_double(size.height));
-        // The coded picture (at most 3 samples), its tiles and the assembled picture, RGB, and the additional memory of an AV1
-        // decoder.
+        // Bytes for the coded picture (at most 3 samples), its tiles and the assembled picture, the RGB picture, and the
+        // additional memory of an AV1 decoder.
         const bool is_av1 = item.type == "av01";
         c.per_pixel = size.is_deep ? (is_av1 ? 24 : 18) : is_av1 ? 15 : 10;
         c.pictures = 1;
@@ -171,7 +173,7 @@ private:
         c.memory += 4 * memory;  // libheif decodes up to four tiles at the same time
     }
 
-    /// Size of the picture that a grid or overlay produces.
+    /// Reads the size of the picture that a grid or overlay produces.
     void read_canvas(const heif_item& item, cost& c) const {
         buffer<std::byte> data;
         for (const std::span<const std::byte>& extent : item.extents)

@@ -29,15 +29,15 @@ struct found_depth {
     bool is_inverse_depth = true;  ///< false: only the order of distances is known
 };
 
-/// Located depth, not yet decoded.
+/// Depth that was found in a file, but not decoded yet.
 struct located_depth {
-    std::span<const std::byte> depth, confidence;  ///< whole files; `confidence` may be empty
+    std::span<const std::byte> depth, confidence;  ///< complete picture files; `confidence` may be empty
     depth_meaning meaning;
     std::string source, where;
-    std::vector<std::byte> depth_in_text, confidence_in_text;  ///< files that were stored as text
+    std::vector<std::byte> depth_in_text, confidence_in_text;  ///< bytes of the files that GDepth stores as base64 text
 };
 
-/// Reads range and unit in the terms of GDepth and Dynamic Depth. Raises unsupported, invalid_data.
+/// Reads range and unit from the properties of GDepth or Dynamic Depth. Raises unsupported, invalid_data.
 inline depth_meaning google_meaning(const xmp_properties& xmp, std::string_view space, const std::string& where) {
     depth_meaning meaning;
     const std::string_view format = xmp.text(space, "Format").value_or("RangeInverse");
@@ -82,7 +82,7 @@ struct appended_item {
     std::size_t length = 0, padding = 0;
 };
 
-/// Lists the items of one of the two directories, the photo itself first.
+/// Lists the items of a Dynamic Depth directory. The first item is the photo itself.
 inline std::vector<appended_item> list_items(const xmp_properties& xmp, std::string_view space) {
     constexpr std::size_t max_items = 64;  // real files have two to five
     std::vector<appended_item> items;
@@ -99,8 +99,8 @@ inline std::vector<appended_item> list_items(const xmp_properties& xmp, std::str
     return items;
 }
 
-/// Returns the bytes of an item: after the photo and the previous items, or, if other data lies between them, counted from the
-/// end of the file.
+/// Returns the bytes of an item. Items follow the photo in order. If other data lies between them, the position is counted from
+/// the end of the file instead.
 inline std::span<const std::byte> item_bytes(std::span<const std::byte> bytes, std::size_t photo_end,
                                              const std::vector<appended_item>& items, std::size_t index) {
     const auto piece = [&](std::size_t at) -> std::span<const std::byte> {
@@ -140,7 +140,7 @@ inline std::optional<located_depth> locate_dynamic_depth(std::span<const std::by
     raise(error_code::invalid_data, here, "the depth map that is announced", "no such file behind the photo");
 }
 
-/// Reads range and unit in Apple's terms; empty if the picture is not depth.
+/// Reads range and unit from Apple's properties; empty if the picture is not depth.
 inline std::optional<depth_meaning> apple_meaning(const xmp_properties& xmp) {
     constexpr std::string_view space = "http://ns.apple.com/pixeldatainfo/1.0";
     const std::string_view kind = xmp.text(space, "AuxiliaryImageType").value_or("");
@@ -183,7 +183,7 @@ inline std::optional<located_depth> locate_apple_depth(std::span<const std::byte
     std::size_t count = 0;
     for (const std::span<const std::byte> picture : list_pictures(bytes, *segment)) {
         const std::string here = where + ", picture " + std::to_string(++count);
-        // Finding the end reads the whole picture, and the segment may list the same picture many times.
+        // Finding the end of a picture reads all of it, and the segment may list the same picture many times.
         budget.take(nearest_double(picture.size()), here, "pictures of " + std::to_string(picture.size()) + " bytes");
         xmp_properties xmp;
         add_jpeg_xmp(xmp, read_jpeg_header(picture, here).extensions, picture.size(), budget, here);
@@ -208,7 +208,7 @@ inline std::optional<located_depth> locate_jpeg_depth(std::span<const std::byte>
     return found;
 }
 
-/// Decodes located depth, as stored, not rotated. Raises unsupported, invalid_data, too_large.
+/// Decodes located depth without rotating it. Raises unsupported, invalid_data, too_large.
 inline found_depth decode_located(const located_depth& located, decoding_budget& budget) {
     image<float> values = decode_gray_unit(located.depth, budget, located.where);
     if (!located.confidence.empty())

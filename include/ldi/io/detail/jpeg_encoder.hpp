@@ -1,5 +1,5 @@
-// Writes JPEG files with libjpeg(-turbo), if ldi::io was configured with it: about seven times as fast as stb_image_write, with
-// the same tables.
+// Writes JPEG files with libjpeg or libjpeg-turbo, if ldi::io was configured with it. libjpeg-turbo is about seven times as
+// fast as stb_image_write and uses the same tables.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -38,7 +38,7 @@ public:
         std::free(file_.bytes);
     }
 
-    /// Raises out_of_memory, or too_large if the library refuses the picture for any other reason.
+    /// Encodes a picture. Raises out_of_memory, or too_large if libjpeg refuses the picture for any other reason.
     std::vector<std::byte> encode(image_view<const std::uint8_t> picture, int quality) {
         if (!write(picture, quality)) {
             if (errors_.base.msg_code == JERR_OUT_OF_MEMORY) out_of_memory();
@@ -72,7 +72,8 @@ private:
 
     static void fail(j_compress_ptr state) { state->err->error_exit(reinterpret_cast<j_common_ptr>(state)); }
 
-    /// Returns false after an error of the library, which jumps back here. Local objects must not have destructors.
+    /// Encodes a picture into file_; returns false after an error. On errors, libjpeg jumps back into this function, so its
+    /// local objects must not have destructors.
     bool write(image_view<const std::uint8_t> picture, int quality) {
         if (setjmp(errors_.back) != 0) return false;
         jpeg_create_compress(&state_);

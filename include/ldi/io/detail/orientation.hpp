@@ -7,7 +7,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Index arithmetic that shows a stored picture upright: pixel (y, x) is at index origin + y * down + x * right.
+/// Index arithmetic that shows a stored picture upright: upright pixel (y, x) is stored at index origin + y * down + x * right.
 struct upright_order {
     std::size_t height, width;
     std::ptrdiff_t origin, down, right;

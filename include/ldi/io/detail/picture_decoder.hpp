@@ -19,7 +19,8 @@ struct stb_free {
     void operator()(void* samples) const { stb::stbi_image_free(samples); }
 };
 
-/// height x width x channels samples, row-major, in memory that stb_image allocated (a copy would cost as much as the picture).
+/// A decoded picture: height x width x channels samples, row-major. Owns stb_image's memory, because a copy would cost as much
+/// as the picture.
 template <class Sample>
 struct decoded_picture {
     std::unique_ptr<Sample[], stb_free> samples;
@@ -41,7 +42,7 @@ decoded_picture<Sample> decode_picture(std::span<const std::byte> bytes, const p
     int width = 0, height = 0, channels = 0;
     decoded_picture<Sample> picture;
     const stb::growth_limit growth(header.max_growth);
-    stb::stbi__g_failure_reason = nullptr;  // otherwise it may remain from a previous file
+    stb::stbi__g_failure_reason = nullptr;  // otherwise the reason for a previous failure may remain
     if constexpr (std::is_same_v<Sample, std::uint8_t>)
         picture.samples.reset(stb::stbi_load_from_memory(data, size, &width, &height, &channels, 0));
     else

@@ -2,7 +2,8 @@
 // LDI_WITH_LIBWEBP, LDI_WITH_LIBTIFF, LDI_WITH_LCMS2 (color profiles), LDI_WITH_PUGIXML (XMP, which describes the depth in
 // photos of phones), LDI_WITH_LIBJPEG (writes JPEG faster).
 //
-// Functions that depend on them are in an inline namespace with this name, so that the linker never merges different versions.
+// Functions that depend on these libraries are in the inline namespace LDI_READERS, whose name lists the libraries, so that the
+// linker never merges different versions of a function.
 #pragma once
 
 #include <ldi/base/config.hpp>

@@ -1,5 +1,5 @@
-// Photos with their depth map beside them in one PNG file, as programs for displays with depth write them: color on the left,
-// gray on the right, white near.
+// Recognizes PNG files that contain a color photo on the left and its depth map on the right, gray with white near. Programs
+// for 3D displays write such files.
 #pragma once
 
 #include <ldi/base/numbers.hpp>
@@ -37,7 +37,7 @@ inline bool is_side_by_side(const image<std::uint8_t>& color) {
            std::abs(ab - a_sum * b_sum / count) < max_correlation * spread;
 }
 
-/// Copies `width` columns from `begin` on, with the first `channels` channels.
+/// Copies the first `channels` channels of `width` columns, starting at column `begin`.
 template <class Scalar>
 image<Scalar> take_columns(const image<std::uint8_t>& color, std::size_t begin, std::size_t width, std::size_t channels) {
     image<Scalar> part(color.height(), width, channels, unset);

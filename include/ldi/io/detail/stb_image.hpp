@@ -1,5 +1,5 @@
-// stb_image's decoders of JPEG, PNG, GIF and BMP, private to ldi. A separate namespace and internal linkage prevent clashes with
-// the copy in libtinygltf and with a copy in the including program, before or after this header.
+// stb_image's decoders of JPEG, PNG, GIF and BMP, private to ldi. A separate namespace and internal linkage prevent clashes
+// with the copy in libtinygltf and with a copy that the program includes before or after this header.
 #pragma once
 #pragma GCC system_header
 

@@ -40,8 +40,8 @@ inline image<float> decode_gray_unit(std::span<const std::byte> bytes, decoding_
     return values;
 }
 
-/// Returns 1 / distance, in 1 / meter if the unit is known. Values without a positive distance become 1000 times as far as the
-/// nearest value. Raises invalid_data if the range is invalid.
+/// Returns 1 / distance, in 1 / meter if the unit is known. Distances that are not positive, or more than 1000 times the
+/// smallest distance, become 1000 times the smallest distance. Raises invalid_data if the range is invalid.
 ///
 /// values  H x W x 1, from 0 to 1; NaN stays NaN
 inline image<float> to_disparity(image<float> values, const depth_meaning& meaning, const std::string& where) {

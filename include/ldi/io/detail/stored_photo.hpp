@@ -1,4 +1,5 @@
-// A photo between its decoder and decode_photo(): the stored samples and the data needed to display them correctly.
+// Result of the photo decoders: the stored samples, and the data with which decode_photo() converts them to an upright sRGB
+// photo.
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -13,10 +14,11 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Longer ICC profiles are ignored. Profiles of cameras and screens have some kilobytes, those of scanners half a megabyte.
+/// Maximum size of an ICC profile in bytes; longer profiles are ignored. Profiles of cameras and screens have some kilobytes,
+/// those of scanners half a megabyte.
 inline constexpr std::size_t max_profile_bytes = std::size_t{2} << 20;
 
-/// Color space of samples. sRGB if both members are empty.
+/// Color space of samples. It is sRGB if `icc` is empty and `primaries` is 0.
 struct color_profile {
     std::vector<std::byte> icc;
     unsigned primaries = 0;  ///< number in ITU-T H.273 (9 BT.2020, 12 Display P3), with sRGB's curve; 0 if unknown
@@ -41,8 +43,8 @@ inline decoded_picture<std::uint8_t> allocate_picture(std::size_t height, std::s
     return picture;
 }
 
-/// Raises out_of_memory unless `bytes` bytes can be allocated now. For libraries that report a lack of memory as damage, or wait
-/// forever for threads that failed to start.
+/// Raises out_of_memory unless `bytes` bytes can be allocated now. Use it before calls of libraries that report a lack of memory
+/// as damage, or that wait forever for threads that failed to start.
 inline void require_memory(std::size_t bytes, const std::string& where) {
     void* volatile const probe = std::malloc(bytes);  // volatile: otherwise compilers remove it
     if (probe == nullptr)

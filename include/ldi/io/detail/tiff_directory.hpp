@@ -1,5 +1,5 @@
-// Reads the first directory of a TIFF structure: TIFF 6.0, BigTIFF, and JPEG's Multi-Picture Format (CIPA DC-007). All entries
-// may refer to the same bytes.
+// Reads the first directory of a TIFF structure: TIFF 6.0, BigTIFF, and JPEG's Multi-Picture Format (CIPA DC-007). The entries
+// of a hostile file may all refer to the same bytes.
 #pragma once
 
 #include <ldi/base/numbers.hpp>
@@ -13,7 +13,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Reads numbers only inside the bytes; numbers outside are 0.
+/// A directory of a TIFF structure. Numbers beyond the end of the bytes are read as 0.
 class tiff_directory {
 public:
     struct entry {
@@ -37,7 +37,7 @@ public:
         return other;
     }
 
-    /// Calls visit(entry) for entries inside the bytes.
+    /// Calls visit(entry) for each entry that lies inside the bytes.
     template <class Visit>
     void for_each(Visit&& visit) const {
         const std::size_t head = is_big_ ? 8 : 2, size = is_big_ ? 20 : 12, length = is_big_ ? 8 : 4;

@@ -72,8 +72,8 @@ inline tiff_handle open_tiff(tiff_memory& memory, std::size_t max_block) {
                                          tiff_memory::close, tiff_memory::size, nullptr, nullptr, options.get()));
 }
 
-/// Composites libtiff's pixels on white, in place: red, green, blue, alpha from the lowest byte up, colors premultiplied by
-/// alpha.
+/// Composites libtiff's pixels on white and packs them as RGB, in place. libtiff stores red, green, blue and alpha from the
+/// lowest byte up, and colors premultiplied by alpha.
 inline void lay_on_white(std::uint8_t* samples, std::size_t pixels) {
     for (std::size_t i = 0; i < pixels; ++i) {
         std::uint32_t packed;
@@ -85,7 +85,7 @@ inline void lay_on_white(std::uint8_t* samples, std::size_t pixels) {
     }
 }
 
-/// A file with its directory read and the cost of decoding charged.
+/// An open TIFF file. The constructor reads its directory and charges the cost of decoding.
 struct opened_tiff {
     tiff_memory memory;
     tiff_handle file;
@@ -129,8 +129,9 @@ private:
         header.format = picture_format::tiff;
         header.width = width, header.height = height;
         header.memory_per_pixel = 8;  // packed samples, then RGB
-        // Bytes of a strip or tile; its samples, by plane or all together, which some codecs store twice; and a tile as packed
-        // samples.
+        // Memory for the compressed bytes, at most the whole file; for the samples of a strip or tile (twice, because some
+        // codecs keep two copies; four times as much if each channel is a separate plane); and for the packed samples of a
+        // tile.
         std::uint32_t tile_width = 0, tile_height = 0;
         const bool is_tiled = TIFFIsTiled(file.get()) != 0;
         if (is_tiled) {
@@ -158,7 +159,8 @@ inline stored_photo decode_tiff(std::span<const std::byte> bytes, decoding_budge
     std::uint16_t orientation = 1;
     TIFFGetFieldDefaulted(file.get(), TIFFTAG_ORIENTATION, &orientation);
     photo.orientation = orientation;
-    TIFFSetField(file.get(), TIFFTAG_ORIENTATION, ORIENTATION_TOPLEFT);  // libtiff would mirror, but not rotate
+    // Otherwise libtiff mirrors the picture, but does not rotate it.
+    TIFFSetField(file.get(), TIFFTAG_ORIENTATION, ORIENTATION_TOPLEFT);
     std::uint32_t count = 0;
     const void* data = nullptr;
     if (TIFFGetField(file.get(), TIFFTAG_ICCPROFILE, &count, &data) == 1 && count <= max_profile_bytes) {

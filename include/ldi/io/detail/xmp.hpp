@@ -23,10 +23,10 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 struct xmp_property {
     std::string_view space;  ///< URI of the namespace, without the slash that some writers append
     std::string_view name, text;
-    std::size_t owner;  ///< index of the structure that contains it
+    std::size_t owner;  ///< index of the structure that contains the property
 };
 
-/// Properties of one or more packets. If XML is damaged, only those before the damage.
+/// Properties of one or more packets. A damaged packet contributes only the properties before the damage.
 class xmp_properties {
 public:
     /// Adds the properties of a packet. Raises too_large.
@@ -44,7 +44,7 @@ public:
 
     const std::vector<xmp_property>& all() const { return list_; }
 
-    /// Returns the text of a property, in the structure `owner` or in any.
+    /// Returns the text of the first property with this namespace and name; only of the structure `owner`, if given.
     std::optional<std::string_view> text(std::string_view space, std::string_view name,
                                          std::optional<std::size_t> owner = {}) const {
         for (const xmp_property& p : list_)
@@ -52,7 +52,7 @@ public:
         return std::nullopt;
     }
 
-    /// Returns a property that is a finite number.
+    /// Returns the value of a property; empty if it is not a finite number.
     std::optional<double> number(std::string_view space, std::string_view name, std::optional<std::size_t> owner = {}) const {
         const std::optional<std::string_view> written = text(space, name, owner);
         if (!written) return std::nullopt;
@@ -63,7 +63,8 @@ public:
     }
 
 private:
-    /// Charges memory. Each element and each text begins with "<", each attribute has "=": at most 64 bytes for each.
+    /// Charges the memory for parsing. pugixml allocates at most 64 bytes per element, text and attribute. Each "<" accounts
+    /// for at most an element and a text, each "=" for an attribute.
     static void take(std::span<const std::byte> packet, decoding_budget& budget, const std::string& where) {
         const auto is_mark = [](std::byte b) { return b == std::byte{'<'} || b == std::byte{'='}; };
         const std::ptrdiff_t marks = std::count_if(packet.begin(), packet.end(), is_mark);
@@ -106,15 +107,16 @@ private:
         if (!space.empty()) list_.push_back({space, qualified.substr(colon + 1), text, owner});
     }
 
-    /// Returns the beginning of a URI. A hostile packet may have a megabyte of it; a longer beginning than any known URI is not
-    /// needed.
+    /// Returns the first max_space characters of a URI, more than any known namespace has. A URI in a hostile packet may be a
+    /// megabyte long.
     static std::string_view beginning(const char* address) {
         std::size_t size = 0;
         while (size < max_space && address[size] != 0) ++size;
         return {address, size};
     }
 
-    // Far more than in any real packet. Hostile packets would otherwise make the search for namespaces run for hours.
+    // Limits far above the numbers in any real packet. Without them, the search for namespaces in a hostile packet could run
+    // for hours.
     static constexpr std::size_t max_properties = 10'000, max_prefix = 64, max_space = 256;
     static constexpr int max_levels = 64, max_attributes = 256;
 
@@ -123,7 +125,7 @@ private:
     std::size_t elements_ = 0, looked_at_ = 0;
 };
 
-/// Adds the XMP of a JPEG file: the packet, and numbered parts for the data beyond 64 kB (Extended XMP).
+/// Adds the XMP of a JPEG file: the main packet, and Extended XMP, which distributes data beyond 64 kB over several segments.
 ///
 /// Raises too_large.
 inline void add_jpeg_xmp(xmp_properties& to, std::span<const std::span<const std::byte>> segments, std::size_t file_size,

@@ -26,7 +26,7 @@ constexpr std::int32_t heading_y(int s) { return s == 1 ? 1 : s == 3 ? -1 : 0; }
 inline std::int32_t corner_x(const graph_view& g, std::int32_t pixel, int c) { return g.x()[pixel] + (c == 1 || c == 2 ? 1 : 0); }
 inline std::int32_t corner_y(const graph_view& g, std::int32_t pixel, int c) { return g.y()[pixel] + (c >= 2 ? 1 : 0); }
 
-/// K bytes: bit s is set if side s of the pixel has no neighbor in the same chart.
+/// Returns one byte per pixel: bit s is set if side s of the pixel has no neighbor in the same chart.
 ///
 /// g  in canonical order
 inline buffer<std::uint8_t> mark_boundary_sides(const graph_view& g, std::span<const std::int32_t> chart_of) {
@@ -37,7 +37,7 @@ inline buffer<std::uint8_t> mark_boundary_sides(const graph_view& g, std::span<c
     const std::int32_t *const g_right = g.right().data(), *const g_down = g.down().data();
     std::uint8_t* const bits = sides.data();
     const auto clear = [](std::uint8_t& byte, std::uint8_t bit) { byte = static_cast<std::uint8_t>(byte & ~bit); };
-    // Most stretches are whole image rows of one chart above another; these need no branch per pixel.
+    // Most runs of `stretch` pixels belong to one chart and lie above a run of the same chart. They need no branch per pixel.
     constexpr std::int32_t stretch = 16;
     std::int32_t i = 0;
     while (i < count) {
@@ -73,7 +73,7 @@ inline buffer<std::uint8_t> mark_boundary_sides(const graph_view& g, std::span<c
     return sides;
 }
 
-/// Lists the pixels with a boundary side, ascending. Reads eight pixels at a time, because most have no boundary side.
+/// Lists the pixels with a boundary side, in ascending order. Reads eight pixels at a time, because most have no boundary side.
 inline buffer<std::int32_t> pixels_with_boundary(const buffer<std::uint8_t>& sides) {
     buffer<std::int32_t> pixels;
     pixels.reserve(sides.size() / 16);
@@ -142,8 +142,8 @@ public:
         return e;
     }
 
-    /// Visits the pixels linked around the lattice point of `c`, across charts: they share one corner. The order does not depend
-    /// on `c`. Returns the first pixel's corner, which identifies the shared corner.
+    /// Visits the pixels that links connect around the lattice point of `c`, even across charts: these pixels share one corner.
+    /// The order does not depend on `c`. Returns the first pixel's corner, which identifies the shared corner.
     template <class Visitor>
     pixel_corner visit_corner_class(pixel_corner c, Visitor&& visit) const {
         pixel_corner first = c, smallest = c;

@@ -14,7 +14,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Polygon for the triangulator, and for each outline vertex the boundary edge that starts there.
+/// Polygon for the triangulator. `corners` and `edges` contain the corner of each outline vertex, and the boundary edge that
+/// starts there.
 struct chart_polygon {
     polygon shape;
     buffer<std::int32_t> corners;

@@ -15,8 +15,8 @@ class crossing_finder {
 public:
     /// Reports three kinds of faults: collision(v, w) for edges v -> next[v] and w -> next[w] that meet elsewhere than in end
     /// points of both; overlap(v, w) for vertices at one point through which the outline passes twice with overlapping
-    /// interiors; and spike(v) for vertices where the outline doubles back or has an edge of length 0. Edges may overlap. May
-    /// report a fault more than once.
+    /// interiors; and spike(v) for vertices where the outline doubles back or has an edge of length 0. Two edges may coincide
+    /// in opposite directions, as along a slit. May report a fault more than once.
     template <class Report>
     void find_all(const polygon& shape, Report& report) {
         assign(shape);
@@ -33,8 +33,8 @@ public:
         }
     }
 
-    /// Same as find_all(), but compares only the edges with fresh[v] != 0 to all edges. The caller guarantees that no two of the
-    /// remaining edges meet.
+    /// Same as find_all(), but compares only the edges with fresh[v] != 0 with all edges. The caller guarantees that no two of
+    /// the remaining edges meet.
     template <class Report>
     void find_fresh(const polygon& shape, const buffer<std::uint8_t>& fresh, Report& report) {
         if (std::count(fresh.begin(), fresh.end(), 0) + max_fresh < fresh.count()) return find_all(shape, report);
@@ -70,11 +70,11 @@ private:
         lattice_point at, from, to;
     };
 
-    /// An edge in one of the columns of the plane that it touches.
+    /// List entry of an edge, for one of the columns of the plane that the edge touches.
     struct entry {
         std::int32_t edge, next;
     };
-    /// For at most this many new edges, comparing each with all others is faster than a sweep.
+    /// For at most this many fresh edges, comparing each of them with all edges is faster than a sweep.
     static constexpr std::int32_t max_fresh = 16;
     /// Columns are 2^4 pixels wide. Since an outline stays close to the lattice lines that it follows, few of its edges cross a
     /// row within one column.
@@ -108,7 +108,7 @@ private:
 
     std::int32_t column_of(std::int32_t x) const { return (x - left_) >> column_shift; }
 
-    /// Compares an edge with all edges in the same columns that cross the sweep line, and adds it to them.
+    /// Compares an edge with all edges that cross the sweep line in the same columns, and adds it to these columns.
     template <class Report>
     void enter(const edge& e, Report& report) {
         const std::int32_t index = edges_.count();
@@ -185,7 +185,7 @@ private:
     buffer<std::uint64_t> events_;
     buffer<std::int32_t> before_;
     buffer<edge> edges_;
-    std::int32_t left_ = 0;         ///< minimum over all edges
+    std::int32_t left_ = 0;         ///< minimum x over all edges
     buffer<std::int32_t> columns_;  ///< last entry of each column, or -1
     buffer<entry> entries_;
 };

@@ -1,4 +1,5 @@
-// Measures the distance from a place inside a chart to its outline, so that vertices keep clear of the outline.
+// Checks whether positions inside a chart keep a distance from its outline, so that inner vertices do not come close to the
+// outline.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -10,7 +11,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Answers for the left side of pixels with at least `clearance` pixels of their chart on either side in the row.
+/// Answers queries about the left side of a pixel. At least `clearance` pixels of the row on both sides of it must belong to
+/// the pixel's chart.
 class outline_clearance {
 public:
     /// sides      K: the boundary sides of each pixel (mark_boundary_sides)
@@ -34,7 +36,7 @@ public:
     }
 
 private:
-    /// Combines the boundary sides of all pixels of the row within the clearance in one byte.
+    /// Returns the union of the boundary sides of all pixels of the row within the clearance.
     std::uint8_t sides_around(std::int32_t pixel) const {
         const std::uint8_t* at = sides_.data() + (pixel - clearance_);
         const std::uint8_t* const end = sides_.data() + (pixel + clearance_);

@@ -1,5 +1,5 @@
-// Evenly spaced lines across a chart, on which studs and single vertices are placed, and the bends of disparity along a line,
-// where vertices are placed.
+// Positions for the vertices inside a chart: evenly spaced lines, which contain studs and single vertices, and bends of the
+// disparity along a line.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -12,7 +12,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Divides an extent by evenly spaced lines at integer positions. Tabulated, because every row of a chart looks them up.
+/// Divides an extent by evenly spaced lines at integer positions. The lines are tabulated, because every row of a chart looks
+/// them up.
 class even_lines {
 public:
     even_lines(std::int32_t begin, std::int32_t length, std::int32_t spacing) : first_(begin) {
@@ -41,11 +42,11 @@ private:
     buffer<std::int32_t> positions_, line_from_;
 };
 
-/// Finds the bends of a profile: the points that Douglas-Peucker keeps, including both ends.
+/// Finds the bends of a profile: the points that Douglas-Peucker keeps, without both ends.
 class bend_finder {
 public:
-    /// Calls found(i) for ascending indices i in [margin, size - margin). Splits a stretch [first, last] without bends in the
-    /// middle if is_too_long(first, last).
+    /// Calls found(i) for each bend i in [margin, size - margin), in ascending order. Also adds the middle of a section [first,
+    /// last] without bends if is_too_long(first, last).
     template <class TooLong, class Function>
     void operator()(const buffer<float>& profile, float tolerance, std::int32_t margin, TooLong&& is_too_long, Function&& found) {
         keep_.assign(profile.size(), 0);

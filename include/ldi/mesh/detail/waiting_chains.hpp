@@ -1,6 +1,6 @@
-// Chains of the vertices of a monotone part of a polygon that wait for their triangles while the sweep (triangulate.hpp) moves
-// down (de Berg et al., Computational Geometry, chapter 3). Each part has one chain; a new vertex at either end cuts off all
-// possible triangles.
+// Chains of vertices that wait for their triangles while the sweep (triangulate.hpp) moves down (de Berg et al., Computational
+// Geometry, chapter 3). Each monotone part of a polygon has one chain. A new vertex at either end cuts off all triangles that
+// are then possible.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -10,8 +10,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// A chain of waiting vertices. From left to right the interior lies below the chain, and every inner vertex is straight or
-/// reflex; convex ones have been cut off. head and tail are nodes of `waiting_chains`, or -1 without a chain.
+/// A chain of waiting vertices from left to right. The interior lies below the chain. Every inner vertex is straight or reflex,
+/// because convex vertices are cut off. head and tail are nodes of `waiting_chains`, or -1 if there is no chain.
 struct waiting_chain {
     std::int32_t head = -1, tail = -1;
     std::int32_t lowest = -1;  ///< the last node added: the next vertex below the chain is visible from it
@@ -49,7 +49,7 @@ public:
         chain.tail = chain.lowest = p;
     }
 
-    /// Adds a vertex at the left end, as append().
+    /// Same as append(), but adds the vertex at the left end.
     void prepend(waiting_chain& chain, std::int32_t vertex, lattice_point at, std::int32_t link, triangulation& result) {
         const std::int32_t p = add_node(vertex, at);
         std::int32_t a = chain.head;

@@ -1,5 +1,6 @@
-// Pixels of a layered image as squares of four triangles each, from the pixel's center to its sides. Linked pixels share
-// corners; unlinked pixels are separate. Projected once per view to the rasterizer's fixed-point positions.
+// Represents each pixel of a layered image as a square of four triangles, which connect the pixel's center with its four sides.
+// Linked pixels share corners; unlinked pixels are separate. The vertices are projected once per view to the rasterizer's
+// fixed-point positions.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -41,7 +42,7 @@ public:
         place(layers.template column<disparity_column>(), range, relative_projection(taken_from, from, samples, z_near));
     }
 
-    /// False if a corner is nearer than z_near, or too far outside the picture to be projected safely.
+    /// Returns false if a vertex of the pixel is nearer than z_near, or too far outside the picture to be projected safely.
     bool is_drawn(std::int32_t pixel) const { return drawn_[pixel] != 0; }
 
     std::int64_t top(std::int32_t pixel) const {
@@ -51,8 +52,8 @@ public:
         return extreme(pixel, [](std::int64_t a, std::int64_t b) { return (std::max)(a, b); });
     }
 
-    /// Triangle of the center and the two corners of a side, clockwise as seen in the layered image. Texture coordinates run
-    /// from 0 to 1 over the pixel.
+    /// Returns the triangle of the pixel's center and the two corners of a side, clockwise as seen in the layered image.
+    /// Texture coordinates run from 0 to 1 over the pixel.
     screen_triangle triangle(std::int32_t pixel, side s) const {
         const int first = clockwise_index(s), second = (first + 1) % 4;
         screen_triangle t{vertices_[pixel], vertices_[corner(pixel, first)], vertices_[corner(pixel, second)]};
@@ -176,8 +177,9 @@ private:
     buffer<std::uint8_t> drawn_;      // one per pixel
 };
 
-/// Color at (u, v) within a pixel, from (0, 0) at its top left corner to (1, 1): bilinear between the centers of the pixels that
-/// are linked around the nearest corner, if all are known or all are unknown.
+/// Returns the color at (u, v) within a pixel; (0, 0) is its top left corner, and (1, 1) its bottom right corner. Interpolates
+/// bilinearly between the centers of the pixels that are linked around the nearest corner. If `pixel` is known, only known
+/// pixels count; otherwise, only unknown ones.
 template <has_columns<color_column, known_column> Layers>
 std::array<std::uint8_t, 3> color_within_pixel(const Layers& layers, std::int32_t pixel, double u, double v) {
     const auto& g = layers.topology();

@@ -36,7 +36,8 @@ inline std::int64_t signed_area(const screen_triangle& t) {
     return (t[1].x - t[0].x) * (t[2].y - t[0].y) - (t[1].y - t[0].y) * (t[2].x - t[0].x);
 }
 
-/// Makes a triangle clockwise. False if it is not drawn: it has no area, or shows its back.
+/// Makes a triangle clockwise. Returns false if it is not drawn, because it has no area, or shows its back without
+/// `both_sides`.
 inline bool turn_clockwise(screen_triangle& t, bool both_sides) {
     const std::int64_t area = signed_area(t);
     if (area < 0) std::swap(t[1], t[2]);
@@ -46,8 +47,8 @@ inline bool turn_clockwise(screen_triangle& t, bool both_sides) {
 inline std::int64_t floor_division(std::int64_t a, std::int64_t positive) { return a / positive - (a % positive < 0 ? 1 : 0); }
 
 /// Calls span(y, first_x, last_x) for every row in [first_row, last_row) in which the triangle covers the samples [first_x,
-/// last_x), within [0, width). Requires signed_area(t) > 0. A sample exactly on an edge belongs to the triangle on its right, or
-/// below.
+/// last_x), within [0, width). Requires signed_area(t) > 0. A sample exactly on an edge belongs to the triangle on the right of
+/// the edge, or below it.
 template <class Span>
 void for_each_span(const screen_triangle& t, std::int64_t width, std::int64_t first_row, std::int64_t last_row, Span&& span) {
     constexpr std::int64_t one = subsample_steps, half = subsample_steps / 2;
@@ -88,8 +89,8 @@ struct screen_plane {
     double at(double x, double y) const { return value + per_x * x + per_y * y; }
 };
 
-/// Depth and texture coordinates at the samples of a triangle. Texture coordinates divided by depth are affine on the screen,
-/// too.
+/// Depth and texture coordinates at the samples of a triangle. Inverse depth and texture coordinates divided by depth are
+/// affine on the screen.
 class screen_values {
 public:
     explicit screen_values(const screen_triangle& t)
@@ -101,7 +102,7 @@ public:
           x0_(nearest_double(t[0].x) / nearest_double(subsample_steps) - 0.5),
           y0_(nearest_double(t[0].y) / nearest_double(subsample_steps) - 0.5) {}
 
-    /// Clamped, so that rounding in slivers does not leave the triangle's range of depths.
+    /// Returns the inverse depth, clamped to the triangle's range, because rounding in slivers could exceed it.
     double inverse_depth(std::int64_t x, std::int64_t y) const { return std::clamp(at(inverse_, x, y), least_, most_); }
     double u(std::int64_t x, std::int64_t y) const { return at(u_, x, y) / inverse_depth(x, y); }
     double v(std::int64_t x, std::int64_t y) const { return at(v_, x, y) / inverse_depth(x, y); }
@@ -143,7 +144,8 @@ public:
     projection(const view& from, std::int32_t samples, float z_near)
         : from_(from), samples_(samples), z_near_(z_near), slope_(guard_band / (double{from.camera.focal_length} * samples)) {}
 
-    /// Appends the screen triangles of one triangle of a mesh or strip, with the winding that signed_area() expects.
+    /// Appends the screen triangles of one triangle of a mesh or strip. Each is clockwise on the screen, so signed_area() is
+    /// positive.
     template <class Mesh>
     void append(const Mesh& mesh, std::size_t triangle, bool both_sides, buffer<screen_triangle>& result) const {
         std::array<camera_vertex, 8> corners;  // each plane can add one corner to the first three
@@ -160,8 +162,8 @@ public:
     }
 
 private:
-    /// Intersects an edge with a plane and moves the point exactly onto the plane, so that it can be projected for any length of
-    /// edge.
+    /// Intersects an edge with a plane and moves the point exactly onto the plane, so that the point can be projected for an
+    /// edge of any length.
     camera_vertex cut(const camera_vertex& a, const camera_vertex& b, double t, int plane) const {
         camera_vertex result{{}, (1 - t) * a.u + t * b.u, (1 - t) * a.v + t * b.v, (1 - t) * a.opacity + t * b.opacity};
         for (std::size_t i = 0; i < 3; ++i) result.position[i] = (1 - t) * a.position[i] + t * b.position[i];
@@ -189,7 +191,7 @@ private:
         return {seen, mesh.texture_coordinates[2 * vertex], mesh.texture_coordinates[2 * vertex + 1], opacity};
     }
 
-    /// Distance of a vertex from the near plane, or from one side of the guard band; positive inside.
+    /// Returns the distance of a vertex from the near plane, or from one side of the guard band; positive inside.
     double inside(const camera_vertex& v, int plane) const {
         const double depth = -v.position[2];
         switch (plane) {
@@ -201,7 +203,8 @@ private:
         }
     }
 
-    /// Cuts every edge from its inner to its outer end, so that the triangles on both sides are cut at the same point.
+    /// Clips a polygon at a plane and returns its number of corners. Cuts every edge from its inner to its outer end, so that
+    /// the triangles on both sides of the edge are cut at the same point.
     std::size_t clip(std::array<camera_vertex, 8>& corners, std::size_t count, int plane) const {
         std::array<double, 8> distance{};
         bool any_outside = false;

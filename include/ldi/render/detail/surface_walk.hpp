@@ -22,7 +22,7 @@ struct surface_triangle {
 
 /// Whether the sample belongs to the triangle by the rule of for_each_span().
 ///
-/// t  of positive area
+/// t  a triangle of positive area
 inline bool holds_sample(const screen_triangle& t, std::int64_t x, std::int64_t y) {
     const std::int64_t px = x * subsample_steps + subsample_steps / 2, py = y * subsample_steps + subsample_steps / 2;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -43,8 +43,8 @@ public:
     surface_triangle one_sample(surface_triangle from, std::int64_t x, std::int64_t y, side direction) const {
         const bool to_right = direction == side::right;
         const std::int64_t target_x = x + (to_right ? 1 : 0), target_y = y + (to_right ? 0 : 1);
-        // The edge rule is that of a sample moved right by e and down by e^2, for an infinitesimal e > 0. The line is moved in
-        // the same way: it meets no corner, and corners exactly on it lie on one side.
+        // The edge rule is equivalent to moving each sample right by e and down by e^2, for an infinitesimal e > 0. The line
+        // through the samples moves in the same way: it meets no corner, and corners exactly on it count as before it.
         const std::int64_t line = (to_right ? y : x) * subsample_steps + subsample_steps / 2;
         const auto before_line = [&](const screen_vertex& v) { return (to_right ? v.y : v.x) <= line; };
 
@@ -70,8 +70,8 @@ public:
     }
 
 private:
-    /// Crosses an edge of a triangle and returns the edge by which the next triangle is entered. Edges 0 and 2 run from the
-    /// pixel's center to a corner; edge 1 is the pixel's side.
+    /// Moves `from` to the triangle across one of its edges. Returns the same edge as numbered in the new triangle. Edges 0 and
+    /// 2 run from the pixel's center to a corner; edge 1 is the pixel's side.
     std::size_t cross(surface_triangle& from, std::size_t edge) const {
         if (edge == 1) {
             from = {graph_.neighbor(from.pixel, from.outer), opposite(from.outer)};

@@ -33,13 +33,13 @@ public:
 
     std::size_t rows() const { return rows_.size(); }
 
-    /// Draws one row of the chart's room.
+    /// Draws one row of the chart's rectangle on the sheet.
     void draw(std::int32_t y, image<std::uint8_t>& sheet) const {
         std::uint8_t* to = sheet.row(place_.room.y + y) + 3 * std::ptrdiff_t{place_.room.x};
         const std::int32_t pixel_y = rows_[y].pixel;
         for (std::int32_t x = 0, end = 0; x < columns_.count(); to += 3 * (end - x), x = end) {
             const sheet_source source = sources_.at(columns_[x].pixel, pixel_y);
-            const auto is_alike = [&](std::int32_t other) {  // cleaned pixels differ in the color of the neighboring surface
+            const auto is_alike = [&](std::int32_t other) {  // each cleaned pixel has its own color_beside()
                 return columns_[other].pixel == columns_[x].pixel ||
                        (source != sheet_source::cleaned && sources_.at(columns_[other].pixel, pixel_y) == source);
             };
@@ -61,7 +61,7 @@ public:
 private:
     using color = std::array<float, 3>;
 
-    /// Sample position of a texel along one direction.
+    /// Sample position of a texel along one axis.
     struct sample {
         std::int32_t pixel;          ///< pixel of sheet_sources that contains the texel's center
         std::int32_t first, second;  ///< texels of the atlas to interpolate between
@@ -98,9 +98,11 @@ private:
     }
 
     /// Removes the neighboring surface's share from a color of the photo: projects the difference from the surface's own color
-    /// on the direction to the neighbor's color and subtracts it. The rest is the texture of the surface.
+    /// onto the direction to the neighbor's color, and subtracts this projection. The remaining difference is the texture of
+    /// the surface.
     static color cleaned(const std::uint8_t* photo, const color& own, const color& beside) {
-        // Keeps shares as small as noise, and shares of a neighbor with a similar color. Thresholds tuned by experiment.
+        // Keeps shares that are as small as noise, and shares of a neighbor with a similar color. The thresholds were tuned by
+        // experiment.
         constexpr float min_share = 0.02F, certain_share = 0.08F, min_difference = 20;
         color result{};
         float along = 0, squared = 0;

@@ -46,8 +46,8 @@ public:
         return x >= 0 && y >= 0 && x < width_ && y < height_ ? found_(y, x) : sheet_source::atlas;
     }
 
-    /// Color of the surface that the photo may mix in at this pixel: of all pixels within reach outside this chart, the most
-    /// different.
+    /// Returns the color of the surface that the photo may mix into this pixel: the most different color among the pixels
+    /// within `reach` whose own source is not `photo`. Returns the pixel's own color if there is none.
     std::array<float, 3> color_beside(std::int32_t x, std::int32_t y) const {
         const std::uint8_t* const own = atlas_.color.row(atlas_top_ + y) + 3 * std::ptrdiff_t{atlas_left_ + x};
         std::array<float, 3> color{nearest_float(own[0]), nearest_float(own[1]), nearest_float(own[2])};
@@ -80,7 +80,7 @@ private:
         return worked_on_.row(top_ + y) + 3 * std::ptrdiff_t{left_ + x};
     }
 
-    /// Source by the pixel alone, without its neighbors.
+    /// Returns the source that a pixel has by itself, independent of its neighbors.
     sheet_source own_source(std::int32_t x, std::int32_t y) const {
         if (!is_in_photo(x, y)) return sheet_source::atlas;
         const texel_kind kind = atlas_.kind(atlas_top_ + y, atlas_left_ + x);
@@ -90,7 +90,8 @@ private:
         return kind == texel_kind::photo || kind == texel_kind::refilled ? sheet_source::cleaned : sheet_source::atlas;
     }
 
-    /// Searches along rows, then along columns.
+    /// Changes the source from `photo` to `cleaned` for pixels within `guarded` rows and columns of a pixel with another
+    /// source. Searches along rows, then along columns.
     void guard_borders() {
         // 1 if a pixel of the row within `guarded` columns does not show the photo
         image<std::uint8_t> beside(found_.height(), found_.width());
@@ -107,7 +108,7 @@ private:
             }
     }
 
-    std::int32_t left_, top_;  // in the photo
+    std::int32_t left_, top_;  // position of the first pixel in the photo
     std::int32_t atlas_left_, atlas_top_, width_, height_;
     const texture_atlas& atlas_;
     image_view<const std::uint8_t> worked_on_;
