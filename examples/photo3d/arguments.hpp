@@ -178,12 +178,11 @@ inline void describe_geometry(CLI::App& app, arguments& a) {
            "silhouettes and past the photo's border accordingly")
         ->check(between(0, 0.3))
         ->capture_default_str();
-    app.add_option(
-           "--frame", a.frame,
+    app.add_option_function<std::string>(
+           "--frame", [&a](const std::string& name) { a.frame = name == "crop" ? photo_frame::crop : photo_frame::grow; },
            "frame of pages, videos and stereo pictures: grow (the default) shows the whole photo and continues its surfaces "
            "past the border; crop hides the border, and a page moves sideways by at most 5.1 % of the short side")
-        ->transform(CLI::CheckedTransformer(
-            std::map<std::string, photo_frame>{{"grow", photo_frame::grow}, {"crop", photo_frame::crop}}));
+        ->check(CLI::IsMember({"crop", "grow"}));
 }
 
 /// Adds the options of encoding, of other outputs, and of what may be read.

@@ -16,8 +16,8 @@
 //
 // LDI_ASSERT(condition)   checks that the API is used as documented. Defaults to assert(); define it as your engine's own.
 // LDI_HAS_EXCEPTIONS      0 or 1; detected unless defined. With 0, errors go to the handler of base/error.hpp.
-// LDI_STANDARD_ONLY       disables the extensions of GCC and clang: vector types and the kernels of instruction sets, so that
-//                         scalar code computes everything. Other compilers define it automatically.
+// LDI_STANDARD_ONLY       disables the extensions of GCC and clang: vector types, and kernels for specific instruction sets.
+//                         Scalar code then computes everything. ldi does the same for other compilers.
 // LDI_CONFIGURATION       name of the inline namespace that contains all of ldi, such as v0_1_0 or v0_1_0_ndebug_avx2_fma. Do
 //                         not define it.
 //
@@ -127,8 +127,8 @@
 
 // ---- ldi/base/error.hpp
 // Errors. Bad input (files, weights, options) raises ldi::error with a code, the place, what was expected and what was found.
-// Without exceptions, the same four values go to a handler that the user installs. Misuse of the API is LDI_ASSERT, not an
-// error.
+// Without exceptions, the same four values go to a handler that the user installs. Misuse of the API is not an error, but fails
+// an LDI_ASSERT.
 
 #include <cstdio>
 #include <cstdlib>
@@ -169,7 +169,7 @@ constexpr std::string_view to_string(error_code code) {
     return "unknown error";
 }
 
-/// Details of an error, for a message or for a decision.
+/// Details of an error, for messages and for the caller's error handling.
 struct error_details {
     error_code code;
     std::string where;     ///< the file, tensor, option or stage
@@ -177,7 +177,7 @@ struct error_details {
     std::string found;     ///< the actual input
 };
 
-/// "photo.jpg: expected a JPEG or PNG file, found 0 bytes (invalid data)"
+/// Formats an error as a message: "photo.jpg: expected a JPEG or PNG file, found 0 bytes (invalid data)".
 inline std::string to_string(const error_details& details) {
     std::string text = details.where;
     text += ": expected ";
@@ -219,7 +219,7 @@ inline error_handler set_error_handler(error_handler handler) {
 }
 
 /// Reports bad input: throws ldi::error, or calls the installed handler if exceptions are off. Never returns. The parameters are
-/// views, so that its many callers construct no strings from literals, which would dominate their compile time.
+/// string views: strings constructed by its many callers would dominate their compile time.
 [[noreturn]] inline void raise(error_code code, std::string_view where, std::string_view expected, std::string_view found) {
     error_details details{code, std::string(where), std::string(expected), std::string(found)};
 #if LDI_HAS_EXCEPTIONS
@@ -234,8 +234,8 @@ inline error_handler set_error_handler(error_handler handler) {
 }}  // namespace ldi
 
 // ---- ldi/base/memory.hpp
-// The memory that ldi allocates: the caller's allocator, set by `memory_scope`, so that an engine's budget covers every stage.
-// base/buffer.hpp owns values in it.
+// Allocators. A `memory_scope` selects the allocator that ldi uses, so that an engine's memory budget covers every stage. The
+// buffers of base/buffer.hpp allocate from it.
 
 #include <cstddef>
 
@@ -276,7 +276,8 @@ inline const memory*& memory_of_thread() {
 
 }  // namespace detail
 
-/// Returns the memory from which buffers on this thread are allocated: that of the C library, or of the current `memory_scope`.
+/// Returns the memory from which buffers on this thread are allocated: the memory of the current `memory_scope`, otherwise the C
+/// library's.
 inline const memory& current_memory() { return *detail::memory_of_thread(); }
 
 /// Makes the calling thread allocate from `from` until the end of the scope. Stages apply it to the threads of their executor.
@@ -307,7 +308,7 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Size of a cache line: aligned vector loads of packed values never straddle two lines.
+/// Size of a cache line, so that aligned vector loads of packed values never straddle two lines.
 inline constexpr std::size_t buffer_alignment = 64;
 
 /// Tag for uninitialized values. Without it, a buffer initializes values to zero.
@@ -316,7 +317,7 @@ inline constexpr unset_t unset{};
 
 namespace detail {
 
-/// An iterator that supports differences. Equivalent to std::random_access_iterator, without the header that defines it.
+/// An iterator that supports differences. Replaces std::random_access_iterator, whose header is not needed otherwise.
 template <class T>
 concept element_iterator = requires(T i) {
     *i;
@@ -324,7 +325,7 @@ concept element_iterator = requires(T i) {
     i - i;
 };
 
-/// Outside `buffer`, so that it is compiled once for all element types.
+/// Reports that memory is exhausted. Outside `buffer`, so that it is compiled once for all element types.
 [[noreturn]] inline void out_of_memory() {
 #if LDI_HAS_EXCEPTIONS
     throw std::bad_alloc();
@@ -352,12 +353,12 @@ struct memory_block {
         if (place == nullptr) out_of_memory();
         return place;
     }
-    /// Switches to `place`, where the values are now.
+    /// Releases the old block and switches to `place`, to which the caller has moved the values.
     void replace(void* place, std::size_t new_capacity, std::size_t value_size) {
         release(value_size);
         values = place, capacity = new_capacity;
     }
-    /// Moves values that can be copied as bytes.
+    /// Moves values of a trivially copyable type to a larger block.
     [[gnu::noinline]] void reallocate(std::size_t new_capacity, std::size_t value_size, std::size_t alignment) {
         void* place = allocate(new_capacity, value_size, alignment);
         if (size > 0) std::memcpy(place, values, size * value_size);
@@ -376,8 +377,8 @@ struct memory_block {
 
 /// A growing array, aligned to 64 bytes, in the memory that was current at its first allocation. A buffer returns memory to the
 /// allocator it came from. Differences to std::vector: any integer type is an index without a cast, `unset` leaves values of
-/// trivial types uninitialized, and a moved-from buffer is empty. If memory runs out, it throws std::bad_alloc and keeps its
-/// values; without exceptions it raises error_code::out_of_memory. It raises too_large for impossible sizes.
+/// trivial types uninitialized, and a moved-from buffer is empty. If memory runs out, a buffer throws std::bad_alloc and keeps
+/// its values; without exceptions, it raises error_code::out_of_memory. It raises too_large for a size beyond the address space.
 template <class T>
 class buffer {
 public:
@@ -492,7 +493,8 @@ public:
     void append(Iterator first, Iterator last) {
         make_room(size() + static_cast<std::size_t>(last - first));
         if constexpr (moves_as_bytes && (std::same_as<Iterator, T*> || std::same_as<Iterator, const T*>)) {
-            // One call, because bytes may alias the size, which a loop would then update for each value.
+            // memcpy() instead of a loop: byte values may alias the size, so that a loop would have to update it in memory for
+            // each value.
             if (first != last) std::memcpy(place_at_end(), first, static_cast<std::size_t>(last - first) * sizeof(T));
             block_.size += static_cast<std::size_t>(last - first);
             return;
@@ -584,7 +586,7 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// `array_view<const T>` is read-only, `array_view<T>` also writes. Converts from buffers and spans, and to spans.
+/// `array_view<const T>` is read-only, `array_view<T>` is writable. Converts from buffers and spans, and to spans.
 template <class T>
 class array_view {
 public:
@@ -668,9 +670,9 @@ struct serial_executor {
 };
 
 /// Calls `body(first, last)` on consecutive pieces that together cover [0, count), each of at least `grain` indices unless
-/// `count` is smaller. A grain should cost more than the few microseconds of passing a piece to a thread. The boundaries of
-/// pieces depend on the executor, so results must not depend on them. Rethrows the first exception of a call after all calls
-/// have ended, and skips pieces that have not started.
+/// `count` is smaller. The work of a grain should take longer than the few microseconds that it costs to pass a piece to a
+/// thread. The boundaries of pieces depend on the executor, so results must not depend on them. If a call throws, skips the
+/// pieces that have not started, and rethrows the first exception after all calls have ended.
 template <executor Executor, class Body>
 void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&& body) {
     if (count == 0) return;
@@ -683,8 +685,8 @@ void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&
     }
     struct task {
         std::remove_reference_t<Body>* body;
-        std::size_t piece, longer_pieces;       // the first pieces are one index longer, so that all pieces cover the range
-        const memory& from = current_memory();  // for all threads that work on this range
+        std::size_t piece, longer_pieces;       // the first `longer_pieces` pieces have one index more
+        const memory& from = current_memory();  // memory for all threads that work on this range
         std::mutex mutex{};
         std::exception_ptr failure{};
 
@@ -712,8 +714,8 @@ void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&
     if (shared.failure != nullptr) std::rethrow_exception(shared.failure);
 }
 
-/// A fixed number of threads that the caller owns. The calling thread works as well. Not reentrant: a body must not use the same
-/// pool.
+/// A fixed number of threads that the caller owns. The thread that calls run() works, too. Not reentrant: a body must not use the
+/// same pool.
 class thread_pool {
 public:
     /// threads  number of working threads, including the caller's; 0 means one per processor. If the system refuses to start all
@@ -737,7 +739,7 @@ public:
 
     std::size_t concurrency() const { return workers_.size() + 1; }
 
-    /// Runs all calls, then rethrows the first exception of a call.
+    /// Returns after all calls have ended. If a call throws, starts no further calls and rethrows the first exception.
     void run(std::size_t count, void (*function)(void*, std::size_t), void* data) {
         const std::lock_guard one_at_a_time(run_mutex_);
         std::unique_lock lock(mutex_);
@@ -780,7 +782,7 @@ private:
             lock.lock();
             if (failure != nullptr) {
                 if (failure_ == nullptr) failure_ = failure;
-                next_ = count_;  // the other results would be discarded
+                next_ = count_;  // skips the other calls: their results would be discarded
             }
             if (--running_ == 0 && next_ == count_) done_.notify_all();
         }
@@ -832,8 +834,8 @@ struct progress_listener {
 }}  // namespace ldi
 
 // ---- ldi/base/numbers.hpp
-// Conversions between kinds of numbers with descriptive names, and functions that C libraries round differently, built from
-// operations that IEEE 754 rounds the same way everywhere.
+// Conversions between number types, with descriptive names. Functions whose rounding differs between C libraries, built from
+// operations that IEEE 754 rounds identically everywhere.
 
 #include <cmath>
 
@@ -864,7 +866,7 @@ inline std::uint8_t rounded_to_byte(float value) {
     return static_cast<std::uint8_t>(nearest_whole(double{std::clamp(value, 0.0F, 255.0F)}));
 }
 
-/// Rounds to the nearest byte for values between 0 and 255, such as means of bytes; the addition may round.
+/// Rounds to the nearest byte for values between 0 and 255, such as means of bytes. The addition of 0.5 may round, too.
 constexpr std::uint8_t rounded_mean(float mean) { return static_cast<std::uint8_t>(mean + 0.5F); }
 
 /// Returns a * b + c with one rounding, as std::fma does. Some C libraries (MinGW's) round std::fma wrongly, and results must
@@ -939,13 +941,14 @@ struct pinhole_camera {
     }
 };
 
-/// Converts a 35 mm equivalent focal length, which compares diagonals (EXIF FocalLengthIn35mmFilm), to pixels.
+/// Converts a 35 mm equivalent focal length (EXIF FocalLengthIn35mmFilm) to pixels. Equivalence compares the photo's diagonal to
+/// that of a frame of 36 mm x 24 mm.
 inline float focal_length_from_35mm(float millimeters, std::int32_t width, std::int32_t height) {
     return millimeters * detail::vector_length(detail::nearest_float(width), detail::nearest_float(height)) /
            detail::vector_length(36.0F, 24.0F);
 }
 
-/// Returns the focal length in pixels with `degrees` of view over the longer side of the photo.
+/// Converts the field of view over the photo's longer side, in degrees, to a focal length in pixels.
 inline float focal_length_from_field_of_view(float degrees, std::int32_t width, std::int32_t height) {
     const float radians = degrees * 3.14159265358979F / 180.0F;
     return 0.5F * detail::nearest_float(width > height ? width : height) / std::tan(0.5F * radians);
@@ -960,11 +963,12 @@ struct depth_range {
     float inverse_depth(float disparity) const { return 1.0F / z_far + disparity * (1.0F / z_near - 1.0F / z_far); }
     float depth(float disparity) const { return 1.0F / inverse_depth(disparity); }
 
-    /// Returns the maximum error, in pixels, of a texture along an edge of `length` pixels between these disparities, drawn with
-    /// perspective-correct interpolation: renderers move the middle of an edge toward its nearer end.
+    /// Returns an upper bound, in pixels, on the texture error along an edge of `length` pixels between these disparities. The
+    /// cause is perspective-correct interpolation: at the middle of an edge, renderers sample the texture closer to the nearer
+    /// end.
     float texture_shift(float length, float disparity_a, float disparity_b) const {
         const float a = inverse_depth(disparity_a), b = inverse_depth(disparity_b);
-        return 0.25F * length * std::abs(a - b) / (a < b ? a : b);  // length (r - 1) / (r + 1) with r^2 = a / b is less than this
+        return 0.25F * length * std::abs(a - b) / (a < b ? a : b);  // the maximum is length (r - 1) / (r + 1), r^2 = a / b
     }
 };
 
@@ -1044,7 +1048,7 @@ protected:
     index_columns() = default;
     index_columns(const index_columns&) = default;
     index_columns(index_columns&&) noexcept = default;
-    /// If memory runs out, nothing changes.
+    /// If memory runs out, the columns do not change.
     index_columns& operator=(const index_columns& other) { return *this = index_columns(other); }
     index_columns& operator=(index_columns&&) noexcept = default;
     ~index_columns() = default;
@@ -1060,7 +1064,7 @@ protected:
 
 }  // namespace detail
 
-/// Non-owning view of index columns. Every function that reads a topology accepts one, and a `graph` converts to it.
+/// Non-owning view of index columns. Every function that reads a topology accepts a graph_view, and a `graph` converts to it.
 ///
 /// The owner guarantees the invariants of `graph`; core/validate.hpp checks them.
 class graph_view : public detail::index_columns<array_view<const std::int32_t>> {
@@ -1110,8 +1114,8 @@ inline bool operator==(const graph_view& a, const graph_view& b) {
 }}  // namespace ldi
 
 // ---- ldi/core/validate.hpp
-// Checks the invariants of a topology, and returns the first violation and its pixel. graph_builder::build() asserts the result;
-// use it to check a graph_view of your own memory.
+// Checks the invariants of a topology, and returns the first violation and its pixel. graph_builder::build() asserts that there
+// is none. Call validate() to check a graph_view of your own memory.
 
 #include <optional>
 
@@ -1178,7 +1182,7 @@ inline std::optional<violation> validate(const graph_view& g) {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A graph under construction. Readable like a graph.
+/// A graph under construction. It can be read like a finished graph.
 ///
 ///     graph_builder b(6, 4);                             // a lattice of 6 x 4
 ///     const auto a = b.add_pixel(0, 0), c = b.add_pixel(1, 0);
@@ -1187,7 +1191,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 class graph_builder : public detail::index_columns<buffer<std::int32_t>> {
 public:
     /// width, height  size of the lattice, 0 or more
-    /// count          number of pixels, not linked, all at (0, 0)
+    /// count          number of initial pixels, all at (0, 0) and without links
     graph_builder(std::int32_t width, std::int32_t height, std::size_t count = 0) : index_columns(width, height) {
         x_.resize(count), y_.resize(count);
         for (const side s : all_sides) column(s).resize(count, no_pixel);
@@ -1281,9 +1285,9 @@ inline graph make_grid(std::int32_t width, std::int32_t height) {
 }}  // namespace ldi
 
 // ---- ldi/core/canonical_order.hpp
-// The canonical order of pixels: scanline by scanline; within a scanline, maximal left-right linked runs sorted by first x, then
-// nearest first; the pixels of a run contiguous. In this order, most of an LDI consists of ordinary image rows, and kernels
-// treat it so.
+// The canonical order of pixels. Pixels are sorted by scanline. Within a scanline, maximal runs of pixels linked from left to
+// right are sorted by the x of their first pixel, then by disparity, nearest first. The pixels of a run are contiguous. In this
+// order, most of an LDI consists of ordinary image rows, and kernels process it as such.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -1320,7 +1324,7 @@ inline buffer<std::int32_t> canonical_order(const graph_view& g, std::span<const
     return order;
 }
 
-/// Returns a K x channels column in a new order.
+/// Returns a column whose pixel i is pixel `order[i]` of `column`, with `channels` scalars per pixel.
 template <class Scalar>
 buffer<Scalar> reordered(const buffer<Scalar>& column, std::span<const std::int32_t> order, std::size_t channels = 1) {
     buffer<Scalar> result(order.size() * channels);
@@ -1349,7 +1353,7 @@ inline graph reordered(const graph_view& g, std::span<const std::int32_t> order)
     return std::move(result).build();
 }
 
-/// Checks the invariants of validate() and the canonical order. `disparity` as in canonical_order().
+/// Checks the invariants of validate() and the canonical order. `disparity` breaks ties, as in canonical_order().
 inline std::optional<violation> validate_canonical(const graph_view& g, std::span<const float> disparity = {}) {
     if (const std::optional<violation> broken = validate(g)) return broken;
     const buffer<std::int32_t> order = canonical_order(g, disparity);
@@ -1367,14 +1371,14 @@ inline std::optional<violation> validate_canonical(const graph_view& g, std::spa
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A column tag: the scalar, and the number of scalars per pixel. Up to three static functions compute the values of new pixels,
-/// coarser levels and vertices; the defaults apply if a tag has none.
+/// coarser levels and vertices; a default replaces each function that a tag lacks.
 ///
 ///     struct material {
 ///         using scalar = std::uint8_t;
 ///         static constexpr std::size_t channels = 1;
 ///         // Value of a hidden pixel that continues the surface of a photo pixel, per channel. Default: ldi::copied.
 ///         static scalar new_pixel(scalar origin) { return ldi::copied(origin); }
-///         // Values of a pixel at half resolution, from those of its pixels at full resolution. Default: ldi::averaged.
+///         // Values of a pixel at half resolution, from the values of its pixels at full resolution. Default: ldi::averaged.
 ///         static std::array<scalar, 1> coarser(ldi::pixel_values<scalar, 1> pixels) { return ldi::first_of(pixels); }
 ///         // Values of a vertex, from the one to four pixels of its surface around it. Default: ldi::averaged.
 ///         static std::array<scalar, 1> at_vertex(ldi::pixel_values<scalar, 1> pixels) { return ldi::first_of(pixels); }
@@ -1387,7 +1391,7 @@ concept payload_column = requires {
     0;
 };
 
-/// Rules for new pixels.
+/// Rules for new pixels: the value of the pixel whose surface continues, or zero.
 template <class Scalar>
 constexpr Scalar copied(Scalar origin) {
     return origin;
@@ -1397,8 +1401,8 @@ constexpr Scalar zeroed(Scalar) {
     return Scalar{};
 }
 
-/// All channels of one or more pixels, so that a rule can renormalize a vector or let pixels vote. The first pixel is the one
-/// that a coarser level keeps, or the one nearest to a vertex. All pixels have equal weight.
+/// All channels of one or more pixels. A rule receives all of them, so that it can renormalize a vector or let pixels vote. The
+/// first pixel is the one that a coarser level keeps, or the one nearest to a vertex. All pixels have equal weight.
 template <class Scalar, std::size_t channels>
 struct pixel_values {
     array_view<const Scalar> values;  ///< pixels x channels, row-major
@@ -1407,14 +1411,14 @@ struct pixel_values {
     const Scalar& operator()(std::size_t pixel, std::size_t channel = 0) const { return values[pixel * channels + channel]; }
 };
 
-/// Rules for coarser levels and vertices.
+/// Rules for coarser levels and vertices. first_of() returns the values of the first pixel.
 template <class Scalar, std::size_t channels>
 std::array<Scalar, channels> first_of(pixel_values<Scalar, channels> pixels) {
     std::array<Scalar, channels> result{};
     for (std::size_t c = 0; c < channels; ++c) result[c] = pixels(0, c);
     return result;
 }
-/// The mean per channel, rounded half away from zero for integers.
+/// Returns the mean of each channel. For integers, rounds it to the nearest, halves away from zero.
 template <class Scalar, std::size_t channels>
 std::array<Scalar, channels> averaged(pixel_values<Scalar, channels> pixels) {
     std::array<Scalar, channels> result{};
@@ -1465,8 +1469,9 @@ struct color_column {
     static constexpr scalar new_pixel(scalar origin) { return zeroed(origin); }  // 0 until the pixel is inpainted
 };
 
-/// Color in 16 bits, 0 to 65535: for lift(), the geometry, operators, gather() and the GLB. Inpainting, atlas and renderers use
-/// color_column; a caller's color16_column passes through make_photo3d() beside it.
+/// Color in 16 bits, 0 to 65535. lift(), the geometry stages, the network operators, gather() and the GLB writer accept it.
+/// Inpainting, the atlas and the renderers use color_column. make_photo3d() carries a caller's color16_column beside
+/// color_column.
 struct color16_column {
     using scalar = std::uint16_t;
     static constexpr std::size_t channels = 3;
@@ -1501,7 +1506,7 @@ struct matte_column {
 // ---- ldi/core/layered_image.hpp
 // A layered depth image: a graph and payload columns of the same length. Column tags (core/columns.hpp) choose the payload.
 //
-//     layered_image<Columns...>   owns both; a value that travels through the stages
+//     layered_image<Columns...>   owns a graph and its columns; stages receive and return it
 //     layered_view<Columns...>    a non-owning view of a graph and columns
 //     single_layer<Columns...>    one layer in the order of the photo: lift() makes it, expand() turns it into a layered image
 
@@ -1531,9 +1536,9 @@ private:
     graph_builder& graph_;
 };
 
-/// A contiguous piece of the pixels of a layered image that grow() makes.
+/// A contiguous range of the pixels of a layered image after grow(): either all old or all new.
 struct grown_piece {
-    std::int32_t first;  ///< index of the first old pixel; for new pixels, index of the first entry in `origins`
+    std::int32_t first;  ///< old pixels: index of the first before grow(); new pixels: index of the first entry in `origins`
     std::int32_t count;
     bool is_new;
 };
@@ -1541,7 +1546,7 @@ struct grown_piece {
 /// Result of the function that grow() calls.
 struct grown_pixels {
     graph topology;                ///< graph of all pixels, old and new
-    buffer<grown_piece> pieces;    ///< sources of all pixels in the order of their indices; every old pixel occurs once
+    buffer<grown_piece> pieces;    ///< sources of all pixels, in the order of the new indices; every old pixel occurs once
     buffer<std::int32_t> origins;  ///< per new pixel: the old pixel whose surface it continues
 };
 
@@ -1559,7 +1564,7 @@ inline bool is_complete(const grown_pixels& grown, std::size_t old_count) {
     if (grown.topology.size() != old_count + new_count) return false;
     for (const std::int32_t origin : grown.origins)
         if (origin < 0 || static_cast<std::size_t>(origin) >= old_count) return false;
-    buffer<bool> seen(old_count + new_count);  // old pixels, then entries of `origins`
+    buffer<bool> seen(old_count + new_count);  // one entry per old pixel, then one per entry of `origins`
     std::size_t total = 0;
     for (const grown_piece& p : grown.pieces) {
         if (p.first < 0 || p.count < 0 ||
@@ -1578,8 +1583,8 @@ inline bool is_complete(const grown_pixels& grown, std::size_t old_count) {
 }  // namespace detail
 
 /// A graph with K pixels and, for each column, K rows of `channels` scalars, row-major. Every column always has one row per
-/// pixel: only members that process all columns together add, remove and move pixels, even if memory runs out or a callback
-/// throws.
+/// pixel, even after memory runs out or a callback throws, because only members that process all columns together can add, remove
+/// and move pixels.
 ///
 ///     struct normal { using scalar = float; static constexpr std::size_t channels = 3; };
 ///     layered_image<disparity_column, normal> surfaces(make_grid(6, 4));
@@ -1598,7 +1603,7 @@ public:
     layered_image(graph g, buffer<typename Columns::scalar>... columns) requires(sizeof...(Columns) > 0) : graph_(std::move(g)) {
         (set_column<Columns>(std::move(columns)), ...);
     }
-    /// Moves the graph and the common columns from another layered image; other columns are zero.
+    /// Moves the graph and the common columns from another layered image. Columns that it lacks become zero.
     template <payload_column... Others>
     requires(!std::is_same_v<layered_image<Others...>, layered_image>) explicit layered_image(layered_image<Others...>&& other) {
         const auto make = [&]<class Column>(const Column&) {
@@ -1696,10 +1701,10 @@ public:
         *this = with_pixels(std::move(b).build(), old_index);
     }
 
-    /// Adds pixels: make(graph_builder) edits the topology that it receives and returns grown_pixels. New pixels get their values
-    /// from the pixels that they continue, by the rules of the columns. Returns grown_pixels::pieces. During the call the image
-    /// is empty, but views of its columns stay valid; it remains empty if `make` throws, memory runs out, or grown_pixels don't
-    /// describe every pixel, which raises mismatch.
+    /// Adds pixels: make(graph_builder) edits the topology that it receives and returns grown_pixels. The columns' rules compute
+    /// the values of new pixels from the values of the pixels that they continue. Returns grown_pixels::pieces. During the call
+    /// the image is empty, but views of its columns stay valid. The image remains empty if `make` throws, if memory runs out, or
+    /// if grown_pixels don't describe every pixel, which raises mismatch.
     template <class Make>
     buffer<grown_piece> grow(Make&& make) {
         layered_image old = std::move(*this);
@@ -1710,7 +1715,7 @@ public:
         layered_image result;
         const auto move_column = [&]<class Column>(const Column&) {
             result.template values<Column>() = old.template grown_column<Column>(grown);
-            old.template values<Column>() = {};  // so that at most one column exists twice at a time
+            old.template values<Column>() = {};  // releases memory, so that at most one column exists twice at a time
         };
         (move_column(Columns{}), ...);
         result.graph_ = std::move(grown.topology);
@@ -1736,7 +1741,7 @@ private:
         values<Column>() = buffer<typename Column::scalar>(size() * Column::channels);
     }
 
-    /// Returns a graph with the rows of the old pixels `old_index`.
+    /// Returns a layered image with graph `g`, whose pixel i has the values of pixel `old_index[i]` of this image.
     layered_image with_pixels(graph g, [[maybe_unused]] std::span<const std::int32_t> old_index) {
         layered_image result;
         ((result.template values<Columns>() = reordered(values<Columns>(), old_index, Columns::channels)), ...);
@@ -1774,8 +1779,8 @@ concept has_column = requires {
 template <class Layers, class... Columns>
 concept has_columns = (has_column<Layers, Columns> && ...);
 
-/// Non-owning view of a layered image, or of some of its columns. Stages that only read accept it. As with std::string_view, a
-/// view of a temporary is valid only until the end of the full expression.
+/// Non-owning view of a layered image, or of some of its columns. Stages that only read layers accept it. As with
+/// std::string_view, a view of a temporary is valid only until the end of the full expression.
 template <payload_column... Columns>
 class layered_view {
 public:
@@ -1948,22 +1953,22 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// A graph at half resolution, and how it connects to its parent level.
 struct coarsened {
     graph topology;               ///< the coarse graph, on a lattice of (width + 1) / 2 x (height + 1) / 2
-    buffer<std::int32_t> kept;    ///< per coarse pixel: index of its fine pixel; ascending
+    buffer<std::int32_t> kept;    ///< per coarse pixel: index of the fine pixel that it keeps; ascending
     buffer<std::int32_t> parent;  ///< per fine pixel: its coarse pixel, or no_pixel
 };
 
-/// Treatment of orphans: pixels from which no link inside their 2 x 2 group leads to a kept pixel, because they lie on a thin
-/// strip or behind a silhouette.
+/// Treatment of orphans. An orphan is a pixel that cannot reach a kept pixel over links inside its 2 x 2 group, because it lies
+/// on a thin strip or behind a silhouette.
 enum class orphan_rule {
-    /// an orphan shares the parent of the nearest pixel by links that has one; breadth-first exploration in the order up, down,
-    /// left, right breaks ties
+    /// an orphan adopts the parent of the nearest pixel that has one, counted in links; breadth-first exploration in the order
+    /// up, down, left, right breaks ties
     adopt_nearest,
     stay,  ///< an orphan has no parent
 };
 
 namespace detail {
-/// Returns the pixel at the even/even corner of a pixel's 2 x 2 group that breadth-first exploration inside the group, in the
-/// order up, down, left, right, finds first; no_pixel if there is none.
+/// Explores a pixel's 2 x 2 group breadth-first, in the order up, down, left, right. Returns the first pixel that it finds at the
+/// group's even/even corner, or no_pixel.
 inline std::int32_t corner_of_group(const graph_view& g, std::int32_t pixel) {
     const auto follow = [&](std::initializer_list<side> path) {
         std::int32_t at = pixel;
@@ -1982,7 +1987,7 @@ inline std::int32_t corner_of_group(const graph_view& g, std::int32_t pixel) {
 /// Returns the first kept pixel of a run in an even row; `last` if there is none.
 inline std::int32_t first_kept(const graph_view& g, const pixel_run& run) { return run.first + (g.x()[run.first] & 1); }
 
-/// Sets the kept pixels and their positions, and makes each its own parent.
+/// Sets `kept`, and the parents of kept pixels. Returns the coarse graph with positions, but uninitialized links.
 inline graph_builder keep_even_pixels(const graph_view& g, std::span<const pixel_run> runs, coarsened& result) {
     const auto is_even_row = [&](const pixel_run& run) { return (g.y()[run.first] & 1) == 0; };
     std::size_t count = 0;
@@ -2018,8 +2023,8 @@ inline void link_kept_pixels(const graph_view& g, const coarsened& result, graph
     }
 }
 
-/// Finds the parents of the pixels of a run that are not kept. Tries the first path of corner_of_group() before it calls the
-/// function, because all links on this path almost always exist.
+/// Finds the parents of a run's pixels that are not kept. Tries the first path of corner_of_group() before it calls that
+/// function, because almost always all links on this path exist.
 inline void find_parents(const graph_view& g, const pixel_run& run, buffer<std::int32_t>& parent) {
     const auto by_corner = [&](std::int32_t pixel) {
         const std::int32_t corner = corner_of_group(g, pixel);
@@ -2038,13 +2043,13 @@ inline void find_parents(const graph_view& g, const pixel_run& run, buffer<std::
     }
 }
 
-/// Gives every pixel without a parent that of the nearest pixel with one, found by breadth-first exploration in the order up,
-/// down, left, right; leaves no_pixel if none is reachable.
+/// Assigns to every pixel without a parent the parent of the nearest pixel that has one, counted in links. Breadth-first
+/// exploration in the order up, down, left, right breaks ties. Leaves no_pixel if no pixel with a parent is reachable.
 ///
-/// Linear time: the first shortest path that exploration finds starts with the first side that leads closer, and continues as
+/// Linear time: the first shortest path that exploration finds starts with the first side that leads closer, and continues along
 /// the neighbor's own path. Pixels can therefore be settled in the order of their distance.
 inline void adopt_nearest_parent(const graph_view& g, buffer<std::int32_t>& parent) {
-    constexpr std::int32_t pending = no_pixel - 1;  // already in the next ring; must not be added twice
+    constexpr std::int32_t pending = no_pixel - 1;  // marks pixels that are already in the next ring
     const auto parent_beside = [&](std::int32_t pixel) {
         for (side s : all_sides) {
             const std::int32_t n = g.neighbor(pixel, s);
@@ -2077,15 +2082,15 @@ inline void adopt_nearest_parent(const graph_view& g, buffer<std::int32_t>& pare
 }
 }  // namespace detail
 
-/// Halves the resolution of a graph. Keeps the pixels at even x and even y, all of them if several share a position, in their
-/// order, at half their position.
+/// Halves the resolution of a graph. Keeps all pixels at even x and even y in their order, also if several share a position. The
+/// position of a kept pixel is halved.
 ///
 /// Two kept pixels are linked if a path of two links connected them. They are two steps apart in one direction, so only the
 /// straight path is possible.
 ///
-/// A kept pixel is its own parent. The parent of any other pixel is the kept pixel of its 2 x 2 group that links inside the
-/// group reach; from the odd/odd pixel, the path up then left precedes left then up. `orphans` decides for pixels without such a
-/// path. If they adopt, the parent is no_pixel only if a whole component has no kept pixel.
+/// A kept pixel is its own parent. The parent of any other pixel is the kept pixel that it reaches over links inside its 2 x 2
+/// group; from the odd/odd pixel, the path up then left precedes left then up. `orphans` decides about pixels without such a
+/// path. With adopt_nearest, a parent is no_pixel only if the whole component contains no kept pixel.
 inline coarsened coarsen(const graph_view& g, orphan_rule orphans = orphan_rule::stay) {
     coarsened result;
     const buffer<pixel_run> runs = runs_of(g);
@@ -2099,7 +2104,7 @@ inline coarsened coarsen(const graph_view& g, orphan_rule orphans = orphan_rule:
 
 namespace detail {
 
-/// Lists the fine pixels of each coarse pixel i, ascending: pixels[first[i]] up to, but without pixels[first[i + 1]].
+/// The fine pixels of each coarse pixel: those of coarse pixel i are pixels[first[i]] to pixels[first[i + 1] - 1], ascending.
 struct collapsed_pixels {
     buffer<std::size_t> first;
     buffer<std::int32_t> pixels;
@@ -2125,13 +2130,13 @@ struct coarsened_layers {
 };
 
 /// Halves the resolution of a layered image. The column rule `coarser` (core/columns.hpp) combines the values of the fine pixels
-/// that share a parent: first the kept pixel, then the others by ascending index.
+/// that share a parent. It receives the kept pixel first, then the other pixels by ascending index.
 template <payload_column... Columns>
 coarsened_layers<Columns...> coarsen(const layered_image<Columns...>& fine, orphan_rule orphans = orphan_rule::stay) {
     coarsened level = coarsen(graph_view(fine.topology()), orphans);
     detail::collapsed_pixels children(level);
     const std::int32_t count = level.kept.count();
-    for (std::int32_t c = 0; c < count; ++c) {  // the kept pixel comes first
+    for (std::int32_t c = 0; c < count; ++c) {  // moves the kept pixel to the front
         std::int32_t* const first = children.pixels.data() + children.first[c];
         std::int32_t* const kept = std::find(first, children.pixels.data() + children.first[c + 1], level.kept[c]);
         std::rotate(first, kept, kept + 1);
@@ -2207,7 +2212,7 @@ public:
         labels.resize(size());
         std::int32_t count = 0;
         for (std::int32_t i = 0; i < parent_.count(); ++i) {
-            const std::int32_t up = parent_[i];  // never above i, so it already has its number
+            const std::int32_t up = parent_[i];  // at most i, so labels[up] is already set
             labels[i] = up == i ? count++ : labels[up];
         }
         return count;
@@ -2235,14 +2240,14 @@ struct components {
     std::size_t count() const { return size.size(); }
 };
 
-/// Finds the connected components of a graph in any order, in almost linear time. Fastest in canonical order, where linked
-/// pixels of a scanline are contiguous: then whole runs are merged, not pixels.
+/// Finds the connected components of a graph in almost linear time. Pixels may be in any order. Canonical order is fastest:
+/// linked pixels of a scanline are contiguous, so that whole runs are merged instead of pixels.
 inline components connected_components(const graph_view& g) {
     components result;
     const std::size_t count = g.size();
 
     const buffer<pixel_run> runs = runs_of(g);
-    buffer<std::int32_t>& run_of = result.label;  // per pixel, temporarily
+    buffer<std::int32_t>& run_of = result.label;  // run of each pixel, until labels replace it
     run_of.resize(count);
     detail::disjoint_sets sets;
     for (std::int32_t run = 0; run < runs.count(); ++run) {
@@ -2253,7 +2258,8 @@ inline components connected_components(const graph_view& g) {
     for (std::int32_t run = 0; run < runs.count(); ++run) {
         const std::int32_t left = g.left()[runs[run].first];
         if (left != no_pixel) sets.merge(run, run_of[left]);
-        // Most pixels of a run have the same run above as the previous pixel: [merged_first, merged_last) is already merged.
+        // The pixel above usually belongs to the same run as the pixel above the previous one. That run, [merged_first,
+        // merged_last), is already merged.
         std::int32_t merged_first = 0, merged_last = 0;
         for (std::int32_t i = runs[run].first; i < runs[run].last; ++i) {
             const std::int32_t above = g.up()[i];
@@ -2281,14 +2287,14 @@ inline components connected_components(const graph_view& g) {
 // also inpainting without a network). Each unknown cell becomes the mean of its neighbors, which is the smoothest interpolation
 // of the known cells. Cells are texels of an atlas or pixels of a layered image; only their adjacency matters.
 //
-// Plain relaxation needs as many rounds as the gap is wide. This code joins linked cells two by two into coarser and coarser
-// cells until each borders on a known one. It solves the coarsest cells first, and each level starts from the coarser level, so
-// that a few rounds per level suffice (a cascadic multigrid). All steps are weighted means, so results stay in the range of the
-// known values.
+// Plain relaxation needs as many rounds as the gap is wide. This code joins the linked cells of 2 x 2 blocks into coarser cells,
+// level by level, until every cell borders on a known one. It solves the coarsest level first. Each finer level starts from the
+// values of the coarser one, so that a few rounds per level suffice (a cascadic multigrid). All steps are weighted means, so
+// results stay in the range of the known values.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Collects unknown cells, solves, and reuses its memory. One object serves one thread.
+/// Collects unknown cells, computes their values, and reuses its memory for the next problem. Each thread needs its own object.
 ///
 ///     diffusion<3> d;
 ///     d.start();
@@ -2299,7 +2305,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 template <std::size_t Channels>
 class diffusion {
 public:
-    /// The channels, and one internal value; with three channels they fill a vector register.
+    /// The channels, and one internal value. With three channels, the four floats fill a vector register.
     using value_type = std::array<float, Channels + 1>;
 
     /// Removes all cells.
@@ -2308,10 +2314,11 @@ public:
         levels_[0].clear();
     }
 
-    /// Makes room for so many cells. Optional, after start().
+    /// Allocates memory for `cells` cells. Optional; call it after start().
     void reserve(std::size_t cells) { levels_[0].reserve(cells + 1); }
 
-    /// Adds an unknown cell and returns its number, starting at 1. Add cells in scanline order. Several may share a position.
+    /// Adds an unknown cell and returns its number, starting at 1. Add cells in scanline order. Several cells may share a
+    /// position.
     std::int32_t add_cell(std::int32_t x, std::int32_t y) { return levels_[0].add(x, y); }
 
     /// Adds a neighbor with known values to a cell, one value per channel.
@@ -2322,9 +2329,9 @@ public:
         sum[Channels] += 1.0F;
     }
 
-    /// Sets the unknown cell on the left of a cell.
+    /// Links a cell to the unknown cell on its left.
     void link_left(std::int32_t cell, std::int32_t left) { levels_[0].link(left, cell, to_right, to_left); }
-    /// Sets the unknown cell above a cell.
+    /// Links a cell to the unknown cell above it.
     void link_up(std::int32_t cell, std::int32_t above) { levels_[0].link(above, cell, downwards, upwards); }
 
     /// Number of cells.
@@ -2362,7 +2369,8 @@ private:
     /// One level of the multigrid. Cell 0 is zero and replaces all missing neighbors.
     struct level {
         buffer<value_type> value;
-        /// Sum over known neighbors, and their number; after prepare(), 1 / number of all neighbors.
+        /// Per cell: sum over its known neighbors, and in the last entry their number. prepare() replaces the last entry by 1 /
+        /// (number of all neighbors).
         buffer<value_type> known;
         buffer<std::array<std::int32_t, 4>> links;
         buffer<std::array<std::int32_t, 2>> position;
@@ -2392,8 +2400,8 @@ private:
             links[b][from_b] = a;
         }
 
-        /// Links two cells unless one is linked on that side: where surfaces branch, a joined cell may have two neighbors on a
-        /// side.
+        /// Links two cells unless either already has a neighbor on that side. Where surfaces branch, a joined cell may border on
+        /// two cells on one side; the first of them is linked.
         void link_if_free(std::int32_t a, std::int32_t b, std::size_t from_a, std::size_t from_b) {
             if (links[a][from_a] == 0 && links[b][from_b] == 0) link(a, b, from_a, from_b);
         }
@@ -2418,7 +2426,7 @@ private:
             for (std::size_t i = 1; i < value.size(); ++i) {
                 float neighbors = known[i][Channels];
                 for (std::int32_t other : links[i]) neighbors += other != 0 ? 1.0F : 0.0F;
-                if (neighbors == 0.0F) known[i] = value[i], neighbors = 1.0F;  // keeps its value
+                if (neighbors == 0.0F) known[i] = value[i], neighbors = 1.0F;  // a cell without neighbors keeps its value
                 known[i][Channels] = 1.0F / neighbors;
             }
         }
@@ -2462,8 +2470,9 @@ private:
         }
     }
 
-    /// Weight of known neighbors. Two joined cells border on two known texels, 1.5 cells away from their middle; the next joined
-    /// cells are 2 cells away. The known texels together therefore have weight 2 / 1.5, the other neighbors 2 / 2.
+    /// Weight of a known neighbor on the next coarser level, inverse to its distance. A joined cell, two cells wide, borders on
+    /// two known cells, whose centers are 1.5 cells away from its center. The center of a neighboring joined cell is 2 cells
+    /// away. If that neighbor has weight 2 / 2, the two known cells together have weight 2 / 1.5.
     static constexpr float known_weight = 2.0F / 3.0F;
 
     buffer<level> levels_;
@@ -2484,8 +2493,8 @@ namespace detail {
           std::to_string(height) + " x " + std::to_string(width) + " x " + std::to_string(channels));
 }
 
-/// Returns the number of values from one row to the next: `row_stride`, or W C if that is 0. Raises too_large if a row, or the
-/// whole image, exceeds the address space.
+/// Returns the number of values from the start of one row to the start of the next: `row_stride`, or width * channels if it is 0.
+/// Raises too_large if a row, or the whole image, exceeds the address space.
 inline std::size_t checked_row_stride(std::size_t height, std::size_t width, std::size_t channels, std::size_t row_stride,
                                       std::size_t value_size) {
     const std::size_t limit = static_cast<std::size_t>(PTRDIFF_MAX) / value_size;
@@ -2504,7 +2513,7 @@ inline std::size_t stride_in_values(std::size_t bytes, std::size_t row_values, s
     return bytes / value_size;
 }
 
-/// Returns height * width * channels. Raises what checked_row_stride() raises.
+/// Returns height * width * channels. Raises too_large like checked_row_stride().
 inline std::size_t checked_size(std::size_t height, std::size_t width, std::size_t channels, std::size_t value_size) {
     return height * checked_row_stride(height, width, channels, 0, value_size);
 }
@@ -2536,8 +2545,8 @@ public:
           row_stride_(detail::checked_row_stride(height, width, channels, row_stride, sizeof(Scalar))) {
         LDI_ASSERT(row_stride_ >= width * channels);
     }
-    /// Views rows whose starts are `stride` bytes apart, the convention of OpenCV, NumPy and graphics interfaces. Raises
-    /// mismatch unless the stride is an integer number of values, at least W C.
+    /// Views rows whose starts are `stride` bytes apart, the convention of OpenCV, NumPy and graphics interfaces. Raises mismatch
+    /// unless the stride is an integer number of values, at least W x C.
     image_view(Scalar* data, std::size_t height, std::size_t width, std::size_t channels, byte_stride stride)
         : image_view(data, height, width, channels, detail::stride_in_values(stride.bytes, width * channels, sizeof(Scalar))) {}
     /// Converts a writable view to a read-only view.
@@ -2551,7 +2560,7 @@ public:
     std::size_t row_stride() const { return row_stride_; }
     bool empty() const { return height_ == 0 || width_ == 0 || channels_ == 0; }
 
-    /// Returns the first value of the first row.
+    /// Returns a pointer to the first value of the first row.
     Scalar* data() const { return data_; }
     /// Returns the W x C values of row y, contiguous.
     template <std::integral Index>
@@ -2615,7 +2624,7 @@ public:
     std::size_t width() const { return width_; }
     std::size_t channels() const { return channels_; }
     std::size_t row_stride() const { return width_ * channels_; }
-    /// H W C.
+    /// Number of values, H x W x C.
     std::size_t size() const { return values_.size(); }
     bool empty() const { return values_.empty(); }
 
@@ -2675,7 +2684,7 @@ bool same_shape(const auto& a, const auto& b) {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Part of photo_facts; lift() and the stages after it must use the same rule.
+/// Part of photo_facts; lift() and all later stages must use the same rule.
 struct surface_rule {
     /// Neighbors whose disparities differ by more than this are on different surfaces (the paper's tau_disp).
     float max_step = 0.05F;
@@ -2694,8 +2703,8 @@ struct surface_rule {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Disparity of the window in which a 3D photo is shown. It is the middle, so that the nearest and the farthest surface move
-/// equally far.
+/// Disparity of the window through which a 3D photo is seen; surfaces at this disparity keep their position in it. It is the
+/// middle of the range, so that the nearest and the farthest surface move equally far.
 inline constexpr float window_disparity = 0.5F;
 
 struct photo_facts {
@@ -2709,7 +2718,7 @@ struct photo_facts {
     /// border.
     std::int32_t margin = 0;
 
-    /// Returns the camera whose pixels the layered image has: the photo's, with a sensor larger by the margin.
+    /// Returns the camera of the layered image: the photo's camera, with a sensor that is larger by the margin on every side.
     pinhole_camera layers_camera() const { return {camera.width + 2 * margin, camera.height + 2 * margin, camera.focal_length}; }
 };
 
@@ -2720,7 +2729,7 @@ struct photo_facts {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Pixels of a lattice of `width` x `height`. Build it row by row: add_run() from left to right, then end_row().
+/// A set of pixels on a lattice. Build it row by row: call add_run() from left to right, then end_row().
 class pixel_region {
 public:
     /// Columns first to last - 1 of a row. The runs of a row neither overlap nor touch.
@@ -2776,7 +2785,7 @@ public:
 private:
     std::int32_t width_, count_ = 0;
     buffer<run> runs_;
-    buffer<std::int32_t> first_run_;  // index of each row's first run, and the end of the last row
+    buffer<std::int32_t> first_run_;  // index of each row's first run, then the number of runs
 };
 
 /// Returns the region's pixels with even x and even y, on a lattice of half the size, rounded up.
@@ -2839,8 +2848,8 @@ inline constexpr std::int32_t max_kernel_size = 15;
 ///
 /// Exploration is breadth-first from the center. It processes elements in the order in which they were reached, and follows the
 /// links up, down, left, right in this order. The first pixel to reach an element keeps it; no other pixel at that position is
-/// explored. If equally long paths lead to different layers, the path that starts up therefore wins, then down. The relation is
-/// not symmetric: the window of i may contain j although the window of j does not contain i.
+/// explored. If equally long paths lead to different layers, a path that starts up therefore wins over one that starts down, then
+/// left, then right. The relation is not symmetric: the window of i may contain j although the window of j does not contain i.
 inline void gather_window(const graph_view& g, std::int32_t pixel, std::int32_t kernel_size, std::span<std::int32_t> window) {
     LDI_ASSERT(kernel_size >= 1 && kernel_size <= max_kernel_size && kernel_size % 2 == 1);
     const std::size_t count = static_cast<std::size_t>(kernel_size * kernel_size);
@@ -2851,7 +2860,7 @@ inline void gather_window(const graph_view& g, std::int32_t pixel, std::int32_t 
     constexpr std::int32_t border = 0;
     const std::int32_t width = kernel_size + 2, center = (kernel_size / 2 + 1) * (width + 1);
     std::array<std::int32_t, std::size_t{max_kernel_size + 2} * (max_kernel_size + 2)> found;
-    std::array<std::int32_t, std::size_t{max_kernel_size} * max_kernel_size> reached;  // elements, in order
+    std::array<std::int32_t, std::size_t{max_kernel_size} * max_kernel_size> reached;  // elements in the order of exploration
     std::fill_n(found.begin(), width * width, border);
     for (std::int32_t row = 1; row <= kernel_size; ++row) std::fill_n(found.begin() + row * width + 1, kernel_size, no_pixel);
     const auto at = [&](std::int32_t element) -> std::int32_t& { return found[static_cast<std::size_t>(element)]; };
@@ -7287,7 +7296,7 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Sorts by `before(a, b)`; equal values keep their order. K log K comparisons, merging bottom-up.
+/// Sorts by `before(a, b)`; equal values keep their order. Merges bottom-up, with K log K comparisons.
 template <class T, class Before>
 void stable_sort(buffer<T>& values, Before before) {
     constexpr std::size_t shortest = 16;  // for shorter ranges, insertion is faster than merging; tuned by experiment
@@ -10076,11 +10085,11 @@ inline convolution_plan plan_convolution(const pixel_region& region, std::int32_
 }}  // namespace ldi
 
 // ---- ldi/base/printable.hpp
-// Formats names from files, numbers and sizes for messages.
+// Formats names that were read from files, numbers, and image sizes for messages.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Shortens a name from a file and replaces unprintable characters.
+/// Shortens a name that was read from a file, and replaces unprintable characters.
 inline std::string printable(std::string_view name) {
     if (name.empty()) return "an empty name";
     constexpr std::size_t most = 80;
@@ -10104,7 +10113,7 @@ inline std::string shape_text(const auto& picture) {
            std::to_string(picture.channels());
 }
 
-/// Names a part of a file, or only the part if the file has no name.
+/// Returns the place of an error in a file: the file's name and the part, or only the part if the file has no name.
 inline std::string place_in(const std::string& file, const std::string& what) { return file.empty() ? what : file + ", " + what; }
 
 }}}  // namespace ldi::detail
@@ -11720,8 +11729,8 @@ inline buffer<farbrausch_level> plan_farbrausch(const graph_view& finest, std::s
 
 // ---- ldi/base/four_floats.hpp
 // Four adjacent floats: one register on every processor that ldi has kernels for. GCC and clang have this vector type on x86 and
-// Arm. It is used explicitly, because auto-vectorization of loops with comparisons depends on version and flags. Other
-// compilers, and LDI_STANDARD_ONLY, use a struct with the same operations and the same results.
+// Arm. ldi uses it explicitly, because auto-vectorization of loops with comparisons depends on the compiler's version and flags.
+// Other compilers, and LDI_STANDARD_ONLY, use a struct with the same operations and the same results.
 
 #if LDI_HAS_EXTENSIONS && defined(__SSE__)
 #include <xmmintrin.h>
@@ -11733,7 +11742,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespac
 
 using four_floats = float __attribute__((vector_size(16)));
 
-/// Selects a where the comparison holds, otherwise b.
+/// Returns `a` in the lanes where the comparison holds, `b` in the others.
 template <class Comparison>
 four_floats select(Comparison holds, four_floats a, four_floats b) {
     return holds ? a : b;
@@ -11746,7 +11755,7 @@ bool all_of(Comparison holds) {
 }
 
 #if defined(__SSE__)
-// GCC does not recognize that the comparisons below are one instruction each.
+// GCC does not recognize that each comparison below is a single instruction.
 inline four_floats smaller(four_floats a, four_floats b) { return _mm_min_ps(a, b); }
 inline four_floats larger(four_floats a, four_floats b) { return _mm_max_ps(a, b); }
 #else
@@ -12769,7 +12778,7 @@ private:
 }}  // namespace ldi
 
 // ---- ldi/depth/discontinuity.hpp
-// A depth discontinuity: the side between a far and a near pixel.
+// A depth discontinuity: the side that a far and a near pixel share.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -12841,7 +12850,7 @@ struct trace {
 class tracer {
 public:
     // disparity         width x height values; must outlive the tracer
-    // is_cut(pixel, s)  whether there is a discontinuity on the right or lower side of a pixel, inside the photo
+    // is_cut(pixel, s)  whether side `s` of a pixel, right or down, is a discontinuity; called only for sides inside the photo
     template <class IsCut>
     tracer(std::int32_t width, std::int32_t height, const float* disparity, surface_rule surface, IsCut&& is_cut)
         : width_(width), disparity_(disparity), surface_(surface), all_(width, height) {
@@ -12892,7 +12901,7 @@ public:
 
     const corner_map& corners() const { return all_; }
 
-    // Returns the pixels around a corner inside the photo: two above, then two below, each from left to right.
+    // Returns the four pixels around a corner that lies inside the photo: two above, then two below, each from left to right.
     std::array<std::int32_t, 4> pixels_around(std::int32_t corner) const {
         const std::int32_t below_right = all_.y(corner) * width_ + all_.x(corner);
         return {below_right - width_ - 1, below_right - width_, below_right - 1, below_right};
@@ -12978,10 +12987,12 @@ struct point {
 // A curve as points in the plane, where pixel (x, y) covers [x, x + 1) x [y, y + 1). "Across" means from back to front.
 struct plane_curve {
     buffer<point> corners;  // corners of the traced curve
-    buffer<point> smooth;   // without the lattice's stair steps; ends stay in place
-    buffer<point> across;   // unit vectors
+    buffer<point> smooth;   // corners without the lattice's stair steps; ends stay in place
+    buffer<point> across;   // unit vectors from back to front
 };
 
+// Computes the points and directions of a traced curve.
+//
 // reach  number of corners on either side to average
 inline plane_curve make_plane_curve(const trace& t, const corner_map& lattice, std::int32_t reach) {
     const std::int32_t count = t.corners.count(), period = count - 1;  // the last corner of a closed curve equals its first
@@ -13007,7 +13018,7 @@ inline plane_curve make_plane_curve(const trace& t, const corner_map& lattice, s
         result.smooth[k] = {sum.x / size, sum.y / size};
         result.across[k] = {front.x / length, front.y / length};
     }
-    // At the photo's border a curve slides along the border, so that the band has no gap there.
+    // At the photo's border, the end of a curve slides along the border, so that the band has no gap there.
     for (const std::int32_t k : {std::int32_t{0}, period}) {
         const std::int32_t corner = t.corners[k];
         if (t.is_closed || !lattice.on_border(corner)) continue;
@@ -13018,7 +13029,7 @@ inline plane_curve make_plane_curve(const trace& t, const corner_map& lattice, s
     return result;
 }
 
-// Sums over samples of one side of a curve.
+// Sums over the color samples on one side of a curve.
 struct color_sums {
     float count = 0;
     std::array<float, 3> sum{}, squares{};
@@ -13060,10 +13071,11 @@ struct color_model {
     }
 };
 
-// The rows of the band.
+// The straightened band, row by row.
 class band {
 public:
-    // radius  number of uncertain pixels on either side; as many pixels beyond them are models of front and back
+    // radius  number of uncertain pixels on each side of the curve; up to as many pixels beyond them supply the color models of
+    //         front and back
     band(const plane_curve& curve, const trace& t, image_view<const std::uint8_t> photo, image_view<const float> disparity,
          std::int32_t radius)
         : photo_(photo), disparity_(disparity), radius_(radius), width_(nearest_int(photo.width())) {
@@ -13080,13 +13092,15 @@ public:
 
     std::int32_t radius() const { return radius_; }
     std::int32_t size() const { return rows_.count(); }
-    // Smallest cut of row k (-back to front) at which both surfaces remain.
+    // Smallest and largest cut of row k (-back to front) at which both surfaces remain.
     std::int32_t min_cut(std::int32_t k) const { return -rows_[k].back; }
     std::int32_t largest_cut(std::int32_t k) const { return rows_[k].front; }
     const color_sums& sums(std::int32_t k, bool of_front) const {
         return of_front ? rows_[k].front_colors : rows_[k].back_colors;
     }
-    // offset  from -2 radius to 2 radius - 1: the pixel between cuts `offset` and `offset` + 1
+    // Returns the color of the pixel of row k between cuts `offset` and `offset` + 1; nullptr outside the photo.
+    //
+    // offset  from -2 radius to 2 radius - 1
     const std::uint8_t* color(std::int32_t k, std::int32_t offset) const {
         const std::int32_t i = pixels_[static_cast<std::size_t>(k * 4 * radius_ + offset + 2 * radius_)];
         return i == no_pixel ? nullptr : photo_.row(i / width_) + 3 * (i % width_);
@@ -13094,7 +13108,7 @@ public:
 
 private:
     struct row {
-        float middle = 0;  // disparity between front and back
+        float middle = 0;  // disparity halfway between front and back
         std::int32_t front = 0, back = 0;
         color_sums front_colors, back_colors;
     };
@@ -13141,21 +13155,22 @@ private:
 }}}}  // namespace ldi::detail::curves
 
 // ---- ldi/depth/align_silhouettes.hpp
-// Moves silhouettes to the photo's edges. Depth is coarser than the photo and off by a sample or two, so that a strip of the
-// background sticks to the foreground, or a strip of the foreground to the background; both become visible when the camera
-// moves.
+// Moves silhouettes to the photo's edges. Depth maps are coarser than the photo, and their edges are off by a sample or two. A
+// strip of the background then sticks to the foreground, or a strip of the foreground to the background. Both become visible when
+// the camera moves.
 //
-// A band surrounds each discontinuity curve, as wide as depth is uncertain. Colors outside the band, on both sides, are models
-// of the front and back surface. The best cut through the band separates front colors from back colors, follows contrast, and
-// has no jumps. It is a shortest path, found by dynamic programming, after the contours of Rother et al., "GrabCut" (SIGGRAPH
-// 2004), section "Border matting". Ends and junctions of curves stay. Pixels between the old curve and the new one change sides.
+// A band surrounds each discontinuity curve, as wide as depth is uncertain. Colors outside the band, on both sides, supply color
+// models of the front and the back surface. The best cut through the band separates front colors from back colors, follows
+// contrast, and has no jumps. It is a shortest path, found by dynamic programming, after the contours of Rother et al., "GrabCut"
+// (SIGGRAPH 2004), section "Border matting". Ends and junctions of curves do not move. Pixels between the old curve and the new
+// one change sides.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Defaults tuned by experiment on true depth, degraded as networks degrade it.
 struct alignment_options {
-    /// Maximum distance between a silhouette and its edge in the photo, in pixels, 0 to 256. 0 moves nothing. For depth maps
-    /// with samples larger than a pixel, make_photo3d() multiplies this option and min_length by the side of a sample.
+    /// Maximum distance between a silhouette and its edge in the photo, in pixels, 0 to 256. With 0, silhouettes do not move. For
+    /// depth maps with samples larger than a pixel, make_photo3d() multiplies this option and min_length by the side of a sample.
     float uncertainty = 3.0F;
     /// Cost of a sideways move by one pixel between neighboring points of a curve, at least 0. Larger values keep silhouettes
     /// straighter.
@@ -13249,7 +13264,7 @@ private:
         const float share = nearest_float(cut) / nearest_float(radius_);
         return distance_weight * share * share;
     }
-    // Share of the difference between back and front color that lies within four pixels around a cut.
+    // Contrast of the four pixels around a cut, as a share of the difference between the back and the front color.
     float contrast(const band& b, std::int32_t k, std::int32_t cut, const std::array<float, 3>& direction, float squared) const {
         const std::uint8_t *before = b.color(k, cut - 2), *behind = b.color(k, cut + 1);
         if (before == nullptr || behind == nullptr) return 0.0F;
@@ -13313,11 +13328,11 @@ inline void sweep(const std::array<point, 4>& corners, std::int32_t width, std::
     }
 }
 
-// Lists the pixels that a curve passes over when it moves. A pixel that it passes over twice remains on its side.
+// Lists the pixels that a curve passes over when it moves. A pixel that the curve passes over twice keeps its side.
 inline buffer<swept_pixel> swept_pixels(const plane_curve& curve, const buffer<std::int32_t>& cut, std::int32_t reach,
                                         const corner_map& lattice) {
     const auto moved = [&](std::int32_t k) {
-        // Cuts are whole pixels; averaging over some corners removes the stair steps. Ends stay in place.
+        // Cuts are whole pixels; averaging over several corners removes the stair steps. Ends stay in place.
         const std::int32_t even = (std::min)({reach, k, cut.count() - 1 - k});
         float distance = 0.0F;
         for (std::int32_t i = k - even; i <= k + even; ++i) distance += nearest_float(cut[i]) / nearest_float(2 * even + 1);
@@ -13334,8 +13349,8 @@ inline buffer<swept_pixel> swept_pixels(const plane_curve& curve, const buffer<s
     return result;
 }
 
-// Sets front pixels to the disparity of the back beside the curve, and back pixels to that of the front. Pixels of third
-// surfaces do not change.
+// Sets swept front pixels to the back's disparity beside the curve, and swept back pixels to the front's disparity. Pixels of
+// third surfaces do not change.
 inline void change_sides(const trace& t, const buffer<swept_pixel>& swept, const image<float>& before,
                          image_view<float> disparity) {
     const auto at = [&](std::int32_t pixel) { return before.data()[pixel]; };
@@ -13349,7 +13364,7 @@ inline void change_sides(const trace& t, const buffer<swept_pixel>& swept, const
     }
 }
 
-// Traces the curves that may move.
+// Traces the curves that may move: those with at least `min_length` sides.
 inline buffer<trace> long_curves(const image<float>& disparity, surface_rule surface, std::size_t min_length) {
     const std::int32_t width = static_cast<std::int32_t>(disparity.width()),
                        height = static_cast<std::int32_t>(disparity.height());
@@ -13385,7 +13400,7 @@ inline void check_alignment(image_view<const float> disparity, image_view<const 
 ///
 /// Raises error_code::mismatch if the images differ in size, error_code::invalid_option if the uncertainty is not in [0, 256] or
 /// the stiffness is below 0. Time is linear in the pixels and in the length of all curves times the uncertainty. Memory is 10
-/// bytes per pixel, 8 per pixel that a curve passes over, and 26 times the uncertainty per pixel side of the longest curve.
+/// bytes per pixel, 8 per pixel that a curve passes over, and 26 bytes times the uncertainty per pixel side of the longest curve.
 template <executor Executor = const serial_executor>
 void align_silhouettes(image_view<float> disparity, image_view<const std::uint8_t> photo, surface_rule surface = {},
                        const alignment_options& options = {}, Executor&& threads = {}) {
@@ -13428,8 +13443,8 @@ struct undecided_depth {
 /// Depth after silhouettes are decided.
 struct decided_depth {
     image<float> disparity;  ///< H x W x 1
-    /// H x W x 1, or empty. 0 for pixels that were not decided, else 1 + 254 * the share of the front surface in the pixel.
-    /// Pixels from 128 on belong to the front.
+    /// H x W x 1, or empty. The value is 0 for pixels that were not decided, otherwise 1 + 254 * (share of the front surface in
+    /// the pixel). Pixels with a value of 128 or more belong to the front.
     image<std::uint8_t> shares;
 };
 
@@ -13481,7 +13496,7 @@ struct image_components {
 
 // End of the run of linked pixels that starts at `first`.
 inline std::int32_t end_of_run(const float* row, std::int32_t first, std::int32_t columns, surface_rule surface) {
-    constexpr std::int32_t step = 16;  // compared in blocks, because most pixels are linked: compilers vectorize the inner loop
+    constexpr std::int32_t step = 16;  // pixels per block: most are linked, and compilers vectorize the inner loop
     std::int32_t end = first + 1;
     for (; end + step <= columns; end += step) {
         std::int32_t linked = 0;
@@ -13508,7 +13523,7 @@ inline image_components find_components(image_view<const float> disparity, surfa
             found.runs.push_back({y * columns + start, y * columns + end});
             sets.add();
         }
-        // Overlapping runs of two rows are connected if any pair of pixels in the overlap is.
+        // Overlapping runs of two rows are connected if any pair of pixels in the overlap is linked.
         for (std::int32_t above = above_first, run = first; above < above_last && run < found.runs.count();) {
             const pixel_run &a = found.runs[above], &b = found.runs[run];
             const float* over = disparity.row(y - 1);
@@ -13532,7 +13547,7 @@ inline image_components find_components(image_view<const float> disparity, surfa
 // Small components and their runs.
 struct small_components {
     buffer<std::int32_t> labels;
-    buffer<pixel_run> runs;         // component by component
+    buffer<pixel_run> runs;         // runs of these components, component by component
     buffer<std::size_t> first_run;  // component i has runs [first_run[i], first_run[i + 1])
 };
 
@@ -13571,7 +13586,7 @@ public:
         if (!small_ones.labels.empty()) reached_.resize(disparity.height() * disparity.width());
     }
 
-    // Merges a component. Returns false if it is not a middle value and stays.
+    // Merges a component with a neighboring surface. Returns false if it does not lie at a middle value, and does not change it.
     bool merge(std::size_t component) {
         std::int32_t nearer = 0, farther = 0;
         for_each_contact(component,
@@ -13601,7 +13616,8 @@ private:
         }
     }
 
-    // Visits every pixel side on the component's boundary, with the disparity across it.
+    // Calls visit(x, y, disparity) for every pixel side on the component's boundary, with the component's pixel at the side and
+    // the disparity across it.
     template <class Visit>
     void for_each_contact(std::size_t component, Visit&& visit) const {
         const std::int32_t columns = components_.columns, label = small_.labels[component];
@@ -13633,7 +13649,7 @@ private:
     const small_components& small_;
     image_view<float> disparity_;
     buffer<assignment> queue_;
-    buffer<std::uint8_t> reached_;  // per pixel of the photo
+    buffer<std::uint8_t> reached_;  // per pixel of the photo: 1 if it has a new value
 };
 
 }  // namespace detail
@@ -13642,10 +13658,10 @@ private:
 ///
 /// disparity  H x W x 1, changed in place
 ///
-/// A component of fewer than `min_size` pixels that touches both nearer and farther pixels gets the disparity of the side
-/// with more contacts (the farther side if equal), spread inward from these contacts. A component that touches only one side is
-/// not a middle value (a small foreground object, or a small hole) and stays. Linear time, except for a binary search in a row
-/// per pixel of a small component; up to 60 bytes per pixel.
+/// A component of fewer than `min_size` pixels that touches both nearer and farther pixels gets the disparity of the side with
+/// more contacts (shared pixel sides; the farther side if equal), spread inward from these contacts. A component that touches
+/// only one side is not a middle value (a small foreground object, or a small hole) and stays. Linear time, except for a binary
+/// search in a row per pixel of a small component; up to 60 bytes per pixel.
 inline std::size_t merge_middle_components(image_view<float> disparity, surface_rule surface = {},
                                            const middle_component_options& options = {}) {
     const detail::image_components components = detail::find_components(disparity, surface);
@@ -13660,15 +13676,15 @@ inline std::size_t merge_middle_components(image_view<float> disparity, surface_
 }}  // namespace ldi
 
 // ---- ldi/depth/step_band.hpp
-// Finds the band beside sharp steps of a disparity map, in which the silhouette network decides: curves of pixels on a step, the
-// front and back disparity of each curve pixel, and the nearest curve pixel for every pixel around.
+// Finds the band beside sharp steps of a disparity map, in which the silhouette network decides. The band consists of curves of
+// pixels on a step, the front and back disparity of each curve pixel, and the nearest curve pixel of every pixel nearby.
 // examples/training/silhouettes/README.md defines the same band for training.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The network was trained with the defaults.
 struct step_band_options {
-    float max_step = 0.02F;  ///< maximum difference of neighbors that do not lie on a curve
+    float max_step = 0.02F;  ///< neighbors that differ by more than this are on a step
     float min_step = 0.06F;  ///< minimum difference between front and back of a curve
 };
 
@@ -13700,12 +13716,12 @@ struct step_band {
     }
 };
 
-/// Finds the band.
+/// Finds the band of a disparity map.
 ///
 /// disparity  H x W x 1, finite
 ///
-/// A pixel lies on a curve if a neighbor differs by more than max_step, and the extremes within step_sides_radius by at least
-/// min_step. Distances are Euclidean and exact. Among curve pixels at the same distance, the leftmost one counts, then the
+/// A pixel lies on a curve if a neighbor differs by more than max_step, and if the extremes within step_sides_radius differ by at
+/// least min_step. Distances are Euclidean and exact. Among curve pixels at the same distance, the leftmost one counts, then the
 /// uppermost. Linear time: up to 33 operations on 16 bits per pixel within step_region_radius of a column that a curve crosses. 6
 /// bytes per pixel, and 20 per pixel of the region.
 step_band find_step_band(image_view<const float> disparity, const step_band_options& options = {});
@@ -13756,7 +13772,7 @@ private:
         }
     }
 
-    /// Marks the pixels of a row with a neighbor across a step.
+    /// Marks the pixels of a row that have a neighbor across a step.
     void find_steps(std::int32_t y, buffer<std::uint8_t>& stepped) const {
         const float* const here = disparity_.row(y);
         const float* const above = disparity_.row((std::max)(y - 1, 0));
@@ -13772,7 +13788,7 @@ private:
         }
     }
 
-    /// Returns the extreme disparities within step_sides_radius.
+    /// Returns the extreme disparities within step_sides_radius of (x, y).
     step_band::sides extremes(std::int32_t x, std::int32_t y) const {
         constexpr std::int32_t r = step_sides_radius;
         step_band::sides result{disparity_(y, x), disparity_(y, x)};
@@ -13885,13 +13901,14 @@ inline step_band find_step_band(image_view<const float> disparity, const step_ba
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Two samples on either side of a pixel's center, and their weights.
+/// The two samples beside a pixel's center along one axis, and their weights.
 struct bilinear_place {
     std::int32_t first, second;
     float share;  ///< weight of `second`
 };
 
-/// Returns the samples for each pixel, along one side of a map and of a photo. Centers of pixels and samples are at 0.5.
+/// Returns the two samples for each pixel along one axis, on which the map has `samples` samples and the photo `pixels` pixels.
+/// The centers of samples and pixels are at 0.5, 1.5, ...
 inline buffer<bilinear_place> bilinear_places(std::size_t samples, std::size_t pixels) {
     buffer<bilinear_place> places(pixels, unset);
     const float scale = nearest_float(samples) / nearest_float(pixels), last = nearest_float(samples - 1);
@@ -13964,7 +13981,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 class side_surfaces {
 public:
     /// shares      K, in the units of decided_depth; 0 for pixels around the band, which do not change
-    /// min_island  minimum number of connected pixels on one side; fewer, if they all lie in the band, change to the other side
+    /// min_island  minimum number of connected pixels on one side; smaller islands that lie entirely in the band change to the
+    ///             other side
     side_surfaces(const step_band& band, buffer<std::uint8_t>& shares, std::int32_t min_island)
         : band_(band), shares_(shares), min_island_(min_island), in_front_(band.region.size(), unset) {}
 
@@ -13982,14 +14000,15 @@ public:
 private:
     /// Maximum distance over which disparity is copied into the band, in steps to neighbors.
     static constexpr std::size_t max_steps = 2 * step_band_radius;
-    /// For surfaces that do not reach out of the band: a pixel keeps its disparity if it differs from its side's by at most this
-    /// share of the step.
+    /// For surfaces that do not reach out of the band: a pixel keeps its disparity if it differs from its side's disparity by at
+    /// most this share of the step.
     static constexpr float tolerance = 0.2F;
-    /// Squared distance in pixels: an island that is farther from every curve is not part of a silhouette.
+    /// Maximum squared distance, in pixels, of an island from the nearest curve. An island farther away is not part of a
+    /// silhouette.
     static constexpr std::int32_t near_curve = 16;
     static constexpr std::uint8_t half = 128;
 
-    /// Adjacent pixels of a row on one side.
+    /// A maximal sequence of adjacent pixels of a row on one side of the step.
     struct stretch {
         std::int32_t first, last, pixel;
     };
@@ -14055,7 +14074,7 @@ private:
     float side_value(std::int32_t i) const { return in_front_[i] != 0 ? band_.sides_of(i).front : band_.sides_of(i).back; }
 
     /// Copies disparities into the band, first from pixels outside it. On surfaces that do not reach out of the band, pixels with
-    /// a disparity of their own side keep it and pass it on. All others get the disparity of their curve's side.
+    /// a disparity of their own side keep it and pass it on. All other pixels get the disparity of their curve's side.
     void carry_into_band(const image<float>& disparity) {
         values_.resize(band_.region.size(), unset), is_open_.resize(band_.region.size(), unset);
         for_each_run([&](std::int32_t y, const pixel_region::run& run) {
@@ -14101,8 +14120,8 @@ private:
         buffer<std::uint8_t> is_first_;  // 1 for the first pixel of a run
     };
 
-    /// Passes values on to open pixels of the same side, breadth-first, so that each gets the value of the nearest pixel with
-    /// one.
+    /// Passes values on to open pixels of the same side, breadth-first, so that each open pixel gets the value of the nearest
+    /// pixel that has one.
     void carry(const neighbors& beside, std::size_t reach) {
         buffer<std::int32_t> ring, next;
         const auto visit_open = [&](std::int32_t from) {
@@ -14120,8 +14139,9 @@ private:
         }
     }
 
-    /// Whether a disparity fits the pixel's side of its step: next to another curve, that side may be another surface. Accepts
-    /// disparities outside the step, because a blurred step may extend beyond the neighborhood of its curve pixels.
+    /// Whether a disparity fits the pixel's side of its step. Next to another curve, pixels on that side may belong to another
+    /// surface. Accepts disparities outside the step, because a blurred step may extend beyond the neighborhood of its curve
+    /// pixels.
     bool fits(float value, std::int32_t i) const {
         constexpr float inwards = 0.5F, outwards = 3.0F;  // in steps
         const step_band::sides& s = band_.sides_of(i);
@@ -14157,8 +14177,8 @@ public:
     explicit network_decider(const Network* network, const alignment_options& alignment = {})
         : network_(network), by_hand_{alignment} {}
 
-    /// Decides the silhouettes of a depth map. In the result, no disparity in the band lies between the two surfaces, except for
-    /// the surfaces' own slope. Time and memory are linear in the number of pixels for any disparity.
+    /// Decides the silhouettes of a depth map. In the result, disparities in the band lie on one of the two surfaces, not between
+    /// them. Time and memory are linear in the number of pixels for any disparity.
     template <executor Executor>
     decided_depth decide(undecided_depth depth, Executor&& threads) const {
         if (network_ == nullptr) return by_hand_.decide(std::move(depth), threads);
@@ -14185,11 +14205,12 @@ public:
 private:
     /// Minimum size of an island in pixels, relative to the side of a depth sample in pixels.
     static constexpr double min_island_samples = 24;
-    /// Weight of the side on which the disparity already lies, added to the logit.
+    /// Factor of the prior, which is added to the logit. The prior is the position of the pixel's disparity between back (0) and
+    /// front (1), minus one half.
     static constexpr float prior = 6.0F;
 
-    /// Returns the share in the units of decided_depth::shares. C libraries differ in the exponential function; a table of the
-    /// logits between two shares makes the bytes the same everywhere.
+    /// Converts a logit to a share in the units of decided_depth::shares. The exponential function differs between C libraries,
+    /// so a table of the logits between adjacent shares replaces it: results are the same everywhere.
     static std::uint8_t share_of(float logit, std::uint8_t prior_byte) {
         static const share_table table;
         const float lean = std::clamp((detail::nearest_float(prior_byte) - 128.0F) / 127.0F, -0.5F, 0.5F);
@@ -14226,18 +14247,18 @@ struct normalize_options {
     /// Share of the pixels, from 0 to less than a half, that is clamped at either end, so that a few outliers do not squeeze all
     /// other values. Tuned by experiment.
     float clipped_share = 0.001F;
-    /// Relative difference between two neighboring steps of a quantized source: exp(0.0187) - 1 for Tiefenrausch, whose 8 bits
-    /// are log disparity; 0 for a source with fine steps.
+    /// Relative difference between adjacent levels of a quantized source: exp(0.0187) - 1 for Tiefenrausch, whose 8 bits encode
+    /// the logarithm of disparity; 0 for a source with fine levels.
     float relative_step = 0.0F;
     /// Maximum size of a quantization step in the result, well below the discontinuity threshold of 0.05. In a scene as flat as a
     /// wall, one step is a large part of the range; disparity then does not reach 0.
     float max_step = 0.02F;
-    /// Whether the source is 1 / depth up to scale, so that ratios of distances are known. If false, it is known only up to
-    /// scale and shift, and distances are a guess, `assumed_range`.
+    /// Whether the source is 1 / depth up to scale, so that ratios of distances are known. If false, the source is 1 / depth only
+    /// up to scale and shift, and `assumed_range` replaces the unknown distances.
     bool is_inverse_depth = true;
     /// Whether the source is 1 / depth in meters, so that distances are known. Requires is_inverse_depth.
     bool is_metric = false;
-    /// In meters; used if distances are unknown.
+    /// Distances in meters, used if the source does not determine them.
     depth_range assumed_range = {};
     /// Maximum ratio of the farthest to the nearest distance: at the horizon, disparity is noise.
     float max_depth_ratio = 50.0F;
@@ -14267,7 +14288,8 @@ inline void check(const normalize_options& options) {
               to_text(range.z_near) + " to " + to_text(range.z_far));
 }
 
-/// Returns the values in unspecified order. Raises invalid_data if they cannot be disparities.
+/// Returns the source's values in unspecified order. Raises mismatch for another shape, invalid_data if a value cannot be a
+/// disparity.
 inline buffer<float> checked_values(image_view<const float> source, bool is_inverse_depth) {
     if (source.empty() || source.channels() != 1)
         raise(error_code::mismatch, "disparity", "h x w x 1 values, at least one", shape_text(source));
@@ -14290,9 +14312,9 @@ inline buffer<float> checked_values(image_view<const float> source, bool is_inve
 ///
 /// Disparity = 1 - (highest - value) / span, clamped. `highest` and `lowest` are the extreme values after clipped_share is
 /// removed at either end; span is highest - lowest, or more if a step of the source would exceed max_step. Raises
-/// error_code::mismatch for another shape; error_code::invalid_data if a value is not finite, inverse depth is below 0 or
-/// nowhere above it, or the nearest surface is not between 1e-6 and 1e9 meters away; error_code::invalid_option. Linear time; 8
-/// bytes per sample.
+/// error_code::mismatch for another shape; error_code::invalid_data if a value is not finite, inverse depth is below 0 or nowhere
+/// above 0, or the nearest surface is not between 1e-6 and 1e9 meters away; error_code::invalid_option for an option outside its
+/// range. Linear time; 8 bytes per sample.
 inline normalized_disparity normalize(image_view<const float> source, const normalize_options& options = {}) {
     detail::check(options);
     buffer<float> sorted = detail::checked_values(source, options.is_inverse_depth);
@@ -14313,7 +14335,8 @@ inline normalized_disparity normalize(image_view<const float> source, const norm
     const double scale = span > 0.0 ? 1.0 / span : 0.0;
     for (float& value : result.disparity) value = static_cast<float>(std::clamp(1.0 - (highest - value) * scale, 0.0, 1.0));
     if (options.is_inverse_depth) {
-        // Without a unit, the nearest surface is placed at z_near of the assumed range. Normalized disparity 0 is highest - span.
+        // If the source has no unit, the nearest surface is placed at z_near of the assumed range. Normalized disparity 0 is
+        // highest - span.
         const double farthest = (std::max)(highest - span, highest / options.max_depth_ratio);
         const double ratio = span > 0.0 ? highest / farthest : options.max_depth_ratio;
         const double z_near = options.is_metric ? 1.0 / highest : double{options.assumed_range.z_near};
@@ -14347,7 +14370,7 @@ namespace detail::resample {
 
 using namespace lanes;
 
-// Radius of the window in samples, 2.5 times the sigma of 1.2. Weights farther out are below 0.05.
+// Radius of the window in samples: 2.5 times the default sigma of 1.2. Weights of samples farther out are below 0.05.
 inline constexpr std::size_t radius = 3;
 inline constexpr std::size_t samples = (2 * radius + 1) * (2 * radius + 1);
 inline constexpr std::size_t padded = (samples + wide - 1) / wide * wide;
@@ -14443,7 +14466,7 @@ public:
     }
 
 private:
-    // First pixel of a row or column whose nearest sample is `sample` or a later one.
+    // Returns the first pixel of a row or column whose nearest sample is `sample` or a later one.
     static std::size_t first_pixel(std::size_t sample, std::size_t pixel_count, std::size_t sample_count) {
         return (sample * pixel_count + sample_count - 1) / sample_count;
     }
@@ -14491,7 +14514,7 @@ private:
         return mean / share;
     }
 
-    // x, y  in samples, at most one sample outside the map
+    // Interpolates the map bilinearly at (x, y), in samples. The position may lie up to one sample outside the map.
     float bilinear(float x, float y) const {
         const float floor_x = std::floor(x), floor_y = std::floor(y);
         const std::ptrdiff_t i = static_cast<std::ptrdiff_t>(floor_x), j = static_cast<std::ptrdiff_t>(floor_y);
@@ -14550,8 +14573,8 @@ image<float> resample_to_photo(image_view<const float> disparity, image_view<con
 //
 // Uses a shock filter in its morphological form (Kramer and Bruckner, "Iterations of a non-linear transformation for enhancement
 // of digital images", 1975; Osher and Rudin, "Feature-oriented image enhancement using shock filters", 1990): concave regions get
-// the largest value around them, convex regions the smallest, until both meet where the edge was steepest. It works only where
-// disparity changes much within a few samples and little beyond them; slopes do not change.
+// the largest value around them, convex regions the smallest, until both meet where the edge was steepest. The filter works only
+// where disparity changes much within a few samples and little beyond them; slopes do not change.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -14559,7 +14582,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 struct sharpen_options {
     /// Maximum blur of an edge, in samples on either side. 0 disables sharpening.
     int radius = 3;
-    /// Minimum change in disparity within the radius, in steps of the surface rule.
+    /// Minimum change in disparity within the radius, as a multiple of surface_rule::max_step.
     float min_change = 3.0F;
     /// Minimum ratio of this change to the change within twice the radius. For a slope, the ratio is one half.
     float min_share = 0.7F;
@@ -14780,7 +14803,7 @@ inline constexpr merge_network<48> merge_pairs = make_merge<48>(10, 20);
 inline constexpr merge_network<64> merge_last = make_merge<64>(20, 25);
 inline constexpr std::array<comparator, 9> sort_five = {{{0, 1}, {3, 4}, {2, 4}, {2, 3}, {1, 4}, {0, 3}, {0, 2}, {1, 3}, {1, 2}}};
 
-// Runs a network on registers. Everything is known at compile time, so that only comparators remain.
+// Runs a network on registers. The network is known at compile time, so that the compiled code consists only of comparators.
 template <const auto& Network, std::size_t... Step>
 inline void run(four_floats* values, std::index_sequence<Step...>) {
     (sort_two(values[Network.steps.comparators[Step].low], values[Network.steps.comparators[Step].high]), ...);
@@ -14824,9 +14847,9 @@ struct sorted_columns {
 
     // Filters the four pixels whose windows start at column x.
     //
-    // If all 25 samples have a weight above 1 - 2/26, the middle sample is the best balanced one for any weights: the 12 samples
-    // on either side differ by less than 24/26, and every other sample is off balance by more. In this case plain medians are
-    // exact.
+    // If all 25 samples have a weight above 1 - 2/26, the middle sample is the best balanced one for any weights: the sums of the
+    // 12 weights on either side differ by less than 24/26, and for every other sample the sums differ by more. In this case plain
+    // medians are exact.
     four_floats filter(std::size_t x, four_floats center, float sigma) const {
         const four_floats low =
             smaller(smaller(load(pair[0].data() + x), load(pair[0].data() + x + 2)), load(single[0].data() + x + 4));
@@ -14901,7 +14924,7 @@ image<float> weighted_median(image_view<const float> disparity, surface_rule sur
     image<float> result(rows, columns, 1, unset);
     if (rows == 0 || columns == 0) return result;
 
-    // Samples in the windows' layout: a border of samples without weight; samples next to an edge also have none.
+    // Pads the samples for the windows. Padding and samples next to an edge are `none`, which has no weight.
     const std::size_t stride = (columns + 2 * radius + 2 * wide - 1) / wide * wide;
     buffer<float> seen((rows + 2 * radius) * stride, none);
     const float threshold = surface.max_step;
@@ -14950,23 +14973,23 @@ image<float> weighted_median(image_view<const float> disparity, surface_rule sur
 // Groups depth discontinuities of a lifted photo into curves, and computes the lines at their ends that hidden surfaces must not
 // cross (paper, section "Occluded Surface Hallucination", and Figure "depth_expand").
 //
-// A discontinuity runs along the sides of pixels, between the corners of the lattice. Where three or more sides with a
-// discontinuity meet in a corner, there is a junction, and curves end. Where only two depths meet, two curves pass each other
-// instead.
+// A discontinuity runs along the sides of pixels, between the corners of the lattice. If three or more sides with a discontinuity
+// meet at a corner, the corner is a junction, and curves end there. If four sides but only two depths meet, two curves pass each
+// other instead.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct curve_options {
-    /// Groups of connected curves, and branches with a free end, are spurious if they have fewer pixel sides than this: nothing
-    /// grows behind them, and close_spurious_discontinuities() closes them. The paper drops every shorter curve; between two
-    /// junctions of a valid silhouette, this would bridge the silhouette.
+    /// Groups of connected curves, and branches with a free end, are spurious if they have fewer pixel sides than this: surfaces
+    /// do not grow behind them, and close_spurious_discontinuities() closes them. The paper drops every shorter curve. If such a
+    /// curve joins two junctions of a valid silhouette, dropping it would bridge the silhouette.
     std::size_t min_length = 20;
     /// Number of pixel sides over which the direction of a curve at its end is measured.
     std::size_t tangent_length = 20;
 };
 
 /// A half line that the hidden surface behind a curve must not cross. It starts at the curve's end, is perpendicular to the
-/// curve, and points behind the front surface. In lattice coordinates, where pixel (x, y) covers [x, x + 1) x [y, y + 1).
+/// curve, and points behind the front surface. Coordinates are those of the lattice: pixel (x, y) covers [x, x + 1) x [y, y + 1).
 struct growth_constraint {
     float x, y;                              ///< end of the curve
     float outward_x, outward_y;              ///< unit vector along the curve, out of its end
@@ -14976,7 +14999,7 @@ struct growth_constraint {
 /// A maximal chain of discontinuities between ends or junctions, in order along the curve.
 struct discontinuity_curve {
     buffer<discontinuity> sides;
-    buffer<growth_constraint> constraints;  ///< at most one per end, in junctions
+    buffer<growth_constraint> constraints;  ///< at most one per end, only at junctions
     bool is_closed = false;
 };
 
@@ -15097,7 +15120,7 @@ struct expansion_access {
 class hidden_pixels {
 public:
     /// base       one layer in the order of the photo; growth adds links to its pixels
-    /// disparity  of the base; must outlive all calls except write_disparity()
+    /// disparity  disparities of the base; must outlive all calls except write_disparity()
     hidden_pixels(graph_builder base, array_view<const float> disparity)
         : base_(std::move(base)),
           base_disparity_(disparity),
@@ -15248,8 +15271,8 @@ private:
     array_view<const float> base_disparity_;
     std::int32_t base_count_;
     buffer<std::int32_t> newest_;  // last hidden pixel added at each position, or no_pixel
-    buffer<std::int32_t> older_;   // per hidden pixel: the one added before it at its position
-    graph_builder hidden_;         // links lead to pixels of both; never built
+    buffer<std::int32_t> older_;   // per hidden pixel: the hidden pixel added before it at its position
+    graph_builder hidden_;         // links lead to base and hidden pixels; build() is not called
     buffer<float> hidden_disparity_;
     buffer<std::int32_t> origin_;  // per hidden pixel: the pixel of the photo whose surface it continues
 };
@@ -15264,8 +15287,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct expand_options {
     /// Maximum parallax between the nearest and the farthest surface, as a share of the photo's longer side, 0 to 1
-    /// (render/motion.hpp). A step in disparity uncovers a proportional part of it, and the surface behind the step grows by
-    /// this distance. (The paper grows all surfaces by 50 pixels.)
+    /// (render/motion.hpp). A step in disparity uncovers a proportional part of this parallax, and the surface behind the step
+    /// grows by the uncovered distance. (The paper grows all surfaces by 50 pixels.)
     float motion = 0.08F;
     /// Maximum growth of a surface in pixels. If this is the tighter limit, views within `motion` show gaps.
     int iterations = 4096;
@@ -15309,7 +15332,7 @@ public:
                                                 pixels_.position(x - 1, y), pixels_.position(x, y)})
                     if (reach_[back] > 0.0F) raise_reach(back, front - disparity[back]);
             }
-        for (const discontinuity_curve& curve : curves) {  // curves share pixels
+        for (const discontinuity_curve& curve : curves) {  // after the loops above, because curves share pixels
             float& farthest = farthest_.emplace_back(0.0F);
             for (const discontinuity& d : curve.sides) farthest = (std::max)(farthest, reach_[d.back]);
         }
@@ -15321,7 +15344,7 @@ public:
 
     hidden_pixels& pixels() { return pixels_; }
 
-    /// Maximum number of iterations: in four directions, growth needs up to sqrt(2) iterations per pixel.
+    /// Maximum number of iterations. Growth in four directions needs up to sqrt(2) iterations per pixel of distance.
     int max_iterations() const {
         float farthest = 0.0F;
         for (const float f : farthest_) farthest = (std::max)(farthest, f);
@@ -15343,11 +15366,11 @@ public:
 private:
     // Distance from the center of a pixel at the silhouette to the edge of the last pixel that is at least partly uncovered.
     static constexpr float half_pixels = 1.5F;
-    // Errors that the tolerances of the mesh allow (mesh/simplify.hpp, mesh/studs.hpp): both outlines are off by a pixel, and
-    // disparities on either side by some hundredths.
+    // Errors that the tolerances of the mesh allow (mesh/simplify.hpp, mesh/studs.hpp): both outlines may be off by a pixel, and
+    // disparities on either side by a few hundredths.
     static constexpr float mesh_pixels = 2.0F, mesh_disparity = 0.02F;
 
-    // Sides within this distance along the curve, whose disparities the mesh mixes because it smooths outlines.
+    // Distance along a curve, in sides, over which the mesh mixes disparities because it smooths outlines.
     static constexpr std::int32_t smoothing = 8;
 
     struct front_pixel {
@@ -15355,7 +15378,7 @@ private:
         std::int32_t pixel;
     };
 
-    // Grows `pixel` one step to side `s`: links it to an existing pixel of its surface, or makes a pixel.
+    // Grows `pixel` one step to side `s`: links it to an existing pixel of its surface, or adds a pixel.
     void grow(std::size_t curve, std::int32_t pixel, side s) {
         if (pixels_.neighbor(pixel, s) != no_pixel) return;
         const std::int32_t x = pixels_.x(pixel) + step_x(s), y = pixels_.y(pixel) + step_y(s);
@@ -15363,8 +15386,8 @@ private:
         const float source = pixels_.disparity(pixel);
         const std::int32_t position = pixels_.position(x, y);
 
-        // As in the paper, the disparity is the average of the neighbors: on each side, the pixel of this surface that is free
-        // to be linked, if one exists. The new pixel's origin is that of the neighbor whose reach extends farthest beyond it.
+        // As in the paper, the disparity is the average of the neighbors: on each side, the pixel of this surface that is free to
+        // be linked, if one exists. The new pixel inherits its origin from the neighbor whose surface may still grow farthest.
         std::int32_t neighbors[4], origin = no_pixel;
         float sum = 0.0F, count = 0.0F, room = 0.0F;
         for (int i = 0; i < 4; ++i) {
@@ -15420,15 +15443,16 @@ private:
 
     // Whether another hidden surface lies at this disparity, within the threshold. A hidden surface that comes within the
     // threshold of the photo's surface but cannot be linked to it continues beneath it, for as many pixels as a camera can see
-    // into the gap: otherwise there would be a hole between them. It stops at another hidden surface, which closes the gap, too.
+    // into the gap: otherwise there would be a hole between the two. The continuation stops at another hidden surface, which also
+    // closes the gap.
     bool lies_on_another(std::int32_t position, float disparity) const {
         for (std::int32_t there = pixels_.next_at_position(position); there != no_pixel; there = pixels_.next_at_position(there))
             if (surface_.same_surface(pixels_.disparity(there), disparity)) return true;
         return false;
     }
     bool may_link(float a, float b) const { return std::abs(a - b) <= max_link * surface_.max_step; }
-    // As multiples of the threshold. A surface ends at another one that is nearer by up to resting_step; with 1.2, some
-    // photographs had holes.
+    // Steps in disparity, as multiples of the threshold. A surface ends at another one that is nearer by up to resting_step; with
+    // 1.2, some photographs had holes.
     static constexpr float min_gap = 1.001F, max_link = 1.0F + min_gap, resting_step = 1.1F;
     std::int32_t dive_of(std::int32_t pixel) const {
         const std::int32_t hidden = pixel - reach_.count();
@@ -15477,9 +15501,9 @@ private:
         return farthest;
     }
 
-    // Whether the center of (x, y) lies on the line at one of the curve's ends. The line is so wide that no step of one pixel
-    // crosses it, and as long as the surface grows from that end: surfaces that grow farther from elsewhere may pass it. It
-    // starts 2 pixels before the curve's end, a value tuned by experiment.
+    // Whether the center of (x, y) lies on the line at one of the curve's ends. The line is so wide that a step of one pixel
+    // cannot cross it. It is as long as the surface grows from that end: a surface that grows farther from elsewhere may pass it.
+    // It starts 2 pixels before the curve's end, a value tuned by experiment.
     bool crosses_constraint(std::size_t curve, std::int32_t x, std::int32_t y) const {
         constexpr float thickness = 1.5F;
         const buffer<growth_constraint>& constraints = curves_[curve].constraints;
@@ -15497,33 +15521,33 @@ private:
     surface_rule surface_;
     std::span<const discontinuity_curve> curves_;
     buffer<front_pixel> front_, created_;  // the newest pixels, curve by curve
-    buffer<float> reach_;                  // per visible pixel: growth of its surface from there, in pixels
-    buffer<float> farthest_;               // maximum over each curve
+    buffer<float> reach_;                  // per visible pixel: maximum growth of its surface from this pixel, in pixels
+    buffer<float> farthest_;               // per curve: maximum of reach_ along it
     buffer<buffer<float>> constraint_lengths_;
     std::int32_t max_dive_ = 0;   // maximum length in pixels of a surface's continuation beneath another
-    buffer<std::int32_t> dives_;  // per hidden pixel: length of this continuation so far
+    buffer<std::int32_t> dives_;  // per hidden pixel: length of its surface's continuation beneath another so far
 };
 
 }  // namespace detail
 
-/// Adds the surfaces that a camera in motion uncovers behind curves.
+/// Adds the surfaces that a moving camera uncovers behind the curves of a layer.
 ///
 /// layer    result of lift() after close_spurious_discontinuities()
-/// surface  rule that lift() linked the layer by
+/// surface  rule by which lift() linked the layer
 /// curves   discontinuity curves of this layer; raises mismatch for curves of another layer
 ///
 /// Returns the same image with hidden pixels added, in canonical order. The disparity of a new pixel is the average of the pixels
 /// that it grew from, but farther than the photo's pixel at that position by more than surface_rule::max_step. All other columns
-/// follow their own rules (new_pixel in core/columns.hpp). New links join pixels that differ by up to twice the threshold, so
-/// that growing surfaces at similar depth become one. A surface that can't be linked to another continues beneath it for a few
-/// pixels, so that no camera sees a gap between them; disparities there may be slightly below 0.
+/// follow their own rules (new_pixel in core/columns.hpp). New links join pixels whose disparities differ by up to about twice
+/// the threshold, so that growing surfaces at similar depth become one. A surface that can't be linked to another continues
+/// beneath it for a few pixels, so that no camera sees a gap between them; disparities there may be slightly below 0.
 ///
 /// `after_iteration(graph, disparity, first_new)`, if given, receives a copy of the unordered state after every iteration, for
 /// tests and pictures.
 ///
-/// At most 1 / surface_rule::max_step surfaces lie at one position. Most photos add less than half a pixel per pixel of the
-/// photo; noise at all scales adds six. Time is linear in the number of pixels of the result; memory is up to 110 bytes per
-/// pixel.
+/// At most 1 / surface_rule::max_step surfaces lie at one position. Per pixel of the photo, most photos need less than half a
+/// hidden pixel; noise at all scales needs six. Time is linear in the number of pixels of the result; memory is up to 110 bytes
+/// per pixel.
 template <payload_column... Columns, class AfterIteration = std::nullptr_t>
 expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule surface,
                                    std::span<const discontinuity_curve> curves, const expand_options& options = {},
@@ -15665,12 +15689,13 @@ single_layer<color16_column, disparity_column, known_column, matte_column> lift(
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Measures the rim along each side of a photo: the outermost rows or columns, as long as each has a single color, and `fading`
-/// more, in which that color fades out. More than `max_rim` of them are a plain background instead of a rim.
+/// Measures the rim along each side of a photo. A rim consists of the outermost rows or columns, as long as each has a single
+/// color, and of `fading` more, in which that color fades out. More than `max_rim` rows or columns of a single color are a plain
+/// background instead of a rim.
 class rim_finder {
 public:
     /// g             in canonical order
-    /// color, known  K x 3 and K
+    /// color, known  columns of the layered image, K x 3 and K
     rim_finder(const graph_view& g, array_view<const std::uint8_t> color, array_view<const std::uint8_t> known,
                const buffer<pixel_run>& runs)
         : graph_(g), color_(color), known_(known), runs_(runs) {}
@@ -15757,7 +15782,7 @@ public:
     buffer<float> slopes(const buffer<std::int32_t>& pixels) const {
         buffer<float> result(pixels.size());
         buffer<sums> chain;
-        buffer<std::size_t> members;  // positions in `pixels` of the chain: successive pixels of one surface
+        buffer<std::size_t> members;  // the chain: successive pixels of one surface, as positions in `pixels`
         for (std::size_t first = 0; first < pixels.size(); ++first) {
             if (graph_.neighbor(pixels[first], opposite(along_)) != no_pixel) continue;
             chain.clear(), members.clear();
@@ -15772,10 +15797,10 @@ public:
         return result;
     }
 
-    /// Appends the pixels that the rim, then the continuation past the border pixel `start` show, from the inner side of the rim
-    /// outwards. These are the pixels inside the rim, mirrored, and shifted along the border so that lines with the given slope
-    /// continue straight. If the surface ends, the path reverses. Returns the number of pixels for the rim: 0 if the surface
-    /// ends inside the rim.
+    /// Appends the sources of the rim's pixels at the border pixel `start`, then the sources of its continuation past the border,
+    /// from the inner side of the rim outwards. Sources are the pixels inside the rim, mirrored, and shifted along the border so
+    /// that lines with the given slope continue straight. If the surface ends, the path reverses. Returns the number of pixels
+    /// for the rim: 0 if the surface ends inside the rim.
     std::int32_t add_path(std::int32_t start, std::int32_t count, float slope, buffer<std::int32_t>& path) const {
         const std::int32_t inner = pixel_inside(start), rim = inner == no_pixel ? 0 : rim_;
         std::int32_t at = inner == no_pixel ? start : inner, shifted = 0;
@@ -15798,7 +15823,7 @@ public:
 
 private:
     static constexpr int depth = 24;              // number of pixels inwards that are measured
-    static constexpr std::ptrdiff_t radius = 16;  // pixels along the border on each side of an average; averaged twice
+    static constexpr std::ptrdiff_t radius = 16;  // of the averages along the border, in pixels; sums are averaged twice
 
     /// Sums of products of two gradients: inwards, and along the border.
     struct sums {
@@ -16003,9 +16028,9 @@ private:
     struct column {
         std::int32_t x, border, source, reach;
         float slope;
-        bool follows;  ///< linked to the previous column
+        bool follows;  ///< whether it is linked to the previous column
     };
-    /// The new pixels beside a border pixel.
+    /// The new pixels beside a border pixel, in its row.
     struct strip {
         std::int32_t border, nearest, count;  ///< nearest: new index of the pixel next to the border pixel
     };
@@ -16019,7 +16044,8 @@ private:
         return graph_.x()[r.last - 1] + 1 == graph_.width() ? right_.reach[right_.find(r.last - 1)] : 0;
     }
 
-    /// Canonical order of two runs that begin at x and other_x with the disparities of `pixel` and `other`.
+    /// Whether the run that begins at `x` precedes the run that begins at `other_x` in canonical order. The runs begin with the
+    /// disparities of `pixel` and `other`.
     bool is_before(std::int32_t x, std::int32_t pixel, std::int32_t other_x, std::int32_t other) const {
         if (x != other_x) return x < other_x;
         return disparity_[pixel] != disparity_[other] ? disparity_[pixel] > disparity_[other] : pixel < other;
@@ -16035,7 +16061,7 @@ private:
         return lines;
     }
 
-    /// Lists the pixels of the rim inside a border pixel, with the pixels that they show.
+    /// Lists the pixels of the rim inside a border pixel, with the pixels whose colors they get.
     void repaint_rim(const border_side& b, std::int32_t pixel) {
         buffer<std::int32_t> path;
         for (std::int32_t k = b.add_path(pixel, 0, path); k-- > 0;) {
@@ -16075,7 +16101,8 @@ private:
     ///
     /// beside  new indices of the last row and its continuation; empty for rows above
     ///
-    /// For rows above, returns the new indices of the row next to the photo, one per column; no_pixel if a column has none there.
+    /// For rows above, returns the new indices of the row next to the photo, one per column; no_pixel for a column that does not
+    /// reach it.
     buffer<std::int32_t> add_outer_rows(const buffer<line>& lines, side outwards, buffer<std::int32_t> beside) {
         const border_side& from = outwards == side::up ? top_ : bottom_;
         const buffer<column> columns = columns_of(lines, from);
@@ -16109,8 +16136,8 @@ private:
         return beside;
     }
 
-    /// Returns the runs of columns that reach a distance from the photo, in canonical order: the first column, and one after the
-    /// last.
+    /// Returns the runs of columns that reach a distance from the photo, in canonical order. A run is its first column, and the
+    /// column after its last.
     buffer<std::pair<std::int32_t, std::int32_t>> runs_at(std::int32_t distance, const buffer<column>& columns) const {
         const auto is_there = [&](std::int32_t c) { return columns[c].reach >= distance; };
         buffer<std::pair<std::int32_t, std::int32_t>> runs;
@@ -16194,9 +16221,9 @@ private:
 // the border, as far as a camera within the motion budget sees it. The paper hides the border behind a smaller frame instead.
 //
 // The frame is a window as large as the photo, at the middle of its disparities (window_disparity). Surfaces at the window keep
-// their position in it. Others move by up to the motion, times their difference in disparity from the window, in any direction.
-// Each surface continues past the border by this distance, at the disparity of its border pixel. Its colors are those of the
-// photo, mirrored at the border along the surface, slightly softened, and sheared so that lines continue straight
+// their position in it. Other surfaces move in any direction, by up to the motion times the difference between their disparity
+// and the window's. Each surface continues past the border by this distance, at the disparity of its border pixel. Its colors are
+// those of the photo, mirrored at the border along the surface, slightly softened, and sheared so that lines continue straight
 // (detail/border_lines.hpp). This costs little, keeps the photo's texture, and leaves no seam.
 //
 // The lattice gets a margin of the same width on all four sides. The photo's center stays the lattice's center, so later stages
@@ -16215,8 +16242,8 @@ enum class photo_frame : std::uint8_t {
 /// camera  camera that took the photo
 /// motion  photo_facts::motion
 inline float reach_past_frame(float disparity, const pinhole_camera& camera, float motion) {
-    // Errors of the mesh that its tolerances allow (mesh/simplify.hpp, mesh/studs.hpp): its outline is a pixel off, disparities a
-    // few hundredths.
+    // Errors of the mesh that its tolerances allow (mesh/simplify.hpp, mesh/studs.hpp): its outline may be off by a pixel, and
+    // disparities by a few hundredths.
     constexpr float mesh_pixels = 2.0F, mesh_disparity = 0.02F;
     const float width = detail::nearest_float(camera.width);
     const float pixels_per_disparity = motion * (std::max)(width, detail::nearest_float(camera.height));
@@ -16230,7 +16257,8 @@ inline float reach_past_frame(float disparity, const pinhole_camera& camera, flo
 
 namespace detail {
 
-/// Returns the color of a pixel of the photo, softened with those beside it: detail past the border costs bytes and only repeats.
+/// Returns the color of a pixel of the photo, softened with its neighbors' colors: detail past the border costs bytes and only
+/// repeats the photo.
 ///
 /// margin  photo_facts::margin of the layers
 template <has_column<color_column> Layers>
@@ -16258,16 +16286,19 @@ std::array<std::uint8_t, 3> softened_color(const Layers& layers, std::int32_t ma
 
 /// Continues all surfaces past the photo's border and returns the width of the lattice's new margin (photo_facts::margin).
 ///
-/// layers  layers of a photo, in canonical order, with a color everywhere, on the photo's lattice
+/// layers  layers on the photo's lattice, in canonical order; every pixel has a color
 /// facts   camera and motion are used
 ///
-/// New pixels are unknown. Their columns have the values of the pixels that they show, by the columns' new_pixel rules; their
-/// disparity is that of the border pixel. A rim of one color along a side, such as the edge of a scanned slide, would become a
-/// line across the picture: it is replaced by the colors inside it, and becomes unknown. The result is in canonical order. Raises
-/// too_large for 2^31 pixels or positions. Linear time.
+/// New pixels are unknown. The columns' new_pixel rules compute their values from the pixels that they show; their disparity is
+/// that of the border pixel. A rim of one color along a side, such as the edge of a scanned slide, would become a line across the
+/// picture. The colors inside the rim replace it, and its pixels become unknown. The result is in canonical order. Raises
+/// invalid_option for a motion that is not 0 or more, too_large for 2^31 pixels or positions, which leaves the layers empty.
+/// Linear time.
 template <payload_column... Columns>
 std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_facts& facts) {
     static_assert(has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>);
+    if (!(facts.motion >= 0))
+        raise(error_code::invalid_option, "photo_facts::motion", "0 or more", detail::to_text(facts.motion));
     if (layers.size() == 0) return 0;
     std::optional<detail::frame_growth> growth;
     std::int32_t margin = 0;
@@ -16275,10 +16306,12 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
     const array_view<const std::uint8_t> old_color = layers.template column<color_column>(),
                                          old_known = layers.template column<known_column>();
     const array_view<const float> old_disparity = layers.template column<disparity_column>();
+    constexpr float too_far = 32768.0F;  // a margin of this width has more than 2^31 positions
     const buffer<grown_piece> pieces = layers.grow([&](graph_builder base) {
         const graph old = std::move(base).build();
         const auto reach = [&](std::int32_t pixel) {
-            return static_cast<std::int32_t>(std::ceil(reach_past_frame(old_disparity[pixel], facts.camera, facts.motion)));
+            const float pixels = std::ceil(reach_past_frame(old_disparity[pixel], facts.camera, facts.motion));
+            return static_cast<std::int32_t>((std::min)(pixels, too_far));
         };
         growth.emplace(old, old_color, old_known, old_disparity, reach);
         margin = growth->margin();
@@ -16316,19 +16349,19 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
 }}  // namespace ldi
 
 // ---- ldi/occlusion/spurious_discontinuities.hpp
-// Closes discontinuities that belong to no curve. The paper removes "spurious (shorter than 20 pixels) groups from
-// consideration" (section "Occluded Surface Hallucination"). Nothing grows behind them, so they would open as cracks and cut
+// Closes discontinuities that belong to no curve. The paper removes "spurious (shorter than 20 pixels) groups from consideration"
+// (section "Occluded Surface Hallucination"). Surfaces do not grow behind such groups, so they would open as cracks and cut
 // charts into slivers. Therefore, this stage links the pixels on both sides again, and the mesh spans the step.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Links all neighbors inside the photo, except those on either side of a curve. Returns the number of links made.
+/// Links all neighbors inside the photo, except across a curve. Returns the number of links made.
 ///
 /// curves  the discontinuities to keep; raises mismatch for curves of another layer
 template <payload_column... Columns>
 std::size_t close_spurious_discontinuities(single_layer<Columns...>& layer, std::span<const discontinuity_curve> curves) {
     detail::check_curves(curves, layer.topology(), "close_spurious_discontinuities");
-    buffer<std::pair<std::int32_t, std::int32_t>> kept;  // the left or upper pixel, then the right or lower one
+    buffer<std::pair<std::int32_t, std::int32_t>> kept;  // pairs across curves: left or upper pixel, right or lower pixel
     for (const discontinuity_curve& c : curves)
         for (const discontinuity& d : c.sides) kept.emplace_back((std::min)(d.back, d.front), (std::max)(d.back, d.front));
     std::sort(kept.begin(), kept.end());
@@ -16374,7 +16407,7 @@ void diffuse_unknown(const graph_view& g, array_view<const std::uint8_t> known, 
     diffusion<Channels> solver;
     solver.start();
     solver.reserve(static_cast<std::size_t>(std::count(known.begin(), known.end(), std::uint8_t{0})));
-    buffer<std::int32_t> cell_of(g.size(), unset);  // where a pixel is not known
+    buffer<std::int32_t> cell_of(g.size(), unset);  // per unknown pixel; not set for known pixels
     for (std::int32_t i = 0; i < g.count(); ++i) {
         if (known[i] != 0) continue;
         const std::int32_t cell = cell_of[i] = solver.add_cell(g.x()[i], g.y()[i]);
@@ -16400,7 +16433,7 @@ void diffuse_unknown(const graph_view& g, array_view<const std::uint8_t> known, 
 
 // ---- ldi/inpaint/diffusion_inpainter.hpp
 // Inpainting without a network: colors diffuse isotropically over the links of the layered image, from known to unknown pixels.
-// Smooth and fast, but without texture.
+// This is fast, but the result is smooth and has no texture.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -16448,10 +16481,10 @@ constexpr std::uint32_t hash(std::uint32_t a, std::uint32_t b) {
 // or film grain it looks blurred. add_grain() adds noise as strong as the photo's fine detail nearby, and almost none in smooth
 // areas such as a sky. Video codecs do the same ("film grain synthesis" of AV1). Not in the paper.
 //
-// The strength is the difference between a pixel's brightness and the mean of its neighbors. It is measured at known pixels near
-// unknown ones, a few pixels away from silhouettes, which lenses and JPEG blur. Its square root, which reduces the influence of
-// a few edges among smooth pixels, diffuses over the links of the layered image to the unknown pixels. The noise depends only on
-// a pixel's position, so results are deterministic.
+// The strength of detail is the difference between a pixel's brightness and the mean of its neighbors. It is measured at known
+// pixels near unknown ones, but a few pixels away from silhouettes, because lenses and JPEG blur colors there. The square root of
+// the strength diffuses over the links of the layered image to the unknown pixels. The root reduces the influence of a few edges
+// among smooth pixels. The noise depends only on a pixel's position, so results are deterministic.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -16467,7 +16500,8 @@ struct grain_options {
 
 namespace detail {
 
-/// Noise at a position, the same on every layer: mean 0, variance 1, approximately normal, independent of other positions.
+/// Returns the noise at a position, the same on every layer: mean 0, variance 1, approximately normal, independent of other
+/// positions.
 inline float grain_at(std::int32_t x, std::int32_t y) {
     const std::uint32_t h = hash(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y));
     const float sum = nearest_float((h & 255) + (h >> 8 & 255) + (h >> 16 & 255) + (h >> 24));  // sum of four uniform bytes
@@ -16481,9 +16515,10 @@ public:
     grain_meter(const graph_view& g, array_view<const std::uint8_t> color, array_view<const std::uint8_t> known)
         : graph_(g), color_(color), known_(known) {}
 
-    /// Returns the detail at the known pixel `smeared` steps from `pixel` toward side s, away from an unknown pixel, or at the
-    /// last known pixel before. Detail is the difference between its brightness and the mean of its neighbors. Left and right
-    /// neighbors count only if both are known, as do upper and lower ones, so that a ramp has no detail. 0 without any pair.
+    /// Walks `smeared` steps from `pixel` toward side `s`, away from an unknown pixel and only over known pixels, and returns the
+    /// detail at the pixel that it reaches. Detail is the difference between the brightness of the pixel and the mean of its
+    /// neighbors. Left and right neighbors count only if both are known, as do upper and lower neighbors, so that a ramp has no
+    /// detail. Returns 0 if neither pair is known.
     float detail_at(std::int32_t pixel, side s) const {
         for (int step = 0; step < smeared; ++step)
             if (const std::int32_t next = known_neighbor(pixel, s); next != no_pixel) pixel = next;
@@ -16497,12 +16532,12 @@ public:
         return count > 0.0F ? std::abs(brightness(pixel) - sum / count) : 0.0F;
     }
 
-    /// Squared mean of the roots of details, for normal noise of deviation 1: (E |d|^0.5)^2 = 0.676 of the deviation of d, the
-    /// difference between a pixel and the mean of four, sqrt(1 + 1/4).
+    /// Squared mean of the square roots of detail, for normal noise with standard deviation 1. It is (E |d|^0.5)^2 = 0.676 times
+    /// the standard deviation of d, the difference between a pixel and the mean of four neighbors, which is sqrt(1 + 1/4).
     static constexpr float of_unit_noise = 0.756F;
 
 private:
-    // in pixels; tuned by experiment: more than the blur of lens and JPEG, but less than small objects
+    // in pixels, tuned by experiment: wider than the blur of lens and JPEG, but narrower than small objects
     static constexpr int smeared = 3;
 
     std::int32_t known_neighbor(std::int32_t pixel, side s) const {
@@ -16558,10 +16593,10 @@ buffer<float> detail_around_unknown(const Layers& layers, float limit, int round
 
 }  // namespace detail
 
-/// Adds grain to every pixel whose known_column is 0; all others do not change. Raises invalid_option unless the strength is in
+/// Adds grain to every pixel whose known_column is 0; other pixels do not change. Raises invalid_option unless the strength is in
 /// [0, 100] and the limit in [0, 255].
 ///
-/// layers  in canonical order, all pixels with colors
+/// layers  in canonical order; every pixel has a color
 template <has_columns<color_column, known_column> Layers>
 void add_grain(Layers& layers, const grain_options& options = {}) {
     detail::check_options(options);
@@ -16579,8 +16614,8 @@ void add_grain(Layers& layers, const grain_options& options = {}) {
 }}  // namespace ldi
 
 // ---- ldi/inpaint/detail/silhouette_band.hpp
-// Pixels of a lifted photo within a few steps of its silhouettes. Each has its nearest silhouette side, with unmixed color
-// samples of both surfaces.
+// Pixels of a lifted photo within a few steps of its silhouettes. Each pixel refers to its nearest silhouette side, which has
+// unmixed color samples of both surfaces.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -16623,7 +16658,7 @@ public:
     }
 
     const buffer<silhouette_side>& sides() const { return sides_; }
-    /// All pixels of the band; those that touch a silhouette come first.
+    /// All pixels of the band; the pixels that touch a silhouette come first.
     const buffer<place>& places() const { return places_; }
     /// Returns the index of a pixel in places(), or -1 outside the band.
     std::int32_t find(std::int32_t pixel) const { return place_of_.empty() ? -1 : place_of_[pixel]; }
@@ -16695,7 +16730,7 @@ private:
     int reach_;
     buffer<silhouette_side> sides_;
     buffer<place> places_;
-    buffer<std::int32_t> place_of_;  // per pixel
+    buffer<std::int32_t> place_of_;  // per pixel: its index in places(), or -1
 };
 
 }}}  // namespace ldi::detail
@@ -16716,8 +16751,8 @@ struct mixture {
     int confidence = 0;  ///< 0 to 8: weight of the estimate, relative to 1 for each of four neighbors
 };
 
-/// Mixture of a foreground and a background sample closest to a color. Nearly pure mixtures are preferred, because in textured
-/// regions some pair explains every color; the preference was tuned on bench/quality.
+/// Returns the mixture of a foreground and a background sample that is closest to a color. Nearly pure mixtures are preferred,
+/// because in textured regions some pair explains every color; the preference was tuned on bench/quality.
 ///
 /// known_alpha  share of the foreground if it is known, else nullptr
 inline mixture unmix(const float_color& color, const float_color* foregrounds, const float_color* backgrounds, std::size_t count,
@@ -16749,7 +16784,7 @@ inline mixture unmix(const float_color& color, const float_color* foregrounds, c
 /// distinguishable, confidence is 0, and alpha is 1 in front and 0 behind.
 class local_matte {
 public:
-    /// shares  of the foreground where they are known, as in decided_depth; may be empty
+    /// shares  H x W, known shares of the foreground, as in decided_depth; may be empty
     local_matte(const graph_view& g, const silhouette_band& band, array_view<const std::uint8_t> colors,
                 std::span<const std::uint8_t> shares = {})
         : graph_(g), band_(band), shares_(shares) {
@@ -16778,13 +16813,15 @@ public:
     }
 
 private:
-    /// Samples are taken at the pixel's nearest silhouette side, and at those of pixels this far away along rows and columns.
+    /// A pixel uses the samples at its nearest silhouette side, and at the nearest sides of pixels this far away along rows and
+    /// columns.
     static constexpr std::int32_t sample_distance = 4;
     static constexpr std::size_t max_samples = 5;
 
     bool can_tell(std::int32_t place) const { return band_.sides()[band_.places()[place].side].can_tell; }
 
-    /// Whether a share is known, and on the side that the pixel is on: stages in between may have moved a silhouette.
+    /// Whether a pixel's share is known and agrees with the surface that the pixel belongs to: stages in between may have moved a
+    /// silhouette.
     bool has_share(const silhouette_band::place& p) const {
         const std::uint8_t share = shares_.empty() ? std::uint8_t{0} : shares_[static_cast<std::size_t>(p.pixel)];
         return share != 0 && (share >= 128) == p.in_front;
@@ -16898,8 +16935,8 @@ void mark_margin(Layers& layers, const buffer<std::int32_t>& edge, int margin) {
                 if (const std::int32_t neighbor = g.neighbor(pixel, s); neighbor != no_pixel) visit(neighbor, next);
         rings.push_back(std::move(next));
     }
-    // The outermost ring stays known. From there inward, a pixel becomes unknown if its outward neighbor stays known or is
-    // refillable.
+    // The outermost ring stays known. From there toward the edge, a pixel becomes unknown if a neighbor in the next outer ring
+    // stays known or is refillable.
     for (std::int32_t pixel : rings.back()) marks[pixel] = mark::refillable;
     for (std::size_t d = rings.size() - 1; d-- > 0;) {
         buffer<std::int32_t> accepted;
@@ -16955,9 +16992,9 @@ public:
     }
 
 private:
-    /// Foreground pixels are cleaned if their share of their own color is below this. Background pixels are refilled if their
-    /// share of foreground color is above this: refilling loses texture, and smaller shares are invisible. Both tuned by
-    /// experiment.
+    /// Foreground pixels are cleaned if the share of their own surface's color is below `pure_foreground`. Background pixels are
+    /// refilled if the share of foreground color is above `pure_background`: refilling loses texture, and smaller shares are
+    /// invisible. Both thresholds are tuned by experiment.
     static constexpr float pure_foreground = 0.8F, pure_background = 0.4F;
 
     bool is_pure(std::int32_t place) const {
@@ -16965,8 +17002,8 @@ private:
         return band_.places()[place].in_front ? alpha >= pure_foreground : alpha <= pure_background;
     }
 
-    /// Estimates the color O of the pixel's own surface from the pixel's color C, the sample of the own surface and the sample
-    /// of the other surface: the minimum of |C - a O - (1 - a) other|^2 + |O - sample|^2 / 4.
+    /// Estimates the color O of the pixel's own surface from the pixel's color C, the sample of the own surface and the sample of
+    /// the other surface. O minimizes |C - a O - (1 - a) other|^2 + |O - sample|^2 / 4, where a is the share of the own surface.
     void clean(std::int32_t place) {
         const mixture& m = mixtures_[place];
         const bool in_front = band_.places()[place].in_front;
@@ -16979,7 +17016,8 @@ private:
         }
     }
 
-    /// Pixels without a path of links to a known pixel cannot be refilled. They keep their unmixed color.
+    /// Makes pixels of `lost` known again if no path of links connects them to a known pixel: they cannot be refilled, and keep
+    /// their unmixed color.
     void keep_without_source(buffer<std::int32_t>& lost) {
         buffer<std::uint8_t> refillable(lost.empty() ? 0 : layers_.size(), 0);
         buffer<std::int32_t> queue;
@@ -17004,14 +17042,14 @@ private:
 
 }  // namespace detail
 
-/// Cleans the colors beside silhouettes, or marks them as unknown. Call it before expand(). Sets the matte column if there is
-/// one.
+/// Cleans the colors beside silhouettes, or marks them as unknown. Call it before expand(). Sets matte_column if the layers have
+/// it.
 ///
 /// layers  every pixel with a missing link inside the photo lies on a silhouette
-/// shares  H x W, of the surface in front, as in decided_depth, where they are known; may be empty
+/// shares  H x W, known shares of the surface in front, as in decided_depth; may be empty
 ///
-/// Raises invalid_option. Time is linear except for sorting the pixels beside silhouettes; up to 150 bytes per pixel, if all lie
-/// beside silhouettes.
+/// Raises invalid_option for an option outside its range. Time is linear except for sorting the pixels beside silhouettes; up to
+/// 150 bytes per pixel, if all lie beside silhouettes.
 template <payload_column... Columns>
 void unmix_colors(single_layer<Columns...>& layers, const mixed_color_options& options = {},
                   std::span<const std::uint8_t> shares = {}) {
@@ -17045,8 +17083,8 @@ void unmix_colors(single_layer<Columns...>& layers, const mixed_color_options& o
 }}  // namespace ldi
 
 // ---- ldi/inpaint/detail/texture_cells.hpp
-// The part of a layered image that texture transfer processes: the unknown pixels, and a strip of known pixels around them on
-// the same surfaces. These are few of a photo's pixels, so they get their own numbers.
+// The part of a layered image that texture transfer processes: the unknown pixels, and a strip of known pixels around them on the
+// same surfaces. They are a small part of a photo's pixels, so they get their own numbers.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -17057,14 +17095,14 @@ struct texture_cells {
         source,  ///< known, and a source of texture
         margin,  ///< known, only part of the surroundings of a source
     };
-    static constexpr int max_steps = 255;  ///< maximum of walk()
+    static constexpr int max_steps = 255;  ///< maximum number of steps in walk()
     static constexpr int stride = 4;
 
     buffer<std::int32_t> pixel;                    ///< per cell: index in the graph
     buffer<kind> kinds;                            ///< per cell
-    buffer<std::uint8_t> left_steps, right_steps;  ///< per cell: number of cells that follow on that side, at most max_steps
+    buffer<std::uint8_t> left_steps, right_steps;  ///< per cell: number of linked cells on that side, at most max_steps
     buffer<std::int32_t> above, below;             ///< per cell: neighboring cell, or the cell itself
-    buffer<std::int32_t> far_above, far_below;     ///< per cell: the cell `stride` steps away, or the last one before
+    buffer<std::int32_t> far_above, far_below;     ///< per cell: the cell `stride` steps away, or the last linked one
 
     std::int32_t count() const { return pixel.count(); }
     bool is_unknown(std::int32_t cell) const { return kinds[cell] == kind::unknown; }
@@ -17075,7 +17113,7 @@ struct texture_cells {
         return n == cell ? no_pixel : n;
     }
 
-    /// Returns the cell this many steps away, or the last one before.
+    /// Returns the cell `steps` steps away, or the last cell before the links end.
     std::int32_t walk(std::int32_t cell, side s, int steps) const {
         LDI_ASSERT(steps <= max_steps);
         switch (s) {
@@ -17184,12 +17222,12 @@ inline texture_cells find_texture_cells(const graph_view& g, array_view<const st
 
 // ---- ldi/inpaint/detail/texture_looks.hpp
 // Color features of texture cells: their high frequencies, and their blurred surroundings. A 3 x 3 binomial filter over links,
-// applied four times, blurs them. Sums remain integers: each pass adds four bits, 24 in total.
+// applied four times, blurs them. Sums remain integers: each pass adds four bits to the 8 bits of a color, 24 bits in total.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// A cell with its surroundings: blurred colors of the cell, and of the cells `tap_distance` steps away on each side. Padded
-/// with a 0 to 16 bytes for vector instructions.
+/// Surroundings of a cell: blurred colors of the cell, and of the cells `tap_distance` steps away on each side. A 0 pads them to
+/// 16 bytes for vector instructions.
 using texture_surroundings = std::array<std::uint8_t, 16>;
 
 inline constexpr int tap_distance = 4;
@@ -17199,7 +17237,7 @@ inline constexpr int tap_values = 15;
 inline int difference_of(const texture_surroundings& a, const texture_surroundings& b) {
     int sum = 0;
 #if defined(__GNUC__) && !defined(__clang__)
-#pragma GCC unroll 1  // unrolled, GCC does not recognize the sum of absolute differences, for which there is an instruction
+#pragma GCC unroll 1  // if the loop is unrolled, GCC does not use the instruction for sums of absolute differences
 #endif
     for (std::size_t i = 0; i < a.size(); ++i) sum += std::abs(int{a[i]} - int{b[i]});
     return sum;
@@ -17269,7 +17307,7 @@ private:
     buffer<cell_stretch> stretches_;
 };
 
-/// Features for the search of texture, and the detail to copy.
+/// Features by which the search compares cells, and the detail to copy.
 struct texture_looks {
     buffer<texture_surroundings> surroundings;   ///< per cell
     buffer<std::array<std::int16_t, 3>> detail;  ///< per cell: color minus blurred color, in sixteenths
@@ -17289,7 +17327,9 @@ inline buffer<texture_surroundings> describe_cells(const texture_cells& cells,
     return result;
 }
 
-/// color  of the cells' layered image
+/// Computes the features of all cells.
+///
+/// color  K x 3, the column of the cells' layered image
 inline texture_looks look_at(const texture_cells& cells, array_view<const std::uint8_t> color) {
     const cell_blur blur(cells);
     texture_looks result;
@@ -17327,7 +17367,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 class texture_search {
 public:
-    /// reach  steps along x and along y
+    /// reach  maximum distance of random samples, in steps along x and along y
     texture_search(const graph_view& g, const texture_cells& cells, const buffer<texture_surroundings>& looks, int reach)
         : graph_(g), cells_(cells), looks_(looks), reach_(reach) {}
 
@@ -17374,7 +17414,7 @@ private:
         }
     }
 
-    /// Counts incoherence only while the sum may stay below `limit`.
+    /// Returns the cost of `from` as the source of `cell`. Once the sum reaches `limit`, returns it without the remaining terms.
     int cost(std::int32_t cell, std::int32_t from, int limit) const {
         int sum = difference_of(looks_[cell], looks_[from]);
         for (side s : all_sides) {
@@ -17411,7 +17451,7 @@ private:
             consider(wander(best, hash(random, 100 + static_cast<std::uint32_t>(radius)), radius));
     }
 
-    /// Returns a cell within `radius` steps along x and then y, as far as links go.
+    /// Returns a random cell at most `radius` steps away along x, then along y. A walk stops where its links end.
     std::int32_t wander(std::int32_t cell, std::uint32_t random, int radius) const {
         const auto within = [radius](std::uint32_t bits) {  // -radius ... radius
             return static_cast<int>(bits * static_cast<std::uint32_t>(2 * radius + 1) >> 16) - radius;
@@ -17434,27 +17474,27 @@ private:
 // Texture for inpainted pixels, copied from the photo. An inpainter that returns the mean of all plausible colors returns no
 // texture. This stage adds the high frequencies of known pixels of the same surface, near the silhouette. Sources are those
 // pixels whose blurred surroundings are similar to the blurred inpainted colors (after Yi et al., "Contextual Residual
-// Aggregation for Ultra High-Resolution Image Inpainting", 2020). Where no source is similar, it adds grain (inpaint/grain.hpp).
-// Not in the paper.
+// Aggregation for Ultra High-Resolution Image Inpainting", 2020). Where no source is similar, the stage adds grain
+// (inpaint/grain.hpp). Not in the paper.
 //
-// High frequencies have a mean of zero and no edges that must meet, so patches may end anywhere: no seams need blending, and no
-// averaging reduces the strength. Detail stronger than the photo's detail around the hole is limited, for example an edge, or a
-// leaf in front of the sky.
+// High frequencies have a mean of zero and no edges that must meet, so patches may end anywhere. Their seams do not need
+// blending, which would average and weaken the texture. Detail that is stronger than the photo's detail around the hole, for
+// example an edge or a leaf in front of the sky, is limited.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct texture_options {
     /// Strength relative to the texture of the photo; 0 leaves only grain.
     float strength = 1.0F;
-    /// Limit of a pixel's texture, as a multiple of the photo's detail around it, approached gradually. A large number also
-    /// copies edges.
+    /// Limit of a pixel's texture, as a multiple of the photo's detail around it; texture approaches the limit gradually. With a
+    /// large limit, edges are copied, too.
     float crest = 4.0F;
     /// Maximum steps over links from an inpainted pixel to the known pixels that are sources.
     int reach = 32;
     /// Mean difference of blurred colors, in gray levels, up to which a source counts as similar. Between this value and twice
     /// this value, texture fades to grain.
     float tolerance = 13.0F;
-    /// Rounds of the search; its direction alternates.
+    /// Rounds of the search, in alternating directions.
     int rounds = 2;
 };
 
@@ -17476,7 +17516,7 @@ public:
 
     const texture_cells& cells() const { return cells_; }
 
-    /// Similarity of a cell and its source, 0 to 1.
+    /// Returns the similarity of a cell and its source, 0 to 1.
     float likeness(std::int32_t cell) const {
         if (source_[cell] == no_pixel) return 0.0F;
         const float difference = nearest_float(difference_of(looks_.surroundings[cell], looks_.surroundings[source_[cell]])) /
@@ -17487,7 +17527,7 @@ public:
 
     /// Returns the texture of an unknown cell, zero if it has no source.
     ///
-    /// noise  the photo's detail around it
+    /// noise  the photo's detail around the cell
     texture_color texture(std::int32_t cell, float noise) const {
         if (source_[cell] == no_pixel) return {};
         texture_color result;
@@ -17500,7 +17540,7 @@ public:
     }
 
 private:
-    static constexpr int margin = 3;  // approximate width for the blur and the taps around the outermost sources
+    static constexpr int margin = 3;  // approximate distance from a source at which its blur and its taps read cells
 
     texture_options options_;
     texture_cells cells_;
@@ -17518,16 +17558,15 @@ inline void check_options(const texture_options& options) {
 
 }  // namespace detail
 
-/// Adds texture to every pixel whose known_column is 0, and grain where no known texture is similar; all other pixels do not
-/// change.
+/// Adds texture to every pixel whose known_column is 0, and grain where no source is similar; other pixels do not change.
 ///
-/// layers  in canonical order, all pixels with colors
+/// layers  in canonical order; every pixel has a color
 /// grain   also determines how the photo's detail is measured: with a limit of 0, nothing is added. A texture strength of 0 is
 ///         equivalent to add_grain()
 ///
-/// Raises invalid_option as add_grain() does, and for a strength, crest or tolerance outside [0, 100], [0, 1000] or [0, 255], a
-/// reach outside [1, 200], or rounds outside [1, 60]. Linear time; up to 80 bytes per pixel, if all are unknown or near unknown
-/// pixels.
+/// Raises invalid_option like add_grain(), and for a strength outside [0, 100], a crest outside [0, 1000], a tolerance outside
+/// [0, 255], a reach outside [1, 200], or rounds outside [1, 60]. Linear time; up to 80 bytes per pixel, if all are unknown or
+/// near unknown pixels.
 template <has_columns<color_column, known_column> Layers>
 void add_texture(Layers& layers, const texture_options& options = {}, const grain_options& grain = {}) {
     detail::check_options(options);
@@ -17555,10 +17594,10 @@ void add_texture(Layers& layers, const texture_options& options = {}, const grai
 }}  // namespace ldi
 
 // ---- ldi/inpaint/uncertain_rims.hpp
-// Keeps traces of the foreground (fuzz, hair, a rim) off hidden surfaces. Silhouettes of coarse depth maps are off by up to a
-// few samples, so such traces remain on the background beside them, and inpainting would continue them. Most of these pixels are
-// true background colors in plain view, so refilling all of them would blur the photo. Instead, mark_uncertain_rims() makes them
-// unknown while hidden surfaces are colored. restore_rims() then restores those that differ from the surface in front.
+// Keeps traces of the foreground (fuzz, hair, a rim) off hidden surfaces. Silhouettes of coarse depth maps are off by up to a few
+// samples, so such traces remain on the background beside them, and inpainting would continue them. Most of these pixels are true
+// background colors in plain view, so refilling all of them would blur the photo. Instead, mark_uncertain_rims() makes them
+// unknown while hidden surfaces are colored. restore_rims() then restores the pixels that differ from the surface in front.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -17578,7 +17617,8 @@ struct rim_column {
 
 namespace detail {
 
-/// Position of `color` on the line from `from` (0) to `to` (1), possibly outside of both; 0 if both look alike.
+/// Returns the position of `color` on the line from `from` (0) to `to` (1), which may lie below 0 or above 1; 0 if the two look
+/// alike.
 inline float share_of_way(const std::uint8_t* color, const std::uint8_t* from, const float* to) {
     constexpr float min_contrast = 40.0F;  // default of mixed_color_options::contrast
     float along = 0, squared = 0;
@@ -17592,8 +17632,8 @@ inline float share_of_way(const std::uint8_t* color, const std::uint8_t* from, c
 }  // namespace detail
 
 /// Marks the known background pixels within `width` pixels of silhouettes as unknown, except those without a known pixel behind
-/// them. Call it after unmix_colors() and before expand(). Sets the rim column and returns the list that its values refer to, in
-/// the order of the pixels.
+/// them that could refill them. Call it after unmix_colors() and before expand(). Returns the data of the marked pixels in the
+/// order of the pixels, and sets rim_column to refer to it.
 ///
 /// layers  every pixel with a missing link inside the photo lies on a silhouette
 ///
@@ -17619,7 +17659,7 @@ buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int 
             const detail::silhouette_band::place& nearest = band.places()[band.find(i)];
             const detail::silhouette_side& s = band.sides()[nearest.side];
             const auto color = layers.template at<color_column>(i);
-            // A narrow surface between two others may be the nearer one at the nearest silhouette.
+            // A pixel of a narrow surface between two others may be in front at its nearest silhouette.
             rims.push_back({{color[0], color[1], color[2]}, s.foreground, s.can_tell && !nearest.in_front});
             rim_of[i] = rims.count();
         }
@@ -17628,9 +17668,9 @@ buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int 
     return rims;
 }
 
-/// Restores the colors of the pixels that mark_uncertain_rims() marked, and makes them known again, unless their own color
-/// contains an eighth or more of the foreground, measured on the line from the inpainted color, which continues the background,
-/// to the foreground's color. (The eighth was tuned by experiment.)
+/// Restores the colors of the pixels that mark_uncertain_rims() marked, and makes them known again. Pixels whose own color
+/// contains more than an eighth of the foreground stay inpainted. This share is measured on the line from the inpainted color,
+/// which continues the background, to the foreground's color. (The eighth was tuned by experiment.)
 template <has_columns<color_column, known_column, rim_column> Layers>
 void restore_rims(Layers& layers, std::span<const uncertain_rim> rims) {
     const auto rim_of = layers.template column<rim_column>();
@@ -17705,9 +17745,9 @@ inline void check_charts(const chart_set& charts, const graph_view& g, const cha
         raise(error_code::mismatch, where, "charts of these " + std::to_string(g.size()) + " pixels", "charts of other pixels");
 }
 
-/// W x H: 1 at lattice positions with several pixels, and within `range` rows and columns of the end of a surface. At all other
-/// positions, pixels within that range belong to the same surface, so constraint 3 holds. In a photo, almost all positions are
-/// of this kind.
+/// Returns H x W values: 1 at lattice positions with several pixels, and within `range` rows and columns of the end of a
+/// surface. At all other positions, pixels within that range belong to the same surface, so constraint 3 holds. Almost all
+/// positions of a photo are of this kind.
 inline buffer<std::uint8_t> positions_near_other_surfaces(const graph_view& g, std::int32_t range) {
     constexpr std::uint8_t taken = 1, contested = 2;
     buffer<std::uint8_t> positions(g.position_count(), 0);
@@ -17813,7 +17853,7 @@ private:
     void grow_from(const strip& r, array_view<const std::int32_t> links, std::int32_t y) {
         std::int32_t pixel = r.first;
         for (std::int32_t x = r.x; x < r.x + r.count; pixel = graph_.right()[pixel]) {
-            const std::int32_t first = pixel;  // of pixels side by side in memory, over which no step waits for a link
+            const std::int32_t first = pixel;  // start of pixels adjacent in memory; `++pixel` does not wait for the loaded link
             while (x + pixel - first + 1 < r.x + r.count && graph_.right()[pixel] == pixel + 1) ++pixel;
             for (std::int32_t p = first; p <= pixel; ++p, ++x)
                 if (may_join(links[p], x, y)) add_strip(links[p], x, y);
@@ -17862,7 +17902,7 @@ private:
         return cells_[std::int64_t{y >> cell_shift_} * cell_columns_ + (x >> cell_shift_)];
     }
 
-    /// The current chart's pixel at a lattice position.
+    /// Returns the current chart's pixel at a lattice position, or no_pixel.
     std::int32_t occupant(std::int32_t x, std::int32_t y) {
         const std::int32_t pixel = occupants_[at(x, y)];
         return pixel != no_pixel && chart_of(pixel) == current_ ? pixel : no_pixel;
@@ -17915,7 +17955,8 @@ private:
                differ(other, walk(along_y, std::abs(steps_y), along_x, std::abs(steps_x)));
     }
 
-    /// Whether two pixels belong to different surfaces: as in expand(), if they differ by more than twice the threshold.
+    /// Whether two pixels belong to different surfaces: their disparities differ by more than twice surface_rule::max_step, as
+    /// in expand().
     bool differ(std::int32_t a, std::int32_t b) const { return std::abs(disparity_[a] - disparity_[b]) > threshold_; }
 
     std::size_t at(std::int32_t x, std::int32_t y) const { return graph_.position(x, y); }
@@ -17938,7 +17979,8 @@ private:
 }  // namespace detail
 
 /// Partitions all pixels of a layered image into charts. `surface` is the rule by which its pixels are linked. Raises
-/// error_code::invalid_option if an option is outside its range. Linear time; up to 18 bytes per pixel and 120 per chart.
+/// error_code::invalid_option if an option is outside its range. Time is linear. Memory is up to 18 bytes per pixel and 120 per
+/// chart.
 template <has_columns<disparity_column> Layers>
 chart_set make_charts(const Layers& layers, surface_rule surface, const chart_options& options = {}) {
     if (options.max_side < 16) raise(error_code::invalid_option, "max_side", "at least 16", std::to_string(options.max_side));
@@ -18027,7 +18069,7 @@ private:
 
 namespace detail {
 
-/// Sorts by descending longer side, then shorter side, then in the caller's order.
+/// Returns the indices of the rectangles by descending longer side, shorter side and width, and then in the caller's order.
 inline buffer<std::size_t> packing_order(std::span<const rectangle_size> sizes) {
     buffer<std::size_t> order(sizes.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
@@ -18078,12 +18120,12 @@ inline packing pack(std::span<const rectangle_size> sizes, std::int32_t max_side
     };
     const double side = std::sqrt(detail::nearest_double(area));
     // Widths relative to a square sheet without waste. On 17 photos with depth maps, these 30 widths leave 2.8 % of the sheet
-    // empty and cost 0.1 ms. Steps twice as large leave 3.5 %, half as large 2.6 %; the range 0.85 to 1.2 leaves 4.4 %, a square
-    // alone 11 %; 0.5 to 2 gains nothing.
+    // empty and cost 0.1 ms. Steps twice as large leave 3.5 %, and steps half as large 2.6 %. The range 0.85 to 1.2 leaves
+    // 4.4 %, and a square alone 11 %. The range 0.5 to 2 gains nothing.
     for (double stretch = 0.7; stretch < 1.45; stretch += 0.025) {
         const std::int32_t width = (std::max)(static_cast<std::int32_t>(std::ceil(side * stretch)), largest.width);
         if (width > max_side) continue;
-        // Bisection for the smallest height that works. Success is nearly, but not strictly, monotonic in height.
+        // Bisects for the smallest height that works. Success is nearly, but not strictly, monotonic in height.
         std::int32_t low = (std::max)(static_cast<std::int32_t>((area + width - 1) / width), largest.height);
         const std::int32_t below_best =
             best.corners.empty() ? max_side : static_cast<std::int32_t>((sheet_area(best.sheet) - 1) / width);
@@ -18209,7 +18251,7 @@ private:
 
     std::ptrdiff_t step(side s) const { return step_y(s) * stride_ + step_x(s); }
 
-    /// Calls `visit(pixel, texel, count)` for pixels that are consecutive in memory and in a row of the atlas.
+    /// Calls `visit(pixel, texel, count)` for each run of pixels that are consecutive in memory and in a row of the atlas.
     template <class Visit>
     void for_each_stretch(const chart& c, chart_placement placement, Visit&& visit) const {
         for (std::size_t first = 0, last; first < c.pixels.size(); first = last) {
@@ -18249,13 +18291,13 @@ private:
         });
     }
 
-    /// Has no branches, so that the compiler can vectorize it.
+    /// Whether a texel next to `texel` is empty. The function has no branches, so that the compiler can vectorize it.
     bool is_at_border(std::ptrdiff_t texel) const {
         const auto is_empty = [&](std::ptrdiff_t t) { return static_cast<int>(kind_[t] == texel_kind::empty); };
         return (is_empty(texel - 1) | is_empty(texel + 1) | is_empty(texel - stride_) | is_empty(texel + stride_)) != 0;
     }
 
-    /// Adds one texel of filter padding. Two surfaces that meet get half of the gap each. A surface that continues takes
+    /// Widens the filter padding by one texel. Two surfaces that meet each fill half of the gap. A surface that continues takes
     /// precedence over one that ends.
     void grow_border() {
         next_border_.clear();
@@ -18284,7 +18326,7 @@ private:
     static bool is_known(texel_kind k) { return k >= texel_kind::photo && k <= texel_kind::copied; }
     static bool is_unknown(texel_kind k) { return k > texel_kind::copied; }
 
-    /// Diffuses into all unknown texels of the blocks that the padded chart touches.
+    /// Diffuses colors into all unknown texels of the blocks that the padded chart touches.
     void fill_blocks(atlas_rectangle room, int rounds) {
         diffusion_.start();
         unknown_.clear();
@@ -18355,7 +18397,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct atlas_options {
     padding_options padding;
-    /// Maximum width and height of the atlas in texels: the limit of every GPU of the last ten years.
+    /// Maximum width and height of the atlas in texels. Every GPU of the last ten years supports the default.
     std::int32_t max_side = 8192;
 };
 
@@ -18391,8 +18433,9 @@ buffer<texel_kind> pixel_kinds(const Layers& layers) {
 
 /// Packs, draws and pads all charts. Every pixel of `layers` must have a color; known_column marks the photo's own colors, and
 /// only affects `kind`. Raises error_code::too_large if the charts do not fit, error_code::invalid_option for a filter padding
-/// below 1, error_code::mismatch for charts of another image. Linear time in pixels and texels, except for packing, which costs
-/// the number of charts times the number of their different sizes. Up to 32 bytes per pixel and per texel.
+/// below 1, error_code::mismatch for charts of another image. Time is linear in pixels and texels, except for packing, which is
+/// proportional to the number of charts times the number of their different sizes. Memory is up to 32 bytes per pixel and per
+/// texel.
 template <has_columns<color_column, disparity_column, known_column> Layers, executor Executor = const serial_executor>
 texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const atlas_options& options = {},
                          Executor&& threads = {}) {
@@ -18440,30 +18483,30 @@ struct sheet_options {
     std::int32_t max_side = 4096;
     /// Padding around charts, in pixels of the layered image; at least 1, and at most the atlas's filter padding.
     std::int32_t padding = 4;
-    /// Pixels of the layered image on each side beyond the photo's (photo_facts::margin).
+    /// Width of the layered image's margin beyond each side of the photo, in pixels of the image (photo_facts::margin).
     std::int32_t margin = 0;
 };
 
-/// Scale along one direction: `photo` pixels of the photo cover the same length as `layers` pixels of the layered image within
-/// its margin. Positions in the layered image include the margin.
+/// Scale along one axis: `photo` pixels of the photo cover the same length as `layers` pixels of the layered image within its
+/// margin. Positions in the layered image include the margin.
 struct sheet_scale {
     /// `photo`: pixels of the photo; `layers`: pixels of the layered image without its margin
     std::int64_t photo = 1, layers = 1;
     std::int32_t margin = 0;
 
-    /// Position in the photo of a position in the layered image.
+    /// Converts a position in the layered image to a position in the photo.
     double in_photo(double place) const {
         return (place - margin) * detail::nearest_double(photo) / detail::nearest_double(layers);
     }
-    /// Position in the layered image of a position in the photo.
+    /// Converts a position in the photo to a position in the layered image.
     double in_layers(double place) const {
         return place * detail::nearest_double(layers) / detail::nearest_double(photo) + margin;
     }
-    /// Pixel of the layered image that contains the center of a photo pixel. May lie outside the layered image.
+    /// Returns the pixel of the layered image that contains the center of a photo pixel. It may lie outside the layered image.
     std::int32_t pixel_of(std::int64_t photo_pixel) const { return floored((2 * photo_pixel + 1) * layers, 2 * photo) + margin; }
-    /// Last photo pixel that starts at or before the start of a pixel of the layered image.
+    /// Returns the last photo pixel that starts at or before the start of a pixel of the layered image.
     std::int32_t first_at(std::int64_t pixel) const { return floored((pixel - margin) * photo, layers); }
-    /// First photo pixel that starts at or after the start of a pixel of the layered image.
+    /// Returns the first photo pixel that starts at or after the start of a pixel of the layered image.
     std::int32_t last_at(std::int64_t pixel) const { return -floored((margin - pixel) * photo, layers); }
 
 private:
@@ -18472,7 +18515,7 @@ private:
     }
 };
 
-/// Position of a chart.
+/// Position of a chart on a sheet.
 struct sheet_placement {
     std::int32_t sheet = 0;                 ///< 0: the chart stays in the atlas, and the other members are unused
     atlas_rectangle room = {};              ///< rectangle on the sheet
@@ -18523,8 +18566,8 @@ public:
         return x >= 0 && y >= 0 && x < width_ && y < height_ ? found_(y, x) : sheet_source::atlas;
     }
 
-    /// Color of the surface that the photo may mix in at this pixel: of all pixels within reach outside this chart, the most
-    /// different.
+    /// Returns the color of the surface that the photo may mix into this pixel: the most different color among the pixels
+    /// within `reach` whose own source is not `photo`. Returns the pixel's own color if there is none.
     std::array<float, 3> color_beside(std::int32_t x, std::int32_t y) const {
         const std::uint8_t* const own = atlas_.color.row(atlas_top_ + y) + 3 * std::ptrdiff_t{atlas_left_ + x};
         std::array<float, 3> color{nearest_float(own[0]), nearest_float(own[1]), nearest_float(own[2])};
@@ -18557,7 +18600,7 @@ private:
         return worked_on_.row(top_ + y) + 3 * std::ptrdiff_t{left_ + x};
     }
 
-    /// Source by the pixel alone, without its neighbors.
+    /// Returns the source that a pixel has by itself, independent of its neighbors.
     sheet_source own_source(std::int32_t x, std::int32_t y) const {
         if (!is_in_photo(x, y)) return sheet_source::atlas;
         const texel_kind kind = atlas_.kind(atlas_top_ + y, atlas_left_ + x);
@@ -18567,7 +18610,8 @@ private:
         return kind == texel_kind::photo || kind == texel_kind::refilled ? sheet_source::cleaned : sheet_source::atlas;
     }
 
-    /// Searches along rows, then along columns.
+    /// Changes the source from `photo` to `cleaned` for pixels within `guarded` rows and columns of a pixel with another
+    /// source. Searches along rows, then along columns.
     void guard_borders() {
         // 1 if a pixel of the row within `guarded` columns does not show the photo
         image<std::uint8_t> beside(found_.height(), found_.width());
@@ -18584,7 +18628,7 @@ private:
             }
     }
 
-    std::int32_t left_, top_;  // in the photo
+    std::int32_t left_, top_;  // position of the first pixel in the photo
     std::int32_t atlas_left_, atlas_top_, width_, height_;
     const texture_atlas& atlas_;
     image_view<const std::uint8_t> worked_on_;
@@ -18613,13 +18657,13 @@ public:
 
     std::size_t rows() const { return rows_.size(); }
 
-    /// Draws one row of the chart's room.
+    /// Draws one row of the chart's rectangle on the sheet.
     void draw(std::int32_t y, image<std::uint8_t>& sheet) const {
         std::uint8_t* to = sheet.row(place_.room.y + y) + 3 * std::ptrdiff_t{place_.room.x};
         const std::int32_t pixel_y = rows_[y].pixel;
         for (std::int32_t x = 0, end = 0; x < columns_.count(); to += 3 * (end - x), x = end) {
             const sheet_source source = sources_.at(columns_[x].pixel, pixel_y);
-            const auto is_alike = [&](std::int32_t other) {  // cleaned pixels differ in the color of the neighboring surface
+            const auto is_alike = [&](std::int32_t other) {  // each cleaned pixel has its own color_beside()
                 return columns_[other].pixel == columns_[x].pixel ||
                        (source != sheet_source::cleaned && sources_.at(columns_[other].pixel, pixel_y) == source);
             };
@@ -18641,7 +18685,7 @@ public:
 private:
     using color = std::array<float, 3>;
 
-    /// Sample position of a texel along one direction.
+    /// Sample position of a texel along one axis.
     struct sample {
         std::int32_t pixel;          ///< pixel of sheet_sources that contains the texel's center
         std::int32_t first, second;  ///< texels of the atlas to interpolate between
@@ -18678,9 +18722,11 @@ private:
     }
 
     /// Removes the neighboring surface's share from a color of the photo: projects the difference from the surface's own color
-    /// on the direction to the neighbor's color and subtracts it. The rest is the texture of the surface.
+    /// onto the direction to the neighbor's color, and subtracts this projection. The remaining difference is the texture of
+    /// the surface.
     static color cleaned(const std::uint8_t* photo, const color& own, const color& beside) {
-        // Keeps shares as small as noise, and shares of a neighbor with a similar color. Thresholds tuned by experiment.
+        // Keeps shares that are as small as noise, and shares of a neighbor with a similar color. The thresholds were tuned by
+        // experiment.
         constexpr float min_share = 0.02F, certain_share = 0.08F, min_difference = 20;
         color result{};
         float along = 0, squared = 0;
@@ -18738,11 +18784,12 @@ inline void check_padding(const chart& shape, chart_placement in_atlas, const te
 
 }  // namespace detail
 
-/// Returns the largest chart_options::max_side with which every chart fits on a sheet. Raises too_large if there is none.
+/// Returns the largest chart_options::max_side with which every chart fits on a sheet. Raises too_large if there is no such
+/// size.
 ///
-/// scale  pixels of the photo per pixel of the layered image, the larger of both directions
+/// scale  pixels of the photo per pixel of the layered image, the larger of both axes
 inline std::int32_t max_chart_side(double scale, const sheet_options& options = {}) {
-    // Edges inside a texel are rounded outward.
+    // Edges of a chart inside a texel are rounded outward, which may add a texel on each side.
     const double side = std::floor(detail::nearest_double(options.max_side - 2) / scale) - 2.0 * options.padding;
     if (!(side >= 16))
         raise(error_code::too_large, "max_chart_side",
@@ -18864,7 +18911,7 @@ constexpr std::int32_t heading_y(int s) { return s == 1 ? 1 : s == 3 ? -1 : 0; }
 inline std::int32_t corner_x(const graph_view& g, std::int32_t pixel, int c) { return g.x()[pixel] + (c == 1 || c == 2 ? 1 : 0); }
 inline std::int32_t corner_y(const graph_view& g, std::int32_t pixel, int c) { return g.y()[pixel] + (c >= 2 ? 1 : 0); }
 
-/// K bytes: bit s is set if side s of the pixel has no neighbor in the same chart.
+/// Returns one byte per pixel: bit s is set if side s of the pixel has no neighbor in the same chart.
 ///
 /// g  in canonical order
 inline buffer<std::uint8_t> mark_boundary_sides(const graph_view& g, std::span<const std::int32_t> chart_of) {
@@ -18875,7 +18922,7 @@ inline buffer<std::uint8_t> mark_boundary_sides(const graph_view& g, std::span<c
     const std::int32_t *const g_right = g.right().data(), *const g_down = g.down().data();
     std::uint8_t* const bits = sides.data();
     const auto clear = [](std::uint8_t& byte, std::uint8_t bit) { byte = static_cast<std::uint8_t>(byte & ~bit); };
-    // Most stretches are whole image rows of one chart above another; these need no branch per pixel.
+    // Most runs of `stretch` pixels belong to one chart and lie above a run of the same chart. They need no branch per pixel.
     constexpr std::int32_t stretch = 16;
     std::int32_t i = 0;
     while (i < count) {
@@ -18911,7 +18958,7 @@ inline buffer<std::uint8_t> mark_boundary_sides(const graph_view& g, std::span<c
     return sides;
 }
 
-/// Lists the pixels with a boundary side, ascending. Reads eight pixels at a time, because most have no boundary side.
+/// Lists the pixels with a boundary side, in ascending order. Reads eight pixels at a time, because most have no boundary side.
 inline buffer<std::int32_t> pixels_with_boundary(const buffer<std::uint8_t>& sides) {
     buffer<std::int32_t> pixels;
     pixels.reserve(sides.size() / 16);
@@ -18980,8 +19027,8 @@ public:
         return e;
     }
 
-    /// Visits the pixels linked around the lattice point of `c`, across charts: they share one corner. The order does not depend
-    /// on `c`. Returns the first pixel's corner, which identifies the shared corner.
+    /// Visits the pixels that links connect around the lattice point of `c`, even across charts: these pixels share one corner.
+    /// The order does not depend on `c`. Returns the first pixel's corner, which identifies the shared corner.
     template <class Visitor>
     pixel_corner visit_corner_class(pixel_corner c, Visitor&& visit) const {
         pixel_corner first = c, smallest = c;
@@ -19027,8 +19074,8 @@ struct outline_corner {
     float disparity;    ///< average over the pixels that share the corner
 };
 
-/// A stretch of boundary with one chart on its right and one chart, or none, on its left. Pieces end where three or more charts
-/// meet, where silhouettes begin or end, at the corners of the photo, and where an outline reaches the photo's border.
+/// A section of a boundary with one chart on its right and one chart, or none, on its left. Pieces end where three or more
+/// charts meet, where silhouettes begin or end, at the corners of the photo, and where an outline reaches the photo's border.
 struct boundary_piece {
     std::int32_t right_chart;  ///< chart on the right
     std::int32_t left_chart;   ///< chart on the left, or no_chart
@@ -19066,7 +19113,7 @@ chart_outlines trace_outlines(const graph_view& g, std::span<const float> dispar
 
 namespace detail {
 
-/// Finds the pieces one by one, from either side, then connects them to loops.
+/// Traces the pieces one by one, each from either of its sides, and then connects them to loops.
 class outline_tracer {
 public:
     outline_tracer(const graph_view& g, std::span<const float> disparity, const chart_set& charts, chart_outlines& result)
@@ -19150,7 +19197,8 @@ private:
         return on_border ? -2 - e.side : no_chart;
     }
 
-    /// Signed area to the left of a piece, which is the piece's share in the area of a loop that runs through it forward.
+    /// Returns the signed area between a piece and the y axis: its contribution to the area of a loop that runs forward through
+    /// it.
     std::int64_t area_swept(const boundary_piece& piece) const {
         const outline_corner* before = &result_.corners[piece.start];
         std::int64_t area = 0;
@@ -19163,9 +19211,10 @@ private:
         return area;
     }
 
-    /// Finds the loops of all charts, in arbitrary order, each with its steps in sequence.
+    /// Finds the loops of all charts, in arbitrary order. The steps of each loop are consecutive.
     void find_loops(buffer<loop>& loops, buffer<outline_step>& steps) const {
-        // Half 2 * piece is a piece in forward direction, half 2 * piece + 1 backward. The first side of a half identifies it.
+        // Half 2 * p is piece p in forward direction, and half 2 * p + 1 is the same piece in backward direction. The first
+        // side of a half identifies it.
         buffer<std::pair<std::int64_t, std::int32_t>> first_sides;
         first_sides.reserve(2 * ends_.size());
         for (std::int32_t p = 0; p < ends_.count(); ++p) {
@@ -19301,11 +19350,11 @@ struct lattice_point {
     friend bool operator==(const lattice_point&, const lattice_point&) = default;
 };
 
-/// Chains with at most 2^24 vertices. `next` is the vertex after each vertex, or -1 at the end of a chain. Closed chains are
-/// outlines: the interior lies to the right (y downward: outer loops clockwise, holes counter-clockwise). Open chains and single
-/// vertices must lie in the interior.
+/// A polygon that consists of chains, with at most 2^24 vertices in total. `next` is the vertex after each vertex, or -1 at the
+/// end of a chain. Closed chains are outlines: the interior lies to the right (y downward: outer loops clockwise, holes
+/// counter-clockwise). Open chains and single vertices must lie in the interior.
 ///
-/// An outline may touch itself in vertices and along whole edges, from outside. Such a vertex is listed once for each part of
+/// An outline may touch itself from outside, in vertices and along whole edges. Such a vertex is listed once for each part of
 /// the interior that meets there, in the order of a walk along the inside of the outline.
 struct polygon {
     buffer<lattice_point> points;
@@ -19315,7 +19364,7 @@ struct polygon {
     void clear() { points.clear(), next.clear(), outline_count = 0; }
 };
 
-/// F triangles. Half-edge 3 f + i runs from vertex i of triangle f to its next vertex.
+/// A triangulation with F triangles. Half-edge 3 f + i runs from vertex i of triangle f to its next vertex.
 struct triangulation {
     buffer<std::uint32_t> triangles;  ///< F x 3 vertex indices, counter-clockwise on screen
     buffer<std::int32_t> mates;       ///< F x 3: the opposite half-edge, or -1 if the edge belongs to a chain
@@ -19351,7 +19400,8 @@ inline bool at_same_point(std::uint64_t event, std::uint64_t other) { return eve
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct simplify_options {
-    /// Maximum distance of a corner from the simplified boundary, in pixels. 0 drops only corners inside straight stretches.
+    /// Maximum distance of a corner from the simplified boundary, in pixels. A tolerance of 0 drops only corners on straight
+    /// lines.
     float tolerance = 1.0F;
     /// Maximum difference between the disparity of a corner and of the simplified boundary, so that a boundary bends where its
     /// surface bends.
@@ -19379,8 +19429,8 @@ struct boundary_split {
     friend bool operator==(const boundary_split&, const boundary_split&) = default;
 };
 
-/// Kept corners of every piece: indices of corners, from the start of the piece to its end, both included. split() refines
-/// single edges if a simplified outline would cross itself.
+/// The corners of every piece that simplification keeps, as indices, from the start of the piece to its end, both included.
+/// split() refines single edges if a simplified outline would cross itself.
 class simplified_boundary {
 public:
     /// Raises invalid_option if a tolerance is negative. `outlines` must outlive the result.
@@ -19391,7 +19441,7 @@ public:
         return {first, first + stretches_[piece].count};
     }
 
-    /// Range of the corners that an edge skips: all indices from `first` to before `second`.
+    /// Returns the range [first, second) of the corners that an edge skips.
     std::pair<std::int32_t, std::int32_t> left_out(boundary_edge edge) const;
 
     /// Returns the farthest of the corners that an edge skips. The edge must skip at least one.
@@ -19411,13 +19461,14 @@ public:
 private:
     struct stretch {
         std::int32_t first, count;
-        std::int32_t split;  ///< number of the split that created it
+        std::int32_t split;  ///< number of the call of split() that created the stretch
     };
 
     const outline_corner& corner(std::int32_t id) const { return outlines_.corners[id]; }
     const chart_outlines& outlines_;
     buffer<std::int32_t> kept_;
-    buffer<std::uint8_t> fresh_;  ///< per element of kept_: whether the edge that starts there is new in its split
+    /// Per element of kept_: whether the latest split of its piece created the edge that starts there.
+    buffer<std::uint8_t> fresh_;
     buffer<stretch> stretches_;
     std::int32_t splits_ = 0;
 };
@@ -19506,7 +19557,7 @@ inline std::int32_t simplified_boundary::farthest_left_out(boundary_edge edge) c
     const std::int32_t at = stretches_[edge.piece].first + edge.index;
     const outline_corner &a = corner(kept_[at]), &b = corner(kept_[at + 1]);
     const std::int64_t dx = b.x - a.x, dy = b.y - a.y;
-    // Corners on the edge itself are equally far; the middle one is then a good choice.
+    // If all skipped corners lie on the edge itself, return the middle one.
     std::int32_t farthest = first + (last - first) / 2;
     std::int64_t distance = 0;
     for (std::int32_t c = first; c < last; ++c) {
@@ -19538,11 +19589,13 @@ inline void simplified_boundary::split(std::span<const boundary_split> splits) {
 }}  // namespace ldi
 
 // ---- ldi/mesh/detail/outline_clearance.hpp
-// Measures the distance from a place inside a chart to its outline, so that vertices keep clear of the outline.
+// Checks whether positions inside a chart keep a distance from its outline, so that inner vertices do not come close to the
+// outline.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Answers for the left side of pixels with at least `clearance` pixels of their chart on either side in the row.
+/// Answers queries about the left side of a pixel. At least `clearance` pixels of the row on both sides of it must belong to
+/// the pixel's chart.
 class outline_clearance {
 public:
     /// sides      K: the boundary sides of each pixel (mark_boundary_sides)
@@ -19566,7 +19619,7 @@ public:
     }
 
 private:
-    /// Combines the boundary sides of all pixels of the row within the clearance in one byte.
+    /// Returns the union of the boundary sides of all pixels of the row within the clearance.
     std::uint8_t sides_around(std::int32_t pixel) const {
         const std::uint8_t* at = sides_.data() + (pixel - clearance_);
         const std::uint8_t* const end = sides_.data() + (pixel + clearance_);
@@ -19586,12 +19639,13 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/mesh/detail/stud_lines.hpp
-// Evenly spaced lines across a chart, on which studs and single vertices are placed, and the bends of disparity along a line,
-// where vertices are placed.
+// Positions for the vertices inside a chart: evenly spaced lines, which contain studs and single vertices, and bends of the
+// disparity along a line.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Divides an extent by evenly spaced lines at integer positions. Tabulated, because every row of a chart looks them up.
+/// Divides an extent by evenly spaced lines at integer positions. The lines are tabulated, because every row of a chart looks
+/// them up.
 class even_lines {
 public:
     even_lines(std::int32_t begin, std::int32_t length, std::int32_t spacing) : first_(begin) {
@@ -19620,11 +19674,11 @@ private:
     buffer<std::int32_t> positions_, line_from_;
 };
 
-/// Finds the bends of a profile: the points that Douglas-Peucker keeps, including both ends.
+/// Finds the bends of a profile: the points that Douglas-Peucker keeps, without both ends.
 class bend_finder {
 public:
-    /// Calls found(i) for ascending indices i in [margin, size - margin). Splits a stretch [first, last] without bends in the
-    /// middle if is_too_long(first, last).
+    /// Calls found(i) for each bend i in [margin, size - margin), in ascending order. Also adds the middle of a section [first,
+    /// last] without bends if is_too_long(first, last).
     template <class TooLong, class Function>
     void operator()(const buffer<float>& profile, float tolerance, std::int32_t margin, TooLong&& is_too_long, Function&& found) {
         keep_.assign(profile.size(), 0);
@@ -19661,23 +19715,23 @@ private:
 // Studs: vertical polylines inside charts that carry the interior vertices (paper, section "Meshing", Figure "meshing" c).
 //
 // As in the paper, studs are distributed evenly between the left and right end of a chart, and the triangulation keeps their
-// edges. Three things differ. First, the vertices of a stud are not evenly spaced but lie where disparity bends: with even
-// spacing the error is several times as large for the same number of triangles. Second, single vertices lie between the studs
-// where disparity bends along evenly spaced rows. Without them, everything upright and narrower than the distance between studs
-// would be lost; they reduce the error by a quarter for the same number of vertices. Third, no vertex lies near the outline: the
-// sweep that triangulates (triangulate.hpp) connects the first and last vertex of a stud to vertices of the outline, so outlines
-// need no extra vertices.
+// edges. This code differs in three ways. First, the vertices of a stud are not evenly spaced but lie where disparity bends:
+// with even spacing the error is several times as large for the same number of triangles. Second, single vertices lie between
+// the studs where disparity bends along evenly spaced rows. Without them, everything upright and narrower than the distance
+// between studs would be lost; they reduce the error by a quarter for the same number of vertices. Third, no vertex lies near
+// the outline: the sweep that triangulates (triangulate.hpp) connects the first and last vertex of a stud to vertices of the
+// outline, so outlines need no extra vertices.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct stud_options {
-    /// Target distance between studs, and between the rows with single vertices, in pixels; at least 1. Trades triangles for
-    /// accuracy, as the tolerance does; both were tuned by experiment.
+    /// Target distance between studs, and between the rows with single vertices, in pixels; at least 1. A smaller distance or
+    /// tolerance means more triangles and a smaller error; both were tuned by experiment.
     std::int32_t spacing = 24;
     /// Maximum error of disparity interpolated between two vertices along a stud or row.
     float disparity_tolerance = 0.006F;
-    /// Minimum distance in pixels from a vertex to other charts and surfaces, so that studs keep clear of simplified outlines,
-    /// and from a single vertex to a stud. Must be larger than the tolerance of outlines; at most 64.
+    /// Minimum distance in pixels from a vertex to other charts and surfaces, and from a single vertex to a stud; at most 64.
+    /// It must be larger than the tolerance of outlines, so that studs keep clear of simplified outlines.
     std::int32_t clearance = 4;
     /// Maximum shift of the texture over a triangle when it is drawn, in pixels (depth_range::texture_shift). On slanted
     /// surfaces this moves studs and their vertices closer together, but not closer than twice the clearance.
@@ -19743,7 +19797,8 @@ public:
         present.assign(total, absent);
         std::int32_t begin = 0;
         for (std::int32_t pixel : outlines_.boundary_pixels) {
-            // A row of one chart: pixels begin to end - 1, adjacent in memory because of the canonical order.
+            // The pixels from `begin` to `pixel` are a row of one chart. They are adjacent in memory because of the canonical
+            // order.
             const std::uint8_t at_pixel = sides_[pixel];
             if ((at_pixel & side_bit(3)) != 0) begin = pixel;
             if ((at_pixel & side_bit(1)) == 0) continue;
@@ -19755,18 +19810,19 @@ public:
         }
     }
 
-    /// Index of a sample: row `row` of column k, relative to the chart's first sample.
+    /// Returns the index of the sample in row `row` of column k, relative to the chart's first sample.
     static std::size_t sample_offset(const chart& box, std::int32_t k, std::int32_t row) {
         return static_cast<std::size_t>(std::int64_t{k} * box.height + row);
     }
 
 private:
-    /// Spacing between studs at which drawing keeps nine tenths of the chart's texture within its tolerance. With all of it, a
-    /// single crease would determine the spacing of the whole chart; the share was tuned by experiment.
+    /// Returns the spacing between studs at which nine tenths of the chart's texture shift by no more than texture_tolerance. A
+    /// limit for the whole texture would let a single crease determine the spacing of the chart. The share was tuned by
+    /// experiment.
     std::int32_t spacing_for(const chart& c, const depth_range& range) {
-        // About a thousand slopes suffice: on 121 charts of 17 photos, the spacing differs by 0.4 of 24 pixels on average from
-        // that of 16,000 slopes, in an eighth of the time. Each slope spans 8 pixels, at least 61 apart; both were tuned by
-        // experiment.
+        // About a thousand slopes suffice: on 121 charts of 17 photos, the spacing differs from that of 16,000 slopes by 0.4 of
+        // 24 pixels on average, and is computed in an eighth of the time. Each slope spans 8 pixels, and slopes start at least
+        // 61 pixels apart; both numbers were tuned by experiment.
         constexpr std::int32_t reach = 8;
         const std::int32_t stride = (std::max)(61, c.pixels.count() / 1024);
         shifts_.clear();
@@ -19814,7 +19870,7 @@ private:
         });
     }
 
-    /// Returns the disparity at the left side of a pixel that continues the row of the previous pixel.
+    /// Returns the disparity at the left side of a pixel. The previous pixel in memory must be its left neighbor.
     float between(std::int32_t pixel) const { return 0.5F * (disparity_[pixel - 1] + disparity_[pixel]); }
 
     graph_view g_;
@@ -19942,7 +19998,8 @@ stud_set make_studs(const Layers& layers, const depth_range& range, const chart_
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Polygon for the triangulator, and for each outline vertex the boundary edge that starts there.
+/// Polygon for the triangulator. `corners` and `edges` contain the corner of each outline vertex, and the boundary edge that
+/// starts there.
 struct chart_polygon {
     polygon shape;
     buffer<std::int32_t> corners;
@@ -19997,8 +20054,8 @@ class crossing_finder {
 public:
     /// Reports three kinds of faults: collision(v, w) for edges v -> next[v] and w -> next[w] that meet elsewhere than in end
     /// points of both; overlap(v, w) for vertices at one point through which the outline passes twice with overlapping
-    /// interiors; and spike(v) for vertices where the outline doubles back or has an edge of length 0. Edges may overlap. May
-    /// report a fault more than once.
+    /// interiors; and spike(v) for vertices where the outline doubles back or has an edge of length 0. Two edges may coincide
+    /// in opposite directions, as along a slit. May report a fault more than once.
     template <class Report>
     void find_all(const polygon& shape, Report& report) {
         assign(shape);
@@ -20015,8 +20072,8 @@ public:
         }
     }
 
-    /// Same as find_all(), but compares only the edges with fresh[v] != 0 to all edges. The caller guarantees that no two of the
-    /// remaining edges meet.
+    /// Same as find_all(), but compares only the edges with fresh[v] != 0 with all edges. The caller guarantees that no two of
+    /// the remaining edges meet.
     template <class Report>
     void find_fresh(const polygon& shape, const buffer<std::uint8_t>& fresh, Report& report) {
         if (std::count(fresh.begin(), fresh.end(), 0) + max_fresh < fresh.count()) return find_all(shape, report);
@@ -20052,11 +20109,11 @@ private:
         lattice_point at, from, to;
     };
 
-    /// An edge in one of the columns of the plane that it touches.
+    /// List entry of an edge, for one of the columns of the plane that the edge touches.
     struct entry {
         std::int32_t edge, next;
     };
-    /// For at most this many new edges, comparing each with all others is faster than a sweep.
+    /// For at most this many fresh edges, comparing each of them with all edges is faster than a sweep.
     static constexpr std::int32_t max_fresh = 16;
     /// Columns are 2^4 pixels wide. Since an outline stays close to the lattice lines that it follows, few of its edges cross a
     /// row within one column.
@@ -20090,7 +20147,7 @@ private:
 
     std::int32_t column_of(std::int32_t x) const { return (x - left_) >> column_shift; }
 
-    /// Compares an edge with all edges in the same columns that cross the sweep line, and adds it to them.
+    /// Compares an edge with all edges that cross the sweep line in the same columns, and adds it to these columns.
     template <class Report>
     void enter(const edge& e, Report& report) {
         const std::int32_t index = edges_.count();
@@ -20167,7 +20224,7 @@ private:
     buffer<std::uint64_t> events_;
     buffer<std::int32_t> before_;
     buffer<edge> edges_;
-    std::int32_t left_ = 0;         ///< minimum over all edges
+    std::int32_t left_ = 0;         ///< minimum x over all edges
     buffer<std::int32_t> columns_;  ///< last entry of each column, or -1
     buffer<entry> entries_;
 };
@@ -20181,7 +20238,7 @@ private:
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Flips every edge whose two opposite angles sum to more than 180 degrees, except edges of the polygon's chains. Compares
-/// angles with integers.
+/// angles in integer arithmetic.
 inline void flip_to_delaunay(std::span<const lattice_point> points, triangulation& t, buffer<std::int32_t>& stack);
 
 namespace detail {
@@ -20245,14 +20302,14 @@ inline void flip_to_delaunay(std::span<const lattice_point> points, triangulatio
 }}  // namespace ldi
 
 // ---- ldi/mesh/detail/waiting_chains.hpp
-// Chains of the vertices of a monotone part of a polygon that wait for their triangles while the sweep (triangulate.hpp) moves
-// down (de Berg et al., Computational Geometry, chapter 3). Each part has one chain; a new vertex at either end cuts off all
-// possible triangles.
+// Chains of vertices that wait for their triangles while the sweep (triangulate.hpp) moves down (de Berg et al., Computational
+// Geometry, chapter 3). Each monotone part of a polygon has one chain. A new vertex at either end cuts off all triangles that
+// are then possible.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// A chain of waiting vertices. From left to right the interior lies below the chain, and every inner vertex is straight or
-/// reflex; convex ones have been cut off. head and tail are nodes of `waiting_chains`, or -1 without a chain.
+/// A chain of waiting vertices from left to right. The interior lies below the chain. Every inner vertex is straight or reflex,
+/// because convex vertices are cut off. head and tail are nodes of `waiting_chains`, or -1 if there is no chain.
 struct waiting_chain {
     std::int32_t head = -1, tail = -1;
     std::int32_t lowest = -1;  ///< the last node added: the next vertex below the chain is visible from it
@@ -20290,7 +20347,7 @@ public:
         chain.tail = chain.lowest = p;
     }
 
-    /// Adds a vertex at the left end, as append().
+    /// Same as append(), but adds the vertex at the left end.
     void prepend(waiting_chain& chain, std::int32_t vertex, lattice_point at, std::int32_t link, triangulation& result) {
         const std::int32_t p = add_node(vertex, at);
         std::int32_t a = chain.head;
@@ -20379,8 +20436,8 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A reason why a polygon can't be triangulated: some of these edges, identified by their first vertices, cross or touch where
-/// they must not.
+/// The reason why a polygon cannot be triangulated: some of these edges cross or touch where they must not. The first vertex of
+/// each edge identifies it.
 struct polygon_conflict {
     buffer<std::int32_t> edges;
 };
@@ -20389,7 +20446,8 @@ struct polygon_conflict {
 class triangulator {
 public:
     /// Triangulates a polygon. Every vertex is used, every edge of a chain is an edge of a triangle, and no triangle is
-    /// degenerate. Returns the conflict if the polygon crosses or touches itself; `result` is then invalid.
+    /// degenerate. Returns the conflict if the polygon crosses itself, or touches itself where it must not; `result` is then
+    /// invalid.
     std::optional<polygon_conflict> operator()(const polygon& shape, triangulation& result);
 
 private:
@@ -20487,7 +20545,7 @@ inline std::optional<polygon_conflict> triangulator::collect_edges(const polygon
     return std::nullopt;
 }
 
-/// Adds the edge from -> to to the edges that begin at its upper end.
+/// Inserts the edge `from` -> `to` in starting_, at its place from left to right.
 inline void triangulator::start_edge(const polygon& shape, std::int32_t from, std::int32_t to) {
     const lattice_point a = shape.points[from], b = shape.points[to];
     const bool downwards = detail::above(a, b), inner = from >= shape.outline_count;
@@ -20504,7 +20562,8 @@ inline void triangulator::start_edge(const polygon& shape, std::int32_t from, st
     starting_.insert(starting_.begin() + place, e);
 }
 
-/// Finds the edges that end here. They must fill the status between the nearest passing edges on the left and right.
+/// Finds the edges that end at this point. In the status, the nearest edges that pass the point on its left and right must
+/// enclose exactly these edges.
 inline bool triangulator::find_ending_edges(swept_point& p) const {
     const active_edge* const first =
         std::partition_point(status_.begin(), status_.end(), [&](const active_edge& e) { return is_right_of(p.at, e); });
@@ -20548,8 +20607,8 @@ inline bool triangulator::end_parts(const swept_point& p, triangulation& result)
     return true;
 }
 
-/// Continues the parts to the left and right below this point. If no edge begins, they become one; if no edge ends and there is
-/// only one part, it is divided.
+/// Continues the parts to the left and right below this point. If no edge begins, both parts become one. If no edge ends, the
+/// part that contains the point is divided.
 inline bool triangulator::continue_parts(const swept_point& p, triangulation& result) {
     const bool ends = p.ending > 0, begins = !starting_.empty();
     if (!ends && !begins && !p.interior_left) return false;
@@ -20569,7 +20628,7 @@ inline bool triangulator::continue_parts(const swept_point& p, triangulation& re
     if (p.interior_right && ends) right = status_[p.last_ending() - 1].part;
     std::int32_t diagonal = -1;
     if (p.interior_left && !ends) {
-        // Inside a part: the last vertex added to its chain is visible from this one.
+        // The point lies inside a part. The last vertex added to the part's chain is visible from the point.
         right = chains_.divide(left);
         diagonal = chains_.add_link();
     }
@@ -20597,8 +20656,8 @@ inline void triangulator::replace_edges(const swept_point& p) {
         status_.insert(place + replaced, starting_.begin() + replaced, starting_.end());
 }
 
-/// Collects all edges that meet at a point, those that pass it next to its place in the status, and those next to the actual
-/// position of its edges.
+/// Collects all edges that meet at a point, the edges that pass next to its position in the status, and the neighbors of its
+/// edges in the status.
 inline polygon_conflict triangulator::conflict_at(const polygon& shape, const swept_point& p) const {
     polygon_conflict conflict;
     const auto add = [&](std::int32_t vertex) {
@@ -20618,17 +20677,17 @@ inline polygon_conflict triangulator::conflict_at(const polygon& shape, const sw
 }}  // namespace ldi
 
 // ---- ldi/mesh/flat_mesh.hpp
-// Meshes charts in the plane: outlines, simplified without self-intersections, studs, triangles (paper, section "Meshing",
-// Figure "meshing" a to d).
+// Meshes charts in the plane: traces their outlines, simplifies them without self-intersections, adds studs, and triangulates
+// (paper, section "Meshing", Figure "meshing" a to d).
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Options of soft edges: silhouettes of foreground surfaces fade out over a strip this wide, in pixels (soft_edges.hpp).
+/// Options of soft edges (soft_edges.hpp): silhouettes of foreground surfaces fade out over a strip. Widths are in pixels.
 struct soft_edge_options {
     float min_width = 1.0F;  ///< 0: edges are hard
-    float max_width = 3.0F;  ///< width where the matte extends farther; less than the padding of the atlas
-    /// Maximum share of the strip in the bytes of mesh and texture in a file, approximately. If this is not enough for all
-    /// silhouettes, the largest steps in disparity get a strip.
+    float max_width = 3.0F;  ///< maximum width, where the matte extends farther; less than the padding of the atlas
+    /// Approximate maximum size of the strip, as a share of the size of mesh and texture in a file. If this is not enough for
+    /// all silhouettes, only those with the largest steps in disparity have a strip.
     float max_share = 0.08F;
 };
 
@@ -20656,7 +20715,7 @@ struct flat_mesh {
     buffer<std::int32_t> open_corners, first_open_corner;
 };
 
-/// Triangulates every chart in the plane. Arguments, errors and executor as for build_mesh.
+/// Triangulates every chart in the plane. Arguments, errors and executor are those of build_mesh().
 template <has_columns<disparity_column> Layers, executor Executor = const serial_executor>
 flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const chart_set& charts,
                           const mesh_options& options = {}, Executor&& threads = {});
@@ -20705,7 +20764,7 @@ public:
         outline_.add_studs(flat_.studs, charts_.charts[c], c);
         if (const std::optional<polygon_conflict> conflict = triangulator_(outline_.shape, triangles_)) {
             for (std::int32_t v : conflict->edges) blame(v, to_split);
-            // If no edge can be blamed, the cause lies elsewhere in the chart.
+            // If none of these edges can be split, the cause lies elsewhere in the chart, so split all its edges.
             for (std::int32_t v = 0, all = to_split.empty() ? outline_.shape.outline_count : 0; v < all; ++v) blame(v, to_split);
             if (to_split.empty())
                 raise(error_code::mismatch, "build_mesh", "charts with at most one pixel at a position",
@@ -20779,16 +20838,16 @@ private:
     buffer<std::int32_t> stack_;
 };
 
-/// Splits simplified outlines until none crosses itself and every chart can be triangulated.
+/// Splits edges of simplified outlines until no outline crosses itself and every chart can be triangulated.
 template <class Executor>
 class outline_repair {
 public:
     outline_repair(flat_mesh& flat, simplified_boundary& boundary, const chart_set& charts, Executor& threads)
         : flat_(flat), boundary_(boundary), charts_(charts), threads_(threads), to_split_(charts.charts.size()) {}
 
-    /// Sets flat.charts. A simplified outline can cross itself. The code then splits the affected edges and checks the charts on
-    /// both sides again. This ends, because fully detailed outlines never cross. The triangulation makes the final decision, but
-    /// it stops at the first conflict, so crossing_finder first finds and repairs most crossings.
+    /// Sets flat.charts. A simplified outline can cross itself. The code then splits the affected edges and checks the charts
+    /// on both sides again. The repair terminates, because fully detailed outlines never cross. The triangulation makes the
+    /// final decision, but it stops at the first conflict, so crossing_finder first finds and repairs most crossings.
     void triangulate_all() {
         buffer<std::int32_t> open;
         for (std::int32_t c = 0; c < charts_.charts.count(); ++c) open.push_back(c);
@@ -20817,7 +20876,7 @@ private:
         });
     }
 
-    /// Makes the splits that the charts in `indices` requested, and returns the charts on both sides of them.
+    /// Makes the splits that the charts in `indices` requested, and returns the charts on both sides of the split edges.
     buffer<std::int32_t> split(const buffer<std::int32_t>& indices) {
         buffer<boundary_split> splits;
         for (std::int32_t c : indices) splits.insert(splits.end(), to_split_[c].begin(), to_split_[c].end());
@@ -20878,7 +20937,7 @@ flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Translucent triangles along silhouettes. Draw them after all other triangles and in their order, from far to near, without
-/// writing depth. They use the space and the first texture of their mesh.
+/// writing depth. Positions are in the space of the mesh, and texture coordinates refer to its first texture.
 struct soft_edge_strip {
     buffer<float> positions;            ///< W x 3 for W vertices
     buffer<float> texture_coordinates;  ///< W x 2
@@ -20893,14 +20952,14 @@ struct mesh_part {
     std::size_t first_vertex = 0, first_triangle = 0;
 };
 
-/// V vertices, F triangles. Space and texture coordinates follow glTF.
+/// A mesh with V vertices and F triangles. Space and texture coordinates follow glTF.
 struct textured_mesh {
     buffer<float> positions;            ///< V x 3; x right, y up, the photo's camera at the origin looking along -z
     buffer<float> texture_coordinates;  ///< V x 2, in [0, 1]; (0, 0) is the top left corner of the texture
-    buffer<std::int32_t> pixels;        ///< V; the pixel of the layered image that each vertex is a corner of or lies in
+    buffer<std::int32_t> pixels;        ///< V; a pixel of the layered image that touches or contains the vertex
     buffer<std::uint32_t> triangles;    ///< F x 3 vertex indices, counter-clockwise as seen from the photo's camera
     soft_edge_strip soft_edges = {};    ///< empty if edges are hard
-    /// Part t uses texture t. Parts share no vertices; a part may have no triangles. Empty: one texture for the whole mesh.
+    /// Part t uses texture t. Parts share no vertices; a part may have no triangles. If empty, the whole mesh uses one texture.
     buffer<mesh_part> parts = {};
 
     std::size_t vertex_count() const { return positions.size() / 3; }
@@ -20938,7 +20997,8 @@ void check_triangles(const Mesh& mesh) {
 }
 
 /// Raises mismatch unless the mesh has `textures` textures and as many texture coordinates as vertices. Raises invalid_data for
-/// coordinates that are not finite, for indices out of range, and for parts that do not fit together.
+/// coordinates that are not finite, for indices out of range, and for parts that are not consecutive or that use vertices of
+/// other parts.
 inline void check_mesh(const textured_mesh& mesh, std::size_t textures) {
     check_triangles(mesh);
     check_triangles(mesh.soft_edges);
@@ -20962,18 +21022,18 @@ inline void check_mesh(const textured_mesh& mesh, std::size_t textures) {
 }}  // namespace ldi
 
 // ---- ldi/mesh/soft_edges.hpp
-// Soft edges: a narrow translucent strip along the silhouettes of foreground surfaces. It starts at the edge of the mesh, half
-// opaque, and fades out over a pixel or two at the same distance, with colors from the padding of the atlas, which continues the
-// surface. Where the photo's foreground colors extend farther, as with hair, the strip is wider (inpaint/mixed_colors.hpp
-// computes the matte). Zitnick et al., High-Quality Video View Interpolation Using a Layered Representation (SIGGRAPH 2004),
-// blend such strips.
+// Soft edges: a narrow translucent strip along the silhouettes of foreground surfaces. The strip starts half opaque at the edge
+// of the mesh, and fades out over a pixel or two at the same depth. Its colors come from the padding of the atlas, which
+// continues the surface. Where the photo's foreground colors extend farther, as with hair, the strip is wider
+// (inpaint/mixed_colors.hpp computes the matte). Zitnick et al., High-Quality Video View Interpolation Using a Layered
+// Representation (SIGGRAPH 2004), blend such strips.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Columns of the pixels visible from the photo's camera, by lattice position.
+/// Disparity and matte of the pixels visible from the photo's camera, one value per lattice position.
 struct visible_surfaces {
     static constexpr float nothing = -std::numeric_limits<float>::infinity();
-    image<float> disparity;     ///< H x W x 1; `nothing` past the end of all surfaces
+    image<float> disparity;     ///< H x W x 1; `nothing` at positions without a surface
     image<std::uint8_t> matte;  ///< H x W x 1
 };
 
@@ -21029,8 +21089,8 @@ private:
     struct vector {
         float x = 0, y = 0;
     };
-    /// Opacity where the mesh ends: a pixel there belongs to it by half. Higher values swell outlines: on the views of
-    /// bench/quality, 255 costs 0.8 dB within two pixels of them.
+    /// Opacity at the edge of the mesh, where the surface covers half of a pixel. Higher values thicken outlines: on the views
+    /// of bench/quality, 255 costs 0.8 dB within two pixels of the outlines.
     static constexpr std::uint8_t opacity_at_edge = 128;
     static constexpr std::uint32_t no_vertex = ~std::uint32_t{0};
 
@@ -21044,8 +21104,8 @@ private:
         return seen == visible_surfaces::nothing ? nothing : seen;
     }
 
-    /// Returns the step in disparity from a corner to the farthest surface visible beside it; 0 if a nearer surface is visible,
-    /// or no other surface.
+    /// Returns the step in disparity from a corner to the farthest surface visible beside it. Returns 0 if a nearer surface is
+    /// visible there, or if no other surface is.
     float step_at(const outline_corner& c) const {
         float nearest = c.disparity, farthest = c.disparity;
         for (const std::int32_t y : {c.y - 1, c.y})
@@ -21079,7 +21139,7 @@ private:
 
     bool is_soft(std::int32_t edge) const { return steps_[edge] > 0 && steps_[edge] >= min_step_; }
 
-    /// Integrates the matte from the edge outward: the share of the foreground in the colors behind it.
+    /// Integrates the matte from the edge outward. The matte is the foreground's share in the colors behind the edge.
     float matte_beyond(const outline_corner& c, vector normal) const {
         float sum = 0;
         for (float t = 0.5F; t < options_.max_width; t += 1.0F) {
@@ -21092,18 +21152,18 @@ private:
         return sum;
     }
 
-    /// Computes the strip's outer end for each corner of its inner side.
+    /// Computes the offset from each corner of the edge to the outer end of the strip.
     void find_rims() {
         rims_.assign(corners_.size(), vector{});
         const std::int32_t last = edge_count();
         for (std::int32_t i = 0; i < corners_.count(); ++i) {
             const std::int32_t before = i > 0 ? i - 1 : is_closed_ ? last - 1 : -1, after = i < last ? i : is_closed_ ? 0 : -1;
-            if (before < 0 || after < 0 || !is_soft(before) || !is_soft(after)) continue;  // tapers off
+            if (before < 0 || after < 0 || !is_soft(before) || !is_soft(after)) continue;  // the strip tapers off here
             const vector sum{normals_[before].x + normals_[after].x, normals_[before].y + normals_[after].y};
             const float squared = sum.x * sum.x + sum.y * sum.y;
-            if (squared < 0.5F) continue;  // a spike
+            if (squared < 0.5F) continue;  // the edges form a spike
             const vector normal{sum.x / std::sqrt(squared), sum.y / std::sqrt(squared)};
-            // A share that falls linearly from 1 to 0 integrates to half of its width.
+            // The integral of a matte that falls linearly from 1 to 0 is half of the width over which it falls.
             const float width = std::clamp(2.0F * matte_beyond(corner(i), normal), options_.min_width, options_.max_width);
             const float miter = (std::min)(2.0F / std::sqrt(squared), 1.5F);
             rims_[i] = {width * miter * normal.x, width * miter * normal.y};
@@ -21121,7 +21181,8 @@ private:
         }
     }
 
-    /// Returns the vertices on the edge and on the rim; equal where the strip tapers off.
+    /// Returns the vertices of a corner on the edge and at the outer end of the strip. They are equal where the strip tapers
+    /// off.
     std::pair<std::uint32_t, std::uint32_t> vertices_at(std::int32_t i) {
         auto& [inner, outer] = vertices_[i];
         if (inner != no_vertex) return vertices_[i];
@@ -21183,7 +21244,8 @@ public:
         for (const std::int32_t pixel : c.pixels) shown_[graph_.position_of(pixel)] = {chart_, pixel};
     }
 
-    /// Returns the chart's pixel around the corner (x, y) that is nearest in disparity.
+    /// Returns the pixel of the selected chart that touches corner (x, y); among several, the one closest to `disparity`.
+    /// Returns no_pixel if no pixel of the chart touches the corner.
     std::int32_t find(std::int32_t x, std::int32_t y, float disparity) const {
         std::int32_t best = no_pixel;
         float best_difference = 0;
@@ -21252,7 +21314,8 @@ public:
 
     void add_soft_edges(const chart_set& charts, const texture_atlas& atlas, const visible_surfaces& seen,
                         const soft_edge_options& options) {
-        // Bytes in GLB files. A texel costs what JPEG at quality 85 needs in smooth areas; an edge costs what the strip adds.
+        // Sizes in GLB files, in bytes. `texel_bytes` is the size of a texel in smooth areas with JPEG at quality 85.
+        // `edge_bytes` is the size that the strip adds per edge.
         constexpr float vertex_bytes = 16, triangle_bytes = 6, texel_bytes = 0.06F, edge_bytes = 56;
         const float bytes = vertex_bytes * nearest_float(mesh_.vertex_count()) +
                             triangle_bytes * nearest_float(mesh_.triangle_count()) +
@@ -21272,7 +21335,7 @@ public:
 
 private:
     void add_position(const outline_corner& corner) {
-        // expand() continues hidden surfaces beneath the farthest surface. They lie behind it, but by a limited distance.
+        // expand() continues hidden surfaces beneath the farthest surface. This lower limit bounds their distance behind it.
         const float least = 0.9F * facts_.range.inverse_depth(0);
         const float inverse_depth = (std::max)(facts_.range.inverse_depth((std::min)(corner.disparity, 1.0F)), least);
         const std::array<float, 3> point =
@@ -21301,7 +21364,7 @@ private:
     textured_mesh mesh_;
 };
 
-/// Projects the nearest surfaces to the photo's camera.
+/// Collects the disparity and the matte of the nearest surface at each position.
 template <has_columns<disparity_column, matte_column> Layers>
 visible_surfaces find_visible(const Layers& layers) {
     const auto& g = layers.topology();
@@ -21331,8 +21394,8 @@ visible_surfaces find_visible(const Layers& layers) {
 /// Raises invalid_option, mismatch if inputs don't fit together, and invalid_data for disparities that are not finite.
 ///
 /// Charts share no vertices, because each chart has its own position in the atlas. Where two charts meet, both have vertices
-/// with bitwise equal positions, and the same edges between them. Linear time except for sorting, simplification, and the number
-/// of edges that cross one scanline. 30 bytes per pixel, up to 100 if most surfaces are single pixels.
+/// with bitwise equal positions, and the same edges between them. Time is linear, except for sorting, simplification, and the
+/// number of edges that cross one scanline. Memory is 30 bytes per pixel, and up to 100 if most surfaces are single pixels.
 template <has_columns<disparity_column> Layers, executor Executor = const serial_executor>
 textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const chart_set& charts, const texture_atlas& atlas,
                          const mesh_options& options = {}, Executor&& threads = {}) {
@@ -21365,7 +21428,7 @@ textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const c
 }}  // namespace ldi
 
 // ---- ldi/mesh/gather.hpp
-// Transfers a column of a layered image to the vertices of its mesh: the output of the caller's own columns.
+// Transfers a column of a layered image to the vertices of its mesh. Callers use it to output their own columns.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -21403,7 +21466,7 @@ inline corner_pixels pixels_around_corner(const graph_view& g, std::int32_t pixe
 /// mesh    result of build_mesh() for these layers
 /// camera  camera of the photo (photo_facts::camera)
 ///
-/// Raises mismatch if the mesh refers to pixels outside the layers. Linear time.
+/// Raises mismatch if the mesh refers to pixels outside the layers. Time is linear.
 template <payload_column Column, has_column<Column> Layers>
 buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& layers, const pinhole_camera& camera) {
     using scalar = typename Column::scalar;
@@ -21433,8 +21496,8 @@ buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& 
 }}  // namespace ldi
 
 // ---- ldi/mesh/move_to_sheets.hpp
-// Moves the mesh of a layered image to the textures that texture/sheets.hpp draws: vertices and triangles stay, texture
-// coordinates change.
+// Moves the mesh of a layered image to the textures that texture/sheets.hpp draws: sorts vertices and triangles by texture, and
+// converts the texture coordinates.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -21489,7 +21552,7 @@ inline textured_mesh move_to_sheets(const textured_mesh& mesh, const chart_set& 
     const auto chart_of = [&](std::size_t vertex) { return charts.chart_of[mesh.pixels[vertex]]; };
     const auto sheet_of = [&](std::size_t vertex) { return static_cast<std::size_t>(layout.placements[chart_of(vertex)].sheet); };
 
-    // Counting sort by sheet: `next` holds the index of each sheet's next vertex and triangle.
+    // Counting sort by sheet: `next` contains the indices of each sheet's next vertex and next triangle.
     buffer<mesh_part> next(layout.sizes.size() + 1);
     for (std::size_t v = 0; v < mesh.vertex_count(); ++v) ++next[sheet_of(v) + 1].first_vertex;
     for (std::size_t i = 0; i < mesh.triangles.size(); i += 3) ++next[sheet_of(mesh.triangles[i]) + 1].first_triangle;
@@ -21578,14 +21641,14 @@ inline view moved_view(const pinhole_camera& camera, const depth_range& range, f
 //
 //     (1 / n - 1 / f) * n / (n - c_forward) * |focal_length * (c_right, c_down) - c_forward * p|  pixels of the surface at f.
 //
-// The first factor is the step in disparity. The others are largest for the nearest surface, in a corner of the photo.
+// The first factor is the step in disparity. The other factors are largest for the nearest surface, in a corner of the photo.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// Parallax of a camera at `position` between the nearest surface and infinity, without the factor n / (n - c_forward), as a
-/// share of the photo's longer side.
+/// Returns the parallax of a camera at `position` between the nearest surface and infinity, without the factor n / (n -
+/// c_forward), as a share of the photo's longer side.
 inline float motion_across(const std::array<float, 3>& position, const pinhole_camera& camera, const depth_range& range) {
     const float width = static_cast<float>(camera.width), height = static_cast<float>(camera.height);
     const float forward = std::abs(position[2]);
@@ -21597,9 +21660,9 @@ inline float motion_across(const std::array<float, 3>& position, const pinhole_c
 }  // namespace detail
 
 /// Returns the motion of a camera at `position` in the photo's space: the maximum parallax between the nearest and the farthest
-/// surface, as a share of the photo's longer side. Infinite beyond the nearest surface.
+/// surface, as a share of the photo's longer side. Returns infinity if the camera reaches the nearest surface.
 inline float motion_of(const std::array<float, 3>& position, const pinhole_camera& camera, const depth_range& range) {
-    const float forward = (std::max)(-position[2], 0.0F);  // for a camera that moves back, the factor is at most 1, at infinity
+    const float forward = (std::max)(-position[2], 0.0F);  // if the camera moves back, the factor is at most 1
     if (!(forward < range.z_near)) return std::numeric_limits<float>::infinity();
     return detail::motion_across(position, camera, range) * range.z_near / (range.z_near - forward);
 }
@@ -21616,7 +21679,7 @@ inline std::array<float, 3> within_motion(const std::array<float, 3>& position, 
         const float kept = closest * range.z_near / forward;
         return within_motion({kept * position[0], kept * position[1], kept * position[2]}, camera, range, motion);
     }
-    // The share k of the distance with across * k * z_near / (z_near - k * forward) = motion.
+    // Solves across * k * z_near / (z_near - k * forward) = motion for k, the share of the distance.
     const float across = detail::motion_across(position, camera, range);
     const float share = motion * range.z_near / (across * range.z_near + motion * forward);
     return {share * position[0], share * position[1], share * position[2]};
@@ -21631,7 +21694,7 @@ inline std::array<float, 3> within_motion(const std::array<float, 3>& position, 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 enum class camera_path : std::uint8_t {
-    circle,      ///< around the photo's viewpoint in its image plane, clockwise from the right; ends where it starts
+    circle,      ///< around the photo's viewpoint, parallel to its image plane, clockwise from the right; ends where it starts
     swing,       ///< from the photo's viewpoint to the right, to the left and back
     zoom_in,     ///< from the photo's viewpoint toward the scene
     dolly_zoom,  ///< toward the scene while the lens widens, so that surfaces in focus keep their size
@@ -21706,7 +21769,7 @@ inline point3 cross(const point3& a, const point3& b) {
     return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
-/// Maximum distance, up to `most`, that a camera may move in a direction.
+/// Returns the maximum distance, up to `most`, that a camera may move in a direction.
 inline float reach_within_motion(const std::array<float, 3>& direction, const pinhole_camera& camera, const depth_range& range,
                                  float motion, float most) {
     const auto [x, y, z] = within_motion({most * direction[0], most * direction[1], most * direction[2]}, camera, range, motion);
@@ -21866,7 +21929,8 @@ inline std::int64_t signed_area(const screen_triangle& t) {
     return (t[1].x - t[0].x) * (t[2].y - t[0].y) - (t[1].y - t[0].y) * (t[2].x - t[0].x);
 }
 
-/// Makes a triangle clockwise. False if it is not drawn: it has no area, or shows its back.
+/// Makes a triangle clockwise. Returns false if it is not drawn, because it has no area, or shows its back without
+/// `both_sides`.
 inline bool turn_clockwise(screen_triangle& t, bool both_sides) {
     const std::int64_t area = signed_area(t);
     if (area < 0) std::swap(t[1], t[2]);
@@ -21876,8 +21940,8 @@ inline bool turn_clockwise(screen_triangle& t, bool both_sides) {
 inline std::int64_t floor_division(std::int64_t a, std::int64_t positive) { return a / positive - (a % positive < 0 ? 1 : 0); }
 
 /// Calls span(y, first_x, last_x) for every row in [first_row, last_row) in which the triangle covers the samples [first_x,
-/// last_x), within [0, width). Requires signed_area(t) > 0. A sample exactly on an edge belongs to the triangle on its right, or
-/// below.
+/// last_x), within [0, width). Requires signed_area(t) > 0. A sample exactly on an edge belongs to the triangle on the right of
+/// the edge, or below it.
 template <class Span>
 void for_each_span(const screen_triangle& t, std::int64_t width, std::int64_t first_row, std::int64_t last_row, Span&& span) {
     constexpr std::int64_t one = subsample_steps, half = subsample_steps / 2;
@@ -21918,8 +21982,8 @@ struct screen_plane {
     double at(double x, double y) const { return value + per_x * x + per_y * y; }
 };
 
-/// Depth and texture coordinates at the samples of a triangle. Texture coordinates divided by depth are affine on the screen,
-/// too.
+/// Depth and texture coordinates at the samples of a triangle. Inverse depth and texture coordinates divided by depth are
+/// affine on the screen.
 class screen_values {
 public:
     explicit screen_values(const screen_triangle& t)
@@ -21931,7 +21995,7 @@ public:
           x0_(nearest_double(t[0].x) / nearest_double(subsample_steps) - 0.5),
           y0_(nearest_double(t[0].y) / nearest_double(subsample_steps) - 0.5) {}
 
-    /// Clamped, so that rounding in slivers does not leave the triangle's range of depths.
+    /// Returns the inverse depth, clamped to the triangle's range, because rounding in slivers could exceed it.
     double inverse_depth(std::int64_t x, std::int64_t y) const { return std::clamp(at(inverse_, x, y), least_, most_); }
     double u(std::int64_t x, std::int64_t y) const { return at(u_, x, y) / inverse_depth(x, y); }
     double v(std::int64_t x, std::int64_t y) const { return at(v_, x, y) / inverse_depth(x, y); }
@@ -21973,7 +22037,8 @@ public:
     projection(const view& from, std::int32_t samples, float z_near)
         : from_(from), samples_(samples), z_near_(z_near), slope_(guard_band / (double{from.camera.focal_length} * samples)) {}
 
-    /// Appends the screen triangles of one triangle of a mesh or strip, with the winding that signed_area() expects.
+    /// Appends the screen triangles of one triangle of a mesh or strip. Each is clockwise on the screen, so signed_area() is
+    /// positive.
     template <class Mesh>
     void append(const Mesh& mesh, std::size_t triangle, bool both_sides, buffer<screen_triangle>& result) const {
         std::array<camera_vertex, 8> corners;  // each plane can add one corner to the first three
@@ -21990,8 +22055,8 @@ public:
     }
 
 private:
-    /// Intersects an edge with a plane and moves the point exactly onto the plane, so that it can be projected for any length of
-    /// edge.
+    /// Intersects an edge with a plane and moves the point exactly onto the plane, so that the point can be projected for an
+    /// edge of any length.
     camera_vertex cut(const camera_vertex& a, const camera_vertex& b, double t, int plane) const {
         camera_vertex result{{}, (1 - t) * a.u + t * b.u, (1 - t) * a.v + t * b.v, (1 - t) * a.opacity + t * b.opacity};
         for (std::size_t i = 0; i < 3; ++i) result.position[i] = (1 - t) * a.position[i] + t * b.position[i];
@@ -22019,7 +22084,7 @@ private:
         return {seen, mesh.texture_coordinates[2 * vertex], mesh.texture_coordinates[2 * vertex + 1], opacity};
     }
 
-    /// Distance of a vertex from the near plane, or from one side of the guard band; positive inside.
+    /// Returns the distance of a vertex from the near plane, or from one side of the guard band; positive inside.
     double inside(const camera_vertex& v, int plane) const {
         const double depth = -v.position[2];
         switch (plane) {
@@ -22031,7 +22096,8 @@ private:
         }
     }
 
-    /// Cuts every edge from its inner to its outer end, so that the triangles on both sides are cut at the same point.
+    /// Clips a polygon at a plane and returns its number of corners. Cuts every edge from its inner to its outer end, so that
+    /// the triangles on both sides of the edge are cut at the same point.
     std::size_t clip(std::array<camera_vertex, 8>& corners, std::size_t count, int plane) const {
         std::array<double, 8> distance{};
         bool any_outside = false;
@@ -22073,8 +22139,8 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/render/rasterizer.hpp
-// A software rasterizer: draws a 3D photo from another viewpoint (paper, section "Viewing 3D Photos"), and shows where it has
-// holes. Exact rather than fast: the result is the same on every machine and for any number of threads, so that tests can count
+// A software rasterizer: draws a 3D photo from another viewpoint (paper, section "Viewing 3D Photos"), and reports its holes.
+// It is exact rather than fast: the result is the same on every machine and for any number of threads, so that tests can count
 // pixels.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
@@ -22093,8 +22159,8 @@ struct rendering {
     image<std::uint8_t> coverage;  ///< H x W x 1: 0 in holes, 255 if every sample of the pixel is covered
 };
 
-/// Draws a mesh with its textures, bilinear and perspective-correct. Where surfaces coincide, the first triangle wins. Soft
-/// edges are blended over the surfaces behind them; they affect neither depth nor coverage.
+/// Draws a mesh with its textures, with bilinear interpolation and correct perspective. Where surfaces coincide, the first
+/// triangle wins. Soft edges are blended over the surfaces behind them; they affect neither depth nor coverage.
 ///
 /// textures  one for each part of the mesh, H x W x 3; the first row is at texture coordinate v = 0. Coordinates beyond [0, 1]
 ///           repeat the edge
@@ -22163,7 +22229,7 @@ inline std::array<std::uint8_t, 3> bilinear(const image<std::uint8_t>& texture, 
     return result;
 }
 
-/// Samples of some rows of pixels.
+/// Samples of a band, which is a range of pixel rows.
 struct sample_band {
     std::int64_t first_row = 0, last_row = 0, width = 0;  ///< in samples
     buffer<float> inverse_depth;                          ///< 0 in holes
@@ -22180,7 +22246,7 @@ struct sample_band {
                 std::copy_n(&options.backdrop(y / options.samples, x / options.samples), 3, color[i].begin());
     }
 
-    /// Draws a triangle. shade(u, v)  returns the color at texture coordinates
+    /// Draws a triangle. shade(u, v) returns the color at the texture coordinates (u, v).
     template <class Shade>
     void draw(const screen_triangle& t, Shade&& shade) {
         const screen_values values(t);
@@ -22195,7 +22261,7 @@ struct sample_band {
         });
     }
 
-    /// Blends a translucent triangle over the farther surfaces.
+    /// Blends a translucent triangle over the surfaces behind it.
     template <class Shade>
     void blend(const screen_triangle& t, Shade&& shade) {
         const translucent_values values(t);
@@ -22355,10 +22421,10 @@ inline bool has_gaps(const rendering& seen) {
     return std::any_of(seen.coverage.begin(), seen.coverage.end(), [](std::uint8_t share) { return share < 255; });
 }
 
-/// Returns the picture, H x W x 3, with every incompletely covered pixel replaced, for raster_options::backdrop. Diffusion fills
-/// each gap from its outline. A gap inside the picture uses the colors of the farther half of its outline. A gap at the
-/// picture's edge lies beyond the photo's border, where near surfaces continue as well, and uses all of its outline. A rendering
-/// without a covered pixel becomes black.
+/// Returns the picture, H x W x 3, with a new color for every incompletely covered pixel. The result can be used as
+/// raster_options::backdrop. Diffusion fills each gap from its outline. A gap inside the picture uses the colors of the farther
+/// half of its outline. A gap at the picture's edge lies beyond the photo's border, where near surfaces continue as well, and
+/// uses all of its outline. A rendering without a covered pixel becomes black.
 inline image<std::uint8_t> gap_colors(rendering seen);
 
 // ------------------------------------------------------------------------------------------------------------------------
@@ -22394,7 +22460,7 @@ private:
     }
     float inverse_depth(std::size_t place) const { return 1 / seen_.depth.data()[place]; }
 
-    /// Makes a cell of every pixel of a gap.
+    /// Creates a cell for every pixel of a gap, and merges the sets of adjacent cells.
     void find_gaps() {
         buffer<std::int32_t> above(width(), no_cell);
         for (std::size_t place = 0; place < seen_.coverage.size(); ++place) {
@@ -22471,8 +22537,9 @@ inline image<std::uint8_t> gap_colors(rendering seen) {
 }}  // namespace ldi
 
 // ---- ldi/render/detail/pixel_squares.hpp
-// Pixels of a layered image as squares of four triangles each, from the pixel's center to its sides. Linked pixels share
-// corners; unlinked pixels are separate. Projected once per view to the rasterizer's fixed-point positions.
+// Represents each pixel of a layered image as a square of four triangles, which connect the pixel's center with its four sides.
+// Linked pixels share corners; unlinked pixels are separate. The vertices are projected once per view to the rasterizer's
+// fixed-point positions.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -22496,7 +22563,7 @@ public:
         place(layers.template column<disparity_column>(), range, relative_projection(taken_from, from, samples, z_near));
     }
 
-    /// False if a corner is nearer than z_near, or too far outside the picture to be projected safely.
+    /// Returns false if a vertex of the pixel is nearer than z_near, or too far outside the picture to be projected safely.
     bool is_drawn(std::int32_t pixel) const { return drawn_[pixel] != 0; }
 
     std::int64_t top(std::int32_t pixel) const {
@@ -22506,8 +22573,8 @@ public:
         return extreme(pixel, [](std::int64_t a, std::int64_t b) { return (std::max)(a, b); });
     }
 
-    /// Triangle of the center and the two corners of a side, clockwise as seen in the layered image. Texture coordinates run
-    /// from 0 to 1 over the pixel.
+    /// Returns the triangle of the pixel's center and the two corners of a side, clockwise as seen in the layered image.
+    /// Texture coordinates run from 0 to 1 over the pixel.
     screen_triangle triangle(std::int32_t pixel, side s) const {
         const int first = clockwise_index(s), second = (first + 1) % 4;
         screen_triangle t{vertices_[pixel], vertices_[corner(pixel, first)], vertices_[corner(pixel, second)]};
@@ -22631,8 +22698,9 @@ private:
     buffer<std::uint8_t> drawn_;      // one per pixel
 };
 
-/// Color at (u, v) within a pixel, from (0, 0) at its top left corner to (1, 1): bilinear between the centers of the pixels that
-/// are linked around the nearest corner, if all are known or all are unknown.
+/// Returns the color at (u, v) within a pixel; (0, 0) is its top left corner, and (1, 1) its bottom right corner. Interpolates
+/// bilinearly between the centers of the pixels that are linked around the nearest corner. If `pixel` is known, only known
+/// pixels count; otherwise, only unknown ones.
 template <has_columns<color_column, known_column> Layers>
 std::array<std::uint8_t, 3> color_within_pixel(const Layers& layers, std::int32_t pixel, double u, double v) {
     const auto& g = layers.topology();
@@ -22664,8 +22732,8 @@ std::array<std::uint8_t, 3> color_within_pixel(const Layers& layers, std::int32_
 }}}  // namespace ldi::detail
 
 // ---- ldi/render/micro_polygons.hpp
-// Draws a layered image directly, without charts and simplification. Every pixel becomes a small square that meets the pixels it
-// is linked to and is separate from all others (the micro-polygons of the paper's section "Inpainting", under Results).
+// Draws a layered image directly, without charts and simplification. Every pixel becomes a small square that shares corners
+// with linked pixels and is separate from all others (the micro-polygons of the paper's section "Inpainting", under Results).
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -22678,7 +22746,6 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 ///
 /// Omits pixels that reach nearer than options.z_near. Raises mismatch if camera and lattice differ in size, invalid_data if a
 /// disparity is not in front of the camera, invalid_option or too_large as rasterize() does.
-/// if a disparity is not in front of the camera, invalid_option or too_large as rasterize() does.
 template <has_columns<color_column, disparity_column, known_column> Layers, executor Executor = const serial_executor>
 rendering render_layers(const Layers& layers, const depth_range& range, const view& taken_from, const view& from,
                         const raster_options& options = {}, Executor&& threads = {}) {
@@ -22719,7 +22786,7 @@ struct surface_triangle {
 
 /// Whether the sample belongs to the triangle by the rule of for_each_span().
 ///
-/// t  of positive area
+/// t  a triangle of positive area
 inline bool holds_sample(const screen_triangle& t, std::int64_t x, std::int64_t y) {
     const std::int64_t px = x * subsample_steps + subsample_steps / 2, py = y * subsample_steps + subsample_steps / 2;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -22740,8 +22807,8 @@ public:
     surface_triangle one_sample(surface_triangle from, std::int64_t x, std::int64_t y, side direction) const {
         const bool to_right = direction == side::right;
         const std::int64_t target_x = x + (to_right ? 1 : 0), target_y = y + (to_right ? 0 : 1);
-        // The edge rule is that of a sample moved right by e and down by e^2, for an infinitesimal e > 0. The line is moved in
-        // the same way: it meets no corner, and corners exactly on it lie on one side.
+        // The edge rule is equivalent to moving each sample right by e and down by e^2, for an infinitesimal e > 0. The line
+        // through the samples moves in the same way: it meets no corner, and corners exactly on it count as before it.
         const std::int64_t line = (to_right ? y : x) * subsample_steps + subsample_steps / 2;
         const auto before_line = [&](const screen_vertex& v) { return (to_right ? v.y : v.x) <= line; };
 
@@ -22767,8 +22834,8 @@ public:
     }
 
 private:
-    /// Crosses an edge of a triangle and returns the edge by which the next triangle is entered. Edges 0 and 2 run from the
-    /// pixel's center to a corner; edge 1 is the pixel's side.
+    /// Moves `from` to the triangle across one of its edges. Returns the same edge as numbered in the new triangle. Edges 0 and
+    /// 2 run from the pixel's center to a corner; edge 1 is the pixel's side.
     std::size_t cross(surface_triangle& from, std::size_t edge) const {
         if (edge == 1) {
             from = {graph_.neighbor(from.pixel, from.outer), opposite(from.outer)};
@@ -22811,7 +22878,7 @@ public:
     fragment_finder(const pixel_squares& squares, const pinhole_camera& screen, bool both_sides)
         : squares_(squares), width_(screen.width), height_(screen.height), both_sides_(both_sides) {}
 
-    /// Returns the fragments sorted by position, then nearest first.
+    /// Returns the fragments sorted by position, and from near to far at each position.
     template <executor Executor>
     buffer<fragment> find_all(std::int32_t pixel_count, Executor& threads) const {
         const auto extent = [&](std::int32_t i) {
@@ -22860,7 +22927,7 @@ private:
     bool both_sides_;
 };
 
-/// Widens the range to contain all fragments, unless the excess is only rounding.
+/// Returns `range`, widened to contain all fragments. Excess that is only rounding does not widen it.
 inline depth_range range_of(const buffer<fragment>& fragments, const depth_range& range) {
     const double first = 1.0 / range.z_near, last = 1.0 / range.z_far;
     double nearest = first, farthest = last;
@@ -22892,7 +22959,7 @@ inline void link_neighbors(graph_builder& g, const buffer<fragment>& fragments, 
         }
 }
 
-/// Makes one linked pixel per fragment.
+/// Builds a graph with one pixel per fragment, and links neighbors.
 inline graph graph_of(const buffer<fragment>& fragments, const pinhole_camera& camera, const surface_walk& walk) {
     graph_builder g(camera.width, camera.height, fragments.size());
     for (std::int32_t i = 0; i < fragments.count(); ++i) {
@@ -22929,9 +22996,9 @@ struct peeled_layers {
     depth_range range;  ///< distances of its disparities 1 and 0
 };
 
-/// Converts layers to another camera. Every surface that the ray through the center of a pixel of `from` meets becomes a pixel,
-/// any number of them at one position. Neighbors are linked if the surface connects them without a tear and without folding
-/// back. This is exact: converting to the original camera changes nothing.
+/// Converts layers to another camera. A ray runs through the center of each pixel of `from`. Every surface that the ray meets
+/// becomes a pixel of the result, so a position can have any number of pixels. Neighbors are linked if the surface connects
+/// them without a tear and without folding back. The conversion is exact: converting to the original camera changes nothing.
 ///
 /// range       distances of disparity 1 and 0
 /// taken_from  camera of `layers`; its size is the lattice's size
@@ -23006,9 +23073,9 @@ inline image<std::uint8_t> side_by_side(image_view<const std::uint8_t> left, ima
     return result;
 }
 
-/// Combines two pictures for glasses with red at the left eye and cyan at the right. Red is the left picture's brightness (Rec.
-/// 601, which makes colored objects equally bright for both eyes; "half color"), green and blue are the right picture's. Raises
-/// mismatch.
+/// Combines two pictures to an anaglyph for glasses with a red left lens and a cyan right lens. The red channel is the left
+/// picture's brightness (Rec. 601); the green and blue channels are the right picture's. This method, "half color", makes
+/// colored objects equally bright for both eyes. Raises mismatch.
 inline image<std::uint8_t> anaglyph(image_view<const std::uint8_t> left, image_view<const std::uint8_t> right) {
     detail::check_pair(left, right);
     image<std::uint8_t> result(right);
@@ -23051,7 +23118,8 @@ struct json_value {
     std::string_view text = "nothing";
 };
 
-/// Receives the parts of an object or array. A function pointer, so that the reader is compiled only once.
+/// Callback for the members of an object or the elements of an array. It is a function pointer, so that the reader is compiled
+/// only once.
 using json_visitor = void (*)(void* to, std::string_view name, const json_value& value);
 
 /// Returns 0 to 15, or 16 if c is not a hexadecimal digit.
@@ -23097,7 +23165,7 @@ inline void append_unescaped(std::string_view written, buffer<char>& to) {
     }
 }
 
-/// Walks over a text and checks everything it passes. Errors: invalid_data; `where` names the text in messages.
+/// Walks over a text and checks everything it passes. Raises invalid_data; `where` names the text in messages.
 class json_reader {
 public:
     /// max_depth  maximum nesting of objects and arrays
@@ -23106,7 +23174,7 @@ public:
     /// Walks over a text that a reader has already checked, without further checks.
     explicit json_reader(std::string_view checked) : text_(checked), is_checked_(true) {}
 
-    /// Reads the one object of which the text consists.
+    /// Reads a text that consists of one object.
     json_value whole_object() {
         skip_space();
         if (peek() != '{') fail("a JSON object");
@@ -23186,7 +23254,7 @@ private:
         ++at_;
     }
 
-    /// Whether the object or array ends here. If not, moves to its next part.
+    /// Returns whether the object or array ends here. If not, moves to its next member or element.
     bool leave(char closing, bool first, const char* expected) {
         skip_space();
         if (peek() == closing) {
@@ -23246,7 +23314,7 @@ private:
         }
     }
 
-    /// Reads a string with its quotes.
+    /// Reads a string and returns it with its quotes.
     std::string_view read_string() {
         const std::size_t begin = at_++;
         while (peek() != '"') {
@@ -23323,7 +23391,7 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Checks a text that is one object. Errors: invalid_data, naming the byte.
+/// Checks a text that consists of one JSON object. Raises invalid_data, which names the byte.
 inline json_value read_json_object(std::string_view text, int max_depth, const std::string& where) {
     return json_reader(text, max_depth, where).whole_object();
 }
@@ -23362,7 +23430,7 @@ inline json_value json_member(const json_value& object, std::string_view name) {
     return result;
 }
 
-/// Parses a number without sign, point and exponent. Empty for any other value.
+/// Parses a number without sign, point and exponent. Returns an empty result for any other value.
 inline std::optional<std::uint64_t> whole_number(const json_value& value) {
     if (value.kind != json_kind::number) return std::nullopt;
     std::uint64_t result = 0;
@@ -23412,7 +23480,7 @@ namespace detail::safetensors {
 
 inline constexpr std::size_t max_header_bytes = std::size_t{4} << 20;
 inline constexpr std::size_t max_dimensions = 8;
-inline constexpr int max_nesting = 3;  ///< the header, a tensor, its shape
+inline constexpr int max_nesting = 3;  ///< three levels: the header, a tensor, and its shape
 
 inline std::uint32_t little_endian(const std::byte* bytes, int size) {
     std::uint32_t value = 0;
@@ -23442,7 +23510,7 @@ buffer<Scalar> decoded(std::span<const std::byte> bytes, std::size_t scalar_byte
     return values;
 }
 
-/// Bytes of one value; 0 for an unsupported type.
+/// Returns the size of one value in bytes; 0 for an unsupported type.
 inline std::size_t scalar_size(std::string_view type) {
     if (type == "F32" || type == "I32") return 4;
     if (type == "F16" || type == "BF16") return 2;
@@ -23485,7 +23553,7 @@ inline entry checked_entry(const std::string& name, const json_value& line, std:
         return result;
     };
     part("dtype", line.kind == json_kind::object);
-    json_value type, shape, place;  // one walk, because a header may have a hundred thousand entries
+    json_value type, shape, place;  // found in one walk, because a header may have a hundred thousand entries
     int members = 0;
     for_each_member(line, [&](const std::string& key, const json_value& value) {
         ++members;
@@ -23560,7 +23628,8 @@ inline named_tensors decode_safetensors(std::span<const std::byte> bytes, const 
             entries.push_back(checked_entry(name, line, data.size(), where));
     });
 
-    // Tensors that fill the data without gap or overlap cannot need more memory than the size of the file.
+    // Tensors that fill the data without gap or overlap need at most twice the memory of the file: half-precision numbers
+    // become float.
     std::sort(entries.begin(), entries.end(),
               [](const entry& a, const entry& b) { return std::pair(a.begin, a.end) < std::pair(b.begin, b.end); });
     std::size_t filled = 0;
@@ -23584,15 +23653,15 @@ inline named_tensors decode_safetensors(std::span<const std::byte> bytes, const 
 }}  // namespace ldi
 
 // ---- ldi/formats/farbrausch.hpp
-// Reads the inpainting network from the bytes of a safetensors file: its convolutions, and its kind from the metadata.
-// examples/training/farbrausch/export.py writes Farbrausch, examples/training/partial_convolution.py the full-size PartialConv.
-// io/farbrausch_file.hpp loads either from a file.
+// Reads an inpainting network from the bytes of a safetensors file. The metadata state the kind of network.
+// examples/training/farbrausch/export.py writes Farbrausch, and examples/training/partial_convolution.py writes the full-size
+// PartialConv. io/farbrausch_file.hpp loads both from files.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Decodes an inpainting network.
 ///
-/// kind  if empty, int8 if the weights contain the ranges that it requires, else float32
+/// kind  arithmetic; if empty, int8 if the weights contain the ranges that int8 requires, otherwise float32
 ///
 /// Raises the errors of decode_safetensors() and farbrausch; mismatch and unsupported if the metadata describe another kind of
 /// network.
@@ -23622,7 +23691,7 @@ inline inpainting_architecture parse_inpainting_architecture(const named_tensors
     const std::string here = where + ", architecture";
     const json_value text = read_json_object(found->second, 3, here);
 
-    // Metadata with only one accepted value, because other values would require other arithmetic.
+    // Members with only one accepted value, because other values would require other arithmetic.
     const std::string_view fixed[][2] = {
         {"name", has_fills ? "\"farbrausch\"" : "\"partial_convolution\""},
         {"version", "1"},
@@ -23693,7 +23762,7 @@ public:
 
     constexpr bool contains(picture_format format) const { return (bits_ & bit(format)) != 0; }
 
-    /// Parses names separated by commas, such as "jpeg,png". Empty if a name is unknown.
+    /// Parses names separated by commas, such as "jpeg,png". Returns an empty result if a name is unknown.
     static std::optional<picture_formats> parse(std::string_view names) {
         picture_formats result{};
         result.bits_ = 0;
@@ -23797,7 +23866,7 @@ inline bool is_heif(std::span<const std::byte> bytes) {
     return false;
 }
 
-/// Describes a format by the first bytes of a file for error messages: "a GIF file".
+/// Describes the format of a file by its first bytes, for error messages: "a GIF file".
 inline std::string describe_format(std::span<const std::byte> bytes) {
     struct signature {
         std::size_t offset;
@@ -23870,7 +23939,7 @@ float stored_float(const std::byte* from, bool swap_bytes) {
     return static_cast<float>(value);
 }
 
-/// Parses a text that is one whole number of at most 2^31 - 1. Empty for any other text.
+/// Parses a text that is one whole number of at most 2^31 - 1. Returns an empty result for any other text.
 inline std::optional<std::size_t> whole_number(std::string_view text) {
     std::uint32_t value = 0;
     const std::from_chars_result read = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -23884,7 +23953,7 @@ struct float_map_header : picture_header {
     bool is_swapped = false, columns_first = false;
 };
 
-/// Checks that the file contains all values and that their number is allowed.
+/// Raises invalid_data unless the file contains all values.
 inline void check_float_map(const float_map_header& header, std::span<const std::byte> bytes, const std::string& where) {
     const std::size_t left = bytes.size() - header.begin;
     if (header.width > left / header.item / header.height)
@@ -23896,7 +23965,8 @@ inline void check_float_map(const float_map_header& header, std::span<const std:
 /// Reads the header of a PFM file. Raises invalid_data.
 inline float_map_header read_pfm_header(std::span<const std::byte> bytes, const std::string& where) {
     const auto broken = [&](const std::string& found) { damaged(picture_format::pfm, where, found); };
-    // "Pf", width, height and scale, each followed by white space. After the scale it is a single character.
+    // The header consists of "Pf", width, height and scale. White space follows each of them; after the scale, it is a single
+    // character.
     std::string_view fields[3];
     std::size_t at = 2;
     for (std::string_view& field : fields) {
@@ -23911,7 +23981,7 @@ inline float_map_header read_pfm_header(std::span<const std::byte> bytes, const 
     }
     const std::optional<std::size_t> width = whole_number(fields[0]), height = whole_number(fields[1]);
     if (!width || !height || *width == 0 || *height == 0) broken("no size in its header");
-    // The sign is the byte order. The number itself is a unit of brightness, which readers ignore.
+    // The sign of the scale states the byte order. Its magnitude is a unit of brightness, which readers ignore.
     const std::string_view scale = fields[2];
     if (scale.find_first_not_of("+-.0123456789eE") != scale.npos || scale.find_first_of("123456789") == scale.npos)
         broken("a scale of '" + std::string(scale) + "'");
@@ -23924,7 +23994,7 @@ inline float_map_header read_pfm_header(std::span<const std::byte> bytes, const 
 
 }  // namespace detail
 
-/// Decodes a PFM file to H x W x 1, values as stored. `where` names the file in messages. Raises invalid_data.
+/// Decodes a PFM file to H x W x 1 and leaves the values as stored. `where` names the file in messages. Raises invalid_data.
 inline image<float> decode_pfm(std::span<const std::byte> bytes, const std::string& where) {
     const detail::float_map_header header = detail::read_pfm_header(bytes, where);
     detail::check_float_map(header, bytes, where);
@@ -23938,7 +24008,8 @@ inline image<float> decode_pfm(std::span<const std::byte> bytes, const std::stri
 
 namespace detail {
 
-/// Returns the text of an NPY header, a Python dictionary, after a key and its colon; empty if the key is missing.
+/// Returns the text after a key and its colon in the header of an NPY file, which is a Python dictionary; empty if the key is
+/// missing.
 ///
 /// key  including its quotes
 inline std::string_view npy_field(std::string_view dictionary, std::string_view key) {
@@ -23948,7 +24019,7 @@ inline std::string_view npy_field(std::string_view dictionary, std::string_view 
     return value == dictionary.npos ? std::string_view() : dictionary.substr(value);
 }
 
-/// Parses a Python tuple such as "(384, 288)". Empty if the text is not a tuple or has more than 8 numbers.
+/// Parses a Python tuple such as "(384, 288)". Returns an empty result if the text is not a tuple or has more than 8 numbers.
 inline std::optional<buffer<std::size_t>> npy_shape(std::string_view text) {
     if (text.empty() || text.front() != '(') return std::nullopt;
     const std::size_t end = text.find(')');
@@ -24010,7 +24081,8 @@ inline float_map_header read_npy_header(std::span<const std::byte> bytes, const 
 
 }  // namespace detail
 
-/// Decodes an NPY file to H x W x 1, values as stored. `where` names the file in messages. Raises invalid_data, unsupported.
+/// Decodes an NPY file to H x W x 1 and leaves the values as stored. `where` names the file in messages. Raises invalid_data,
+/// unsupported.
 inline image<float> decode_npy(std::span<const std::byte> bytes, const std::string& where) {
     const detail::float_map_header header = detail::read_npy_header(bytes, where);
     detail::check_float_map(header, bytes, where);
@@ -24089,8 +24161,8 @@ struct own_attribute {
     std::span<const float> values;  ///< vertices x channels
 };
 
-/// Columns of a part of a mesh, or of its strip, in the order of the file. The order aligns each column to its scalars without
-/// padding.
+/// Columns of one part of a mesh, or of its strip of soft edges, in the order of the file. In this order, each column is
+/// aligned to its scalar type without padding.
 struct geometry {
     std::span<const float> positions, texture_coordinates;
     std::span<const std::uint8_t> opacity;  ///< opacity of a strip; otherwise empty
@@ -24171,9 +24243,9 @@ struct contents {
         for (const std::span<const std::byte>& texture : textures) sum += texture.size();
         return sum;
     }
-    /// Index of a texture's buffer view. Views of geometry come first.
+    /// Returns the index of a texture's buffer view. The views of the geometry come first.
     std::size_t view_of_texture(std::size_t texture) const { return first_accessor(parts.size()) + texture; }
-    /// Index of a part's first accessor.
+    /// Returns the index of a part's first accessor.
     std::size_t first_accessor(std::size_t part) const {
         std::size_t sum = 0;
         for (std::size_t i = 0; i < part; ++i) sum += parts[i].accessor_count();
@@ -24181,7 +24253,7 @@ struct contents {
     }
 };
 
-/// Consecutive views of the file's only buffer.
+/// List of buffer views, which divide the file's only buffer into consecutive ranges.
 class view_list {
 public:
     int add(std::size_t bytes, int target, std::size_t padding = 0) {
@@ -24201,7 +24273,7 @@ private:
     int count_ = 0;
 };
 
-/// Adds one accessor per view, with the index of the view.
+/// Adds the accessors of a geometry, and one buffer view for each accessor.
 inline void add_accessors(json_text& json, view_list& views, const geometry& g, std::size_t padding) {
     const std::size_t count = g.vertex_count();
     json.add(R"({"bufferView":)", views.add(g.position_bytes(), vertices), R"(,"componentType":)", float32, R"(,"count":)",
@@ -24242,7 +24314,8 @@ inline void add_accessors_and_views(json_text& json, const contents& c) {
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Row k has the remainder of each byte followed by k zero bytes, so that the loop processes eight bytes at a time.
+/// Row k contains the CRC remainder of each byte value followed by k zero bytes. With eight rows, the loop processes eight
+/// bytes at a time.
 using crc32_rows = std::array<std::array<std::uint32_t, 256>, 8>;
 
 inline crc32_rows make_crc32_rows() {
@@ -24294,7 +24367,8 @@ inline std::uint32_t adler32(std::span<const std::byte> bytes) {
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Whether the Huffman tables of a segment have no more codes than bytes. Otherwise stb_image 2.27 writes beyond its tables.
+/// Whether each Huffman table of a segment is complete and has at most 256 codes. For other tables, stb_image 2.27 writes
+/// beyond its buffers.
 inline bool are_huffman_tables(std::span<const std::byte> body) {
     while (!body.empty()) {
         if (body.size() < 17) return false;
@@ -24385,7 +24459,8 @@ private:
         if (byte_at(body, 0) != 8) unsupported(std::to_string(byte_at(body, 0)) + "-bit samples");
         header_.height = big_endian_16(body, 1), header_.width = big_endian_16(body, 3);
         components_ = byte_at(body, 5);
-        // Decoded channels, 2 bytes of coefficients per channel in a progressive file, and the picture converted from them.
+        // Bytes per pixel: the decoded channels, 2 bytes of coefficients per channel in a progressive file, and the picture
+        // converted to RGB.
         const std::size_t stored = components_ * (marker == 0xC2 ? 3 : 1);
         header_.memory_per_pixel = stored + 3;
         if (header_.height == 0) unsupported("a JPEG that states its height at the end");
@@ -24471,14 +24546,14 @@ inline picture_header read_png_header(std::span<const std::byte> bytes, const st
         }
         at += 12 + length;
     }
-    // Deflate cannot compress to less than 1 / 1032.
+    // Deflate cannot compress data to less than 1 / 1032 of its size.
     const double raw = nearest_double(header.width) * nearest_double(header.height) * nearest_double(layout.bits_per_pixel) / 8;
     if (raw > 1032.0 * nearest_double(compressed) + 1024.0)
         broken(std::to_string(header.width) + " x " + std::to_string(header.height) + " pixels in " + std::to_string(compressed) +
                " bytes of data");
     const auto [bits_per_pixel, decoded_bytes, interlaced] = layout;
-    // Inflated rows and the picture made of them, finally 8-bit RGB. Rows of an interlaced picture are a few bytes longer, so
-    // their buffer is doubled once.
+    // Peak bytes per pixel: first the inflated rows and the picture decoded from them, then that picture and 8-bit RGB. Rows of
+    // an interlaced picture are a few bytes longer, so their buffer is doubled once.
     const std::size_t decoded = decoded_bytes + (has_transparent_color && bits_per_pixel >= 8 ? header.bits / 8 : 0);
     const std::size_t row = (bits_per_pixel + 7) / 8, rows = interlaced ? 2 * row : row;
     header.memory_per_pixel = (std::max)({rows + decoded, decoded + 3, interlaced ? 3 * row : 0});
@@ -24501,10 +24576,11 @@ inline picture_header read_picture_header(std::span<const std::byte> bytes, cons
 }}}  // namespace ldi::detail
 
 // ---- ldi/formats/plain_png.hpp
-// Writes PNG files with the standard library alone, so that a texture requires no encoder. Filters rows and codes their bytes
-// with one Huffman code, without a search for repetitions. Photographs become 4 to 15 % larger than with libpng
-// (io/picture.hpp), flat pictures many times larger. Stored blocks would need less code, but double the file: 166 instead of 82
-// kB for the crop examples/learn/archway.ppm. PNG: ISO/IEC 15948; zlib: RFC 1950; deflate: RFC 1951.
+// Writes PNG files with the standard library alone, so that callers need no encoder for textures. Filters rows and codes their
+// bytes with one Huffman code, without a search for repetitions. Files of photographs are 4 to 15 % larger than with libpng
+// (io/picture.hpp), and those of flat pictures many times larger. Uncompressed (stored) blocks would need less code, but double
+// the size of the file: 166 instead of 82 kB for the crop examples/learn/archway.ppm. PNG: ISO/IEC 15948; zlib: RFC 1950;
+// deflate: RFC 1951.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -24513,7 +24589,7 @@ buffer<std::byte> encode_plain_png(image_view<const std::uint8_t> picture);
 
 namespace detail::plain_png {
 
-/// Symbols are the bytes and the end of the data.
+/// Symbols of the Huffman code: the 256 byte values and the end of the data.
 inline constexpr std::size_t symbols = 257, end_of_data = 256;
 inline constexpr int max_code_length = 15;
 
@@ -24525,8 +24601,8 @@ inline int paeth(int left, int upper, int upper_left) {
     return to_upper <= to_upper_left ? upper : upper_left;
 }
 
-/// Applies PNG's filter 0 to 4 to row y: stores the differences to the prediction from the neighbors. Returns the sum of their
-/// absolute values.
+/// Applies one of PNG's filters, 0 to 4, to row y: stores the differences between the values and their predictions from
+/// neighbors. Returns the sum of the absolute differences.
 template <int filter>
 std::size_t filter_row(image_view<const std::uint8_t> picture, std::size_t y, std::byte* to) {
     const std::size_t channels = picture.channels(), values = picture.width() * channels;
@@ -24547,7 +24623,7 @@ std::size_t filter_row(image_view<const std::uint8_t> picture, std::size_t y, st
     return sum;
 }
 
-/// Filters all rows. Each starts with the number of the filter that minimizes its sum.
+/// Filters each row with the filter that minimizes the sum. The number of the filter precedes the row.
 inline buffer<std::byte> filtered(image_view<const std::uint8_t> picture) {
     const std::size_t values = picture.width() * picture.channels();
     buffer<std::byte> result(picture.height() * (values + 1), unset), tried(values, unset);
@@ -24569,7 +24645,8 @@ inline buffer<std::byte> filtered(image_view<const std::uint8_t> picture) {
     return result;
 }
 
-/// Computes the lengths of a Huffman code from symbol counts, at least two of them positive; 0 for symbols that do not occur.
+/// Computes the code lengths of a Huffman code from symbol counts, of which at least two must be positive. Symbols that do not
+/// occur have length 0.
 inline std::array<int, symbols> huffman_lengths(const std::array<std::size_t, symbols>& counts) {
     struct node {
         std::size_t count, symbol;  // leaves only
@@ -24581,7 +24658,7 @@ inline std::array<int, symbols> huffman_lengths(const std::array<std::size_t, sy
         if (counts[s] > 0) nodes[leaves++] = {counts[s], s, 0};
     std::sort(nodes.data(), nodes.data() + leaves,
               [](const node& a, const node& b) { return std::pair(a.count, a.symbol) < std::pair(b.count, b.symbol); });
-    // Inner nodes are created in ascending order, too.
+    // Like the sorted leaves, inner nodes are created in ascending order of their counts.
     std::size_t next_leaf = 0, next_inner = leaves, count = leaves;
     const auto take_smallest = [&] {
         const bool is_leaf = next_inner == count || (next_leaf < leaves && nodes[next_leaf].count <= nodes[next_inner].count);
@@ -24607,7 +24684,7 @@ inline std::array<int, symbols> code_lengths(std::array<std::size_t, symbols> co
     for (;;) {
         const std::array<int, symbols> lengths = huffman_lengths(counts);
         if (*std::max_element(lengths.begin(), lengths.end()) <= max_code_length) return lengths;
-        for (std::size_t& count : counts) count = (count + 1) / 2;  // makes the counts more even; none becomes 0
+        for (std::size_t& count : counts) count = (count + 1) / 2;  // makes the counts more even; positive counts stay positive
     }
 }
 
@@ -24663,8 +24740,8 @@ inline void append_compressed(std::span<const std::byte> bytes, buffer<std::byte
     to.push_back(std::byte{0x78}), to.push_back(std::byte{0x01});
     bit_writer writer(to);
     writer.put(0b101, 3);  // marks the last block, with a Huffman code of its own
-    // 257 lengths, and 1 length of an unused code for repetitions. A length is a number of 4 bits: the code for lengths has
-    // equal length for all symbols except 16, 17 and 18.
+    // The block states 257 code lengths, and the length of one distance code, which is unused. Each length is written as a
+    // number of 4 bits, because the code for lengths assigns 4 bits to every symbol except 16, 17 and 18, which are unused.
     writer.put(0, 5), writer.put(0, 5), writer.put(15, 4);
     for (int i = 0; i < 19; ++i) writer.put(i < 3 ? 0 : 4, 3);
     for (const int length : lengths) writer.put(reversed(static_cast<std::uint32_t>(length), 4), 4);
@@ -24736,7 +24813,7 @@ struct vertex_attribute {
 };
 
 struct glb_options {
-    /// Camera that took the photo, for viewers that start there. If absent, the file has no camera.
+    /// Camera that took the photo. Viewers may start at its position. If absent, the file has no camera.
     std::optional<pinhole_camera> camera;
     /// Motion budget for viewers (render/motion.hpp), written as `motion` in the scene's extras if present.
     std::optional<float> motion = std::nullopt;
@@ -24755,16 +24832,17 @@ struct glb_options {
     bool double_sided = true;
 };
 
-/// Encodes a mesh and its textures as a GLB file: one node and mesh; one primitive per texture, and one more for soft edges,
-/// which viewers blend over the others (COLOR_0 with alpha). Positions are float32, texture coordinates normalized 16-bit,
-/// indices 16-bit for primitives with less than 65,536 vertices, otherwise 32-bit. The file keeps unused vertices, but not parts
-/// without triangles, nor textures that only such parts use.
+/// Encodes a mesh and its textures as a GLB file with one node and one mesh. The mesh has one primitive per texture, and one
+/// more for soft edges, which viewers blend over the other primitives (COLOR_0 with alpha). Positions are float32. Texture
+/// coordinates are normalized 16-bit numbers. Indices have 16 bits in primitives with fewer than 65,536 vertices, otherwise 32
+/// bits. The file keeps unused vertices, but omits parts without triangles and textures that only such parts use.
 ///
 /// textures  one JPEG or PNG file for each part of the mesh
 ///
-/// Raises mismatch for another number of textures and for columns of different lengths; invalid_data if the mesh is empty, has a
-/// coordinate that is not finite, a texture coordinate outside [0, 1] or an index out of range, or if a texture is not a
-/// complete JPEG or PNG file; invalid_option for an attribute that violates vertex_attribute; too_large beyond 4 GB.
+/// Raises mismatch if the number of textures is not the number of parts, or if columns differ in length; invalid_data if the
+/// mesh is empty, has a coordinate that is not finite, a texture coordinate outside [0, 1] or an index out of range, or if a
+/// texture is not a complete JPEG or PNG file; invalid_option for an attribute that violates vertex_attribute; too_large beyond
+/// 4 GB.
 buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const std::span<const std::byte>> textures,
                              const glb_options& options = {});
 
@@ -24827,7 +24905,7 @@ inline void add_camera(json_text& json, const pinhole_camera& photo, const conte
     for (const geometry& g : c.parts)
         if (!g.is_strip()) highest = (std::max)(highest, g.highest[2]), lowest = (std::min)(lowest, g.lowest[2]);
     const double nearest = -highest, farthest = (std::max)(0.0, -lowest);
-    // Leaves room to move forward and back.
+    // This range leaves room for viewers to move forward and back.
     const double z_near = nearest > 0 ? 0.1 * nearest : 0.01, z_far = (std::max)(10 * farthest, 100 * z_near);
     json.add(R"("cameras":[{"perspective":{"aspectRatio":)", nearest_double(photo.width) / photo.height);
     json.add(R"(,"yfov":)", 2 * std::atan(0.5 * photo.height / double{photo.focal_length}));
@@ -24850,7 +24928,7 @@ inline std::string json_string(std::string_view text) {
     return result + '"';
 }
 
-/// Adds data that glTF has no field for as the scene's extras; nothing if there are none.
+/// Adds the data for which glTF has no field as the scene's extras. Adds nothing if there is no such data.
 inline void add_extras(json_text& json, const glb_options& options) {
     const char* before = R"("extras":{)";
     const auto add = [&](std::string_view name, const auto& value) {
@@ -24884,7 +24962,7 @@ inline buffer<char> describe(const contents& c, const glb_options& options) {
         json.add(R"({"bufferView":)", c.view_of_texture(t), R"(,"mimeType":")",
                  is_png(c.textures[t]) ? "image/png" : "image/jpeg", R"("})");
     });
-    // Unlit materials show the texture unchanged. Viewers without unlit materials show it as not metallic.
+    // Unlit materials show the texture unchanged. Viewers that do not support them show a surface that is not metallic.
     json.add(R"(],"materials":[)");
     add_list(c.parts.size(), [&](std::size_t p) {
         json.add("{", c.parts[p].is_strip() ? R"("alphaMode":"BLEND",)" : "",
@@ -24913,7 +24991,7 @@ inline buffer<char> describe(const contents& c, const glb_options& options) {
     return json.text();
 }
 
-/// Fills a file from front to back, little-endian as glTF requires.
+/// Writes a file from front to back. Numbers are little-endian, as glTF requires.
 class writer {
 public:
     explicit writer(std::byte* to) : to_(to) {}
@@ -24999,7 +25077,7 @@ inline buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const s
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Decodes a silhouette network. Raises the errors of decode_safetensors() and silhouette_network; mismatch and unsupported if
-/// the metadata describe another kind of network, or a band with other constants than in depth/step_band.hpp.
+/// the metadata describe another kind of network, or constants of the band that differ from depth/step_band.hpp.
 inline silhouette_network decode_silhouettes(std::span<const std::byte> bytes, const std::string& where = "weights",
                                              isa target = best_isa()) {
     const named_tensors file = decode_safetensors(bytes, where);
@@ -25032,7 +25110,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
-/// Reads an image size from the metadata; `otherwise` if absent.
+/// Reads an image size from the metadata. Returns `otherwise` if it is absent.
 inline std::size_t size_in(const named_tensors& file, const char* key, std::size_t otherwise) {
     const auto found = file.metadata.find(key);
     if (found == file.metadata.end()) return otherwise;
@@ -25079,8 +25157,8 @@ inline tiefenrausch decode_tiefenrausch(std::span<const std::byte> bytes, const 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A source of depth. `disparity(photo, progress, threads)` accepts the photo, H x W x 3, and returns a map h x w x 1 of any
-/// size, larger is nearer. `quantization_step()` is the ratio of neighboring values of that map, 1 if it is not quantized.
-/// Examples: `tiefenrausch`, `given_disparity`.
+/// size, larger is nearer. `quantization_step()` returns the ratio of two adjacent quantization levels of that map, or 1 if the
+/// map is not quantized. Examples: `tiefenrausch`, `given_disparity`.
 template <class T>
 concept depth_estimator = requires(const T& t, image_view<const std::uint8_t> photo, const progress_listener& progress,
                                    const serial_executor& threads) {
@@ -25092,8 +25170,9 @@ concept depth_estimator = requires(const T& t, image_view<const std::uint8_t> ph
 template <payload_column... Own>
 using working_layers = layered_image<color_column, disparity_column, known_column, matte_column, rim_column, Own...>;
 
-/// A source of colors. `inpaint(layers, progress, threads)`, a template over layers with at least color, disparity and
-/// known_column, sets the color of every pixel whose known_column is 0 and changes nothing else. Example: `diffusion_inpainter`.
+/// A source of colors. `inpaint(layers, progress, threads)`, a template over layers with at least color_column, disparity_column
+/// and known_column, sets the color of every pixel whose known_column is 0 and changes nothing else. Example:
+/// `diffusion_inpainter`.
 template <class T>
 concept color_inpainter = requires(const T& t, working_layers<>& layers, const progress_listener& progress,
                                    serial_executor& threads) {
@@ -25121,14 +25200,15 @@ struct given_disparity {
     float quantization_step() const { return 1.0F; }
 };
 
-/// Lengths and sizes in `alignment`, `components` and `curves` are in pixels, for depth as fine as the photo. If one
-/// depth sample covers several pixels, make_photo3d() multiplies lengths by the sample's side and sizes by its area.
+/// Options of make_photo3d() and its stages. Lengths and sizes in `alignment`, `components` and `curves` are in pixels, for a
+/// depth map at the photo's resolution. If one depth sample covers several pixels, make_photo3d() multiplies lengths by the
+/// sample's side and sizes by its area.
 struct photo3d_options {
     /// Maximum long side in pixels; a larger photo is shrunk to it.
     std::size_t long_side = 1536;
     /// 35 mm equivalent focal length of the photo. The default is a phone's main camera.
     float focal_length_35mm = 26.0F;
-    /// Number of weighted median passes at the estimator's own resolution, where a blurred edge is only some samples wide,
+    /// Number of weighted median passes at the estimator's own resolution, where a blurred edge is only a few samples wide,
     /// before the pass at the photo's resolution.
     int passes_before_resampling = 2;
     surface_rule surface;
@@ -25148,19 +25228,20 @@ struct photo3d_options {
     chart_options charts;
     atlas_options atlas;
     mesh_options mesh;
-    /// Receives the stages by the names in the paper's table: "depth estimation", "depth filter", "connected components",
-    /// "occluded geometry", "color inpainting", "chart generation", "chart padding", "meshing"; each begins with fraction 0 and
-    /// ends with 1.
+    /// Receives the progress of each stage under its name in the paper's table: "depth estimation", "depth filter", "connected
+    /// components", "occluded geometry", "color inpainting", "chart generation", "chart padding", "meshing". Each stage begins
+    /// with fraction 0 and ends with 1.
     progress_listener progress;
 };
 
-/// The caller's own columns for make_photo3d(), one image each.
+/// The caller's own columns for make_photo3d(), one image per column.
 ///
 ///     struct material { using scalar = std::uint8_t; static constexpr std::size_t channels = 1; };
 ///     photo_columns<material>{materials}
 template <payload_column... Own>
 struct photo_columns {
-    /// h x w x channels each, in the order of the tags. Images of another size than the layers are sampled at the nearest pixel.
+    /// h x w x channels each, in the order of the tags. An image whose size differs from the layers' is sampled at the nearest
+    /// pixel.
     std::tuple<image_view<const typename Own::scalar>...> images;
 
     photo_columns(image_view<const typename Own::scalar>... own) : images(own...) {}
@@ -25171,8 +25252,8 @@ template <payload_column... Own>
 struct basic_photo3d {
     image<std::uint8_t> photo;  ///< H x W x 3, at the size of the layered image
     image<float> estimated;     ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
-    image<float> resampled;     ///< H x W x 1, before cleaning
-    image<float> disparity;     ///< H x W x 1, cleaned
+    image<float> resampled;     ///< H x W x 1, the estimate at the photo's resolution, before cleaning
+    image<float> disparity;     ///< H x W x 1, cleaned disparity
     buffer<discontinuity_curve> curves;
     photo_facts facts;
     layered_image<color_column, disparity_column, known_column, matte_column, Own...> layers;
@@ -25197,12 +25278,12 @@ image<std::uint8_t> shrink_photo(image_view<const std::uint8_t> photo, std::size
                        threads);
 }
 
-/// Side of a sample of the estimate, in pixels. At least 1, and at most 16, because coarser maps cannot locate silhouettes.
+/// Returns the side of a sample of the estimate, in pixels, clamped to [1, 16]: coarser maps cannot locate silhouettes.
 inline float sample_size(const image<float>& estimated, const image<std::uint8_t>& photo) {
     return std::clamp(nearest_float(photo.width()) / nearest_float(estimated.width()), 1.0F, 16.0F);
 }
 
-/// Scales lengths in pixels, and counts, from depth as fine as the photo to depth with larger samples.
+/// Scales lengths and numbers of pixels from a depth map at the photo's resolution to a map with larger samples.
 template <std::integral Count>
 Count scaled(Count count, float by) {
     return static_cast<Count>(std::lround(nearest_float(count) * by));
@@ -25216,7 +25297,7 @@ inline curve_options scaled(curve_options options, float sample_size) {
     options.tangent_length = scaled(options.tangent_length, sample_size);
     return options;
 }
-/// Maximum remaining error of silhouettes after alignment, in pixels; 0 for depth as fine as the photo.
+/// Returns the maximum error of silhouettes that remains after alignment, in pixels; 0 for a depth map at the photo's resolution.
 inline int rim_width(const alignment_options& options, float sample_size) {
     return sample_size > 1.0F ? static_cast<int>(std::lround(options.uncertainty * sample_size)) : 0;
 }
@@ -25249,8 +25330,8 @@ image<float> resample_estimate(const image<float>& estimated, const image<std::u
 
 }  // namespace detail
 
-/// Limits charts to a size at which they fit on sheets of a photo H x W (texture/sheets.hpp). Raises too_large if the photo is
-/// too large for sheets, mismatch if it has no pixel.
+/// Limits the size of charts, so that they fit on sheets of a photo with `photo_height` x `photo_width` pixels
+/// (texture/sheets.hpp). Raises too_large if the photo is too large for sheets, mismatch if it has no pixel or long_side is 0.
 inline photo3d_options for_sheets(photo3d_options options, std::size_t photo_height, std::size_t photo_width,
                                   const sheet_options& sheets = {}) {
     if (photo_height == 0 || photo_width == 0 || options.long_side == 0)
@@ -25265,12 +25346,12 @@ inline photo3d_options for_sheets(photo3d_options options, std::size_t photo_hei
     return options;
 }
 
-/// A photo at the size of its layered image, with its depth.
+/// A photo at the size of its layered image, and its depth.
 struct cleaned_photo {
     image<std::uint8_t> photo;   ///< H x W x 3, no larger than options.long_side
     image<float> estimated;      ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
-    image<float> resampled;      ///< H x W x 1, before cleaning
-    image<float> disparity;      ///< H x W x 1, cleaned
+    image<float> resampled;      ///< H x W x 1, the estimate at the photo's resolution, before cleaning
+    image<float> disparity;      ///< H x W x 1, cleaned disparity
     image<std::uint8_t> shares;  ///< share of the front surface; see decided_depth
     depth_range range;           ///< distances at disparity 1 and 0
 };
@@ -25279,7 +25360,7 @@ struct cleaned_photo {
 ///
 /// photo  H x W x 3, at least one pixel
 ///
-/// Raises the errors of the stages; before the estimate, error_code::invalid_data for a photo of another shape, and
+/// Raises the errors of the stages. Before it estimates depth, raises error_code::invalid_data for a photo of another shape, and
 /// error_code::invalid_option if long_side is 0, the focal length is not in [1, 1e5], or the surface rule's step is not in
 /// [0.001, 1].
 template <depth_estimator Estimator, silhouette_decider Decider, executor Executor = const serial_executor>
@@ -25333,7 +25414,8 @@ struct lifted_photo {
 
 namespace detail {
 
-/// Samples an image at the pixels of a layer of another size.
+/// Returns an image as a column of `rows` x `columns` pixels, sampled at the nearest pixel. Raises mismatch if the image has no
+/// pixel or the wrong number of channels.
 template <payload_column Column>
 buffer<typename Column::scalar> sampled_column(image_view<const typename Column::scalar> from, std::size_t rows,
                                                std::size_t columns) {
@@ -25351,7 +25433,7 @@ buffer<typename Column::scalar> sampled_column(image_view<const typename Column:
     return result;
 }
 
-/// Adds the caller's columns one by one.
+/// Adds the caller's columns to a layer, one by one.
 template <class Layer>
 Layer with_columns(Layer layer) {
     return layer;
@@ -25370,8 +25452,8 @@ auto with_columns(Layer layer, const image_view<const typename Column::scalar>& 
 
 }  // namespace detail
 
-/// Lifts a photo and prepares it for expand(). Raises the errors of clean_depth() for its options, and mismatch for an image of
-/// `own` without pixels or with another number of channels.
+/// Lifts a photo and prepares it for expand(). Raises the same errors for options as clean_depth(), and mismatch if an image of
+/// `own` has no pixel or the wrong number of channels.
 template <payload_column... Own, executor Executor = const serial_executor>
 lifted_photo<Own...> lift_photo(const cleaned_photo& photo, const photo_columns<Own...>& own, const photo3d_options& options,
                                 Executor&& threads = {}) {
@@ -25415,7 +25497,7 @@ void inpaint_hidden(Layers& layers, std::span<const uncertain_rim> rims, const I
 /// Converts a photo to a 3D photo.
 ///
 /// photo      H x W x 3, at least one pixel
-/// own        columns that stay with their pixels through all stages; gather() (mesh/gather.hpp) transfers them to the vertices
+/// own        columns that accompany their pixels through all stages; gather() (mesh/gather.hpp) transfers them to the vertices
 /// inpainter  as for inpaint_hidden()
 ///
 /// Raises the errors of the stages. Memory and time are bounded for any depth map: each stage documents its bound, and
@@ -25478,5 +25560,6 @@ photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& esti
 }}  // namespace ldi
 
 // ---- ldi/ldi.hpp
-// Everything that requires only the standard library: from a photo's pixels and the bytes of weight files to the bytes of a GLB
-// file. Include individually: ldi/io/... for files and decoders (link ldi::io), ldi/adapt/... for Eigen and xtensor.
+// Includes all headers that require only the standard library. They convert a photo's pixels and the bytes of weight files to the
+// bytes of a GLB file. Include other headers individually: ldi/io/... for files and decoders (link ldi::io), ldi/adapt/... for
+// Eigen and xtensor.

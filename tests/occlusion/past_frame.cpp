@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <random>
 #include <utility>
 
@@ -193,11 +194,17 @@ TEST_CASE("a thin dark rim, as of a scanned slide, does not continue past the fr
     CHECK(grown_with(12) > 80 * 60 - 56 * 36);
 }
 
-TEST_CASE("growing past the frame is refused if the number of pixels exceeds the index range") {
+TEST_CASE("growing past the frame is refused for a motion below 0 and for more pixels than an index can count") {
     photo_layers layers = testing::lifted_layers(image<float>(4, 5000, 1, 0.0F));
     photo_facts facts = testing::facts_of(layers.topology());
     facts.motion = 30.0F;
     CHECK_THROWS_AS(grow_past_frame(layers, facts), error);
+    for (const float motion : {-0.1F, 1e9F, std::numeric_limits<float>::infinity(), std::nanf("")}) {
+        CAPTURE(motion);
+        facts.motion = motion;
+        layers = testing::lifted_layers(image<float>(4, 5000, 1, 0.0F));
+        CHECK_THROWS_AS(grow_past_frame(layers, facts), error);
+    }
     photo_layers none;
     CHECK(grow_past_frame(none, photo_facts()) == 0);
 }

@@ -14,6 +14,7 @@
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/base/numbers.hpp>
+#include <ldi/base/printable.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/core/photo_facts.hpp>
 #include <ldi/occlusion/detail/frame_growth.hpp>
@@ -90,10 +91,13 @@ std::array<std::uint8_t, 3> softened_color(const Layers& layers, std::int32_t ma
 /// New pixels are unknown. The columns' new_pixel rules compute their values from the pixels that they show; their disparity is
 /// that of the border pixel. A rim of one color along a side, such as the edge of a scanned slide, would become a line across the
 /// picture. The colors inside the rim replace it, and its pixels become unknown. The result is in canonical order. Raises
-/// too_large for 2^31 pixels or positions. Linear time.
+/// invalid_option for a motion that is not 0 or more, too_large for 2^31 pixels or positions, which leaves the layers empty.
+/// Linear time.
 template <payload_column... Columns>
 std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_facts& facts) {
     static_assert(has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>);
+    if (!(facts.motion >= 0))
+        raise(error_code::invalid_option, "photo_facts::motion", "0 or more", detail::to_text(facts.motion));
     if (layers.size() == 0) return 0;
     std::optional<detail::frame_growth> growth;
     std::int32_t margin = 0;
@@ -101,10 +105,12 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
     const array_view<const std::uint8_t> old_color = layers.template column<color_column>(),
                                          old_known = layers.template column<known_column>();
     const array_view<const float> old_disparity = layers.template column<disparity_column>();
+    constexpr float too_far = 32768.0F;  // a margin of this width has more than 2^31 positions
     const buffer<grown_piece> pieces = layers.grow([&](graph_builder base) {
         const graph old = std::move(base).build();
         const auto reach = [&](std::int32_t pixel) {
-            return static_cast<std::int32_t>(std::ceil(reach_past_frame(old_disparity[pixel], facts.camera, facts.motion)));
+            const float pixels = std::ceil(reach_past_frame(old_disparity[pixel], facts.camera, facts.motion));
+            return static_cast<std::int32_t>((std::min)(pixels, too_far));
         };
         growth.emplace(old, old_color, old_known, old_disparity, reach);
         margin = growth->margin();
