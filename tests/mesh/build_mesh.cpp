@@ -156,6 +156,7 @@ TEST_CASE("disparities out of range are clamped") {
     c.topology = ldi::make_grid(8, 8);
     c.charts.chart_of.assign(c.topology.size(), 0);
     c.charts.charts.push_back({0, 0, 8, 8, {}});
+    for (std::int32_t i = 0; i < 64; ++i) c.charts.charts.front().pixels.push_back(i);
     for (std::size_t i = 0; i < c.topology.size(); ++i) c.disparity.push_back(c.topology.x()[i] < 4 ? -0.5F : 1.5F);
     const ldi::textured_mesh m = mesh_of(c, {{0, 0}}, small_options());
     float nearest = 100, farthest = 0;
