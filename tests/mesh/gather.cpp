@@ -16,11 +16,11 @@ struct label_column {  // two numbers that belong together: pixels vote for one 
     using scalar = std::uint8_t;
     static constexpr std::size_t channels = 2;
     static std::array<std::uint8_t, 2> at_vertex(pixel_values<std::uint8_t, 2> pixels) {
-        std::size_t best = 0, most_votes = 0;
+        std::size_t best = 0, max_votes = 0;
         for (std::size_t i = 0; i < pixels.size(); ++i) {
             std::size_t votes = 0;
             for (std::size_t k = 0; k < pixels.size(); ++k) votes += pixels(i, 0) == pixels(k, 0) && pixels(i, 1) == pixels(k, 1);
-            if (votes > most_votes) best = i, most_votes = votes;
+            if (votes > max_votes) best = i, max_votes = votes;
         }
         return {pixels(best, 0), pixels(best, 1)};
     }

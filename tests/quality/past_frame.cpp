@@ -83,7 +83,7 @@ std::vector<ldi::view> eyes(const ldi::photo_facts& facts) {
     return {ldi::beside(from, -half, facts.range.z_near), ldi::beside(from, half, facts.range.z_near)};
 }
 
-std::int64_t most_uncovered(const framed_scene& s) {
+std::int64_t max_uncovered(const framed_scene& s) {
     std::int64_t most = 0;
     for (const ldi::view& from : windows(s.facts)) most = std::max(most, uncovered(s, from));
     for (const ldi::view& from : eyes(s.facts)) most = std::max(most, uncovered(s, from));
@@ -99,24 +99,24 @@ TEST_CASE("a window as large as the photo shows no end of its surfaces from any 
         const std::size_t rows = 90 + random() % 80, columns = 90 + random() % 80;
         const framed_scene s = make_framed(ldi::testing::random_disparity(random, rows, columns), ldi::photo_frame::grow, motion);
         CAPTURE(round, rows, columns);
-        CHECK(most_uncovered(s) == 0);
+        CHECK(max_uncovered(s) == 0);
         CHECK(ldi::frame_within(windows(s.facts), s.facts.camera, s.facts.range, s.facts.motion) > 0.9985F);
     }
 }
 
 TEST_CASE("in a window as large as the photo, flat and slanted photos show no end of their surfaces") {
     for (const float d : {0.0F, 0.5F, 1.0F})
-        CHECK(most_uncovered(make_framed(ldi::image<float>(100, 140, 1, d), ldi::photo_frame::grow, 0.08F)) == 0);
+        CHECK(max_uncovered(make_framed(ldi::image<float>(100, 140, 1, d), ldi::photo_frame::grow, 0.08F)) == 0);
     ldi::image<float> slanted(120, 90);
     for (std::size_t y = 0; y < 120; ++y)
         for (std::size_t x = 0; x < 90; ++x) slanted(y, x) = static_cast<float>(y + x) / 210.0F;
-    CHECK(most_uncovered(make_framed(slanted, ldi::photo_frame::grow, 0.1F)) == 0);
+    CHECK(max_uncovered(make_framed(slanted, ldi::photo_frame::grow, 0.1F)) == 0);
 }
 
 TEST_CASE("surfaces that end at the photo's border leave holes in the window, which the test detects") {
     std::mt19937 random(52);
     const framed_scene s = make_framed(ldi::testing::random_disparity(random, 100, 130), ldi::photo_frame::crop, 0.08F);
-    CHECK(most_uncovered(s) > 200);
+    CHECK(max_uncovered(s) > 200);
 }
 
 TEST_CASE("photos of one row or one column can grow past the frame, even for large motions") {
