@@ -11,6 +11,7 @@
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
+#include <ldi/core/columns.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/core/surface.hpp>
 

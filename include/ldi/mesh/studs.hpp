@@ -16,6 +16,7 @@
 #include <ldi/base/stable_sort.hpp>
 #include <ldi/charts/charts.hpp>
 #include <ldi/core/camera.hpp>
+#include <ldi/core/columns.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/core/runs.hpp>

@@ -17,6 +17,7 @@
 #include <ldi/base/numbers.hpp>
 #include <ldi/base/printable.hpp>
 #include <ldi/charts/charts.hpp>
+#include <ldi/core/columns.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/texture/atlas.hpp>
