@@ -87,6 +87,7 @@
 #include <ldi/inpaint/texture_transfer.hpp>
 #include <ldi/inpaint/uncertain_rims.hpp>
 
+#include <ldi/charts/chart_set.hpp>
 #include <ldi/charts/charts.hpp>
 
 #include <ldi/texture/atlas.hpp>

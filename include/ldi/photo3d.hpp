@@ -7,6 +7,7 @@
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/executor.hpp>
 #include <ldi/base/progress.hpp>
+#include <ldi/charts/chart_set.hpp>
 #include <ldi/charts/charts.hpp>
 #include <ldi/core/columns.hpp>
 #include <ldi/core/image.hpp>

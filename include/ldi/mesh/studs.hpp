@@ -14,7 +14,7 @@
 #include <ldi/base/numbers.hpp>
 #include <ldi/base/printable.hpp>
 #include <ldi/base/stable_sort.hpp>
-#include <ldi/charts/charts.hpp>
+#include <ldi/charts/chart_set.hpp>
 #include <ldi/core/camera.hpp>
 #include <ldi/core/columns.hpp>
 #include <ldi/core/graph.hpp>
