@@ -29,7 +29,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Defaults tuned by experiment on true depth, degraded as networks degrade it.
+/// The defaults were tuned on true depth maps that were degraded like those of a network.
 struct alignment_options {
     /// Maximum distance between a silhouette and its edge in the photo, in pixels, 0 to 256. With 0, silhouettes do not move. For
     /// depth maps with samples larger than a pixel, make_photo3d() multiplies this option and min_length by the side of a sample.

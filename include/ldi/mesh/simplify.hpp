@@ -50,8 +50,8 @@ struct boundary_split {
     friend bool operator==(const boundary_split&, const boundary_split&) = default;
 };
 
-/// The corners of every piece that simplification keeps, as indices, from the start of the piece to its end, both included.
-/// split() refines single edges if a simplified outline would cross itself.
+/// For every piece of a boundary, the indices of the corners that simplification keeps, from the piece's start to its end,
+/// including both. split() refines single edges if a simplified outline would cross itself.
 class simplified_boundary {
 public:
     /// Raises invalid_option if a tolerance is negative. `outlines` must outlive the result.

@@ -197,7 +197,8 @@ private:
     buffer<std::int32_t> add_outer_rows(const buffer<line>& lines, side outwards, buffer<std::int32_t> beside) {
         const border_side& from = outwards == side::up ? top_ : bottom_;
         const buffer<column> columns = columns_of(lines, from);
-        // paths: pixels that the columns show, outwards; start: index of each column's first one
+        // paths: the pixels that each column shows, outwards from the photo. start: per column, the index of its first pixel in
+        // `paths`
         buffer<std::int32_t> paths, start;
         std::int32_t longest = 0;
         for (const column& c : columns) {
