@@ -197,7 +197,7 @@ inline void check(const photo3d_options& options) {
         raise(error_code::invalid_option, "photo3d_options", "a long side of at least 1 and a focal length from 1 to 1e5",
               std::to_string(options.long_side) + " and " + to_text(options.focal_length_35mm));
     if (!(options.surface.max_step >= 0.001F && options.surface.max_step <= 1.0F))
-        raise(error_code::invalid_option, "photo3d_options, surface", "a largest step from 0.001 to 1",
+        raise(error_code::invalid_option, "photo3d_options, surface", "a max_step from 0.001 to 1",
               to_text(options.surface.max_step));
 }
 

@@ -141,7 +141,7 @@ inline simplified_boundary::simplified_boundary(const chart_outlines& outlines, 
                                                 const depth_range& depths)
     : outlines_(outlines) {
     if (!(options.tolerance >= 0) || !(options.disparity_tolerance >= 0) || !(options.texture_tolerance > 0))
-        raise(error_code::invalid_option, "simplify_options", "tolerances of at least 0, that of the texture above 0",
+        raise(error_code::invalid_option, "simplify_options", "tolerances of at least 0, and a texture_tolerance above 0",
               detail::to_text(options.tolerance) + ", " + detail::to_text(options.disparity_tolerance) + " and " +
                   detail::to_text(options.texture_tolerance));
     buffer<outline_corner> points;

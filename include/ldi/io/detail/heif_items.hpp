@@ -91,7 +91,7 @@ private:
     /// Returns the cost of an item, and stores it for later calls. Raises an error for items that contain themselves.
     const cost& cost_of(std::uint32_t id, int depth) {
         const auto item = boxes_.items.find(id);
-        if (item == boxes_.items.end()) broken("a picture made of one that is not there");
+        if (item == boxes_.items.end()) broken("a picture that is made of a missing picture");
         if (depth > max_depth) broken("pictures made of pictures " + std::to_string(depth) + " deep");
         const auto [place, is_new] = costs_.try_emplace(id);
         cost& c = place->second;
