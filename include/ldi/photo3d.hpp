@@ -187,7 +187,8 @@ inline curve_options scaled(curve_options options, float sample_size) {
     options.tangent_length = scaled(options.tangent_length, sample_size);
     return options;
 }
-/// Returns the maximum error of silhouettes that remains after alignment, in pixels; 0 for a depth map at the photo's resolution.
+/// Returns the maximum distance of silhouettes from the photo's edges after alignment, in pixels; 0 for a depth map at the
+/// photo's resolution.
 inline int rim_width(const alignment_options& options, float sample_size) {
     return sample_size > 1.0F ? static_cast<int>(std::lround(options.uncertainty * sample_size)) : 0;
 }

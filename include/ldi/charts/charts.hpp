@@ -143,8 +143,8 @@ private:
         float lowest = 0, highest = 0;
     };
 
-    /// Computes the side of cells, 2^shift: so large that the positions within the filter's range of a pixel lie in at most two
-    /// cells per axis.
+    /// Returns the binary logarithm of the side of a cell. The side is so large that the window of a pixel overlaps at most two
+    /// cells along each axis.
     static int cell_shift(std::int32_t range) {
         int shift = 1;
         while ((1 << shift) < 2 * range) ++shift;

@@ -31,7 +31,8 @@ struct normalize_options {
     bool is_metric = false;
     /// Distances in meters, used if the source does not determine them.
     depth_range assumed_range = {};
-    /// Maximum ratio of the farthest to the nearest distance: at the horizon, disparity is noise.
+    /// Maximum ratio of the farthest to the nearest distance. Larger ratios are clamped, because disparity near the horizon is
+    /// mostly noise.
     float max_depth_ratio = 50.0F;
 };
 

@@ -126,7 +126,7 @@ inline std::optional<polygon_conflict> triangulator::collect_edges(const polygon
     return std::nullopt;
 }
 
-/// Inserts the edge `from` -> `to` in starting_, at its place from left to right.
+/// Inserts the edge `from` -> `to` in starting_, so that these edges stay sorted from left to right.
 inline void triangulator::start_edge(const polygon& shape, std::int32_t from, std::int32_t to) {
     const lattice_point a = shape.points[from], b = shape.points[to];
     const bool downwards = detail::above(a, b), inner = from >= shape.outline_count;
