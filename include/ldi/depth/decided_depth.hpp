@@ -1,4 +1,4 @@
-// Input and output of a silhouette_decider (photo3d.hpp), and `aligned_silhouettes`, a decider without a network.
+// Input and output of a silhouette_decider (photo3d/suppliers.hpp), and `aligned_silhouettes`, a decider without a network.
 // network_decider.hpp has the decider with a network.
 #pragma once
 
