@@ -93,7 +93,8 @@ inline curve_options scaled(curve_options options, float sample_size) {
     options.tangent_length = scaled(options.tangent_length, sample_size);
     return options;
 }
-/// Returns the maximum error of silhouettes that remains after alignment, in pixels; 0 for a depth map at the photo's resolution.
+/// Returns the maximum distance of silhouettes from the photo's edges after alignment, in pixels; 0 for a depth map at the
+/// photo's resolution.
 inline int rim_width(const alignment_options& options, float sample_size) {
     return sample_size > 1.0F ? static_cast<int>(std::lround(options.uncertainty * sample_size)) : 0;
 }
@@ -103,7 +104,7 @@ inline void check(const photo3d_options& options) {
         raise(error_code::invalid_option, "photo3d_options", "a long side of at least 1 and a focal length from 1 to 1e5",
               std::to_string(options.long_side) + " and " + to_text(options.focal_length_35mm));
     if (!(options.surface.max_step >= 0.001F && options.surface.max_step <= 1.0F))
-        raise(error_code::invalid_option, "photo3d_options, surface", "a largest step from 0.001 to 1",
+        raise(error_code::invalid_option, "photo3d_options, surface", "a max_step from 0.001 to 1",
               to_text(options.surface.max_step));
 }
 
