@@ -18,6 +18,7 @@
 #include <ldi/io/tiefenrausch_file.hpp>
 #include <ldi/photo3d.hpp>
 
+#include <algorithm>
 #include <cstddef>
 #include <filesystem>
 #include <mutex>
@@ -185,7 +186,9 @@ photo3d convert(const arguments& a, photo_with_depth& input, const networks& by,
                                           options, threads)
                            : make_photo3d(input.photo.color, by.depth.read(), silhouettes, inpainter, options, threads);
     };
-    return by.inpainting ? with(*by.inpainting) : with(diffusion_inpainter());
+    photo3d made = by.inpainting ? with(*by.inpainting) : with(diffusion_inpainter());
+    made.facts.motion = std::min(made.facts.motion, a.motion);  // --preset paper grows surfaces without regard to motion
+    return made;
 }
 
 /// Bytes of a 3D photo.

@@ -96,7 +96,7 @@ template <payload_column... Own, executor Executor = const serial_executor>
 lifted_photo<Own...> lift_photo(const cleaned_photo& photo, const photo_columns<Own...>& own, const photo3d_options& options,
                                 Executor&& threads = {}) {
     detail::check(options);
-    const float sample_size = detail::sample_size(photo.estimated, photo.photo);
+    const float sample_size = detail::sample_size(photo.estimated, photo.photo, options);
     const auto width = static_cast<std::int32_t>(photo.photo.width()), height = static_cast<std::int32_t>(photo.photo.height());
     lifted_photo<Own...> result;
     result.facts = {
