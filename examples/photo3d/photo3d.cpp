@@ -117,6 +117,10 @@ void run(const arguments& a, output_files& files) {
     clock.begin("reading photo");
     ldi::thread_pool threads(a.threads);
     ldi::photo_with_depth input = decode_input(a, names, photo, depth, by, threads);
+    if (!input.depth) {
+        clock.begin("reading depth network");
+        by.depth.read();
+    }
     const ldi::photo3d made = convert(a, input, by, clock, threads);
     photo_texture texture = texture_of(made, input, a, threads);
     const encoded_photo3d encoded = encode(made, texture, a, names, clock, threads);
@@ -159,6 +163,7 @@ int run_program(int count, char** values) {
         describe_documents(app);
         app.footer(app.get_footer() + "\n\nExit codes. " + exit_code_text);
         app.parse(count, values);
+        apply_preset(app, a);
     } catch (const CLI::Success& e) {
         return app.exit(e);  // --help, --version, --generate
     } catch (const CLI::ParseError& e) {

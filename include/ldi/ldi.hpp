@@ -132,6 +132,7 @@
 #include <ldi/photo3d/clean_depth.hpp>
 #include <ldi/photo3d/lift_photo.hpp>
 #include <ldi/photo3d/options.hpp>
+#include <ldi/photo3d/paper_options.hpp>
 #include <ldi/photo3d/suppliers.hpp>
 
 #include <ldi/photo3d.hpp>

@@ -1,12 +1,13 @@
 // Charts: flat pieces of a layered image, each of which fits in one texture (paper, section "Texture Atlas Generation", Chart
-// generation). Seed and grow: the algorithm visits pixels in order, and each pixel without a chart seeds a new one, which grows
+// generation). The algorithm visits pixels in order. Each pixel without a chart becomes the seed of a new one, which grows
 // breadth-first along links under the paper's three constraints:
-//     1. No fold: a chart has at most one pixel per lattice position.
+//     1. No overlap: a chart has at most one pixel per lattice position.
 //     2. The bounding box is limited, so that charts pack well.
 //     3. Where a surface ends, other surfaces of the chart must keep a distance, so that texture filtering never mixes two
 //        surfaces. Pixels within this distance go to another chart.
 // The paper states constraint 3 only for the front side of depth edges. This code applies it wherever two surfaces of a chart
-// would come close to each other. Otherwise a hidden surface that ends behind another, or becomes a fold, would bleed into it.
+// would come close to each other. Otherwise, texture filtering would mix the end of a hidden surface with the surface that hides
+// it.
 #pragma once
 
 #include <ldi/base/error.hpp>

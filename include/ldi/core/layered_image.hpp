@@ -183,7 +183,7 @@ public:
         const std::size_t old_count = old.size();
         grown_pixels grown = make(graph_builder(std::move(old.graph_)));
         if (!detail::is_complete(grown, old_count))
-            raise(error_code::mismatch, "grow", "each old pixel once, and new ones that continue old ones", "others");
+            raise(error_code::mismatch, "grow", "each old pixel once, and new pixels that continue old pixels", "other pieces");
         layered_image result;
         const auto move_column = [&]<class Column>(const Column&) {
             result.template values<Column>() = old.template grown_column<Column>(grown);

@@ -37,7 +37,7 @@ public:
         for (std::int32_t i = 0; in_order && i < g.count(); ++i) in_order = g.position_of(i) == static_cast<std::size_t>(i);
         if (!in_order)
             raise(error_code::mismatch, "single_layer",
-                  std::to_string(g.width()) + " x " + std::to_string(g.height()) + " pixels, row by row", "others");
+                  std::to_string(g.width()) + " x " + std::to_string(g.height()) + " pixels, row by row", "other pixels");
     }
 
     const graph& topology() const& { return layers_.topology(); }

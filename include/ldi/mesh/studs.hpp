@@ -72,7 +72,7 @@ class stud_sampler {
 public:
     enum presence : std::uint8_t { absent, continued, begun };  // begun: not connected to the row above
 
-    /// Lines of a chart. Each line has one sample for each row of the chart's bounding box.
+    /// Vertical lines of a chart, on which its studs lie. Each line has one sample for each row of the chart's bounding box.
     struct columns {
         even_lines lines;
         std::size_t first_sample;

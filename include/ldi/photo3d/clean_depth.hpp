@@ -90,7 +90,7 @@ cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator&
 
     progress.report("depth filter", 0.0F);
     result.resampled = detail::resample_estimate(result.estimated, result.photo, options, threads);
-    const float sample_size = detail::sample_size(result.estimated, result.photo);
+    const float sample_size = detail::sample_size(result.estimated, result.photo, options);
     decided_depth decided = decider.decide(
         {result.photo, result.estimated, weighted_median(result.resampled, options.surface, options.median, threads),
          options.surface, sample_size},

@@ -1,5 +1,5 @@
-// The stages of make_photo3d() (photo3d.hpp) between its depth and its hidden surfaces: a layer with unmixed colors, and its
-// curves.
+// The stages of make_photo3d() (photo3d.hpp) that turn the photo and its cleaned depth into a layer: lifting, discontinuity
+// curves, and unmixing of colors.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -96,7 +96,7 @@ template <payload_column... Own, executor Executor = const serial_executor>
 lifted_photo<Own...> lift_photo(const cleaned_photo& photo, const photo_columns<Own...>& own, const photo3d_options& options,
                                 Executor&& threads = {}) {
     detail::check(options);
-    const float sample_size = detail::sample_size(photo.estimated, photo.photo);
+    const float sample_size = detail::sample_size(photo.estimated, photo.photo, options);
     const auto width = static_cast<std::int32_t>(photo.photo.width()), height = static_cast<std::int32_t>(photo.photo.height());
     lifted_photo<Own...> result;
     result.facts = {

@@ -35,7 +35,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Options of make_photo3d() and its stages. Lengths and sizes in `alignment`, `components` and `curves` are in pixels, for a
 /// depth map at the photo's resolution. If one depth sample covers several pixels, make_photo3d() multiplies lengths by the
-/// sample's side and sizes by its area.
+/// sample's side and sizes by its area. paper_options() (photo3d/paper_options.hpp) are the paper's own.
 struct photo3d_options {
     /// Maximum long side in pixels; a larger photo is shrunk to it.
     std::size_t long_side = 1536;
@@ -44,6 +44,9 @@ struct photo3d_options {
     /// Number of weighted median passes at the estimator's own resolution, where a blurred edge is only a few samples wide,
     /// before the pass at the photo's resolution.
     int passes_before_resampling = 2;
+    /// Maximum side of a depth sample, in pixels, by which lengths are multiplied, at least 1: coarser maps cannot locate
+    /// silhouettes. 1: lengths apply as they are.
+    float max_sample_size = 16.0F;
     surface_rule surface;
     normalize_options normalize;
     sharpen_options sharpen;
@@ -74,9 +77,9 @@ inline std::size_t shrunk_length(std::size_t length, std::size_t longer, std::si
     return std::max<std::size_t>((length * (std::min)(longer, long_side) + longer / 2) / longer, 1);
 }
 
-/// Returns the side of a sample of the estimate, in pixels, clamped to [1, 16]: coarser maps cannot locate silhouettes.
-inline float sample_size(const image<float>& estimated, const image<std::uint8_t>& photo) {
-    return std::clamp(nearest_float(photo.width()) / nearest_float(estimated.width()), 1.0F, 16.0F);
+/// Returns the side of a sample of the estimate, in pixels, clamped to [1, max_sample_size].
+inline float sample_size(const image<float>& estimated, const image<std::uint8_t>& photo, const photo3d_options& options) {
+    return std::clamp(nearest_float(photo.width()) / nearest_float(estimated.width()), 1.0F, options.max_sample_size);
 }
 
 /// Scales lengths and numbers of pixels from a depth map at the photo's resolution to a map with larger samples.
@@ -93,7 +96,8 @@ inline curve_options scaled(curve_options options, float sample_size) {
     options.tangent_length = scaled(options.tangent_length, sample_size);
     return options;
 }
-/// Returns the maximum error of silhouettes that remains after alignment, in pixels; 0 for a depth map at the photo's resolution.
+/// Returns the maximum distance of silhouettes from the photo's edges after alignment, in pixels; 0 for a depth map at the
+/// photo's resolution.
 inline int rim_width(const alignment_options& options, float sample_size) {
     return sample_size > 1.0F ? static_cast<int>(std::lround(options.uncertainty * sample_size)) : 0;
 }
@@ -103,8 +107,10 @@ inline void check(const photo3d_options& options) {
         raise(error_code::invalid_option, "photo3d_options", "a long side of at least 1 and a focal length from 1 to 1e5",
               std::to_string(options.long_side) + " and " + to_text(options.focal_length_35mm));
     if (!(options.surface.max_step >= 0.001F && options.surface.max_step <= 1.0F))
-        raise(error_code::invalid_option, "photo3d_options, surface", "a largest step from 0.001 to 1",
+        raise(error_code::invalid_option, "photo3d_options, surface", "a max_step from 0.001 to 1",
               to_text(options.surface.max_step));
+    if (!(options.max_sample_size >= 1.0F && options.max_sample_size <= 16.0F))
+        raise(error_code::invalid_option, "photo3d_options, max_sample_size", "1 to 16", to_text(options.max_sample_size));
 }
 
 }  // namespace detail

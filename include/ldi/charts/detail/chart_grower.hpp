@@ -17,9 +17,9 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Returns H x W values: 1 at lattice positions with several pixels, and within `range` rows and columns of the end of a
-/// surface. At all other positions, pixels within that range belong to the same surface, so constraint 3 holds. Almost all
-/// positions of a photo are of this kind.
+/// Returns H x W values: 1 at lattice positions with several pixels, and within `range` rows and columns of the end of a surface.
+/// All other values are 0, in a photo almost all: pixels within `range` of these positions belong to one surface, so constraint 3
+/// holds there.
 inline buffer<std::uint8_t> positions_near_other_surfaces(const graph_view& g, std::int32_t range) {
     constexpr std::uint8_t taken = 1, contested = 2;
     buffer<std::uint8_t> positions(g.position_count(), 0);
@@ -43,8 +43,8 @@ inline buffer<std::uint8_t> positions_near_other_surfaces(const graph_view& g, s
 
 inline constexpr std::int32_t max_filter_range = 8;
 
-/// Grows charts one after the other. Lattice positions store the last pixel placed there, so that nothing must be cleared
-/// between charts.
+/// Grows charts one after the other. Each lattice position stores the last pixel of any chart that was placed there, so that
+/// nothing must be cleared between charts.
 class chart_grower {
 public:
     chart_grower(const graph_view& g, array_view<const float> disparity, surface_rule surface, std::int32_t max_side,
@@ -84,14 +84,15 @@ private:
         std::int32_t first, x, y, count;
     };
 
-    /// Range of disparity of the last chart in a square of the lattice, over its pixels near other surfaces. Usually this range
-    /// is enough to exclude another surface.
+    /// One square of the lattice: the last chart that entered it, and the range of disparity of that chart's pixels near other
+    /// surfaces. Usually this range shows that no pixel of the square is on another surface.
     struct cell {
         std::int32_t chart = -1;
         float lowest = 0, highest = 0;
     };
 
-    /// Computes the side of cells, 2^shift: large enough that the filter's range to both sides meets at most two cells.
+    /// Returns the binary logarithm of the side of a cell. The side is so large that the window of a pixel overlaps at most two
+    /// cells along each axis.
     static int cell_shift(std::int32_t range) {
         int shift = 1;
         while ((1 << shift) < 2 * range) ++shift;
@@ -133,7 +134,8 @@ private:
         }
     }
 
-    /// Adds a pixel that may join, and all pixels linked to its right that may join as well.
+    /// Adds a pixel that may join the chart. Extends the strip to the right and to the left along links while the pixels there
+    /// may join, too.
     void add_strip(std::int32_t pixel, std::int32_t x, std::int32_t y) {
         accept(pixel, x, y);
         strip r{pixel, x, y, 1};
@@ -208,9 +210,9 @@ private:
         return true;
     }
 
-    /// Whether `other`, at this distance in steps, lies on another surface than `pixel`. Follows the surface along rows then
-    /// columns, and along columns then rows; `other` is off the surface if both ways reach other pixels or the surface ends
-    /// first.
+    /// Whether `other`, at this distance in steps, lies on another surface than `pixel`. Follows the surface from `pixel` along
+    /// rows then columns, and along columns then rows, as far as links lead. The result is true if the disparities at the ends of
+    /// both paths differ from that of `other`.
     bool is_off_surface(std::int32_t pixel, std::int32_t steps_x, std::int32_t steps_y, std::int32_t other) const {
         array_view<const std::int32_t> along_x = steps_x < 0 ? graph_.left() : graph_.right();
         array_view<const std::int32_t> along_y = steps_y < 0 ? graph_.up() : graph_.down();

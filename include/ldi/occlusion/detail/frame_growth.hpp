@@ -103,7 +103,8 @@ private:
     struct line {
         std::int32_t first, last, left, right;
     };
-    /// A pixel of the photo's first or last row, or of its continuation, that a column of new pixels continues.
+    /// The start of a column of new pixels above or below the photo: a pixel of the photo's first or last row, or of the row's
+    /// continuation to the left or right.
     struct column {
         std::int32_t x, border, source, reach;
         float slope;
@@ -176,16 +177,17 @@ private:
                 pixels_.link_down(other.nearest + k * step, s.nearest + k * step);
     }
 
-    /// Adds the rows above the photo's first row, or below its last row.
+    /// Adds the rows of new pixels above the photo, or those below it.
     ///
-    /// beside  new indices of the last row and its continuation; empty for rows above
+    /// beside  for rows below: the new index of each column's start; empty for rows above
     ///
-    /// For rows above, returns the new indices of the row next to the photo, one per column; no_pixel for a column that does not
-    /// reach it.
+    /// For rows above, returns the new index of each column's pixel next to the photo, or no_pixel for a column without new
+    /// pixels.
     buffer<std::int32_t> add_outer_rows(const buffer<line>& lines, side outwards, buffer<std::int32_t> beside) {
         const border_side& from = outwards == side::up ? top_ : bottom_;
         const buffer<column> columns = columns_of(lines, from);
-        // paths: pixels that the columns show, outwards; start: index of each column's first one
+        // paths: the pixels that each column shows, outwards from the photo. start: per column, the index of its first pixel in
+        // `paths`
         buffer<std::int32_t> paths, start;
         std::int32_t longest = 0;
         for (const column& c : columns) {
@@ -215,8 +217,8 @@ private:
         return beside;
     }
 
-    /// Returns the runs of columns that reach a distance from the photo, in canonical order. A run is its first column, and the
-    /// column after its last.
+    /// Returns the runs of columns that reach a distance from the photo, in canonical order. Each pair contains the first column
+    /// of a run and the column after its last one.
     buffer<std::pair<std::int32_t, std::int32_t>> runs_at(std::int32_t distance, const buffer<column>& columns) const {
         const auto is_there = [&](std::int32_t c) { return columns[c].reach >= distance; };
         buffer<std::pair<std::int32_t, std::int32_t>> runs;
