@@ -27,9 +27,8 @@
 #include <utility>
 #include <vector>
 
-EM_JS(void, report_progress, (const char* stage, int length, float fraction), {
-    Module.onProgress(UTF8ToString(stage, length), fraction);
-});
+EM_JS(void, report_progress, (const char* stage, int length, float fraction),
+      { Module.onProgress(UTF8ToString(stage, length), fraction); });
 
 namespace {
 
@@ -85,8 +84,9 @@ std::vector<std::byte> encode_texture(image_view<const std::uint8_t> picture, in
         const std::byte* const first = static_cast<const std::byte*>(data);
         all.insert(all.end(), first, first + size);
     };
-    ldi::detail::stb::stbi_write_jpg_to_func(append, &bytes, static_cast<int>(picture.width()), static_cast<int>(picture.height()),
-                                             static_cast<int>(picture.channels()), picture.data(), quality);
+    ldi::detail::stb::stbi_write_jpg_to_func(append, &bytes, static_cast<int>(picture.width()),
+                                             static_cast<int>(picture.height()), static_cast<int>(picture.channels()),
+                                             picture.data(), quality);
     return bytes;
 }
 
@@ -235,6 +235,15 @@ EMSCRIPTEN_KEEPALIVE int web_inspect(const void* data, std::size_t size, const c
         if (has_profile) decoder = 2;
     });
     return is_done == 0 ? 0 : decoder;
+}
+
+/// Refuses a file that the browser cannot decode; returns 0.
+EMSCRIPTEN_KEEPALIVE int web_refuse(const void* data, std::size_t size, const char* name) {
+    return attempt([&] {
+        raise(size == 0 ? error_code::invalid_data : error_code::unsupported, name,
+              "a JPEG, PNG, GIF, BMP, WebP or AVIF file, or another that this browser reads",
+              ldi::detail::describe_format(bytes_of(data, size)));
+    });
 }
 
 /// Converts a photo; returns 1, or 0 after an error. web_glb() and web_poster() have the results.
