@@ -14,9 +14,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// - Thresholds in pixels are not scaled, even if the depth map is coarser than the photo.
 /// - The median filter runs once, at the photo's resolution.
 /// - Depth edges are not sharpened, and silhouettes stay where the depth map has them.
-/// - Colors beside silhouettes are not unmixed. A margin of the foreground is inpainted, two pixels wide, because the paper
-/// states
-///   no width.
+/// - Colors beside silhouettes are not unmixed. A margin of the foreground, two pixels wide, is inpainted; the paper does not
+///   state its width.
 /// - Inpainted surfaces get no texture and no grain, and silhouettes are hard.
 ///
 /// Three differences from the paper remain: short curves that join two junctions are kept (curve_options::min_length), surfaces
