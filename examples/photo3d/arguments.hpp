@@ -285,7 +285,7 @@ inline photo3d_options options_for(const arguments& a, const photo_with_depth& i
     options.normalize.is_inverse_depth = !input.depth || input.depth->is_inverse_depth;
     if (!needs_sheets(photo.color, a.long_side, a.geometry_side)) return options;
     const auto shown = [&](std::size_t length) {
-        return ldi::detail::shrunk_length(length, std::max(photo.color.height(), photo.color.width()), a.long_side);
+        return ldi::shrunk_length(length, std::max(photo.color.height(), photo.color.width()), a.long_side);
     };
     return for_sheets(options, shown(photo.color.height()), shown(photo.color.width()));
 }

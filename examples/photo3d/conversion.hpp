@@ -114,7 +114,7 @@ inline photo_with_depth decode_with_map_beside(std::span<const std::byte> photo,
     depth_map_options options;
     options.formats = reading.formats;
     input.photo = decode_photo(photo, reading, name);
-    ldi::detail::try_depth(input, map_name, [&] {
+    ldi::try_depth(input, map_name, [&] {
         input.depth = photo_depth{decode_depth_map(map, options, map_name), false, false, true, map_name};
     });
     if (input.depth) return input;

@@ -118,6 +118,7 @@
 #include <ldi/render/rasterizer.hpp>
 #include <ldi/render/stereo.hpp>
 
+#include <ldi/formats/checksums.hpp>
 #include <ldi/formats/farbrausch.hpp>
 #include <ldi/formats/float_map.hpp>
 #include <ldi/formats/glb.hpp>

@@ -39,9 +39,12 @@ inline void check_charts(const chart_set& charts, const graph_view& g, const cha
     for (std::int32_t c = 0; fits && c < charts.charts.count(); ++c) {
         const chart& box = charts.charts[c];
         count += box.pixels.size();
-        for (const std::int32_t pixel : box.pixels)
-            fits = fits && pixel >= 0 && pixel < g.count() && charts.chart_of[pixel] == c && g.x()[pixel] >= box.x &&
+        std::int32_t previous = no_pixel;
+        for (const std::int32_t pixel : box.pixels) {
+            fits = fits && pixel > previous && pixel < g.count() && charts.chart_of[pixel] == c && g.x()[pixel] >= box.x &&
                    g.y()[pixel] >= box.y && g.x()[pixel] - box.x < box.width && g.y()[pixel] - box.y < box.height;
+            previous = pixel;
+        }
     }
     if (!fits || count != g.size())
         raise(error_code::mismatch, where, "charts of these " + std::to_string(g.size()) + " pixels", "charts of other pixels");
