@@ -77,9 +77,8 @@ private:
     };
     struct layer_shape {
         std::string_view name;
-        std::array<std::string_view, 2>
-            reads;                    ///< names of the sources; with two sources, the first is upsampled; the second may be empty
-        std::size_t inputs, outputs;  ///< channels of each source, and of the result
+        std::array<std::string_view, 2> reads;  ///< one or two sources; if there are two, the first is upsampled
+        std::size_t inputs, outputs;            ///< channels of each source, and of the result
     };
     static constexpr std::array<layer_shape, 11> shapes{{{"fine", {"input", ""}, input_channels, 16},
                                                          {"half.down", {"fine", ""}, 16, 32},

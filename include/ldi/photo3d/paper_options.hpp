@@ -11,12 +11,11 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 ///
 /// - Surfaces grow by 50 pixels behind every silhouette (paper, "Occluded Surface Hallucination"), and end at the photo's border.
 ///   photo_facts::motion is then the largest motion without gaps, for most photos less than the default.
-/// - Thresholds in pixels apply as they are, however coarse the depth map is.
+/// - Thresholds in pixels are not scaled, even if the depth map is coarser than the photo.
 /// - The median filter runs once, at the photo's resolution.
 /// - Depth edges are not sharpened, and silhouettes stay where the depth map has them.
-/// - Colors beside silhouettes are not unmixed: a margin of the foreground is inpainted, two pixels wide. The paper does not
-/// state
-///   its width.
+/// - Colors beside silhouettes are not unmixed. A margin of the foreground, two pixels wide, is inpainted; the paper does not
+///   state its width.
 /// - Inpainted surfaces get no texture and no grain, and silhouettes are hard.
 ///
 /// Three differences from the paper remain: short curves that join two junctions are kept (curve_options::min_length), surfaces
