@@ -101,6 +101,12 @@ public:
         front_.swap(created_);
     }
 
+    /// Merges all pixels; see hidden_pixels::merge().
+    grown_pixels merge() {
+        reach_ = {}, dives_ = {};
+        return pixels_.merge();
+    }
+
 private:
     // Distance from the center of a pixel at the silhouette to the edge of the last pixel that is at least partly uncovered.
     static constexpr float half_pixels = 1.5F;
@@ -311,7 +317,7 @@ expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule 
         }
         const int all = expansion->max_iterations();
         if (last < all) result.motion *= detail::nearest_float(last) / detail::nearest_float(all);
-        return expansion->pixels().merge();
+        return expansion->merge();
     });
     expansion->pixels().write_disparity(layers.template column<disparity_column>(), pieces);
     progress.report("occluded geometry", 1.0F);
