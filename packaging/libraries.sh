@@ -2,7 +2,8 @@
 # Builds static libraries from Debian's sources, with Debian's patches: those that Debian itself offers only as shared ones, and those for
 # Windows. Changes nothing on this machine: apt-get keeps its list of sources in build/libraries.
 #
-#   packaging/libraries.sh linux|windows NAME...     prints the folder with include/ and lib/; NAME: a build_NAME below
+#   packaging/libraries.sh TARGET NAME...     prints the folder with include/ and lib/; NAME: a build_NAME below. TARGET: linux,
+#                                             windows, or python (for Linux, of which shared libraries can be linked)
 set -euo pipefail
 top=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 # shellcheck source=scripts/requirements.sh
@@ -12,6 +13,8 @@ require "${needs_release[@]}" >&2
 target=$1
 build=$top/build/libraries
 prefix=$build/$target
+shared=OFF
+[ "$target" != python ] || shared=ON
 mkdir -p "$build/apt/parts" "$build/apt/lists/partial" "$build/apt/cache/archives/partial" "$build/sources" "$prefix"
 
 sources_of_debian() {
@@ -49,17 +52,18 @@ apt_versions() {
 with_cmake() {
     local source=$1 folder system=() launcher=()
     folder=$build/$target-build/$(basename "$(dirname "$source")")
-    [ "$target" = linux ] || system=(-DCMAKE_TOOLCHAIN_FILE="$top/packaging/mingw.cmake")
+    [ "$target" != windows ] || system=(-DCMAKE_TOOLCHAIN_FILE="$top/packaging/mingw.cmake")
     ! command -v ccache >/dev/null || launcher=(-DCMAKE_C_COMPILER_LAUNCHER=ccache -DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
     cmake -S "$source" -B "$folder" -G Ninja -DCMAKE_BUILD_TYPE=Release -DBUILD_SHARED_LIBS=OFF -DCMAKE_INSTALL_PREFIX="$prefix" \
-        -DCMAKE_INSTALL_LIBDIR=lib -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_POSITION_INDEPENDENT_CODE=OFF "${launcher[@]}" "${system[@]}" "${@:2}" >&2 &&
+        -DCMAKE_INSTALL_LIBDIR=lib -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_POSITION_INDEPENDENT_CODE="$shared" "${launcher[@]}" "${system[@]}" "${@:2}" >&2 &&
         cmake --build "$folder" --parallel "$(nproc)" >&2 && cmake --install "$folder" >&2
 }
 
 # archive NAME FOLDER FLAG... -- FILE...: compiles files of C that have no build system for CMake.
 archive() {
     local name=$1 folder=$build/$target-build/$1 flags=() file compiler=(gcc) ar=ar
-    [ "$target" = linux ] || compiler=(x86_64-w64-mingw32-gcc-posix) ar=x86_64-w64-mingw32-ar
+    [ "$shared" = OFF ] || flags+=(-fPIC)
+    [ "$target" != windows ] || compiler=(x86_64-w64-mingw32-gcc-posix) ar=x86_64-w64-mingw32-ar
     ! command -v ccache >/dev/null || compiler=(ccache "${compiler[@]}")
     mkdir -p "$folder" "$prefix/lib" && rm -f "$folder"/*
     while shift && [ "$1" != -- ]; do flags+=("$1"); done

@@ -13,11 +13,13 @@
 #include <span>
 #include <string>
 #include <system_error>
+#include <vector>
 
 #if defined(_WIN32)
 #include <fcntl.h>
 #include <io.h>
 #include <psapi.h>
+#include <shellapi.h>
 #include "windows_api.hpp"
 #else
 #include <sys/resource.h>
@@ -26,6 +28,42 @@
 #endif
 
 namespace ldi::examples {
+
+/// The words of the command line in UTF-8.
+class command_line {
+public:
+    command_line(int count, char** values) : count_(count), values_(values) {
+#if defined(_WIN32)
+        wchar_t** const words = CommandLineToArgvW(GetCommandLineW(), &count_);
+        for (int i = 0; i < count_; ++i) words_.push_back(std::filesystem::path(words[i]).u8string());
+        LocalFree(words);
+        for (std::u8string& word : words_) pointers_.push_back(reinterpret_cast<char*>(word.data()));
+        pointers_.push_back(nullptr);
+        values_ = pointers_.data();
+#endif
+    }
+    command_line(const command_line&) = delete;
+    command_line& operator=(const command_line&) = delete;
+
+    int count() const { return count_; }
+    char** values() const { return values_; }
+
+private:
+    int count_;
+    char** values_;
+#if defined(_WIN32)
+    std::vector<std::u8string> words_;
+    std::vector<char*> pointers_;
+#endif
+};
+
+/// Makes standard input and output carry bytes as they are, and a console show UTF-8.
+inline void prepare_standard_streams() {
+#if defined(_WIN32)
+    for (const int number : {0, 1, 2}) _setmode(number, _O_BINARY);
+    SetConsoleOutputCP(CP_UTF8);
+#endif
+}
 
 /// Whether a standard stream is a terminal: stdin, stdout or stderr.
 inline bool is_terminal(std::FILE* stream) {

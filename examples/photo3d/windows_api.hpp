@@ -2,7 +2,9 @@
 #pragma once
 
 #define WIN32_LEAN_AND_MEAN
+#if !defined(NOMINMAX)  // libstdc++ defines it
 #define NOMINMAX
+#endif
 #define PSAPI_VERSION 2
 #include <windows.h>
 #undef near
