@@ -79,10 +79,11 @@ build_lcms2() {
         cp "$source"/include/*.h "$prefix/include"
 }
 build_libexif() {
-    local source
-    source=$(source_of libexif) && : >"$build/config.h" &&
-        archive exif -I"$source" -I"$build" '-DGETTEXT_PACKAGE="libexif"' '-DLOCALEDIR=""' -- "$source"/libexif/*.c "$source"/libexif/*/*.c &&
-        mkdir -p "$prefix/include/libexif" && cp "$source"/libexif/*.h "$prefix/include/libexif"
+    local source made=$build/libexif  # what its configure makes
+    source=$(source_of libexif) && mkdir -p "$made/libexif" "$prefix/include/libexif" && : >"$made/config.h" &&
+        printf '#include <stdint.h>\n' >"$made/libexif/_stdint.h" &&
+        archive exif -I"$source" -I"$made" '-DGETTEXT_PACKAGE="libexif"' '-DLOCALEDIR=""' -- "$source"/libexif/*.c "$source"/libexif/*/*.c &&
+        cp "$source"/libexif/*.h "$made/libexif/_stdint.h" "$prefix/include/libexif"
 }
 build_meshoptimizer() { with_cmake "$(source_of meshoptimizer)"; }
 build_pugixml() { with_cmake "$(source_of pugixml)"; }
@@ -96,7 +97,10 @@ build_libwebp() {
     for tool in ANIM_UTILS CWEBP DWEBP GIF2WEBP IMG2WEBP VWEBP WEBPINFO WEBPMUX EXTRAS; do tools+=(-DWEBP_BUILD_$tool=OFF); done
     with_cmake "$(source_of libwebp)" "${tools[@]}"
 }
-build_libjpeg() { with_cmake "$(source_of libjpeg-turbo)" -DENABLE_SHARED=OFF -DWITH_TURBOJPEG=OFF -DWITH_JPEG8=OFF; }
+build_libjpeg() {
+    with_cmake "$(source_of libjpeg-turbo)" -DENABLE_SHARED=OFF -DWITH_TURBOJPEG=OFF &&
+        cp "$build/$target-build/libjpeg-turbo/libjpeg.a" "$prefix/lib"  # which its installation forgets
+}
 
 for library in "${@:2}"; do
     # Built once for each version of its function.

@@ -4,23 +4,22 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <chrono>
 #include <cstddef>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
-#include <limits>
 #include <span>
 #include <string>
 #include <system_error>
 #include <vector>
 
 #if defined(_WIN32)
+#include "windows_api.hpp"
+
 #include <fcntl.h>
 #include <io.h>
 #include <psapi.h>
 #include <shellapi.h>
-#include "windows_api.hpp"
 #else
 #include <sys/resource.h>
 #include <time.h>
