@@ -27,9 +27,8 @@
 #include <utility>
 #include <vector>
 
-EM_JS(void, report_progress, (const char* stage, int length, float fraction), {
-    Module.onProgress(UTF8ToString(stage, length), fraction);
-});
+EM_JS(void, report_progress, (const char* stage, int length, float fraction),
+      { Module.onProgress(UTF8ToString(stage, length), fraction); });
 
 namespace {
 
@@ -85,8 +84,9 @@ std::vector<std::byte> encode_texture(image_view<const std::uint8_t> picture, in
         const std::byte* const first = static_cast<const std::byte*>(data);
         all.insert(all.end(), first, first + size);
     };
-    ldi::detail::stb::stbi_write_jpg_to_func(append, &bytes, static_cast<int>(picture.width()), static_cast<int>(picture.height()),
-                                             static_cast<int>(picture.channels()), picture.data(), quality);
+    ldi::detail::stb::stbi_write_jpg_to_func(append, &bytes, static_cast<int>(picture.width()),
+                                             static_cast<int>(picture.height()), static_cast<int>(picture.channels()),
+                                             picture.data(), quality);
     return bytes;
 }
 
@@ -95,7 +95,7 @@ std::vector<std::byte> encode_poster(const image<std::uint8_t>& photo) {
     constexpr std::size_t long_side = 512;
     constexpr int quality = 70;
     const serial_executor threads;
-    return encode_texture(ldi::detail::shrink_photo(photo, long_side, threads), quality);
+    return encode_texture(ldi::shrink_photo(photo, long_side, threads), quality);
 }
 
 /// Composites the browser's pixels, red green blue alpha, on white.
@@ -120,7 +120,7 @@ photo_with_depth decode(std::span<const std::byte> file, const std::string& name
         result.photo.focal_length_35mm =
             ldi::detail::read_exif(ldi::detail::read_plain_header(file, name).exif).focal_length_35mm;
     budget.lower_max_pixels(depth_map_options().limits.max_pixels);
-    ldi::detail::try_depth(result, name, [&] { result.depth = ldi::detail::find_depth_inside(file, budget, name); });
+    ldi::try_depth(result, name, [&] { result.depth = ldi::detail::find_depth_inside(file, budget, name); });
     return result;
 }
 
@@ -228,13 +228,22 @@ EMSCRIPTEN_KEEPALIVE int web_inspect(const void* data, std::size_t size, const c
             decoder = 2;
             return;
         }
-        const ldi::detail::picture_header header = ldi::detail::read_plain_header(file, name);
+        const ldi::picture_header header = ldi::detail::read_plain_header(file, name);
         ldi::detail::decoding_budget({}, {}, size).take(header, name);
         const bool has_profile = header.format == picture_format::png ? !ldi::detail::png_profile(header.profile_chunk).empty()
                                                                       : !ldi::detail::jpeg_profile(header.extensions).empty();
         if (has_profile) decoder = 2;
     });
     return is_done == 0 ? 0 : decoder;
+}
+
+/// Refuses a file that the browser cannot decode; returns 0.
+EMSCRIPTEN_KEEPALIVE int web_refuse(const void* data, std::size_t size, const char* name) {
+    return attempt([&] {
+        raise(size == 0 ? error_code::invalid_data : error_code::unsupported, name,
+              "a JPEG, PNG, GIF, BMP, WebP or AVIF file, or another that this browser reads",
+              ldi::describe_format(bytes_of(data, size)));
+    });
 }
 
 /// Converts a photo; returns 1, or 0 after an error. web_glb() and web_poster() have the results.

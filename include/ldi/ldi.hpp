@@ -118,6 +118,7 @@
 #include <ldi/render/rasterizer.hpp>
 #include <ldi/render/stereo.hpp>
 
+#include <ldi/formats/checksums.hpp>
 #include <ldi/formats/farbrausch.hpp>
 #include <ldi/formats/float_map.hpp>
 #include <ldi/formats/glb.hpp>
@@ -132,6 +133,7 @@
 #include <ldi/photo3d/clean_depth.hpp>
 #include <ldi/photo3d/lift_photo.hpp>
 #include <ldi/photo3d/options.hpp>
+#include <ldi/photo3d/paper_options.hpp>
 #include <ldi/photo3d/suppliers.hpp>
 
 #include <ldi/photo3d.hpp>

@@ -430,10 +430,12 @@ public:
 
     template <std::integral Index>
     T& operator[](Index i) {
+        LDI_ASSERT(static_cast<std::size_t>(i) < size());
         return data()[static_cast<std::size_t>(i)];
     }
     template <std::integral Index>
     const T& operator[](Index i) const {
+        LDI_ASSERT(static_cast<std::size_t>(i) < size());
         return data()[static_cast<std::size_t>(i)];
     }
     T& front() { return *data(); }
@@ -586,7 +588,8 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// `array_view<const T>` is read-only, `array_view<T>` is writable. Converts from buffers and spans, and to spans.
+/// `array_view<const T>` is read-only, `array_view<T>` is writable. Converts from buffers and spans, and to spans. Does not
+/// convert from a temporary buffer, which the view would outlive.
 template <class T>
 class array_view {
 public:
@@ -596,6 +599,7 @@ public:
     constexpr array_view(T* data, std::size_t size) : data_(data), size_(size) {}
     array_view(buffer<value_type>& values) : array_view(values.data(), values.size()) {}
     array_view(const buffer<value_type>& values) requires std::is_const_v<T> : array_view(values.data(), values.size()) {}
+    array_view(const buffer<value_type>&&) = delete;
     template <class U>
     requires std::is_convertible_v<U (*)[], T (*)[]>
     constexpr array_view(std::span<U> values) : array_view(values.data(), values.size()) {}
@@ -615,9 +619,13 @@ public:
     constexpr T* end() const { return data_ + size_; }
     template <std::integral Index>
     constexpr T& operator[](Index i) const {
+        LDI_ASSERT(static_cast<std::size_t>(i) < size_);
         return data_[static_cast<std::size_t>(i)];
     }
-    T& back() const { return data_[size_ - 1]; }
+    T& back() const {
+        LDI_ASSERT(size_ > 0);
+        return data_[size_ - 1];
+    }
     buffer<value_type> copy() const { return buffer<value_type>(begin(), end()); }
 
     /// Compares all values.
@@ -1099,7 +1107,8 @@ public:
     /// Makes a graph without pixels.
     graph() = default;
 
-    operator graph_view() const { return graph_view(width_, height_, x_, y_, up(), down(), left(), right()); }
+    operator graph_view() const& { return graph_view(width_, height_, x_, y_, up(), down(), left(), right()); }
+    operator graph_view() const&& = delete;  // the view would outlive the graph
 
 private:
     friend graph_builder;
@@ -1113,6 +1122,7 @@ inline bool operator==(const graph_view& a, const graph_view& b) {
         if (!(a.neighbors(s) == b.neighbors(s))) return false;
     return true;
 }
+inline bool operator==(const graph& a, const graph& b) { return graph_view(a) == graph_view(b); }
 
 }}  // namespace ldi
 
@@ -1389,6 +1399,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 template <class T>
 concept payload_column = requires {
     typename T::scalar;
+    requires std::default_initializable<typename T::scalar> && std::copyable<typename T::scalar>;
     { T::channels } -> std::convertible_to<std::size_t>;
     requires(T::channels > 0);
 };
@@ -1464,6 +1475,7 @@ std::array<typename Column::scalar, Column::channels> vertex_values(pixels_of<Co
 
 template <class Column, class Scalar>
 std::span<Scalar, Column::channels> pixel_scalars(array_view<Scalar> column, std::int32_t pixel) {
+    LDI_ASSERT(pixel >= 0 && static_cast<std::size_t>(pixel) < column.size() / Column::channels);
     return std::span<Scalar, Column::channels>(column.data() + static_cast<std::size_t>(pixel) * Column::channels,
                                                Column::channels);
 }
@@ -1648,29 +1660,34 @@ public:
         return *this;
     }
 
-    const graph& topology() const { return graph_; }
+    const graph& topology() const& { return graph_; }
+    const graph& topology() const&& = delete;  // the graph would be destroyed with the image
     /// Number of pixels K.
     std::size_t size() const { return graph_.size(); }
 
     /// Returns K x channels scalars.
     template <payload_column Column>
-    array_view<typename Column::scalar> column() {
+    array_view<typename Column::scalar> column() & {
         return values<Column>();
     }
     template <payload_column Column>
-    array_view<const typename Column::scalar> column() const {
+    array_view<const typename Column::scalar> column() const& {
         return std::get<storage<Column>>(columns_).values;
     }
+    template <payload_column Column>
+    array_view<const typename Column::scalar> column() const&& = delete;
 
     /// Returns the scalars of one pixel.
     template <payload_column Column>
-    std::span<typename Column::scalar, Column::channels> at(std::int32_t pixel) {
+    std::span<typename Column::scalar, Column::channels> at(std::int32_t pixel) & {
         return detail::pixel_scalars<Column>(column<Column>(), pixel);
     }
     template <payload_column Column>
-    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const {
+    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const& {
         return detail::pixel_scalars<Column>(column<Column>(), pixel);
     }
+    template <payload_column Column>
+    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const&& = delete;
 
     /// Replaces a column without a copy. Raises mismatch unless there are K x channels scalars.
     template <payload_column Column>
@@ -1730,7 +1747,7 @@ public:
         const std::size_t old_count = old.size();
         grown_pixels grown = make(graph_builder(std::move(old.graph_)));
         if (!detail::is_complete(grown, old_count))
-            raise(error_code::mismatch, "grow", "each old pixel once, and new ones that continue old ones", "others");
+            raise(error_code::mismatch, "grow", "each old pixel once, and new pixels that continue old pixels", "other pieces");
         layered_image result;
         const auto move_column = [&]<class Column>(const Column&) {
             result.template values<Column>() = old.template grown_column<Column>(grown);
@@ -1905,13 +1922,15 @@ inline graph_builder keep_even_pixels(const graph_view& g, std::span<const pixel
 
 /// Links kept pixels that are connected by a straight path of two links.
 inline void link_kept_pixels(const graph_view& g, const coarsened& result, graph_builder& made) {
-    for (side s : all_sides) {
+    for (const side s : {side::down, side::right}) {
         const array_view<const std::int32_t> fine = g.neighbors(s);
-        const array_view<std::int32_t> coarse = made.write_neighbors(s);
-        for (std::size_t i = 0; i < result.kept.size(); ++i) {
+        const array_view<std::int32_t> coarse = made.write_neighbors(s), back = made.write_neighbors(opposite(s));
+        std::fill(back.begin(), back.end(), no_pixel);
+        for (std::int32_t i = 0; i < result.kept.count(); ++i) {
             const std::int32_t between = fine[result.kept[i]];
             const std::int32_t other = between == no_pixel ? no_pixel : fine[between];
             coarse[i] = other == no_pixel ? no_pixel : result.parent[other];
+            if (other != no_pixel) back[coarse[i]] = i;
         }
     }
 }
@@ -2058,7 +2077,7 @@ coarsened_layers<Columns...> coarsen(const layered_image<Columns...>& fine, orph
 // "Worst-case analysis of set union algorithms", 1984). The smallest member represents its set, so that results do not depend on
 // the order of merging.
 
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 class disjoint_sets {
 public:
@@ -2117,7 +2136,7 @@ private:
     buffer<std::int32_t> parent_;
 };
 
-}}}  // namespace ldi::detail
+}}  // namespace ldi
 
 // ---- ldi/core/components.hpp
 // Connected components: sets of pixels that links connect. Depth cleaning uses them (paper, section "Geometry", isolated features
@@ -2142,7 +2161,7 @@ inline components connected_components(const graph_view& g) {
     const buffer<pixel_run> runs = runs_of(g);
     buffer<std::int32_t>& run_of = result.label;  // run of each pixel, until labels replace it
     run_of.resize(count);
-    detail::disjoint_sets sets;
+    disjoint_sets sets;
     for (std::int32_t run = 0; run < runs.count(); ++run) {
         sets.add();
         std::fill(run_of.begin() + runs[run].first, run_of.begin() + runs[run].last, run);
@@ -2577,8 +2596,7 @@ bool same_shape(const auto& a, const auto& b) {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Non-owning view of a layered image, or of some of its columns. Stages that only read layers accept it. As with
-/// std::string_view, a view of a temporary is valid only until the end of the full expression.
+/// Non-owning view of a layered image, or of some of its columns. Stages that only read layers accept it.
 template <payload_column... Columns>
 class layered_view {
 public:
@@ -2593,9 +2611,11 @@ public:
         };
         (check(g.size() * Columns::channels, columns.size()), ...);
     }
-    explicit layered_view(graph&&, array_view<const typename Columns::scalar>...) = delete;  // the view would outlive the graph
+    /// Accepts an image or layer that is not a temporary, or any other view.
     template <has_columns<Columns...> Layers>
-    layered_view(const Layers& layers) : layered_view(layers.topology(), layers.template column<Columns>()...) {}
+    requires(!std::is_same_v<std::remove_cvref_t<Layers>, layered_view> && requires { std::declval<Layers>().topology(); })
+        layered_view(Layers&& layers)
+        : layered_view(graph_view(layers.topology()), layers.template column<Columns>()...) {}
 
     const graph_view& topology() const { return graph_; }
     std::size_t size() const { return graph_.size(); }
@@ -2797,27 +2817,32 @@ public:
         for (std::int32_t i = 0; in_order && i < g.count(); ++i) in_order = g.position_of(i) == static_cast<std::size_t>(i);
         if (!in_order)
             raise(error_code::mismatch, "single_layer",
-                  std::to_string(g.width()) + " x " + std::to_string(g.height()) + " pixels, row by row", "others");
+                  std::to_string(g.width()) + " x " + std::to_string(g.height()) + " pixels, row by row", "other pixels");
     }
 
-    const graph& topology() const { return layers_.topology(); }
+    const graph& topology() const& { return layers_.topology(); }
+    const graph& topology() const&& = delete;  // the graph would be destroyed with the layer
     std::size_t size() const { return layers_.size(); }
     template <payload_column Column>
-    array_view<typename Column::scalar> column() {
+    array_view<typename Column::scalar> column() & {
         return layers_.template column<Column>();
     }
     template <payload_column Column>
-    array_view<const typename Column::scalar> column() const {
+    array_view<const typename Column::scalar> column() const& {
         return layers_.template column<Column>();
     }
     template <payload_column Column>
-    std::span<typename Column::scalar, Column::channels> at(std::int32_t pixel) {
+    array_view<const typename Column::scalar> column() const&& = delete;
+    template <payload_column Column>
+    std::span<typename Column::scalar, Column::channels> at(std::int32_t pixel) & {
         return layers_.template at<Column>(pixel);
     }
     template <payload_column Column>
-    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const {
+    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const& {
         return layers_.template at<Column>(pixel);
     }
+    template <payload_column Column>
+    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const&& = delete;
     template <payload_column Column>
     void set_column(buffer<typename Column::scalar> scalars) {
         layers_.template set_column<Column>(std::move(scalars));
@@ -2865,6 +2890,22 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// Maximum kernel size of gather_window().
 inline constexpr std::int32_t max_kernel_size = 15;
 
+namespace detail {
+
+/// Same as gather_window() for a kernel of 3 x 3 centered on a pixel with four neighbors; returns false for other pixels. Each
+/// corner then is two steps away on two paths, and no other path leads there.
+inline bool gather_small_window(const graph_view& g, std::int32_t pixel, std::span<std::int32_t> window) {
+    const std::int32_t up = g.up()[pixel], down = g.down()[pixel], left = g.left()[pixel], right = g.right()[pixel];
+    if (up == no_pixel || down == no_pixel || left == no_pixel || right == no_pixel) return false;
+    const auto first = [](std::int32_t a, std::int32_t b) { return a != no_pixel ? a : b; };
+    window[0] = first(g.left()[up], g.up()[left]), window[2] = first(g.right()[up], g.up()[right]);
+    window[6] = first(g.left()[down], g.down()[left]), window[8] = first(g.right()[down], g.down()[right]);
+    window[1] = up, window[3] = left, window[4] = pixel, window[5] = right, window[7] = down;
+    return true;
+}
+
+}  // namespace detail
+
 /// Fills `window` with the pixels under a kernel centered on `pixel`.
 ///
 /// kernel_size  odd, 1 to max_kernel_size
@@ -2880,6 +2921,7 @@ inline void gather_window(const graph_view& g, std::int32_t pixel, std::int32_t 
     const std::size_t count = static_cast<std::size_t>(kernel_size * kernel_size);
     LDI_ASSERT(window.size() == count);
     LDI_ASSERT(pixel >= 0 && pixel < g.count());
+    if (kernel_size == 3 && detail::gather_small_window(g, pixel, window)) return;
 
     // The window with a border of elements that count as reached, so that exploration ends at the border.
     constexpr std::int32_t border = 0;
@@ -9892,14 +9934,16 @@ struct pixel_subset {
     /// Collects the pixels with nonzero marks.
     static pixel_subset marked(std::span<const std::uint8_t> marks) {
         pixel_subset subset;
-        subset.row_of.resize(marks.size());
-        subset.pixels.resize(marks.size() - static_cast<std::size_t>(std::count(marks.begin(), marks.end(), std::uint8_t{0})));
+        const auto unmarked = static_cast<std::size_t>(std::count(marks.begin(), marks.end(), std::uint8_t{0}));
+        subset.row_of.resize(marks.size(), unset);
+        subset.pixels.resize(marks.size() - unmarked + 1, unset);  // one more, so that the loop writes without a branch
         std::int32_t pixel = 0, row = 0;
         for (const std::uint8_t mark : marks) {
             subset.row_of[pixel] = mark != 0 ? row : no_pixel;
-            if (mark != 0) subset.pixels[row++] = pixel;
-            ++pixel;
+            subset.pixels[row] = pixel++;
+            row += mark != 0 ? 1 : 0;
         }
+        subset.pixels.pop_back();
         return subset;
     }
 };
@@ -12401,8 +12445,8 @@ private:
     };
     struct layer_shape {
         std::string_view name;
-        std::array<std::string_view, 2> reads;  ///< source names; the second may be empty, else the first is upsampled
-        std::size_t inputs, outputs;            ///< `inputs`: number of channels per source
+        std::array<std::string_view, 2> reads;  ///< one or two sources; if there are two, the first is upsampled
+        std::size_t inputs, outputs;            ///< channels of each source, and of the result
     };
     static constexpr std::array<layer_shape, 11> shapes{{{"fine", {"input", ""}, input_channels, 16},
                                                          {"half.down", {"fine", ""}, 16, 32},
@@ -14526,8 +14570,11 @@ private:
                 low = (std::min)(low, d), high = (std::max)(high, d);
             }
         if (surface_.same_surface(high, low)) return false;
-        std::sort(nearest.data(), nearest.data() + around.count,
-                  [](const neighbor& a, const neighbor& b) { return a.disparity < b.disparity; });
+        // Equal disparities in the order of their samples: sums of floats depend on it, and std::sort() on the library.
+        std::sort(nearest.data(), nearest.data() + around.count, [](const neighbor& a, const neighbor& b) {
+            if (a.disparity != b.disparity) return a.disparity < b.disparity;
+            return a.y != b.y ? a.y < b.y : a.x < b.x;
+        });
         for (std::size_t s = 0; s < around.count; ++s) {
             const neighbor& n = nearest[s];
             around.disparity[s] = n.disparity, around.x[s] = nearest_float(n.x), around.y[s] = nearest_float(n.y);
@@ -15215,7 +15262,8 @@ public:
         for (side s : all_sides) join(all.write_neighbors(s), base_.neighbors(s), hidden_.neighbors(s));
         buffer<float> disparity(base_disparity_.begin(), base_disparity_.end());
         disparity.append(hidden_disparity_.begin(), hidden_disparity_.end());
-        see(std::move(all).build(), std::span<const float>(disparity), base_.size());
+        const graph topology = std::move(all).build();
+        see(graph_view(topology), std::span<const float>(disparity), base_.size());
     }
 
     /// Merges all pixels into canonical order.
@@ -15729,9 +15777,9 @@ single_layer<color16_column, disparity_column, known_column, matte_column> lift(
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Measures the rim along each side of a photo. A rim consists of the outermost rows or columns, as long as each has a single
-/// color, and of `fading` more, in which that color fades out. More than `max_rim` rows or columns of a single color are a plain
-/// background instead of a rim.
+/// Measures the rim along each side of a photo. A rim consists of the outermost rows or columns with a single color each, and of
+/// the next `fading` rows or columns, in which that color fades out. If more than `max_rim` rows or columns have a single color,
+/// they are a plain background instead of a rim.
 class rim_finder {
 public:
     /// g             in canonical order
@@ -16009,7 +16057,7 @@ public:
         result_.write_neighbors(side::down)[upper] = lower, result_.write_neighbors(side::up)[lower] = upper;
     }
 
-    /// Restores the vertical links between old pixels. All pixels have been added.
+    /// Restores the vertical links between old pixels and returns the result. Call it after all pixels have been added.
     grown_pixels finish() {
         LDI_ASSERT(next_ == result_.count());
         for (const side s : {side::up, side::down}) {
@@ -17800,9 +17848,19 @@ inline void check_charts(const chart_set& charts, const graph_view& g, const cha
     for (std::int32_t c = 0; fits && c < charts.charts.count(); ++c) {
         const chart& box = charts.charts[c];
         count += box.pixels.size();
-        for (const std::int32_t pixel : box.pixels)
-            fits = fits && pixel >= 0 && pixel < g.count() && charts.chart_of[pixel] == c && g.x()[pixel] >= box.x &&
-                   g.y()[pixel] >= box.y && g.x()[pixel] - box.x < box.width && g.y()[pixel] - box.y < box.height;
+        const auto is_inside = [](std::int32_t value, std::int32_t first, std::int32_t length) {
+            return static_cast<std::uint32_t>(value) - static_cast<std::uint32_t>(first) < static_cast<std::uint32_t>(length);
+        };
+        const std::int32_t *const x = g.x().data(), *const y = g.y().data(), *const chart_of = charts.chart_of.data();
+        std::int32_t previous = no_pixel;
+        if (g.size() == 0) break;
+        for (const std::int32_t pixel : box.pixels) {  // without branches, because this runs over all pixels
+            const bool is_pixel = is_inside(pixel, 0, g.count());
+            const std::int32_t p = is_pixel ? pixel : 0;
+            fits &= is_pixel & (pixel > previous) & (chart_of[p] == c) & is_inside(x[p], box.x, box.width) &
+                    is_inside(y[p], box.y, box.height);
+            previous = pixel;
+        }
     }
     if (!fits || count != g.size())
         raise(error_code::mismatch, where, "charts of these " + std::to_string(g.size()) + " pixels", "charts of other pixels");
@@ -21578,7 +21636,7 @@ buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& 
     buffer<scalar> result(mesh.pixels.size() * Column::channels, unset);
     for (std::size_t v = 0; v < mesh.pixels.size(); ++v) {
         if (mesh.pixels[v] < 0 || mesh.pixels[v] >= g.count())
-            raise(error_code::mismatch, "gather", "vertices of " + std::to_string(g.size()) + " pixels",
+            raise(error_code::mismatch, "gather", "pixels below " + std::to_string(g.size()) + " at the vertices",
                   "pixel " + std::to_string(mesh.pixels[v]));
         const float* position = mesh.positions.data() + 3 * v;
         const std::array<float, 2> seen = lattice.project({position[0], position[1], position[2]});
@@ -23204,6 +23262,63 @@ inline image<std::uint16_t> disparity_map(const image<float>& depth, const depth
 
 }}  // namespace ldi
 
+// ---- ldi/formats/checksums.hpp
+// Checksums of PNG and zlib (CRC-32 of ISO 3309 / RFC 1952, Adler-32 of RFC 1950).
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+namespace detail {
+
+/// Row k contains the CRC remainder of each byte value followed by k zero bytes. With eight rows, the loop processes eight
+/// bytes at a time.
+using crc32_rows = std::array<std::array<std::uint32_t, 256>, 8>;
+
+inline crc32_rows make_crc32_rows() {
+    crc32_rows rows{};
+    for (std::uint32_t byte = 0; byte < 256; ++byte) {
+        std::uint32_t remainder = byte;
+        for (int bit = 0; bit < 8; ++bit) remainder = (remainder >> 1) ^ ((remainder & 1) != 0 ? 0xEDB88320 : 0);
+        rows[0][byte] = remainder;
+    }
+    for (std::size_t row = 1; row < 8; ++row)
+        for (std::size_t byte = 0; byte < 256; ++byte)
+            rows[row][byte] = (rows[row - 1][byte] >> 8) ^ rows[0][rows[row - 1][byte] & 255];
+    return rows;
+}
+
+}  // namespace detail
+
+/// Returns the CRC-32 of bytes that follow others with the CRC-32 `before`.
+inline std::uint32_t crc32(std::span<const std::byte> bytes, std::uint32_t before = 0) {
+    static const detail::crc32_rows rows = detail::make_crc32_rows();
+    const auto at = [&](std::size_t i) { return std::to_integer<std::uint32_t>(bytes[i]); };
+    std::uint32_t remainder = ~before;
+    std::size_t i = 0;
+    for (; i + 8 <= bytes.size(); i += 8) {
+        const std::uint32_t first = remainder ^ (at(i) | at(i + 1) << 8 | at(i + 2) << 16 | at(i + 3) << 24);
+        remainder = rows[7][first & 255] ^ rows[6][first >> 8 & 255] ^ rows[5][first >> 16 & 255] ^ rows[4][first >> 24] ^
+                    rows[3][at(i + 4)] ^ rows[2][at(i + 5)] ^ rows[1][at(i + 6)] ^ rows[0][at(i + 7)];
+    }
+    for (; i < bytes.size(); ++i) remainder = (remainder >> 8) ^ rows[0][(remainder ^ at(i)) & 255];
+    return ~remainder;
+}
+
+/// Returns the Adler-32 of the bytes.
+inline std::uint32_t adler32(std::span<const std::byte> bytes) {
+    constexpr std::uint32_t modulus = 65521;
+    constexpr std::size_t max_at_once = 5552;  // a longer run could overflow the 32 bits of the second sum
+    std::uint32_t sum = 1, sum_of_sums = 0;
+    while (!bytes.empty()) {
+        const std::size_t count = (std::min)(bytes.size(), max_at_once);
+        for (const std::byte byte : bytes.first(count)) sum += std::to_integer<std::uint32_t>(byte), sum_of_sums += sum;
+        sum %= modulus, sum_of_sums %= modulus;
+        bytes = bytes.subspan(count);
+    }
+    return sum_of_sums << 16 | sum;
+}
+
+}}  // namespace ldi
+
 // ---- ldi/formats/detail/json_reader.hpp
 // Checks JSON (RFC 8259) and locates its values, for detail/json.hpp. Strict: rejects duplicate names, nesting deeper than the
 // caller allows, and strings that are not UTF-8.
@@ -23898,7 +24013,7 @@ private:
 // ---- ldi/formats/picture_header.hpp
 // Header data of a picture file, and functions to read headers.
 
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Header data of a complete file.
 struct picture_header {
@@ -23915,6 +24030,8 @@ struct picture_header {
     bool has_alpha = false;                         ///< WebP only
     std::size_t end = 0;  ///< offset of the first byte after the picture; phones append further pictures to JPEG files
 };
+
+namespace detail {
 
 inline unsigned byte_at(std::span<const std::byte> bytes, std::size_t i) { return std::to_integer<unsigned>(bytes[i]); }
 
@@ -23966,6 +24083,8 @@ inline bool is_heif(std::span<const std::byte> bytes) {
     return false;
 }
 
+}  // namespace detail
+
 /// Describes the format of a file by its first bytes, for error messages: "a GIF file".
 inline std::string describe_format(std::span<const std::byte> bytes) {
     struct signature {
@@ -24002,9 +24121,11 @@ inline std::string describe_format(std::span<const std::byte> bytes) {
     };
     if (bytes.empty()) return "an empty file";
     for (const signature& s : signatures)
-        if (has_text(bytes, s.offset, s.text)) return std::string(s.name);
+        if (detail::has_text(bytes, s.offset, s.text)) return std::string(s.name);
     return std::to_string(bytes.size()) + " bytes of an unknown format";
 }
+
+namespace detail {
 
 /// Raises the error for a damaged file.
 [[noreturn]] inline void damaged(picture_format format, const std::string& where, const std::string& found) {
@@ -24014,7 +24135,9 @@ inline std::string describe_format(std::span<const std::byte> bytes) {
           found);
 }
 
-}}}  // namespace ldi::detail
+}  // namespace detail
+
+}}  // namespace ldi
 
 // ---- ldi/formats/float_map.hpp
 // Reads files of plain floats from memory: PFM (Debevec; one float per pixel, bottom row first) and NPY (NumPy's format,
@@ -24409,63 +24532,14 @@ inline void add_accessors_and_views(json_text& json, const contents& c) {
 
 }}}}  // namespace ldi::detail::glb
 
-// ---- ldi/formats/detail/checksums.hpp
-// Checksums of PNG and zlib (CRC-32 of ISO 3309 / RFC 1952, Adler-32 of RFC 1950).
-
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
-
-/// Row k contains the CRC remainder of each byte value followed by k zero bytes. With eight rows, the loop processes eight
-/// bytes at a time.
-using crc32_rows = std::array<std::array<std::uint32_t, 256>, 8>;
-
-inline crc32_rows make_crc32_rows() {
-    crc32_rows rows{};
-    for (std::uint32_t byte = 0; byte < 256; ++byte) {
-        std::uint32_t remainder = byte;
-        for (int bit = 0; bit < 8; ++bit) remainder = (remainder >> 1) ^ ((remainder & 1) != 0 ? 0xEDB88320 : 0);
-        rows[0][byte] = remainder;
-    }
-    for (std::size_t row = 1; row < 8; ++row)
-        for (std::size_t byte = 0; byte < 256; ++byte)
-            rows[row][byte] = (rows[row - 1][byte] >> 8) ^ rows[0][rows[row - 1][byte] & 255];
-    return rows;
-}
-
-inline std::uint32_t crc32(std::span<const std::byte> bytes, std::uint32_t before = 0) {
-    static const crc32_rows rows = make_crc32_rows();
-    const auto at = [&](std::size_t i) { return std::to_integer<std::uint32_t>(bytes[i]); };
-    std::uint32_t remainder = ~before;
-    std::size_t i = 0;
-    for (; i + 8 <= bytes.size(); i += 8) {
-        const std::uint32_t first = remainder ^ (at(i) | at(i + 1) << 8 | at(i + 2) << 16 | at(i + 3) << 24);
-        remainder = rows[7][first & 255] ^ rows[6][first >> 8 & 255] ^ rows[5][first >> 16 & 255] ^ rows[4][first >> 24] ^
-                    rows[3][at(i + 4)] ^ rows[2][at(i + 5)] ^ rows[1][at(i + 6)] ^ rows[0][at(i + 7)];
-    }
-    for (; i < bytes.size(); ++i) remainder = (remainder >> 8) ^ rows[0][(remainder ^ at(i)) & 255];
-    return ~remainder;
-}
-
-inline std::uint32_t adler32(std::span<const std::byte> bytes) {
-    constexpr std::uint32_t modulus = 65521;
-    constexpr std::size_t max_at_once = 5552;  // a longer run could overflow the 32 bits of the second sum
-    std::uint32_t sum = 1, sum_of_sums = 0;
-    while (!bytes.empty()) {
-        const std::size_t count = (std::min)(bytes.size(), max_at_once);
-        for (const std::byte byte : bytes.first(count)) sum += std::to_integer<std::uint32_t>(byte), sum_of_sums += sum;
-        sum %= modulus, sum_of_sums %= modulus;
-        bytes = bytes.subspan(count);
-    }
-    return sum_of_sums << 16 | sum;
-}
-
-}}}  // namespace ldi::detail
-
 // ---- ldi/formats/jpeg_png_header.hpp
 // Reads the header of a JPEG or PNG file before anything is decoded or allocated: size, bit depth, position of EXIF data, and
 // whether the file is complete. The decoder (stb_image) checks neither checksums nor whether a JPEG's picture is complete; these
 // functions do.
 
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+namespace detail {
 
 /// Whether each Huffman table of a segment is complete and has at most 256 codes. For other tables, stb_image 2.27 writes
 /// beyond its buffers.
@@ -24664,16 +24738,18 @@ inline picture_header read_png_header(std::span<const std::byte> bytes, const st
     return header;
 }
 
+}  // namespace detail
+
 /// Reads the header of a JPEG or PNG file. Raises unsupported (another format, or an unsupported variant), invalid_data (empty,
 /// truncated, damaged).
 inline picture_header read_picture_header(std::span<const std::byte> bytes, const std::string& where) {
-    if (is_jpeg(bytes)) return read_jpeg_header(bytes, where);
-    if (is_png(bytes)) return read_png_header(bytes, where);
+    if (detail::is_jpeg(bytes)) return detail::read_jpeg_header(bytes, where);
+    if (detail::is_png(bytes)) return detail::read_png_header(bytes, where);
     raise(bytes.empty() ? error_code::invalid_data : error_code::unsupported, where, "a JPEG or PNG file",
           describe_format(bytes));
 }
 
-}}}  // namespace ldi::detail
+}}  // namespace ldi
 
 // ---- ldi/formats/plain_png.hpp
 // Writes PNG files with the standard library alone, so that callers need no encoder for textures. Filters rows and codes their
@@ -25255,7 +25331,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Options of make_photo3d() and its stages. Lengths and sizes in `alignment`, `components` and `curves` are in pixels, for a
 /// depth map at the photo's resolution. If one depth sample covers several pixels, make_photo3d() multiplies lengths by the
-/// sample's side and sizes by its area.
+/// sample's side and sizes by its area. paper_options() (photo3d/paper_options.hpp) are the paper's own.
 struct photo3d_options {
     /// Maximum long side in pixels; a larger photo is shrunk to it.
     std::size_t long_side = 1536;
@@ -25264,6 +25340,9 @@ struct photo3d_options {
     /// Number of weighted median passes at the estimator's own resolution, where a blurred edge is only a few samples wide,
     /// before the pass at the photo's resolution.
     int passes_before_resampling = 2;
+    /// Maximum side of a depth sample, in pixels, by which lengths are multiplied, at least 1: coarser maps cannot locate
+    /// silhouettes. 1: lengths apply as they are.
+    float max_sample_size = 16.0F;
     surface_rule surface;
     normalize_options normalize;
     sharpen_options sharpen;
@@ -25287,32 +25366,37 @@ struct photo3d_options {
     progress_listener progress;
 };
 
-namespace detail {
-
 /// Returns the length of a side after the photo's longer side is shrunk to at most `long_side` pixels.
 inline std::size_t shrunk_length(std::size_t length, std::size_t longer, std::size_t long_side) {
     return std::max<std::size_t>((length * (std::min)(longer, long_side) + longer / 2) / longer, 1);
 }
 
-/// Returns the side of a sample of the estimate, in pixels, clamped to [1, 16]: coarser maps cannot locate silhouettes.
-inline float sample_size(const image<float>& estimated, const image<std::uint8_t>& photo) {
-    return std::clamp(nearest_float(photo.width()) / nearest_float(estimated.width()), 1.0F, 16.0F);
+/// Returns the side of a sample of the estimate, in pixels, clamped to [1, max_sample_size].
+inline float sample_size(const image<float>& estimated, const image<std::uint8_t>& photo, const photo3d_options& options) {
+    return std::clamp(detail::nearest_float(photo.width()) / detail::nearest_float(estimated.width()), 1.0F,
+                      options.max_sample_size);
 }
 
-/// Scales lengths and numbers of pixels from a depth map at the photo's resolution to a map with larger samples.
+namespace detail {
 template <std::integral Count>
 Count scaled(Count count, float by) {
     return static_cast<Count>(std::lround(nearest_float(count) * by));
 }
+}  // namespace detail
+
+/// Scales lengths and numbers of pixels from a depth map at the photo's resolution to a map with larger samples.
 inline middle_component_options scaled(middle_component_options options, float sample_size) {
-    options.min_size = scaled(options.min_size, sample_size * sample_size);
+    options.min_size = detail::scaled(options.min_size, sample_size * sample_size);
     return options;
 }
 inline curve_options scaled(curve_options options, float sample_size) {
-    options.min_length = scaled(options.min_length, sample_size);
-    options.tangent_length = scaled(options.tangent_length, sample_size);
+    options.min_length = detail::scaled(options.min_length, sample_size);
+    options.tangent_length = detail::scaled(options.tangent_length, sample_size);
     return options;
 }
+
+namespace detail {
+
 /// Returns the maximum distance of silhouettes from the photo's edges after alignment, in pixels; 0 for a depth map at the
 /// photo's resolution.
 inline int rim_width(const alignment_options& options, float sample_size) {
@@ -25326,6 +25410,8 @@ inline void check(const photo3d_options& options) {
     if (!(options.surface.max_step >= 0.001F && options.surface.max_step <= 1.0F))
         raise(error_code::invalid_option, "photo3d_options, surface", "a max_step from 0.001 to 1",
               to_text(options.surface.max_step));
+    if (!(options.max_sample_size >= 1.0F && options.max_sample_size <= 16.0F))
+        raise(error_code::invalid_option, "photo3d_options, max_sample_size", "1 to 16", to_text(options.max_sample_size));
 }
 
 }  // namespace detail
@@ -25340,8 +25426,8 @@ inline photo3d_options for_sheets(photo3d_options options, std::size_t photo_hei
     const std::size_t longer = (std::max)(photo_height, photo_width);
     double scale = 1;
     for (const std::size_t length : {photo_height, photo_width})
-        scale = (std::max)(scale, detail::nearest_double(length) /
-                                      detail::nearest_double(detail::shrunk_length(length, longer, options.long_side)));
+        scale = (std::max)(
+            scale, detail::nearest_double(length) / detail::nearest_double(shrunk_length(length, longer, options.long_side)));
     options.charts.max_side = (std::min)(options.charts.max_side, max_chart_side(scale, sheets));
     return options;
 }
@@ -25404,19 +25490,12 @@ struct given_disparity {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-namespace detail {
-
 /// Shrinks the photo to a long side of at most `long_side` pixels.
 template <executor Executor>
 image<std::uint8_t> shrink_photo(image_view<const std::uint8_t> photo, std::size_t long_side, Executor& threads) {
     const std::size_t longer = (std::max)(photo.height(), photo.width());
     return area_resize(photo, shrunk_length(photo.height(), longer, long_side), shrunk_length(photo.width(), longer, long_side),
                        threads);
-}
-
-inline void check_photo(image_view<const std::uint8_t> photo) {
-    if (photo.empty() || photo.channels() != 3)
-        raise(error_code::invalid_data, "photo", "H x W x 3 values, at least one pixel", shape_text(photo));
 }
 
 /// Resamples the estimate to the photo's resolution. Sharpens its edges first if its resolution is lower.
@@ -25429,6 +25508,13 @@ image<float> resample_estimate(const image<float>& estimated, const image<std::u
     for (int pass = 0; pass < options.passes_before_resampling; ++pass)
         sharpened = weighted_median(sharpened, options.surface, options.median, threads);
     return resample_to_photo(sharpened, photo, options.surface, options.resample, threads);
+}
+
+namespace detail {
+
+inline void check_photo(image_view<const std::uint8_t> photo) {
+    if (photo.empty() || photo.channels() != 3)
+        raise(error_code::invalid_data, "photo", "H x W x 3 values, at least one pixel", shape_text(photo));
 }
 
 }  // namespace detail
@@ -25464,21 +25550,21 @@ cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator&
     normalized_disparity normalized = normalize(estimator.disparity(photo, progress, threads), normalize_with);
     result.estimated = std::move(normalized.disparity);
     result.range = normalized.range;
-    result.photo = detail::shrink_photo(photo, options.long_side, threads);
+    result.photo = shrink_photo(photo, options.long_side, threads);
     progress.report("depth estimation", 1.0F);
 
     progress.report("depth filter", 0.0F);
-    result.resampled = detail::resample_estimate(result.estimated, result.photo, options, threads);
-    const float sample_size = detail::sample_size(result.estimated, result.photo);
-    decided_depth decided = decider.decide(
-        {result.photo, result.estimated, weighted_median(result.resampled, options.surface, options.median, threads),
-         options.surface, sample_size},
-        threads);
+    result.resampled = resample_estimate(result.estimated, result.photo, options, threads);
+    const float sample = sample_size(result.estimated, result.photo, options);
+    decided_depth decided =
+        decider.decide({result.photo, result.estimated,
+                        weighted_median(result.resampled, options.surface, options.median, threads), options.surface, sample},
+                       threads);
     result.disparity = std::move(decided.disparity), result.shares = std::move(decided.shares);
     progress.report("depth filter", 1.0F);
 
     progress.report("connected components", 0.0F);
-    merge_middle_components(result.disparity, options.surface, detail::scaled(options.components, sample_size));
+    merge_middle_components(result.disparity, options.surface, scaled(options.components, sample));
     progress.report("connected components", 1.0F);
     return result;
 }
@@ -25492,8 +25578,8 @@ cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator&
 }}  // namespace ldi
 
 // ---- ldi/photo3d/lift_photo.hpp
-// The stages of make_photo3d() (photo3d.hpp) between its depth and its hidden surfaces: a layer with unmixed colors, and its
-// curves.
+// The stages of make_photo3d() (photo3d.hpp) that turn the photo and its cleaned depth into a layer: lifting, discontinuity
+// curves, and unmixing of colors.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -25566,7 +25652,7 @@ template <payload_column... Own, executor Executor = const serial_executor>
 lifted_photo<Own...> lift_photo(const cleaned_photo& photo, const photo_columns<Own...>& own, const photo3d_options& options,
                                 Executor&& threads = {}) {
     detail::check(options);
-    const float sample_size = detail::sample_size(photo.estimated, photo.photo);
+    const float sample = sample_size(photo.estimated, photo.photo, options);
     const auto width = static_cast<std::int32_t>(photo.photo.width()), height = static_cast<std::int32_t>(photo.photo.height());
     lifted_photo<Own...> result;
     result.facts = {
@@ -25578,15 +25664,54 @@ lifted_photo<Own...> lift_photo(const cleaned_photo& photo, const photo_columns<
             return detail::with_columns<Own...>(std::move(layer).template with<rim_column>(std::move(no_rims)), images...);
         },
         own.images);
-    result.curves = find_discontinuity_curves(result.layer, options.surface, detail::scaled(options.curves, sample_size));
+    result.curves = find_discontinuity_curves(result.layer, options.surface, scaled(options.curves, sample));
     close_spurious_discontinuities(result.layer, result.curves);
     unmix_colors(result.layer, options.mixed_colors, {photo.shares.data(), photo.shares.size()});
-    result.rims = mark_uncertain_rims(result.layer, detail::rim_width(options.alignment, sample_size));
+    result.rims = mark_uncertain_rims(result.layer, detail::rim_width(options.alignment, sample));
     return result;
 }
 template <executor Executor = const serial_executor>
 lifted_photo<> lift_photo(const cleaned_photo& photo, const photo3d_options& options = {}, Executor&& threads = {}) {
     return lift_photo(photo, photo_columns<>(), options, threads);
+}
+
+}}  // namespace ldi
+
+// ---- ldi/photo3d/paper_options.hpp
+// The options of the paper's experiments, without the stages that this library adds.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// Returns options with the paper's numbers and stages only, to reproduce the paper or to measure what each addition is worth.
+/// The differences from the defaults:
+///
+/// - Surfaces grow by 50 pixels behind every silhouette (paper, "Occluded Surface Hallucination"), and end at the photo's border.
+///   photo_facts::motion is then the largest motion without gaps, for most photos less than the default.
+/// - Thresholds in pixels are not scaled, even if the depth map is coarser than the photo.
+/// - The median filter runs once, at the photo's resolution.
+/// - Depth edges are not sharpened, and silhouettes stay where the depth map has them.
+/// - Colors beside silhouettes are not unmixed. A margin of the foreground, two pixels wide, is inpainted; the paper does not
+///   state its width.
+/// - Inpainted surfaces get no texture and no grain, and silhouettes are hard.
+///
+/// Three differences from the paper remain: short curves that join two junctions are kept (curve_options::min_length), surfaces
+/// behind silhouettes join where their depth is similar (occlusion/expand.hpp), and a step of s in disparity grows the surface
+/// behind it by at most s times the photo's long side, which is less than 50 pixels only in small photos.
+inline photo3d_options paper_options() {
+    photo3d_options options;
+    options.max_sample_size = 1.0F;
+    options.passes_before_resampling = 0;
+    options.sharpen.radius = 0;
+    options.alignment.uncertainty = 0.0F;
+    options.mixed_colors.background_margin = 0;
+    options.mixed_colors.reach = 0.0F;
+    options.expand.motion = 1.0F;
+    options.expand.iterations = 50;
+    options.frame = photo_frame::crop;
+    options.texture.strength = 0.0F;
+    options.grain.strength = 0.0F;
+    options.mesh.soft_edges.min_width = 0.0F;
+    return options;
 }
 
 }}  // namespace ldi

@@ -90,6 +90,7 @@ TEST_CASE("after every iteration, the graph is valid and every new pixel is hidd
                         })
                 .layers;
         REQUIRE(iterations <= 12);
+        REQUIRE_FALSE(ldi::validate(expanded));
         REQUIRE_FALSE(ldi::validate_canonical(expanded.topology(), expanded.column<ldi::disparity_column>()));
     }
 }

@@ -43,7 +43,7 @@ async function convert({ bytes, name, isExact = false }, id) {
     };
     const text = new TextEncoder().encode(`${name}\0`);
     const decoder = within([bytes, text], ([data, where]) => check(converter._web_inspect(data, bytes.length, where)));
-    const pixels = decoder === 2 ? await decodeInBrowser(bytes, name) : null;
+    const pixels = decoder === 2 ? await decodeInBrowser(bytes, text) : null;
     within([bytes, text, pixels?.data], ([data, where, rgba]) => {
         check(converter._web_convert(data, bytes.length, where, rgba, pixels?.height ?? 0, pixels?.width ?? 0, Number(isExact)));
     });
@@ -85,15 +85,17 @@ function check(result) {
     return result;
 }
 
-/** Decodes a photo as the browser does: upright, in sRGB. Returns red, green, blue and alpha. @returns {Promise<ImageData>} */
+/**
+ * Decodes a photo as the browser does: upright, in sRGB.
+ *
+ * @param {Uint8Array} name  ends with 0
+ * @returns {Promise<ImageData>} red, green, blue and alpha
+ */
 async function decodeInBrowser(bytes, name) {
     const blob = new Blob([bytes]);
-    let picture;
-    try {
-        picture = await createImageBitmap(blob, { imageOrientation: "from-image", premultiplyAlpha: "none" });
-    } catch {
-        throw new Error(`${name}: expected a photo that this browser reads (JPEG, PNG, WebP, AVIF, on some devices HEIC), found another file`);
-    }
+    const picture = await createImageBitmap(blob, { imageOrientation: "from-image", premultiplyAlpha: "none" }).catch(() => {
+        within([bytes, name], ([data, where]) => check(converter._web_refuse(data, bytes.length, where)));
+    });
     const scale = Math.min(1, maxDecodedSide / Math.max(picture.width, picture.height));
     const [width, height] = [picture.width, picture.height].map((side) => Math.max(1, Math.round(side * scale)));
     const context = new OffscreenCanvas(width, height).getContext("2d", { willReadFrequently: true });
