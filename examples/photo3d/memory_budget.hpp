@@ -204,18 +204,19 @@ private:
             was_refused_ = true;
             return nullptr;
         }
-        void* const block = ldi::detail::allocate_from_system(nullptr, bytes, alignment);
+        void* const block = below_.allocate(below_.context, bytes, alignment);
         used_ += block == nullptr ? 0 : charge(bytes);
         return block;
     }
     void release(void* block, std::size_t bytes) {
-        ldi::detail::release_to_system(nullptr, block, bytes);
+        below_.release(below_.context, block, bytes);
         const std::lock_guard lock(mutex_);
         used_ -= charge(bytes);
     }
     /// Adds a quarter, for gaps between blocks and for allocations elsewhere, such as files being encoded (measured: 16 %).
     static std::size_t charge(std::size_t bytes) { return bytes + bytes / 4; }
 
+    const memory& below_ = current_memory();
     memory_share& share_;
     std::size_t used_;
     bool was_refused_ = false;
