@@ -88,7 +88,7 @@ expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule 
         }
         const int all = expansion->max_iterations();
         if (last < all) result.motion *= detail::nearest_float(last) / detail::nearest_float(all);
-        return expansion->pixels().merge();
+        return expansion->merge();
     });
     expansion->pixels().write_disparity(layers.template column<disparity_column>(), pieces);
     progress.report("occluded geometry", 1.0F);

@@ -76,6 +76,12 @@ public:
         front_.swap(created_);
     }
 
+    /// Merges all pixels; see hidden_pixels::merge().
+    grown_pixels merge() {
+        reach_ = {}, dives_ = {};
+        return pixels_.merge();
+    }
+
 private:
     // Distance from the center of a pixel at the silhouette to the edge of the last pixel that is at least partly uncovered.
     static constexpr float half_pixels = 1.5F;
