@@ -12,7 +12,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <string>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
