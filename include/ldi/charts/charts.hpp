@@ -50,6 +50,9 @@ struct chart_options {
     std::int32_t max_side = 2048;
     /// Reach of a texture filter, 1 to 8: a chart has no other surface within this many rows and columns of a pixel.
     std::int32_t filter_range = 4;
+    /// Maximum total area of all bounding boxes in pixels, three quarters of the largest atlas. If charts wind around each other,
+    /// such as rings, their boxes overlap and need more: max_side is then reduced, to 64 if necessary.
+    std::int64_t max_area = std::int64_t{3} << 24;
 };
 
 namespace detail {
@@ -91,6 +94,12 @@ inline buffer<std::uint8_t> positions_near_other_surfaces(const graph_view& g, s
     }
     for (std::uint8_t& p : positions) p = static_cast<std::uint8_t>(p >> 1);
     return positions;
+}
+
+inline std::int64_t area_of_boxes(const chart_set& charts) {
+    std::int64_t area = 0;
+    for (const chart& c : charts.charts) area += std::int64_t{c.width} * c.height;
+    return area;
 }
 
 inline constexpr std::int32_t max_filter_range = 8;
@@ -303,14 +312,24 @@ private:
 }  // namespace detail
 
 /// Partitions all pixels of a layered image into charts. `surface` is the rule by which its pixels are linked. Raises
-/// error_code::invalid_option if an option is outside its range. Time is linear. Memory is up to 18 bytes per pixel and 120 per
-/// chart.
+/// error_code::invalid_option if an option is outside its range. Time is linear; charts are grown again, usually once, if their
+/// boxes exceed max_area. Memory is up to 18 bytes per pixel and 120 per chart.
 template <has_columns<disparity_column> Layers>
 chart_set make_charts(const Layers& layers, surface_rule surface, const chart_options& options = {}) {
     if (options.max_side < 16) raise(error_code::invalid_option, "max_side", "at least 16", std::to_string(options.max_side));
     if (options.filter_range < 1 || options.filter_range > detail::max_filter_range)
         raise(error_code::invalid_option, "filter_range", "1 to 8", std::to_string(options.filter_range));
-    return detail::chart_grower(layers.topology(), layers.template column<disparity_column>(), surface, options).grow_all();
+    constexpr std::int64_t min_side = 64;
+    chart_options fitting = options;
+    fitting.max_side = (std::min)(options.max_side, (std::max)({layers.topology().width(), layers.topology().height(), 16}));
+    while (true) {
+        chart_set charts =
+            detail::chart_grower(layers.topology(), layers.template column<disparity_column>(), surface, fitting).grow_all();
+        const std::int64_t area = detail::area_of_boxes(charts);
+        if (area <= options.max_area || fitting.max_side <= min_side) return charts;
+        // The area is about proportional to max_side, because a chart that winds is as long in any box.
+        fitting.max_side = static_cast<std::int32_t>((std::max)(min_side, fitting.max_side * options.max_area / area));
+    }
 }
 
 }}  // namespace ldi
