@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <random>
 #include <set>
@@ -192,7 +193,9 @@ TEST_CASE("on a map that is too dense, the longest curves that fit remain, and n
     CHECK(lengths({.min_length = 4, .max_sides = 419}) == sizes{8, 12, 16, 20, 24, 28, 32, 36, 40, 100, 100});
     CHECK(lengths({.max_sides = 300}) == sizes{36, 40, 100, 100});
     CHECK(lengths({.max_density = 0.05F}) == sizes{36, 40, 100, 100});  // of 6000 pixels
-    CHECK(lengths({.max_sides = 199}).empty());                         // both or neither
+    for (const float density : {-0.1F, 2.1F, std::numeric_limits<float>::quiet_NaN()})
+        CHECK_THROWS_AS(lengths({.max_density = density}), ldi::error);
+    CHECK(lengths({.max_sides = 199}).empty());  // both or neither
 }
 
 TEST_CASE("on noise, no curve is shorter than the minimum") {

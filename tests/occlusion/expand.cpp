@@ -357,6 +357,11 @@ TEST_CASE("expand() can be canceled and refuses options outside their range") {
     ldi::expand_options options;
     options.iterations = -1;
     CHECK_THROWS_AS(ldi::expand(lifted, {}, {}, options), ldi::error);
+    for (const float max_hidden : {-1.0F, std::numeric_limits<float>::quiet_NaN()}) {
+        options = {};
+        options.max_hidden = max_hidden;
+        CHECK_THROWS_AS(ldi::expand(lifted, {}, {}, options), ldi::error);
+    }
     for (const float motion : {-0.1F, 1.1F, std::numeric_limits<float>::quiet_NaN()}) {
         options = {};
         options.motion = motion;

@@ -10,6 +10,7 @@
 #include <ldi/base/disjoint_sets.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/base/numbers.hpp>
+#include <ldi/base/printable.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/depth/discontinuity.hpp>
 #include <ldi/depth/trace_curves.hpp>
@@ -32,7 +33,7 @@ struct curve_options {
     std::size_t tangent_length = 20;
     /// Maximum number of pixel sides in all curves, per pixel of the photo. A denser depth map, such as noise, is not a picture
     /// of surfaces. Curves shorter than min_length are then dropped, and the shortest of the others until the rest fits, so that
-    /// such a map costs a few times as much as a photo's. 120 photographs and sensor depth maps had at most 0.05.
+    /// such a map costs a few times as much as a photo's. 117 photographs and sensor depth maps had at most 0.05.
     float max_density = 0.2F;
     /// Maximum number of pixel sides in all curves. Bounds the number of charts of photos of more than 2.5 megapixels.
     std::size_t max_sides = 500'000;
@@ -105,6 +106,8 @@ inline void check_curves(std::span<const discontinuity_curve> curves, const grap
 ///
 /// surface  the rule by which lift() linked the layer
 ///
+/// Raises invalid_option for a density outside [0, 2].
+///
 /// A curve between a midground and the surface in front of it is constrained where it ends in a junction, so that the farthest
 /// of the meeting surfaces can grow under all others. Other ends are not constrained, unlike in the paper: the step at a curve's
 /// end is as large as the threshold, and a camera that moves along the curve sees past the end. Time is linear, except for
@@ -113,6 +116,8 @@ template <payload_column... Columns>
 buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns...>& layer, surface_rule surface = {},
                                                       const curve_options& options = {}) {
     static_assert(has_columns<single_layer<Columns...>, disparity_column>);
+    if (!(options.max_density >= 0.0F && options.max_density <= 2.0F))
+        raise(error_code::invalid_option, "curve_options::max_density", "0 to 2", detail::to_text(options.max_density));
     const auto disparity = layer.template column<disparity_column>();
     buffer<discontinuity_curve> curves;
     const auto& g = layer.topology();

@@ -30,7 +30,7 @@ struct expand_options {
     float motion = 0.08F;
     /// Maximum growth of a surface in pixels. If this is the tighter limit, views within `motion` show gaps.
     int iterations = 4096;
-    /// Growth ends when this many hidden pixels exist per pixel of the photo. 120 photographs and sensor depth maps need at most
+    /// Growth ends when this many hidden pixels exist per pixel of the photo. 117 photographs and sensor depth maps need at most
     /// 1 with the default motion; noise and staircases would need six.
     float max_hidden = 1.25F;
 };
@@ -297,6 +297,8 @@ expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule 
     if (options.iterations < 0)
         raise(error_code::invalid_option, "expand_options::iterations", "0 or more", std::to_string(options.iterations));
     detail::check_curves(curves, layer.topology(), "expand");
+    if (!(options.max_hidden >= 0.0F))
+        raise(error_code::invalid_option, "expand_options::max_hidden", "0 or more", detail::to_text(options.max_hidden));
     if (!(options.motion >= 0 && options.motion <= 1))
         raise(error_code::invalid_option, "expand_options::motion", "0 to 1", detail::to_text(options.motion));
     expanded_layers<Columns...> result{detail::expansion_access::layers_of(std::move(layer)), options.motion};
