@@ -40,6 +40,12 @@ inline buffer<std::uint8_t> positions_near_other_surfaces(const graph_view& g, s
     return positions;
 }
 
+inline std::int64_t area_of_boxes(const chart_set& charts) {
+    std::int64_t area = 0;
+    for (const chart& c : charts.charts) area += std::int64_t{c.width} * c.height;
+    return area;
+}
+
 inline constexpr std::int32_t max_filter_range = 8;
 
 /// Grows charts one after the other. Each lattice position stores the last pixel of any chart that was placed there, so that
