@@ -81,6 +81,11 @@ public:
     }
 
     hidden_pixels& pixels() { return pixels_; }
+    /// Releases what only growth needs, and returns all pixels.
+    grown_pixels merge() {
+        reach_ = {}, dives_ = {}, front_ = {}, created_ = {};
+        return pixels_.merge();
+    }
 
     /// Maximum number of iterations. Growth in four directions needs up to sqrt(2) iterations per pixel of distance.
     int max_iterations() const {
@@ -311,7 +316,7 @@ expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule 
         }
         const int all = expansion->max_iterations();
         if (last < all) result.motion *= detail::nearest_float(last) / detail::nearest_float(all);
-        return expansion->pixels().merge();
+        return expansion->merge();
     });
     expansion->pixels().write_disparity(layers.template column<disparity_column>(), pieces);
     progress.report("occluded geometry", 1.0F);

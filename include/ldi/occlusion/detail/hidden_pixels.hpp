@@ -89,10 +89,11 @@ public:
         see(std::move(all).build(), std::span<const float>(disparity), base_.size());
     }
 
-    /// Merges all pixels into canonical order.
+    /// Merges all pixels into canonical order. Call it last, except for write_disparity().
     grown_pixels merge() {
         grown_pixels result;
         result.pieces = order();
+        newest_ = {}, older_ = {};  // only growth needs them
         buffer<std::int32_t> new_index(base_.size() + hidden_.size());
         std::int32_t placed = 0;
         for (const grown_piece& p : result.pieces)
