@@ -89,10 +89,11 @@ inline std::size_t memory_for(const decoding_cost& cost, std::size_t file_bytes,
         return std::min(1.0, static_cast<double>(long_side) / static_cast<double>(std::max(cost.width, cost.height)));
     };
     const double shown = shrunk_to(a.long_side), shrunk = std::min(shown, shrunk_to(a.geometry_side));
-    const double motion = std::max(1.0, static_cast<double>(a.motion) / static_cast<double>(expand_options().motion));
     const double height = static_cast<double>(cost.height) * shrunk, width = static_cast<double>(cost.width) * shrunk;
-    const double margin =
-        a.frame == photo_frame::grow ? 2 + (0.5 + 0.02) * static_cast<double>(a.motion) * std::max(height, width) : 0.0;
+    const double side = std::max(height, width),
+                 grown = a.is_paper ? paper_options().expand.iterations : static_cast<double>(a.motion) * side;
+    const double motion = std::max(1.0, grown / (static_cast<double>(expand_options().motion) * side));
+    const double margin = a.frame == photo_frame::grow ? 2 + (0.5 + 0.02) * static_cast<double>(a.motion) * side : 0.0;
     const double worked_on = (height + 2 * margin) * (width + 2 * margin);
     const std::size_t converting = 3 * pixels + cost.in_stages +
                                    static_cast<std::size_t>(worked_on * per_pixel_of_layers * (1 + hidden_share * motion)) +

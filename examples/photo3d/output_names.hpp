@@ -51,7 +51,7 @@ private:
         const std::filesystem::path small = folder / (".ldi-case-" + std::to_string(::getpid()) + ".tmp"),
                                     capital = folder / (".ldi-CASE-" + std::to_string(::getpid()) + ".tmp");
         std::error_code failed;
-        if (ldi::detail::write_bytes(small, {}) != 0) return false;
+        if (ldi::write_bytes(small, {}) != 0) return false;
         const bool result = std::filesystem::exists(capital, failed);
         std::filesystem::remove(small, failed);
         return result;

@@ -163,6 +163,7 @@ int run_program(int count, char** values) {
         describe_documents(app);
         app.footer(app.get_footer() + "\n\nExit codes. " + exit_code_text);
         app.parse(count, values);
+        apply_preset(app, a);
     } catch (const CLI::Success& e) {
         return app.exit(e);  // --help, --version, --generate
     } catch (const CLI::ParseError& e) {

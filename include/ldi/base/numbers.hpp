@@ -1,5 +1,6 @@
-// Conversions between number types, with descriptive names. Functions whose rounding differs between C libraries, built from
-// operations that IEEE 754 rounds identically everywhere.
+// Conversions between number types, with descriptive names, and mathematical functions that give the same result on every
+// machine. C libraries round these functions differently, so ldi builds them from operations that IEEE 754 rounds identically
+// everywhere.
 #pragma once
 
 #include <ldi/base/config.hpp>

@@ -34,7 +34,8 @@ enum class depth_map_kind {
 
 struct depth_map_options {
     depth_map_kind kind = depth_map_kind::disparity;
-    bool white_is_near = true;  ///< false: the smallest disparities are nearest (Lens Blur companions); ignored for meters
+    /// whether the largest values are nearest; false, for example, for depth maps of Google's Lens Blur; ignored for meters
+    bool white_is_near = true;
     bool invalid_zero = false;  ///< a stored 0 means unknown (16-bit PNG files of sensors and stereo benchmarks)
     float scale = 1;            ///< positive factor of every stored value; 0.001 for distances in millimeters
     picture_limits limits = {.max_pixels = 64'000'000};
@@ -168,7 +169,7 @@ inline image<float> decode_depth_map(std::span<const std::byte> bytes, const dep
 inline decoding_estimate estimate_depth_map(std::span<const std::byte> bytes, const depth_map_options& options,
                                             const std::string& where) {
     detail::decoding_budget budget(options.limits, options.formats, bytes.size());
-    const detail::picture_header header = detail::take_depth_header(bytes, budget, where);
+    const picture_header header = detail::take_depth_header(bytes, budget, where);
     return {header.height, header.width, budget.taken()};
 }
 

@@ -1,0 +1,62 @@
+// Result of the function that layered_image::grow() calls: a graph with added pixels, and the source of each of its pixels.
+#pragma once
+
+#include <ldi/base/buffer.hpp>
+#include <ldi/core/graph.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// A contiguous range of the pixels of a layered image after grow(): either all old or all new.
+struct grown_piece {
+    std::int32_t first;  ///< old pixels: index of the first before grow(); new pixels: index of the first entry in `origins`
+    std::int32_t count;
+    bool is_new;
+};
+
+/// Result of the function that grow() calls.
+struct grown_pixels {
+    graph topology;                ///< graph of all pixels, old and new
+    buffer<grown_piece> pieces;    ///< sources of all pixels, in the order of the new indices; every old pixel occurs once
+    buffer<std::int32_t> origins;  ///< per new pixel: the old pixel whose surface it continues
+};
+
+namespace detail {
+
+/// Whether every pixel has one source: every old pixel occurs once, and every new pixel continues an old one.
+inline bool is_complete(const grown_pixels& grown, std::size_t old_count) {
+    const std::size_t new_count = grown.origins.size();
+    if (grown.topology.size() != old_count + new_count) return false;
+    for (const std::int32_t origin : grown.origins)
+        if (origin < 0 || static_cast<std::size_t>(origin) >= old_count) return false;
+    // Per entry of `origins`, then per old pixel: whether a piece contains it. Old pixels need it only from the first piece that
+    // does not continue the previous piece of old pixels: pieces are usually in the order of the photo.
+    buffer<bool> seen(new_count);
+    std::size_t total = 0, continued = 0;
+    bool is_in_order = true;
+    for (const grown_piece& p : grown.pieces) {
+        if (p.first < 0 || p.count < 0) return false;
+        const auto first = static_cast<std::size_t>(p.first), count = static_cast<std::size_t>(p.count);
+        if (first + count > (p.is_new ? new_count : old_count)) return false;
+        total += count;
+        if (!p.is_new && is_in_order && first == continued) {
+            continued += count;
+            continue;
+        }
+        if (!p.is_new && is_in_order) {
+            seen.resize(new_count + continued, true);
+            seen.resize(new_count + old_count);
+            is_in_order = false;
+        }
+        for (std::size_t i = first; i < first + count; ++i)
+            if (std::exchange(seen[i + (p.is_new ? 0 : new_count)], true)) return false;
+    }
+    return total == old_count + new_count;
+}
+
+}  // namespace detail
+
+}}  // namespace ldi
