@@ -7440,6 +7440,18 @@ inline constexpr std::size_t gemm_group = 4;
 /// Number of groups of four inputs, rounded up.
 constexpr std::size_t groups_of_four(std::size_t inputs) { return (inputs + gemm_group - 1) / gemm_group; }
 
+/// Arguments of gemm_u8() for one panel of weights in groups of four inputs.
+struct panel_of_groups {
+    const std::uint8_t* const* segments;
+    std::size_t segment_count, groups, pixel_stride, pixels;
+    const std::int8_t* weights;
+    const std::int32_t* bias;
+    std::uint8_t* result;
+    std::size_t outputs, held = 0;  ///< number of outputs of the layer, and of the panel
+
+    void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
+};
+
 /// Appends weights panel by panel, segment by segment, in groups of four inputs: vectors of `lanes` outputs x 4 inputs, padded
 /// with zeros.
 ///
@@ -7878,6 +7890,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 
 inline constexpr std::size_t gemm_lanes = 16, gemm_max_vectors = 4, gemm_tile_pixels[] = {12, 6, 4, 4};
 using detail::gemm_group;
+using gemm_panel = detail::panel_of_groups;
 
 /// Packs the weights of a layer with a single output in the order of the inputs, and pads each segment to whole vectors. The
 /// panel layout would use only one of 16 lanes.
@@ -7897,18 +7910,6 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
 }
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
-
-/// Arguments of gemm_u8() for one panel.
-struct gemm_panel {
-    const std::uint8_t* const* segments;
-    std::size_t segment_count, groups, pixel_stride, pixels;
-    const std::int8_t* weights;
-    const std::int32_t* bias;
-    std::uint8_t* result;
-    std::size_t outputs, held = 0;  ///< number of outputs of the layer, and of the panel
-
-    void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
-};
 
 [[gnu::always_inline]] inline __m512i spread_four(const std::uint8_t* inputs) {
     std::int32_t four = 0;
@@ -8129,6 +8130,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx_vnni {
 
 inline constexpr std::size_t gemm_lanes = 8, gemm_max_vectors = 2, gemm_tile_pixels[] = {12, 6};
 using detail::gemm_group;
+using gemm_panel = detail::panel_of_groups;
 
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
@@ -8136,18 +8138,6 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
 }
 
 LDI_BEGIN_TARGET(LDI_AVX_VNNI_FEATURES)
-
-/// Arguments of gemm_u8() for one panel.
-struct gemm_panel {
-    const std::uint8_t* const* segments;
-    std::size_t segment_count, groups, pixel_stride, pixels;
-    const std::int8_t* weights;
-    const std::int32_t* bias;
-    std::uint8_t* result;
-    std::size_t outputs, held = 0;  ///< number of outputs of the layer, and of the panel
-
-    void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
-};
 
 template <std::size_t... v>
 [[gnu::always_inline]] inline void multiply_add(std::index_sequence<v...>, __m256i* sums, __m256i inputs,
@@ -8278,6 +8268,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace neon {
 
 inline constexpr std::size_t gemm_lanes = 4, gemm_max_vectors = 4, gemm_tile_pixels[] = {12, 8, 7, 6};
 using detail::gemm_group;
+using gemm_panel = detail::panel_of_groups;
 
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const int sign = detail::range_of(weights, weight_zero_point).most > 127 ? -1 : 1;
@@ -8292,18 +8283,6 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
 }
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
-
-/// Arguments of gemm_u8() for one panel.
-struct gemm_panel {
-    const std::uint8_t* const* segments;
-    std::size_t segment_count, groups, pixel_stride, pixels;
-    const std::int8_t* weights;
-    const std::int32_t* bias;
-    std::uint8_t* result;
-    std::size_t outputs, held = 0;  ///< number of outputs of the layer, and of the panel
-
-    void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
-};
 
 /// Loads 4, 8 or 16 inputs into the first lanes.
 template <std::size_t groups>
@@ -15266,11 +15245,13 @@ public:
         see(graph_view(topology), std::span<const float>(disparity), base_.size());
     }
 
-    /// Merges all pixels into canonical order.
+    /// Merges all pixels into canonical order. Releases memory as early as it can, because the peak of a conversion is here; only
+    /// write_disparity() may follow.
     grown_pixels merge() {
+        newest_ = {}, older_ = {};
         grown_pixels result;
         result.pieces = order();
-        buffer<std::int32_t> new_index(base_.size() + hidden_.size());
+        buffer<std::int32_t> new_index(base_.size() + hidden_.size(), unset);
         std::int32_t placed = 0;
         for (const grown_piece& p : result.pieces)
             for (std::int32_t i = 0; i < p.count; ++i) new_index[p.first + (p.is_new ? base_count_ : 0) + i] = placed++;
@@ -15295,6 +15276,7 @@ public:
         }
         result.topology = std::move(g).build();
         result.origins = std::move(origin_);
+        base_ = graph_builder(0, 0), hidden_ = graph_builder(0, 0);
         return result;
     }
 
@@ -15425,6 +15407,12 @@ public:
                 for (side s : all_sides) grow(f.curve, f.pixel, s);
         }
         front_.swap(created_);
+    }
+
+    /// Merges all pixels; see hidden_pixels::merge().
+    grown_pixels merge() {
+        reach_ = {}, dives_ = {};
+        return pixels_.merge();
     }
 
 private:
@@ -15661,7 +15649,7 @@ expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule 
         }
         const int all = expansion->max_iterations();
         if (last < all) result.motion *= detail::nearest_float(last) / detail::nearest_float(all);
-        return expansion->pixels().merge();
+        return expansion->merge();
     });
     expansion->pixels().write_disparity(layers.template column<disparity_column>(), pieces);
     progress.report("occluded geometry", 1.0F);
@@ -21179,7 +21167,7 @@ inline void check_mesh(const textured_mesh& mesh, std::size_t textures) {
 
 }}  // namespace ldi
 
-// ---- ldi/mesh/soft_edges.hpp
+// ---- ldi/mesh/detail/soft_edges.hpp
 // Soft edges: a narrow translucent strip along the silhouettes of foreground surfaces. The strip starts half opaque at the edge
 // of the mesh, and fades out over a pixel or two at the same depth. Its colors come from the padding of the atlas, which
 // continues the surface. Where the photo's foreground colors extend farther, as with hair, the strip is wider
@@ -24326,11 +24314,6 @@ inline image<float> decode_npy(std::span<const std::byte> bytes, const std::stri
 // ---- ldi/formats/detail/glb_contents.hpp
 // Parts of a GLB file: its binary chunk, and the JSON that describes it (formats/glb.hpp).
 
-#if !defined(__cpp_lib_to_chars)
-#include <locale>
-#include <sstream>
-#endif
-
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespace glb {
 
 // Constants of glTF 2.0 and the GLB container.
@@ -24357,13 +24340,12 @@ private:
         std::array<char, 32> digits;
         const std::string_view text(digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), number).ptr);
 #else  // Emscripten has no std::to_chars for double; 17 digits also read back as the same number
-        std::ostringstream stream;
-        stream.imbue(std::locale::classic());
-        stream.precision(std::numeric_limits<double>::max_digits10);
-        stream << number;
-        const std::string text = stream.str();
+        std::array<char, 32> digits;
+        std::snprintf(digits.data(), digits.size(), "%.17g", number);
+        std::replace(digits.begin(), digits.end(), ',', '.');  // the C library's locale may have a decimal comma
+        const std::string_view text(digits.data());
 #endif
-        add(std::string_view(text), text.find_first_of(".e") == text.npos ? ".0" : "");
+        add(text, text.find_first_of(".e") == text.npos ? ".0" : "");
     }
     template <std::integral Integer>
     void add_part(Integer number) {
@@ -25360,6 +25342,8 @@ struct photo3d_options {
     chart_options charts;
     atlas_options atlas;
     mesh_options mesh;
+    /// Whether the result contains `resampled` and `disparity`. Without them, converting needs 8 bytes less per pixel.
+    bool keeps_depth_maps = true;
     /// Receives the progress of each stage under its name in the paper's table: "depth estimation", "depth filter", "connected
     /// components", "occluded geometry", "color inpainting", "chart generation", "chart padding", "meshing". Each stage begins
     /// with fraction 0 and ends with 1.
@@ -25719,8 +25703,8 @@ inline photo3d_options paper_options() {
 // ---- ldi/photo3d.hpp
 // Converts a photo to a 3D photo: calls every stage in the paper's order with the paper's defaults. Stages beyond the paper
 // sharpen depth edges (depth/sharpen_edges.hpp), align silhouettes with the photo's edges, unmix the colors beside them, add
-// texture to hidden surfaces (inpaint/), and soften silhouettes (mesh/soft_edges.hpp). Each stage is a separate function in the
-// headers below. Call these functions to run some stages only, or to insert your own.
+// texture to hidden surfaces (inpaint/), and soften silhouettes (mesh/detail/soft_edges.hpp). Each stage is a separate function
+// in the headers below. Call these functions to run some stages only, or to insert your own.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -25753,27 +25737,23 @@ void inpaint_hidden(Layers& layers, std::span<const uncertain_rim> rims, const I
     restore_rims(layers, rims);
 }
 
-/// Converts a photo to a 3D photo.
+/// Makes a 3D photo of a photo whose depth is clean: the stages after clean_depth().
 ///
-/// photo      H x W x 3, at least one pixel
+/// photo      result of clean_depth() with the same options
 /// own        columns that accompany their pixels through all stages; gather() (mesh/gather.hpp) transfers them to the vertices
 /// inpainter  as for inpaint_hidden()
 ///
-/// Raises the errors of the stages. Memory and time are bounded for any depth map: each stage documents its bound, and
-/// bench/photo3d/README.md has the peaks.
-template <depth_estimator Estimator, silhouette_decider Decider, color_inpainter Inpainter, payload_column... Own,
-          executor Executor = const serial_executor>
-basic_photo3d<Own...> make_photo3d(image_view<const std::uint8_t> photo, const photo_columns<Own...>& own,
-                                   const Estimator& estimator, const Decider& decider, const Inpainter& inpainter,
+/// Raises the errors of the stages.
+template <color_inpainter Inpainter, payload_column... Own, executor Executor = const serial_executor>
+basic_photo3d<Own...> make_photo3d(cleaned_photo photo, const photo_columns<Own...>& own, const Inpainter& inpainter,
                                    const photo3d_options& options = {}, Executor&& threads = {}) {
     const progress_listener& progress = options.progress;
-    cleaned_photo cleaned = clean_depth(photo, estimator, decider, options, threads);
-
     progress.report("occluded geometry", 0.0F);
-    lifted_photo<Own...> lifted = lift_photo(cleaned, own, options, threads);
+    lifted_photo<Own...> lifted = lift_photo(photo, own, options, threads);
+    if (!options.keeps_depth_maps) photo.resampled = {}, photo.disparity = {};
     basic_photo3d<Own...> result;
-    result.photo = std::move(cleaned.photo), result.estimated = std::move(cleaned.estimated);
-    result.resampled = std::move(cleaned.resampled), result.disparity = std::move(cleaned.disparity);
+    result.photo = std::move(photo.photo), result.estimated = std::move(photo.estimated);
+    result.resampled = std::move(photo.resampled), result.disparity = std::move(photo.disparity);
     result.curves = std::move(lifted.curves), result.facts = lifted.facts;
     auto [layers, motion] = expand(std::move(lifted.layer), options.surface, result.curves, options.expand, progress);
     result.facts.motion = motion;
@@ -25796,6 +25776,21 @@ basic_photo3d<Own...> make_photo3d(image_view<const std::uint8_t> photo, const p
     result.mesh = build_mesh(result.layers, result.facts, result.charts, result.atlas, options.mesh, threads);
     progress.report("meshing", 1.0F);
     return result;
+}
+
+/// Converts a photo to a 3D photo.
+///
+/// photo           H x W x 3, at least one pixel
+/// own, inpainter  as above
+///
+/// Raises the errors of the stages. Memory and time are bounded for any depth map: each stage documents its bound, and
+/// bench/photo3d/README.md has the peaks.
+template <depth_estimator Estimator, silhouette_decider Decider, color_inpainter Inpainter, payload_column... Own,
+          executor Executor = const serial_executor>
+basic_photo3d<Own...> make_photo3d(image_view<const std::uint8_t> photo, const photo_columns<Own...>& own,
+                                   const Estimator& estimator, const Decider& decider, const Inpainter& inpainter,
+                                   const photo3d_options& options = {}, Executor&& threads = {}) {
+    return make_photo3d(clean_depth(photo, estimator, decider, options, threads), own, inpainter, options, threads);
 }
 template <depth_estimator Estimator, silhouette_decider Decider, color_inpainter Inpainter,
           executor Executor = const serial_executor>

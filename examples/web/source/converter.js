@@ -25,7 +25,7 @@ export class Converter {
 
     async start() {
         const [program, wasm, depth, inpainting] = await Promise.all(
-            ["worker.js", "converter.wasm", "depth.safetensors", "inpainting.safetensors"].map(readAsset),
+            ["worker.js", "converter.wasm", "depth.safetensors", "inpainting.halves"].map(readAsset),
         );
         const address = URL.createObjectURL(new Blob([program], { type: "text/javascript" }));
         this.worker = new Worker(address);

@@ -12,8 +12,8 @@
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/core/photo_facts.hpp>
+#include <ldi/mesh/detail/soft_edges.hpp>
 #include <ldi/mesh/flat_mesh.hpp>
-#include <ldi/mesh/soft_edges.hpp>
 #include <ldi/mesh/textured_mesh.hpp>
 #include <ldi/texture/atlas.hpp>
 

@@ -58,6 +58,18 @@ inline constexpr std::size_t gemm_group = 4;
 /// Number of groups of four inputs, rounded up.
 constexpr std::size_t groups_of_four(std::size_t inputs) { return (inputs + gemm_group - 1) / gemm_group; }
 
+/// Arguments of gemm_u8() for one panel of weights in groups of four inputs.
+struct panel_of_groups {
+    const std::uint8_t* const* segments;
+    std::size_t segment_count, groups, pixel_stride, pixels;
+    const std::int8_t* weights;
+    const std::int32_t* bias;
+    std::uint8_t* result;
+    std::size_t outputs, held = 0;  ///< number of outputs of the layer, and of the panel
+
+    void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
+};
+
 /// Appends weights panel by panel, segment by segment, in groups of four inputs: vectors of `lanes` outputs x 4 inputs, padded
 /// with zeros.
 ///

@@ -57,11 +57,6 @@ public:
     }
 
     hidden_pixels& pixels() { return pixels_; }
-    /// Releases what only growth needs, and returns all pixels.
-    grown_pixels merge() {
-        reach_ = {}, dives_ = {}, front_ = {}, created_ = {};
-        return pixels_.merge();
-    }
 
     /// Maximum number of iterations. Growth in four directions needs up to sqrt(2) iterations per pixel of distance.
     int max_iterations() const {
@@ -80,6 +75,12 @@ public:
                 for (side s : all_sides) grow(f.curve, f.pixel, s);
         }
         front_.swap(created_);
+    }
+
+    /// Merges all pixels; see hidden_pixels::merge().
+    grown_pixels merge() {
+        reach_ = {}, dives_ = {};
+        return pixels_.merge();
     }
 
 private:

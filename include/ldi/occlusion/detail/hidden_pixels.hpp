@@ -92,12 +92,13 @@ public:
         see(graph_view(topology), std::span<const float>(disparity), base_.size());
     }
 
-    /// Merges all pixels into canonical order. Call it last, except for write_disparity().
+    /// Merges all pixels into canonical order. Releases memory as early as it can, because the peak of a conversion is here; only
+    /// write_disparity() may follow.
     grown_pixels merge() {
+        newest_ = {}, older_ = {};
         grown_pixels result;
         result.pieces = order();
-        newest_ = {}, older_ = {};  // only growth needs them
-        buffer<std::int32_t> new_index(base_.size() + hidden_.size());
+        buffer<std::int32_t> new_index(base_.size() + hidden_.size(), unset);
         std::int32_t placed = 0;
         for (const grown_piece& p : result.pieces)
             for (std::int32_t i = 0; i < p.count; ++i) new_index[p.first + (p.is_new ? base_count_ : 0) + i] = placed++;
@@ -122,6 +123,7 @@ public:
         }
         result.topology = std::move(g).build();
         result.origins = std::move(origin_);
+        base_ = graph_builder(0, 0), hidden_ = graph_builder(0, 0);
         return result;
     }
 
