@@ -1,5 +1,6 @@
-// node page.mjs ROUNDS: times examples/web in Chromium and Firefox. Each round opens the page anew, waits until it is ready, and converts
-// the sample (1152 x 1536) five times. Prints medians; the last number is Chromium's for the photos after the first, in milliseconds.
+// node page.mjs ROUNDS: times examples/web in Chromium and Firefox. Each round opens the page, waits until it is warm, and converts the
+// sample (1152 x 1536) five times; then it opens the page again and converts at once. Prints medians; the last number is Chromium's for the
+// photos after the first, in milliseconds.
 
 import { readdir, readFile, stat } from "node:fs/promises";
 import { dirname, join } from "node:path";
@@ -19,25 +20,31 @@ const sizes = await Promise.all((await readdir(site)).map((name) => stat(join(si
 print("download", sizes.reduce((sum, { size }) => sum + size, 0) / 1000, "kB");
 const results = {};
 for (const kind of ["chromium", "firefox"]) {
-    const [ready, first, next, stages] = [[], [], [], {}];
+    const times = { ready: [], warm: [], cold: [], first: [], next: [] };
+    const stages = {};
     let heap = 0;
     for (let round = 0; round < rounds; ++round) {
         const browser = await startBrowser(kind);
         const page = await openPage(browser, address);
-        ready.push((await page.evaluate(() => window.photo3d.converter.ready)).milliseconds);
+        times.ready.push((await page.evaluate(() => window.photo3d.converter.ready)).milliseconds);
+        times.warm.push((await page.evaluate(() => window.photo3d.converter.warm)).milliseconds);
         for (let i = 0; i < 5; ++i) {
             const { milliseconds, facts } = await convert(page, "sample.jpg", sample);
-            (i === 0 ? first : next).push(milliseconds);
+            times[i === 0 ? "first" : "next"].push(milliseconds);
             heap = Math.max(heap, facts.heap);
             if (i > 0) for (const [stage, time] of Object.entries(facts.stages)) (stages[stage] ??= []).push(time);
         }
+        const cold = await openPage(browser, address);
+        times.cold.push((await convert(cold, "sample.jpg", sample)).milliseconds);
         await browser.close();
     }
-    print(`${kind}: networks and warm-up, before a photo`, median(ready));
-    print(`${kind}: first photo`, median(first));
-    print(`${kind}: next photo`, median(next));
-    for (const [stage, times] of Object.entries(stages)) print(`    ${stage}`, median(times));
+    print(`${kind}: loading the networks`, median(times.ready));
+    print(`${kind}: warm-up, until a photo is chosen`, median(times.warm));
+    print(`${kind}: first photo, after the warm-up`, median(times.first));
+    print(`${kind}: first photo, chosen at once`, median(times.cold));
+    print(`${kind}: next photo`, median(times.next));
+    for (const [stage, all] of Object.entries(stages)) print(`    ${stage}`, median(all));
     print(`${kind}: memory of the converter`, heap / 1e6, "MB");
-    results[kind] = median(next);
+    results[kind] = median(times.next);
 }
 console.log(`chromium, next photo: ${results.chromium.toFixed(1)}`);
