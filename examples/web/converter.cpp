@@ -94,7 +94,7 @@ std::vector<std::byte> encode_poster(const image<std::uint8_t>& photo) {
     constexpr std::size_t long_side = 512;
     constexpr int quality = 70;
     const serial_executor threads;
-    return encode_texture(ldi::detail::shrink_photo(photo, long_side, threads), quality);
+    return encode_texture(ldi::shrink_photo(photo, long_side, threads), quality);
 }
 
 /// Composites the browser's pixels, red green blue alpha, on white.
@@ -119,7 +119,7 @@ photo_with_depth decode(std::span<const std::byte> file, const std::string& name
         result.photo.focal_length_35mm =
             ldi::detail::read_exif(ldi::detail::read_plain_header(file, name).exif).focal_length_35mm;
     budget.lower_max_pixels(depth_map_options().limits.max_pixels);
-    ldi::detail::try_depth(result, name, [&] { result.depth = ldi::detail::find_depth_inside(file, budget, name); });
+    ldi::try_depth(result, name, [&] { result.depth = ldi::detail::find_depth_inside(file, budget, name); });
     return result;
 }
 
@@ -233,7 +233,7 @@ EMSCRIPTEN_KEEPALIVE int web_inspect(const void* data, std::size_t size, const c
             decoder = 2;
             return;
         }
-        const ldi::detail::picture_header header = ldi::detail::read_plain_header(file, name);
+        const ldi::picture_header header = ldi::detail::read_plain_header(file, name);
         ldi::detail::decoding_budget({}, {}, size).take(header, name);
         const bool has_profile = header.format == picture_format::png ? !ldi::detail::png_profile(header.profile_chunk).empty()
                                                                       : !ldi::detail::jpeg_profile(header.extensions).empty();
@@ -247,7 +247,7 @@ EMSCRIPTEN_KEEPALIVE int web_refuse(const void* data, std::size_t size, const ch
     return attempt([&] {
         raise(size == 0 ? error_code::invalid_data : error_code::unsupported, name,
               "a JPEG, PNG, GIF, BMP, WebP or AVIF file, or another that this browser reads",
-              ldi::detail::describe_format(bytes_of(data, size)));
+              ldi::describe_format(bytes_of(data, size)));
     });
 }
 

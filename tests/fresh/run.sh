@@ -25,7 +25,8 @@ while [ $# -gt 0 ]; do
         --now) now=1 ;;
         --resume) resume=1 ;;
         --ccache) ccache=$(realpath "$2") && shift ;;
-        *) printf 'No option %s\n' "$1" >&2 && exit 1 ;;
+        -h | --help) sed -n '2,/^set /s/^# \{0,1\}//p' "${BASH_SOURCE[0]}" && exit 0 ;;
+        *) printf 'unknown option %s; --help lists the options\n' "$1" >&2 && exit 2 ;;
     esac
     shift
 done

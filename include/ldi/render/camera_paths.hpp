@@ -17,7 +17,6 @@
 #include <cstdint>
 #include <span>
 #include <string>
-#include <vector>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 

@@ -21,6 +21,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 
 inline constexpr std::size_t gemm_lanes = 16, gemm_max_vectors = 4, gemm_tile_pixels[] = {12, 6, 4, 4};
 using detail::gemm_group;
+using gemm_panel = detail::panel_of_groups;
 
 /// Packs the weights of a layer with a single output in the order of the inputs, and pads each segment to whole vectors. The
 /// panel layout would use only one of 16 lanes.
@@ -40,18 +41,6 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
 }
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
-
-/// Arguments of gemm_u8() for one panel.
-struct gemm_panel {
-    const std::uint8_t* const* segments;
-    std::size_t segment_count, groups, pixel_stride, pixels;
-    const std::int8_t* weights;
-    const std::int32_t* bias;
-    std::uint8_t* result;
-    std::size_t outputs, held = 0;  ///< number of outputs: of the layer; of the panel
-
-    void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
-};
 
 [[gnu::always_inline]] inline __m512i spread_four(const std::uint8_t* inputs) {
     std::int32_t four = 0;

@@ -4,7 +4,9 @@
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/core/graph_builder.hpp>
+#include <ldi/core/grown_pixels.hpp>
 #include <ldi/core/layered_image.hpp>
+#include <ldi/core/single_layer.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -86,7 +88,8 @@ public:
         for (side s : all_sides) join(all.write_neighbors(s), base_.neighbors(s), hidden_.neighbors(s));
         buffer<float> disparity(base_disparity_.begin(), base_disparity_.end());
         disparity.append(hidden_disparity_.begin(), hidden_disparity_.end());
-        see(std::move(all).build(), std::span<const float>(disparity), base_.size());
+        const graph topology = std::move(all).build();
+        see(graph_view(topology), std::span<const float>(disparity), base_.size());
     }
 
     /// Merges all pixels into canonical order. Releases memory as early as it can, because the peak of a conversion is here; only
