@@ -64,7 +64,7 @@ double psnr(const ldi::image<std::uint8_t>& a, const ldi::image<std::uint8_t>& b
 }  // namespace
 
 TEST_CASE("a photo whose depth is clean becomes the same 3D photo, also without its depth maps") {
-    const ldi::scenes::picture picture = ldi::scenes::render(ldi::scenes::scene_by_name("t_junction", 96, 72), {});
+    const ldi::scenes::picture picture = ldi::scenes::render(ldi::scenes::scene_by_name("t_junction", 96, 72));
     const ldi::given_disparity depth{picture.disparity};
     const ldi::diffusion_inpainter inpainter;
     ldi::photo3d_options options;
