@@ -47,7 +47,9 @@ readers = {
     "LDI_WITH_LCMS2": ("lcms2.h", "lcms2"),
     "LDI_WITH_LIBJPEG": ("jpeglib.h", "jpeg"),
 }
-found = [(macro, library[1]) for macro, library in readers.items() if is_usable(*library)]
+# LDI_READERS in the environment: which of them to look for, as in CMake; separated by semicolons.
+wanted = os.environ.get("LDI_READERS", "libheif;libwebp;libtiff;lcms2;libjpeg").split(";")
+found = [(macro, library[1]) for macro, library in readers.items() if macro[9:].lower() in wanted and is_usable(*library)]
 if ("LDI_WITH_LIBWEBP", "webp") in found and is_usable("meshoptimizer.h", "meshoptimizer") and is_usable("nlohmann/json.hpp", "c"):
     found.append(("LDI_WITH_COMPRESSION", "meshoptimizer"))
 
@@ -57,7 +59,7 @@ extension = Pybind11Extension(
     depends=glob.glob("source/*.hpp") + glob.glob(os.path.join(TOP, "include", "ldi", "**", "*.hpp"), recursive=True),
     include_dirs=[os.path.join(TOP, "include"), TOP],
     define_macros=[(macro, None) for macro, _ in found],
-    libraries=["png", "exif"] + [library for _, library in found],
+    libraries=["png"] + [library for _, library in found],
     cxx_std=20,
     extra_compile_args=["-O2", "-g0"],
 )

@@ -83,9 +83,9 @@ private:
                 continue;
             }
             if (code == clear + 1) break;
-            if (code > next || (previous == clear && code >= clear)) broken("a code that stands for nothing");
+            if (code > next || (previous == clear && code >= clear)) broken("an undefined code");
             if (previous != clear && next < 4096) length[next++] = static_cast<std::uint16_t>(length[previous] + 1);
-            if (code >= next) broken("a code that stands for nothing");
+            if (code >= next) broken("an undefined code");
             made += length[code];
             if (made > pixels) broken("more data than its picture has");
             if (next == 1U << size && size < 12) ++size;
@@ -126,7 +126,7 @@ inline picture_header read_bmp_header(std::span<const std::byte> bytes, const st
     picture_header header;
     header.format = picture_format::bmp;
     header.width = width, header.height = height;
-    header.memory_per_pixel = 7;  // RGBA, then RGB
+    header.memory_per_pixel = 7;  // 4 for RGBA, then 3 for RGB
     return header;
 }
 

@@ -2,13 +2,13 @@
 #pragma once
 
 #include <ldi/base/array_view.hpp>
+#include <ldi/core/columns.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/nn/ldi/feature_map.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <concepts>
-#include <cstddef>
 #include <limits>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {

@@ -4,7 +4,9 @@
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/core/graph_builder.hpp>
+#include <ldi/core/grown_pixels.hpp>
 #include <ldi/core/layered_image.hpp>
+#include <ldi/core/single_layer.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -87,14 +89,17 @@ public:
         for (side s : all_sides) join(all.write_neighbors(s), base_.neighbors(s), hidden_.neighbors(s));
         buffer<float> disparity(base_disparity_.begin(), base_disparity_.end());
         disparity.append(hidden_disparity_.begin(), hidden_disparity_.end());
-        see(std::move(all).build(), std::span<const float>(disparity), base_.size());
+        const graph topology = std::move(all).build();
+        see(graph_view(topology), std::span<const float>(disparity), base_.size());
     }
 
-    /// Merges all pixels into canonical order.
+    /// Merges all pixels into canonical order. Releases memory as early as it can, because the peak of a conversion is here; only
+    /// write_disparity() may follow.
     grown_pixels merge() {
+        newest_ = {}, older_ = {};
         grown_pixels result;
         result.pieces = order();
-        buffer<std::int32_t> new_index(base_.size() + hidden_.size());
+        buffer<std::int32_t> new_index(base_.size() + hidden_.size(), unset);
         std::int32_t placed = 0;
         for (const grown_piece& p : result.pieces)
             for (std::int32_t i = 0; i < p.count; ++i) new_index[p.first + (p.is_new ? base_count_ : 0) + i] = placed++;
@@ -119,6 +124,7 @@ public:
         }
         result.topology = std::move(g).build();
         result.origins = std::move(origin_);
+        base_ = graph_builder(0, 0), hidden_ = graph_builder(0, 0);
         return result;
     }
 

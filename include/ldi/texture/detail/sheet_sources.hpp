@@ -3,14 +3,13 @@
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/numbers.hpp>
-#include <ldi/charts/charts.hpp>
+#include <ldi/charts/chart_set.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/texture/atlas.hpp>
 #include <ldi/texture/padding.hpp>
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 

@@ -1,0 +1,61 @@
+// A non-owning view of a layered image, or of a graph and columns that the caller owns.
+#pragma once
+
+#include <ldi/base/array_view.hpp>
+#include <ldi/core/columns.hpp>
+#include <ldi/core/graph.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// Non-owning view of a layered image, or of some of its columns. Stages that only read layers accept it.
+template <payload_column... Columns>
+class layered_view {
+    static_assert(detail::are_distinct<Columns...>, "a view shows each column once");
+
+public:
+    template <class Column>
+    static constexpr bool has = (std::is_same_v<Column, Columns> || ...);
+
+    /// columns  K x channels scalars each, in the order of the tags. Raises mismatch for any other length
+    explicit layered_view(const graph_view& g, array_view<const typename Columns::scalar>... columns)
+        : graph_(g), columns_(shown<Columns>{columns}...) {
+        const auto check = [&](std::size_t expected, std::size_t found) {
+            if (found != expected) detail::refuse_column_length(expected, found);
+        };
+        (check(g.size() * Columns::channels, columns.size()), ...);
+    }
+    /// Accepts an image or layer that is not a temporary, or any other view.
+    template <has_columns<Columns...> Layers>
+    requires(!std::is_same_v<std::remove_cvref_t<Layers>, layered_view> && requires { std::declval<Layers>().topology(); })
+        layered_view(Layers&& layers)
+        : layered_view(graph_view(layers.topology()), layers.template column<Columns>()...) {}
+
+    const graph_view& topology() const { return graph_; }
+    std::size_t size() const { return graph_.size(); }
+    template <payload_column Column>
+    array_view<const typename Column::scalar> column() const {
+        return std::get<shown<Column>>(columns_).values;
+    }
+    template <payload_column Column>
+    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const {
+        return detail::pixel_scalars<Column>(column<Column>(), pixel);
+    }
+
+private:
+    template <class Column>
+    struct shown {
+        array_view<const typename Column::scalar> values;
+    };
+
+    graph_view graph_;
+    std::tuple<shown<Columns>...> columns_;
+};
+
+}}  // namespace ldi
