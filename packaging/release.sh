@@ -31,7 +31,7 @@ viewer() {
     viewer_built=1
 }
 
-# copyright_of FOLDER NAME=FILE...: the licenses of what a program contains.
+# copy_licenses FOLDER NAME=FILE...: the licenses of what a program contains.
 copy_licenses() {
     local folder=$1 pair
     mkdir -p "$folder"
@@ -50,7 +50,7 @@ program() {
     cmake --build "build/release_$1" --target photo3d >&2
 }
 
-# common FOLDER PROGRAM: what the archives of all systems have.
+# common FOLDER PROGRAM: what the archives of both systems have.
 common() {
     viewer
     rm -rf "$1" && mkdir -p "$1/models" "$1/viewer"
@@ -71,7 +71,7 @@ make_linux() {
     common "$folder" build/release_linux/examples/photo3d
     strip "$folder/photo3d"
     mkdir -p "$folder/man/man1"
-    "$folder/photo3d" --generate man >"$folder/man/man1/photo3d.1"
+    "$folder/photo3d" --generate man | sed "s|\.\./share/ldi/||g" >"$folder/man/man1/photo3d.1"  # data lie beside it
     "$folder/photo3d" --generate bash >"$folder/photo3d.bash"
     write_readme "$folder" ./photo3d >"$folder/README.txt"
     copy_licenses "$folder/licenses" $(installed libjpeg-turbo libjpeg62-turbo) $(installed libpng libpng-dev) \

@@ -273,7 +273,10 @@ inline photo3d_options options_for(const arguments& a, const photo_with_depth& i
     options.long_side = std::min(a.long_side, a.geometry_side);
     options.texture.strength = a.texture;
     options.grain.strength = a.grain;
-    if (!a.is_paper) options.expand.motion = a.motion;
+    if (!a.is_paper) {
+        options.expand.max_hidden *= std::max(1.0F, a.motion / options.expand.motion);
+        options.expand.motion = a.motion;
+    }
     options.frame = a.frame;
     if (a.hard_edges) options.mesh.soft_edges.min_width = 0.0F;
     if (photo.focal_length_35mm) options.focal_length_35mm = *photo.focal_length_35mm;

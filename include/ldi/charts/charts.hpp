@@ -35,16 +35,6 @@ struct chart_options {
     std::int64_t max_area = std::int64_t{3} << 24;
 };
 
-namespace detail {
-
-inline std::int64_t area_of_boxes(const chart_set& charts) {
-    std::int64_t area = 0;
-    for (const chart& c : charts.charts) area += std::int64_t{c.width} * c.height;
-    return area;
-}
-
-}  // namespace detail
-
 /// Partitions all pixels of a layered image into charts. `surface` is the rule by which its pixels are linked. Raises
 /// error_code::invalid_option if an option is outside its range. Time is linear; charts are grown again, usually once, if their
 /// boxes exceed max_area. Memory is up to 18 bytes per pixel and 120 per chart.
@@ -54,16 +44,15 @@ chart_set make_charts(const Layers& layers, surface_rule surface, const chart_op
     if (options.filter_range < 1 || options.filter_range > detail::max_filter_range)
         raise(error_code::invalid_option, "filter_range", "1 to 8", std::to_string(options.filter_range));
     constexpr std::int64_t min_side = 64;
-    const auto& g = layers.topology();
-    std::int32_t max_side = (std::min)(options.max_side, (std::max)({g.width(), g.height(), 16}));
+    const graph_view& g = layers.topology();
+    std::int32_t side = (std::min)(options.max_side, (std::max)({g.width(), g.height(), 16}));
     while (true) {
         chart_set charts =
-            detail::chart_grower(g, layers.template column<disparity_column>(), surface, max_side, options.filter_range)
-                .grow_all();
+            detail::chart_grower(g, layers.template column<disparity_column>(), surface, side, options.filter_range).grow_all();
         const std::int64_t area = detail::area_of_boxes(charts);
-        if (area <= options.max_area || max_side <= min_side) return charts;
+        if (area <= options.max_area || side <= min_side) return charts;
         // The area is about proportional to max_side, because a chart that winds is as long in any box.
-        max_side = static_cast<std::int32_t>((std::max)(min_side, max_side * options.max_area / area));
+        side = static_cast<std::int32_t>((std::max)(min_side, side * options.max_area / area));
     }
 }
 
