@@ -10,6 +10,7 @@
 #include <ldi/base/disjoint_sets.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/base/numbers.hpp>
+#include <ldi/base/printable.hpp>
 #include <ldi/core/columns.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/core/single_layer.hpp>
