@@ -15,7 +15,7 @@ install(EXPORT ldiTargets NAMESPACE ldi:: DESTINATION "${package_dir}")
 if(TARGET ldi_io)
     install(TARGETS ldi_io EXPORT ldiIoTargets)
     install(EXPORT ldiIoTargets NAMESPACE ldi:: DESTINATION "${package_dir}")
-    install(FILES cmake/Findstb.cmake cmake/Findlibexif.cmake cmake/Findprotozero.cmake cmake/FindLdiReaders.cmake
+    install(FILES cmake/Findstb.cmake cmake/Findprotozero.cmake cmake/FindLdiReaders.cmake
         DESTINATION "${package_dir}")
 endif()
 

@@ -30,7 +30,7 @@ if [ "$all" = 1 ]; then
     # single_include/same_program. Nobody steps through this with a debugger: without its tables it takes a quarter less time to build.
     exclude_labels="slow|build" build_and_test dev-clang "${common[@]}" -DLDI_TEST_SINGLE_INCLUDE=ON -DCMAKE_CXX_FLAGS_DEBUG=-O1
 else
-    build_targets="photo3d ldi_test_networks_tiefenrausch" exclude_labels="unit|slow|learn" build_and_test dev "${common[@]}"
+    build_targets="photo3d ldi_test_networks_tiefenrausch training_programs" exclude_labels="unit|slow|learn" build_and_test dev "${common[@]}"
 fi
 # Sanitizers have nothing to find in tests that only run the compiler, and would take minutes on the slow ones and on compiling them
 # and the program, whose parts are all tested here. g++ warns of what it sees in this code before; instrumented, it may see more than

@@ -30,7 +30,7 @@ fi
 if [[ ! -f $ours || -n $(find "$root/include" "$root/bench" -newer "$ours" -name '*.[ch]pp' -print -quit) ]]; then
     "${CXX:-g++}" -std=c++20 -O2 -DNDEBUG -I"$root/include" -I"$root" -I/usr/include/stb -DLDI_SOURCE_DIR="\"$root\"" \
         -DLDI_SHARED_DIR="\"$root/../shared\"" "$root/bench/nn/ldi/convolution.cpp" -o "$ours" -lbenchmark_main -lbenchmark \
-        -lpthread -lexif -lpng -lz
+        -lpthread -lpng -lz
 fi
 
 processor=$(taskset -cp $$ | sed 's/.*[ ,-]//')  # the last one that we may use

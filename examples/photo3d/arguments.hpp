@@ -58,13 +58,12 @@ inline constexpr const char* program_version = "photo3d " LDI_PROGRAM_VERSION;
 inline constexpr const char *depth_weights = "tiefenrausch_small.safetensors", *inpainting_weights = "farbrausch.safetensors";
 
 inline void describe_compression(CLI::App& app, compression_choice& c) {
-    CLI::Option* compress = app.add_flag(
-        "--compress", c.is_wanted,
-        "GLB and page of fewer bytes, for viewers that know EXT_meshopt_compression: three.js, Babylon.js and others of the web");
-    app.add_option(
-           "--compressed-texture", c.texture,
-           "of a compressed GLB: webp, a quarter smaller at the same quality, for viewers that know EXT_texture_webp; jpeg; "
-           "or both, for all of them")
+    CLI::Option* compress = app.add_flag("--compress", c.is_wanted,
+                                         "make the GLB file and the page smaller, for viewers that support "
+                                         "EXT_meshopt_compression, such as three.js and Babylon.js");
+    app.add_option("--compressed-texture", c.texture,
+                   "texture format of a compressed GLB: webp, a quarter smaller at the same quality, for viewers that support "
+                   "EXT_texture_webp; jpeg; or both, for all of these viewers")
         ->check(CLI::IsMember({"webp", "jpeg", "both"}))
         ->needs(compress)
         ->capture_default_str();
@@ -94,14 +93,13 @@ inline void describe_files(CLI::App& app, arguments& a) {
     app.set_version_flag("--version", program_version, "print the version and exit");
     app.add_option(
            "PHOTO", a.photos,
-           "JPEG, PNG, GIF or BMP; HEIC, AVIF, WebP and TIFF where ldi was built with their libraries; - for standard input. "
-           "With --batch also more of them, folders, lists")
+           "JPEG, PNG, GIF or BMP; HEIC, AVIF, WebP and TIFF if ldi was built with their libraries; - for standard input. "
+           "With --batch, any number of photos, folders and lists")
         ->required()
         ->check(named);
-    app.add_option(
-           "-o,--output", a.output,
-           "the GLB file to write, - for standard output; default, where no output is named: PHOTO.glb and, if the viewer "
-           "is built, PHOTO.html, beside the photo")
+    app.add_option("-o,--output", a.output,
+                   "the GLB file to write, - for standard output; default, if no output is named: PHOTO.glb and, if the viewer "
+                   "is built, PHOTO.html, beside the photo")
         ->check(named);
     app.add_option("--html", a.html, "the HTML file to write: a viewer with the 3D photo in it")->check(named);
     app.add_option("--viewer", a.viewer, "the viewer for pages, as examples/viewer/build.sh builds it")
@@ -136,7 +134,7 @@ inline void describe_hidden_surfaces(CLI::App& app, arguments& a) {
                    "weights (safetensors) of the network that colors hidden surfaces; default: see below");
     app.add_option(
         "--silhouette-model", a.silhouette_model,
-        "weights (safetensors) of the network that decides which pixels beside a silhouette belong to what is in front; "
+        "weights (safetensors) of the network that decides which pixels beside a silhouette belong to the surface in front; "
         "none, the default: silhouettes are moved onto edges of the photo instead");
     app.add_option("--inpaint", a.inpaint,
                    "method that colors hidden surfaces: network (the default if its weights are found) or diffusion")

@@ -337,6 +337,7 @@ inline exit_code run_batch(arguments& a, const std::filesystem::path& data) {
         find_weights(a, data);
         stage_clock clock(true);
         const networks by = load_networks(a, clock);
+        if (by.depth) by.depth.read();  // reports invalid weights before the first photo
         return batch(a, by, sets, signals).run();
     } catch (...) {
         signals.end_if_signaled();

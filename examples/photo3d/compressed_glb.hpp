@@ -55,7 +55,7 @@ public:
             sort_for_compression(g);
             put(primitive["attributes"]["POSITION"], position_accessor(g, grid));
             const std::size_t texture = texture_of(primitive.at("material")).at("index");
-            if (texture >= textures.size()) raise_other_glb("a texture that is not there");
+            if (texture >= textures.size()) raise_other_glb("a missing texture");
             const std::optional<texel_grid> texels =
                 has_own_material(mesh, i) ? find_texel_grid(g, textures[texture].width, textures[texture].height) : std::nullopt;
             if (texels) scale_texture(primitive.at("material"), *texels);

@@ -106,7 +106,7 @@ inline std::vector<key_frame> load_key_frames(const std::filesystem::path& file)
     const auto fail = [&](const char* expected, const std::string& found) {
         raise(error_code::invalid_data, file.string(), expected, found);
     };
-    if (keys.is_discarded()) fail("a list of key frames, as JSON", "what is no JSON at " + place_of_fault(text));
+    if (keys.is_discarded()) fail("a list of key frames, as JSON", "invalid JSON at " + place_of_fault(text));
     if (!keys.is_array()) fail("a list of key frames: [{\"time\": 0, ...}, ...]", "JSON that is no list");
     if (keys.empty()) fail("a list of key frames", "an empty list");
     std::vector<key_frame> result;

@@ -117,6 +117,10 @@ void run(const arguments& a, output_files& files) {
     clock.begin("reading photo");
     ldi::thread_pool threads(a.threads);
     ldi::photo_with_depth input = decode_input(a, names, photo, depth, by, threads);
+    if (!input.depth) {
+        clock.begin("reading depth network");
+        by.depth.read();
+    }
     const ldi::photo3d made = convert(a, input, by, clock, threads);
     photo_texture texture = texture_of(made, input, a, threads);
     const encoded_photo3d encoded = encode(made, texture, a, names, clock, threads);

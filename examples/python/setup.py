@@ -57,7 +57,7 @@ extension = Pybind11Extension(
     depends=glob.glob("source/*.hpp") + glob.glob(os.path.join(TOP, "include", "ldi", "**", "*.hpp"), recursive=True),
     include_dirs=[os.path.join(TOP, "include"), TOP],
     define_macros=[(macro, None) for macro, _ in found],
-    libraries=["png", "exif"] + [library for _, library in found],
+    libraries=["png"] + [library for _, library in found],
     cxx_std=20,
     extra_compile_args=["-O2", "-g0"],
 )

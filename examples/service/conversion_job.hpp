@@ -49,7 +49,9 @@ public:
           metrics_(metrics),
           is_ending_(is_ending),
           by_(load_networks(a, reading_)),
-          budget_(a.memory) {}
+          budget_(a.memory) {
+        if (by_.depth) by_.depth.read();  // reports invalid weights before the first message
+    }
 
     finished_message work_on(const delivery& message) {
         constexpr std::uint64_t suspicious = 2;

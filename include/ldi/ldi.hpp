@@ -21,11 +21,14 @@
 #include <ldi/core/diffusion.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/core/graph_builder.hpp>
+#include <ldi/core/grown_pixels.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
+#include <ldi/core/layered_view.hpp>
 #include <ldi/core/photo_facts.hpp>
 #include <ldi/core/pixel_region.hpp>
 #include <ldi/core/runs.hpp>
+#include <ldi/core/single_layer.hpp>
 #include <ldi/core/surface.hpp>
 #include <ldi/core/validate.hpp>
 #include <ldi/core/window.hpp>
@@ -84,6 +87,7 @@
 #include <ldi/inpaint/texture_transfer.hpp>
 #include <ldi/inpaint/uncertain_rims.hpp>
 
+#include <ldi/charts/chart_set.hpp>
 #include <ldi/charts/charts.hpp>
 
 #include <ldi/texture/atlas.hpp>
@@ -124,5 +128,10 @@
 #include <ldi/formats/safetensors.hpp>
 #include <ldi/formats/silhouettes.hpp>
 #include <ldi/formats/tiefenrausch.hpp>
+
+#include <ldi/photo3d/clean_depth.hpp>
+#include <ldi/photo3d/lift_photo.hpp>
+#include <ldi/photo3d/options.hpp>
+#include <ldi/photo3d/suppliers.hpp>
 
 #include <ldi/photo3d.hpp>

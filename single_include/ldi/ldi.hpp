@@ -375,10 +375,10 @@ struct memory_block {
 
 }  // namespace detail
 
-/// A growing array, aligned to 64 bytes, in the memory that was current at its first allocation. A buffer returns memory to the
-/// allocator it came from. Differences to std::vector: any integer type is an index without a cast, `unset` leaves values of
-/// trivial types uninitialized, and a moved-from buffer is empty. If memory runs out, a buffer throws std::bad_alloc and keeps
-/// its values; without exceptions, it raises error_code::out_of_memory. It raises too_large for a size beyond the address space.
+/// A growing array, aligned to 64 bytes. Its first allocation selects its allocator: the one that is then current
+/// (base/memory.hpp). Differences to std::vector: any integer type is an index without a cast, `unset` leaves values of trivial
+/// types uninitialized, and a moved-from buffer is empty. If memory runs out, a buffer throws std::bad_alloc and keeps its
+/// values; without exceptions, it raises error_code::out_of_memory. It raises too_large for a size beyond the address space.
 template <class T>
 class buffer {
 public:
@@ -653,8 +653,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// An executor has two members: `concurrency()`, the number of ranges that may run at once (at least 1), and `run(count,
 /// function, data)`, which calls `function(data, index)` once for every index in [0, count), on any threads in any order, and
-/// returns after all calls. An engine wraps its own job system in these members. Functions from parallel_for let no exception
-/// escape, so that C code may call them.
+/// returns after all calls. An engine wraps its own job system in these members. The functions that ldi passes to run() let no
+/// exception escape, so that C code may call them.
 template <class T>
 concept executor = requires(T& e, std::size_t count, void (*function)(void*, std::size_t), void* data) {
     { e.concurrency() } -> std::convertible_to<std::size_t>;
@@ -834,8 +834,9 @@ struct progress_listener {
 }}  // namespace ldi
 
 // ---- ldi/base/numbers.hpp
-// Conversions between number types, with descriptive names. Functions whose rounding differs between C libraries, built from
-// operations that IEEE 754 rounds identically everywhere.
+// Conversions between number types, with descriptive names, and mathematical functions that give the same result on every
+// machine. C libraries round these functions differently, so ldi builds them from operations that IEEE 754 rounds identically
+// everywhere.
 
 #include <cmath>
 
@@ -863,7 +864,9 @@ constexpr std::int64_t nearest_whole(double value) {
 
 /// Rounds to the nearest byte, halves up, and clamps.
 inline std::uint8_t rounded_to_byte(float value) {
-    return static_cast<std::uint8_t>(nearest_whole(double{std::clamp(value, 0.0F, 255.0F)}));
+    const float clamped = std::clamp(value, 0.0F, 255.0F);
+    const auto whole = static_cast<std::int32_t>(clamped);
+    return static_cast<std::uint8_t>(whole + (clamped - nearest_float(whole) >= 0.5F ? 1 : 0));  // the difference is exact
 }
 
 /// Rounds to the nearest byte for values between 0 and 255, such as means of bytes. The addition of 0.5 may round, too.
@@ -1387,8 +1390,7 @@ template <class T>
 concept payload_column = requires {
     typename T::scalar;
     { T::channels } -> std::convertible_to<std::size_t>;
-    requires T::channels >
-    0;
+    requires(T::channels > 0);
 };
 
 /// Rules for new pixels: the value of the pixel whose surface continues, or zero.
@@ -1460,6 +1462,16 @@ std::array<typename Column::scalar, Column::channels> vertex_values(pixels_of<Co
         return averaged(pixels);
 }
 
+template <class Column, class Scalar>
+std::span<Scalar, Column::channels> pixel_scalars(array_view<Scalar> column, std::int32_t pixel) {
+    return std::span<Scalar, Column::channels>(column.data() + static_cast<std::size_t>(pixel) * Column::channels,
+                                               Column::channels);
+}
+
+[[noreturn]] inline void refuse_column_length(std::size_t expected, std::size_t found) {
+    raise(error_code::mismatch, "layered image", std::to_string(expected) + " scalars in a column", std::to_string(found));
+}
+
 }  // namespace detail
 
 /// Red, green, blue as in the photo (sRGB), 0 to 255. Undefined where known_column is 0.
@@ -1501,14 +1513,67 @@ struct matte_column {
     static constexpr scalar new_pixel(scalar origin) { return zeroed(origin); }
 };
 
+/// A type with the given column: a layered_image, a layered_view or a single_layer.
+template <class Layers, class Column>
+concept has_column = requires {
+    requires std::remove_cvref_t<Layers>::template has<Column>;
+};
+
+/// A type with all of the given columns.
+template <class Layers, class... Columns>
+concept has_columns = (has_column<Layers, Columns> && ...);
+
+}}  // namespace ldi
+
+// ---- ldi/core/grown_pixels.hpp
+// Result of the function that layered_image::grow() calls: a graph with added pixels, and the source of each of its pixels.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// A contiguous range of the pixels of a layered image after grow(): either all old or all new.
+struct grown_piece {
+    std::int32_t first;  ///< old pixels: index of the first before grow(); new pixels: index of the first entry in `origins`
+    std::int32_t count;
+    bool is_new;
+};
+
+/// Result of the function that grow() calls.
+struct grown_pixels {
+    graph topology;                ///< graph of all pixels, old and new
+    buffer<grown_piece> pieces;    ///< sources of all pixels, in the order of the new indices; every old pixel occurs once
+    buffer<std::int32_t> origins;  ///< per new pixel: the old pixel whose surface it continues
+};
+
+namespace detail {
+
+/// Whether every pixel has one source: every old pixel occurs once, and every new pixel continues an old one.
+inline bool is_complete(const grown_pixels& grown, std::size_t old_count) {
+    const std::size_t new_count = grown.origins.size();
+    if (grown.topology.size() != old_count + new_count) return false;
+    for (const std::int32_t origin : grown.origins)
+        if (origin < 0 || static_cast<std::size_t>(origin) >= old_count) return false;
+    buffer<bool> seen(old_count + new_count);  // one entry per old pixel, then one per entry of `origins`
+    std::size_t total = 0;
+    for (const grown_piece& p : grown.pieces) {
+        if (p.first < 0 || p.count < 0 ||
+            static_cast<std::size_t>(p.first) + static_cast<std::size_t>(p.count) > (p.is_new ? new_count : old_count))
+            return false;
+        for (std::int32_t i = p.first; i < p.first + p.count; ++i, ++total)
+            if (std::exchange(seen[static_cast<std::size_t>(i) + (p.is_new ? old_count : 0)], true)) return false;
+    }
+    return total == seen.size();
+}
+
+}  // namespace detail
+
 }}  // namespace ldi
 
 // ---- ldi/core/layered_image.hpp
 // A layered depth image: a graph and payload columns of the same length. Column tags (core/columns.hpp) choose the payload.
 //
 //     layered_image<Columns...>   owns a graph and its columns; stages receive and return it
-//     layered_view<Columns...>    a non-owning view of a graph and columns
-//     single_layer<Columns...>    one layer in the order of the photo: lift() makes it, expand() turns it into a layered image
+//     layered_view<Columns...>    a non-owning view of a graph and columns (core/layered_view.hpp)
+//     single_layer<Columns...>    one layer in the order of the photo (core/single_layer.hpp)
 
 #include <tuple>
 
@@ -1535,52 +1600,6 @@ private:
 
     graph_builder& graph_;
 };
-
-/// A contiguous range of the pixels of a layered image after grow(): either all old or all new.
-struct grown_piece {
-    std::int32_t first;  ///< old pixels: index of the first before grow(); new pixels: index of the first entry in `origins`
-    std::int32_t count;
-    bool is_new;
-};
-
-/// Result of the function that grow() calls.
-struct grown_pixels {
-    graph topology;                ///< graph of all pixels, old and new
-    buffer<grown_piece> pieces;    ///< sources of all pixels, in the order of the new indices; every old pixel occurs once
-    buffer<std::int32_t> origins;  ///< per new pixel: the old pixel whose surface it continues
-};
-
-namespace detail {
-
-template <class Column, class Scalar>
-std::span<Scalar, Column::channels> pixel_scalars(array_view<Scalar> column, std::int32_t pixel) {
-    return std::span<Scalar, Column::channels>(column.data() + static_cast<std::size_t>(pixel) * Column::channels,
-                                               Column::channels);
-}
-
-/// Whether every pixel has one source: every old pixel occurs once, and every new pixel continues an old one.
-inline bool is_complete(const grown_pixels& grown, std::size_t old_count) {
-    const std::size_t new_count = grown.origins.size();
-    if (grown.topology.size() != old_count + new_count) return false;
-    for (const std::int32_t origin : grown.origins)
-        if (origin < 0 || static_cast<std::size_t>(origin) >= old_count) return false;
-    buffer<bool> seen(old_count + new_count);  // one entry per old pixel, then one per entry of `origins`
-    std::size_t total = 0;
-    for (const grown_piece& p : grown.pieces) {
-        if (p.first < 0 || p.count < 0 ||
-            static_cast<std::size_t>(p.first) + static_cast<std::size_t>(p.count) > (p.is_new ? new_count : old_count))
-            return false;
-        for (std::int32_t i = p.first; i < p.first + p.count; ++i, ++total)
-            if (std::exchange(seen[static_cast<std::size_t>(i) + (p.is_new ? old_count : 0)], true)) return false;
-    }
-    return total == seen.size();
-}
-
-[[noreturn]] inline void refuse_column_length(std::size_t expected, std::size_t found) {
-    raise(error_code::mismatch, "layered image", std::to_string(expected) + " scalars in a column", std::to_string(found));
-}
-
-}  // namespace detail
 
 /// A graph with K pixels and, for each column, K rows of `channels` scalars, row-major. Every column always has one row per
 /// pixel, even after memory runs out or a callback throws, because only members that process all columns together can add, remove
@@ -1769,134 +1788,8 @@ private:
     std::tuple<storage<Columns>...> columns_;
 };
 
-/// A type with the given column: a layered_image, a layered_view or a single_layer.
-template <class Layers, class Column>
-concept has_column = requires {
-    requires std::remove_cvref_t<Layers>::template has<Column>;
-};
-
-/// A type with all of the given columns.
-template <class Layers, class... Columns>
-concept has_columns = (has_column<Layers, Columns> && ...);
-
-/// Non-owning view of a layered image, or of some of its columns. Stages that only read layers accept it. As with
-/// std::string_view, a view of a temporary is valid only until the end of the full expression.
-template <payload_column... Columns>
-class layered_view {
-public:
-    template <class Column>
-    static constexpr bool has = (std::is_same_v<Column, Columns> || ...);
-
-    /// columns  K x channels scalars each, in the order of the tags. Raises mismatch for any other length
-    explicit layered_view(const graph_view& g, array_view<const typename Columns::scalar>... columns)
-        : graph_(g), columns_(shown<Columns>{columns}...) {
-        const auto check = [&](std::size_t expected, std::size_t found) {
-            if (found != expected) detail::refuse_column_length(expected, found);
-        };
-        (check(g.size() * Columns::channels, columns.size()), ...);
-    }
-    explicit layered_view(graph&&, array_view<const typename Columns::scalar>...) = delete;  // the view would outlive the graph
-    template <has_columns<Columns...> Layers>
-    layered_view(const Layers& layers) : layered_view(layers.topology(), layers.template column<Columns>()...) {}
-
-    const graph_view& topology() const { return graph_; }
-    std::size_t size() const { return graph_.size(); }
-    template <payload_column Column>
-    array_view<const typename Column::scalar> column() const {
-        return std::get<shown<Column>>(columns_).values;
-    }
-    template <payload_column Column>
-    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const {
-        return detail::pixel_scalars<Column>(column<Column>(), pixel);
-    }
-
-private:
-    template <class Column>
-    struct shown {
-        array_view<const typename Column::scalar> values;
-    };
-
-    graph_view graph_;
-    std::tuple<shown<Columns>...> columns_;
-};
-
-namespace detail {
-struct expansion_access;
-}
-
-/// One layer in the order of the photo: pixel (x, y) has index y * width + x. Links and values may change, pixels may not.
-/// expand() turns it into a layered image.
-template <payload_column... Columns>
-class single_layer {
-public:
-    template <class Column>
-    static constexpr bool has = (std::is_same_v<Column, Columns> || ...);
-
-    single_layer() = default;
-    /// Raises mismatch unless the pixels are those of one layer in the photo's order.
-    explicit single_layer(layered_image<Columns...> layers) : layers_(std::move(layers)) {
-        const graph& g = topology();
-        bool in_order = g.size() == g.position_count();
-        for (std::int32_t i = 0; in_order && i < g.count(); ++i) in_order = g.position_of(i) == static_cast<std::size_t>(i);
-        if (!in_order)
-            raise(error_code::mismatch, "single_layer",
-                  std::to_string(g.width()) + " x " + std::to_string(g.height()) + " pixels, row by row", "others");
-    }
-
-    const graph& topology() const { return layers_.topology(); }
-    std::size_t size() const { return layers_.size(); }
-    template <payload_column Column>
-    array_view<typename Column::scalar> column() {
-        return layers_.template column<Column>();
-    }
-    template <payload_column Column>
-    array_view<const typename Column::scalar> column() const {
-        return layers_.template column<Column>();
-    }
-    template <payload_column Column>
-    std::span<typename Column::scalar, Column::channels> at(std::int32_t pixel) {
-        return layers_.template at<Column>(pixel);
-    }
-    template <payload_column Column>
-    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const {
-        return layers_.template at<Column>(pixel);
-    }
-    template <payload_column Column>
-    void set_column(buffer<typename Column::scalar> scalars) {
-        layers_.template set_column<Column>(std::move(scalars));
-    }
-    template <class Edit>
-    void edit_links(Edit&& edit) {
-        layers_.edit_links(edit);
-    }
-
-    /// Returns the layer with one more column.
-    ///
-    /// scalars  K x channels, row-major. Raises mismatch for any other length; then the layer keeps its values
-    ///
-    ///     struct normal { using scalar = float; static constexpr std::size_t channels = 3; };
-    ///     auto layer = ldi::lift(photo, disparity).with<normal>(normals);  // stays with its pixels, up to the mesh
-    template <payload_column Column>
-    single_layer<Columns..., Column> with(buffer<typename Column::scalar> scalars) && {
-        static_assert(!has<Column>);
-        if (scalars.size() != size() * Column::channels) detail::refuse_column_length(size() * Column::channels, scalars.size());
-        single_layer<Columns..., Column> result;
-        result.layers_ = layered_image<Columns..., Column>(std::move(layers_));
-        result.template set_column<Column>(std::move(scalars));
-        return result;
-    }
-
-private:
-    template <payload_column...>
-    friend class single_layer;
-    friend detail::expansion_access;
-
-    layered_image<Columns...> layers_;
-};
-
-/// Layered image of a photo, and the single layer that it starts from.
+/// Layered image of a photo.
 using photo_layers = layered_image<color_column, disparity_column, known_column, matte_column>;
-using photo_layer = single_layer<color_column, disparity_column, known_column, matte_column>;
 
 /// Checks the invariants of the topology, and that disparities are in [-1, 1]. Those of a photo are in [0, 1]; hidden surfaces
 /// may continue beneath others, slightly below 0.
@@ -2227,8 +2120,8 @@ private:
 }}}  // namespace ldi::detail
 
 // ---- ldi/core/components.hpp
-// Connected components: sets of pixels that links connect. Depth cleaning (paper, section "Geometry", isolated features at
-// middle values) and other code that treats a surface as a unit start from them.
+// Connected components: sets of pixels that links connect. Depth cleaning uses them (paper, section "Geometry", isolated features
+// at middle values), as does other code that treats a surface as a unit.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -2679,6 +2572,54 @@ bool same_shape(const auto& a, const auto& b) {
 
 }}  // namespace ldi
 
+// ---- ldi/core/layered_view.hpp
+// A non-owning view of a layered image, or of a graph and columns that the caller owns.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// Non-owning view of a layered image, or of some of its columns. Stages that only read layers accept it. As with
+/// std::string_view, a view of a temporary is valid only until the end of the full expression.
+template <payload_column... Columns>
+class layered_view {
+public:
+    template <class Column>
+    static constexpr bool has = (std::is_same_v<Column, Columns> || ...);
+
+    /// columns  K x channels scalars each, in the order of the tags. Raises mismatch for any other length
+    explicit layered_view(const graph_view& g, array_view<const typename Columns::scalar>... columns)
+        : graph_(g), columns_(shown<Columns>{columns}...) {
+        const auto check = [&](std::size_t expected, std::size_t found) {
+            if (found != expected) detail::refuse_column_length(expected, found);
+        };
+        (check(g.size() * Columns::channels, columns.size()), ...);
+    }
+    explicit layered_view(graph&&, array_view<const typename Columns::scalar>...) = delete;  // the view would outlive the graph
+    template <has_columns<Columns...> Layers>
+    layered_view(const Layers& layers) : layered_view(layers.topology(), layers.template column<Columns>()...) {}
+
+    const graph_view& topology() const { return graph_; }
+    std::size_t size() const { return graph_.size(); }
+    template <payload_column Column>
+    array_view<const typename Column::scalar> column() const {
+        return std::get<shown<Column>>(columns_).values;
+    }
+    template <payload_column Column>
+    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const {
+        return detail::pixel_scalars<Column>(column<Column>(), pixel);
+    }
+
+private:
+    template <class Column>
+    struct shown {
+        array_view<const typename Column::scalar> values;
+    };
+
+    graph_view graph_;
+    std::tuple<shown<Columns>...> columns_;
+};
+
+}}  // namespace ldi
+
 // ---- ldi/core/surface.hpp
 // The rule for whether neighboring pixels belong to one surface: a threshold on disparity (the paper's tau_disp).
 
@@ -2725,7 +2666,7 @@ struct photo_facts {
 }}  // namespace ldi
 
 // ---- ldi/core/pixel_region.hpp
-// A part of a lattice that a sparse computation visits: runs of pixels, row by row. Pixels are numbered in this order.
+// A set of lattice pixels that a sparse computation visits, stored as runs row by row. Pixels are numbered in this order.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -2828,6 +2769,90 @@ inline buffer<std::int32_t> pixels_below(const pixel_region& region) {
     }
     return result;
 }
+
+}}  // namespace ldi
+
+// ---- ldi/core/single_layer.hpp
+// One layer in the order of the photo: lift() makes it, expand() turns it into a layered image.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+namespace detail {
+struct expansion_access;
+}
+
+/// One layer in the order of the photo: pixel (x, y) has index y * width + x. Links and values may change, pixels may not.
+/// expand() turns it into a layered image.
+template <payload_column... Columns>
+class single_layer {
+public:
+    template <class Column>
+    static constexpr bool has = (std::is_same_v<Column, Columns> || ...);
+
+    single_layer() = default;
+    /// Raises mismatch unless the pixels are those of one layer in the photo's order.
+    explicit single_layer(layered_image<Columns...> layers) : layers_(std::move(layers)) {
+        const graph& g = topology();
+        bool in_order = g.size() == g.position_count();
+        for (std::int32_t i = 0; in_order && i < g.count(); ++i) in_order = g.position_of(i) == static_cast<std::size_t>(i);
+        if (!in_order)
+            raise(error_code::mismatch, "single_layer",
+                  std::to_string(g.width()) + " x " + std::to_string(g.height()) + " pixels, row by row", "others");
+    }
+
+    const graph& topology() const { return layers_.topology(); }
+    std::size_t size() const { return layers_.size(); }
+    template <payload_column Column>
+    array_view<typename Column::scalar> column() {
+        return layers_.template column<Column>();
+    }
+    template <payload_column Column>
+    array_view<const typename Column::scalar> column() const {
+        return layers_.template column<Column>();
+    }
+    template <payload_column Column>
+    std::span<typename Column::scalar, Column::channels> at(std::int32_t pixel) {
+        return layers_.template at<Column>(pixel);
+    }
+    template <payload_column Column>
+    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const {
+        return layers_.template at<Column>(pixel);
+    }
+    template <payload_column Column>
+    void set_column(buffer<typename Column::scalar> scalars) {
+        layers_.template set_column<Column>(std::move(scalars));
+    }
+    template <class Edit>
+    void edit_links(Edit&& edit) {
+        layers_.edit_links(edit);
+    }
+
+    /// Returns the layer with one more column.
+    ///
+    /// scalars  K x channels, row-major. Raises mismatch for any other length; then the layer keeps its values
+    ///
+    ///     struct normal { using scalar = float; static constexpr std::size_t channels = 3; };
+    ///     auto layer = ldi::lift(photo, disparity).with<normal>(normals);  // stays with its pixels, up to the mesh
+    template <payload_column Column>
+    single_layer<Columns..., Column> with(buffer<typename Column::scalar> scalars) && {
+        static_assert(!has<Column>);
+        if (scalars.size() != size() * Column::channels) detail::refuse_column_length(size() * Column::channels, scalars.size());
+        single_layer<Columns..., Column> result;
+        result.layers_ = layered_image<Columns..., Column>(std::move(layers_));
+        result.template set_column<Column>(std::move(scalars));
+        return result;
+    }
+
+private:
+    template <payload_column...>
+    friend class single_layer;
+    friend detail::expansion_access;
+
+    layered_image<Columns...> layers_;
+};
+
+/// The layer of a photo.
+using photo_layer = single_layer<color_column, disparity_column, known_column, matte_column>;
 
 }}  // namespace ldi
 
@@ -3250,7 +3275,7 @@ struct add_u8_constants {
 /// One instruction set's kernel: a row of `add_u8_kernels`.
 struct add_u8_kernel {
     isa set;
-    bool is_integer;  ///< computes `exact`, not the float form
+    bool is_integer;  ///< whether the kernel computes `exact` instead of the float form
     /// Same parameters as add_u8() of kernels/add_u8.hpp.
     void (*run)(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                 std::uint8_t* result);
@@ -3332,7 +3357,7 @@ struct conv_panel_output {
 
 namespace detail {
 
-/// Number of groups, rounded up.
+/// Number of groups into which `count` inputs are divided, rounded up.
 constexpr std::size_t groups_of(std::size_t count, std::size_t group) { return (count + group - 1) / group; }
 
 /// Appends weights by panel, row and group. Within a panel, the outputs are adjacent, each with the weights of one group of
@@ -3509,7 +3534,8 @@ struct requantizer {
 
     explicit requantizer(const float_requantization& r)
         : scale(_mm256_set1_ps(r.scale)),
-          // With a zero point of 0, negative values become 0 for either sign of the offset.
+          // With a zero point of 0, negative values become 0 whether the offset is positive or negative, so its sign need not
+          // depend on the value.
           offset(_mm256_set1_ps(r.zero_point == 0 && r.offset < 0 ? -r.offset : r.offset)),
           sign(_mm256_castsi256_ps(_mm256_set1_epi32(r.zero_point == 0 ? 0 : -0x7FFFFFFF - 1))),
           zero_point(_mm256_set1_epi16(static_cast<short>(r.zero_point))) {}
@@ -3717,7 +3743,8 @@ struct requantizer {
 
     explicit requantizer(const float_requantization& r)
         : scale(_mm512_set1_ps(r.scale)),
-          // With a zero point of 0, negative values become 0 for either sign of the offset.
+          // With a zero point of 0, negative values become 0 whether the offset is positive or negative, so its sign need not
+          // depend on the value.
           offset(_mm512_castps_si512(_mm512_set1_ps(r.zero_point == 0 && r.offset < 0 ? -r.offset : r.offset))),
           sign(_mm512_set1_epi32(r.zero_point == 0 ? 0 : -0x7FFFFFFF - 1)),
           zero_point(_mm512_set1_epi16(static_cast<short>(r.zero_point))) {}
@@ -5910,7 +5937,7 @@ static_assert(find_kernel(conv_u8_kernels, isa::scalar).set == isa::scalar);
 /// weights            outputs x rows x inputs, row-major, at most max_conv_u8_weight in absolute value; rows x inputs at most
 ///                    max_conv_u8_inputs
 /// zero_points        one per input of a piece
-/// scales, bias       one per output: factor that converts the sum to units of the result's scale; summand in these units
+/// scales, bias       one each per output: sum * scale + bias is in units of the result's scale
 /// rows               number of contiguous pieces of memory per pixel: k for a k x k convolution, each with k pixels
 /// result_zero_point  zero point of results that are bytes
 inline conv_u8_weights pack_conv_u8(isa target, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
@@ -5961,8 +5988,9 @@ struct signed_range {
 };
 
 inline signed_range range_of(std::span<const std::uint8_t> weights, std::uint8_t zero_point) {
-    const auto [least, most] = std::minmax_element(weights.begin(), weights.end());
-    return {*least - int{zero_point}, *most - int{zero_point}};
+    std::uint8_t least = 255, most = 0;  // std::minmax_element() does not use vector instructions
+    for (const std::uint8_t w : weights) least = (std::min)(least, w), most = (std::max)(most, w);
+    return {least - int{zero_point}, most - int{zero_point}};
 }
 
 /// Maximum number of inputs of kernels without a fused multiply-add. They first widen the inputs into a buffer of fixed size.
@@ -6020,7 +6048,7 @@ struct depthwise_u8_weights {
     std::size_t stride = 1;
     std::uint8_t padding = 0;   ///< the input's zero point: the value of pixels outside the image
     buffer<std::int16_t> wide;  ///< scalar, WebAssembly: weight minus its zero point
-    /// AVX2, VNNI: weight minus its zero point, or the negative of it (see `fast`); NEON: see `output`
+    /// AVX2, VNNI, NEON: weight minus its zero point, or the negative of it, as in gemm_u8_weights
     buffer<std::int8_t> narrow;
     buffer<std::uint32_t> order;  ///< AVX2: number of terms that the weights of each unit are split into
     buffer<std::int32_t> bias;    ///< zero points folded in, in the order of the sums
@@ -6181,7 +6209,8 @@ struct sum_room {
     }
 };
 
-/// Whether these weights are signed bytes that fit in one 16-bit sum. Signed bytes of opposite signs always fit.
+/// Whether both weights are signed bytes and the sum of their products with any two bytes fits in 16 bits. Signed bytes of
+/// opposite signs always satisfy this.
 inline bool fit_one_sum(int a, int b) { return a >= -128 && a <= 127 && b >= -128 && b <= 127 && a + b >= -128 && a + b <= 128; }
 
 }}}  // namespace ldi::avx2
@@ -6904,7 +6933,7 @@ LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
     return to_signed(vld1q_u8(bytes));
 }
 
-/// Interleaves 16 channels of three rows to 16 x 4 bytes.
+/// Interleaves 16 channels of three rows to 4 bytes per channel. The fourth byte repeats the third row; its weight is 0.
 [[gnu::always_inline]] inline void fill_slot(int8x16_t a, int8x16_t b, int8x16_t c, std::int8_t* slot) {
     const int16x8_t ab_low = vreinterpretq_s16_s8(vzip1q_s8(a, b)), ab_high = vreinterpretq_s16_s8(vzip2q_s8(a, b));
     const int16x8_t c_low = vreinterpretq_s16_s8(vzip1q_s8(c, c)), c_high = vreinterpretq_s16_s8(vzip2q_s8(c, c));
@@ -7060,8 +7089,8 @@ inline constexpr std::size_t depthwise_slot = 4 * depthwise_block;  // 16-bit va
 inline constexpr std::size_t depthwise_max_slots = 66;              // 8 KiB
 inline constexpr std::size_t depthwise_dots = 5;                    // per vector of 4 channels
 
-/// Packs weights block by block, 4 channels by 4 channels: rows 0 and 1 of each column, then row 2 of columns 0 and 1, then row
-/// 2 of column 2 alone.
+/// Packs weights block by block, in groups of 4 channels: rows 0 and 1 of each column of the window, then row 2 of columns 0 and
+/// 1, then row 2 of column 2.
 inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
     constexpr std::size_t none = depthwise_u8_weights::taps;
     constexpr std::size_t taps[depthwise_dots][2] = {{0, 3}, {1, 4}, {2, 5}, {6, 7}, {8, none}};
@@ -7331,15 +7360,16 @@ struct gemm_u8_weights {
     isa target = isa::scalar;
     std::size_t segments = 1, inputs = 0, outputs = 0;
     buffer<std::int16_t> wide;  ///< scalar, WebAssembly, and a single output with AVX2: weight minus its zero point
-    /// AVX2, VNNI: weight minus its zero point, or the negative of it (see `fast`); NEON: see `output`
+    /// AVX2, VNNI, NEON: weight minus its zero point. All of them are negated if only then they fit in signed bytes
+    /// (choose_target())
     buffer<std::int8_t> narrow;
     /// AVX2, for each segment of each panel: the number of pairs of terms, the number of single terms, and the first input of
     /// each term
     buffer<std::uint32_t> order;
     buffer<std::int32_t> bias;  ///< zero points folded in; padded with zeros to whole vectors
-    requantization output;      ///< NEON: the multiplier is negated together with `narrow` and `bias`
-    /// Negated together with `narrow` and `bias`. On WebAssembly, the constants of an unfused_requantization. Unused by scalar
-    /// and NEON.
+    requantization output;      ///< NEON: if `narrow` is negated, so are `bias` and the multiplier
+    /// Float form of `output`, negated if `narrow` is negated; `bias` then is, too. On WebAssembly, the constants of an
+    /// unfused_requantization. Scalar and NEON do not use it.
     float_requantization fast;
 
     /// Whether lanes contain inputs instead of outputs: for a single output with enough inputs to fill a vector.
@@ -7566,7 +7596,7 @@ struct gemm_panel {
     const std::int8_t* weights;
     const std::int32_t* bias;
     std::uint8_t* result;
-    std::size_t outputs, held = 0;  ///< number of outputs: of the layer; of the panel
+    std::size_t outputs, held = 0;  ///< number of outputs of the layer, and of the panel
 
     void skip(std::size_t lanes) {
         for (std::size_t s = 0; s < segment_count; ++s) {
@@ -7833,7 +7863,7 @@ struct gemm_panel {
     const std::int8_t* weights;
     const std::int32_t* bias;
     std::uint8_t* result;
-    std::size_t outputs, held = 0;  ///< number of outputs: of the layer; of the panel
+    std::size_t outputs, held = 0;  ///< number of outputs of the layer, and of the panel
 
     void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
 };
@@ -8072,7 +8102,7 @@ struct gemm_panel {
     const std::int8_t* weights;
     const std::int32_t* bias;
     std::uint8_t* result;
-    std::size_t outputs, held = 0;  ///< number of outputs: of the layer; of the panel
+    std::size_t outputs, held = 0;  ///< number of outputs of the layer, and of the panel
 
     void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
 };
@@ -8228,7 +8258,7 @@ struct gemm_panel {
     const std::int8_t* weights;
     const std::int32_t* bias;
     std::uint8_t* result;
-    std::size_t outputs, held = 0;  ///< number of outputs: of the layer; of the panel
+    std::size_t outputs, held = 0;  ///< number of outputs of the layer, and of the panel
 
     void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
 };
@@ -8509,7 +8539,7 @@ struct gemm_panel {
     const std::int16_t* weights;
     const std::int32_t* bias;
     std::uint8_t* result;
-    std::size_t outputs, held = 0;  ///< number of outputs: of the layer; of the panel
+    std::size_t outputs, held = 0;  ///< number of outputs of the layer, and of the panel
 
     void skip(std::size_t lanes) { weights += input.segment_count * input.pairs * lanes * gemm_group; }
 };
@@ -8704,9 +8734,9 @@ static_assert(find_kernel(gemm_u8_kernels, isa::scalar).set == isa::scalar);
 
 /// Packs weights for gemm_u8().
 ///
-/// target             instruction set to pack for. If it cannot be exact (weights beyond 8 signed bits for VNNI and NEON; on
-///                    x86 no float form of the requantization), the function packs for a slower set, which it stores in the
-///                    result's `target`
+/// target             instruction set to pack for. Its kernel may be inexact for some layers: VNNI and NEON for weights beyond 8
+///                    signed bits, x86 for a requantization without a float form. The function then packs for a slower set and
+///                    stores it in the result's `target`
 /// weights            outputs x segments x inputs, row-major
 /// bias               outputs, in units of input scale * weight scale
 /// segments           number of contiguous pieces of memory per pixel: 1, or k for a k x k convolution; at most 7
@@ -9165,7 +9195,7 @@ struct basic_feature_view {
     std::span<const Value> values;  ///< rows x channels
     std::size_t channels = 0;
     std::span<const std::int32_t> rows;  ///< row per pixel of the graph; no_pixel reads as zeros; empty: pixel i has row i
-    std::span<const std::uint8_t> mask;  ///< 1 or 0 per row; empty: all 1
+    std::span<const std::uint8_t> mask;  ///< per row: 0 for a missing value, which reads as zeros; otherwise 1; empty: all 1
     Value zero = {};                     ///< value that represents zero: the zero point of bytes
 
     /// Number of pixels of the graph.
@@ -9265,7 +9295,7 @@ std::size_t copy_pixel(std::span<const basic_feature_view<Value>> sources, std::
 }}  // namespace ldi
 
 // ---- ldi/nn/ldi/detail/convolution_block.hpp
-// Computes one block of a convolution's outputs. The kernel reads the windows of regular segments in place where possible. All
+// Computes one block of a convolution's outputs. Where possible, the kernel reads the windows of a plan's segments in place. All
 // other windows are first gathered in a small buffer. The order of summation is the same in both cases.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
@@ -9345,7 +9375,7 @@ private:
     using result_type = typename Job::result_type;
     using row_starts = std::array<const value_type*, max_kernel_size>;
 
-    static constexpr std::size_t largest_buffer = 8192, largest_batch = 96;  // in values, approximately; in outputs
+    static constexpr std::size_t largest_buffer = 8192, largest_batch = 96;  // approximate values per buffer; outputs per batch
 
     /// Rounds up to a multiple of the kernels' tiles.
     static std::size_t whole_tiles(std::size_t outputs) {
@@ -9448,7 +9478,8 @@ private:
     }
 
     const Job& job_;
-    std::size_t batch_ = 0, stretch_ = 0;  // maximum outputs per kernel call: irregular; of a copied segment
+    // maximum number of outputs per kernel call: irregular outputs, and outputs of a segment that must be copied
+    std::size_t batch_ = 0, stretch_ = 0;
     buffer<value_type> values_;
     buffer<result_type> results_;
     buffer<float> ratios_;
@@ -10085,7 +10116,7 @@ inline convolution_plan plan_convolution(const pixel_region& region, std::int32_
 }}  // namespace ldi
 
 // ---- ldi/base/printable.hpp
-// Formats names that were read from files, numbers, and image sizes for messages.
+// Formats numbers, image sizes, and names that were read from files, for messages.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -10327,7 +10358,7 @@ inline std::size_t check_operator(const std::string& place, quantization output,
               std::to_string(a.channels) + " and " + std::to_string(b.channels));
     const float a_ratio = a.values.scale / output.scale, b_ratio = b.values.scale / output.scale;
     if (!are_addition_ratios(a_ratio, b_ratio))
-        raise(error_code::unsupported, place, "ratios of input scale to output scale of which the larger is in [2^-10, 2^8)",
+        raise(error_code::unsupported, place, "ratios of input scale to output scale whose larger one is in [2^-10, 2^8)",
               to_text(a_ratio) + " and " + to_text(b_ratio));
     return a.channels;
 }
@@ -10710,8 +10741,8 @@ inline const dense_layer* pointwise(const packed_layer& layer) {
     return d != nullptr && d->is_pointwise() ? d : nullptr;
 }
 
-/// Whether to recompute a layer for each of its readers. A dense convolution with few inputs that only 1 x 1 convolutions read
-/// costs less to recompute than to store and load.
+/// Whether to recompute a layer for each of its readers. Recomputing costs less than storing and loading for a dense convolution
+/// with few inputs whose readers are all 1 x 1 convolutions.
 inline bool is_cheap_head(const buffer<packed_layer>& layers, std::size_t layer, std::size_t output) {
     constexpr std::size_t few = 64;
     const auto* d = std::get_if<dense_layer>(&layers[layer].kind);
@@ -11334,7 +11365,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 /// The network's input, one row per pixel that it reads.
 struct network_input {
     buffer<float> values;       ///< rows x channels
-    buffer<std::uint8_t> mask;  ///< 1 or 0 per row; empty: all 1
+    buffer<std::uint8_t> mask;  ///< per row: 0 for a missing color, otherwise 1; empty: all 1
 };
 
 /// Scales known colors to [0, 1] and masks unknown colors.
@@ -12141,8 +12172,8 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Inpaints colors. Satisfies the concept color_inpainter of photo3d.hpp. All members are const and stateless: any number of
-/// threads may share an object.
+/// Inpaints colors. Satisfies the concept color_inpainter (photo3d/suppliers.hpp). All members are const and stateless: any
+/// number of threads may share an object.
 class farbrausch {
 public:
     /// Checks and packs the weights.
@@ -13092,7 +13123,8 @@ public:
 
     std::int32_t radius() const { return radius_; }
     std::int32_t size() const { return rows_.count(); }
-    // Smallest and largest cut of row k (-back to front) at which both surfaces remain.
+    // Range of cuts of row k at which both surfaces remain. Cuts count pixels from the curve: negative toward the back, positive
+    // toward the front.
     std::int32_t min_cut(std::int32_t k) const { return -rows_[k].back; }
     std::int32_t largest_cut(std::int32_t k) const { return rows_[k].front; }
     const color_sums& sums(std::int32_t k, bool of_front) const {
@@ -13159,15 +13191,15 @@ private:
 // strip of the background then sticks to the foreground, or a strip of the foreground to the background. Both become visible when
 // the camera moves.
 //
-// A band surrounds each discontinuity curve, as wide as depth is uncertain. Colors outside the band, on both sides, supply color
-// models of the front and the back surface. The best cut through the band separates front colors from back colors, follows
-// contrast, and has no jumps. It is a shortest path, found by dynamic programming, after the contours of Rother et al., "GrabCut"
-// (SIGGRAPH 2004), section "Border matting". Ends and junctions of curves do not move. Pixels between the old curve and the new
-// one change sides.
+// A band surrounds each discontinuity curve; its width is the uncertainty of the depth map. Colors outside the band, on both
+// sides, supply color models of the front and the back surface. The best cut through the band separates front colors from back
+// colors, follows contrast, and has no jumps. It is a shortest path, found by dynamic programming, as the contours of Rother et
+// al., "GrabCut" (SIGGRAPH 2004), section "Border matting". Ends and junctions of curves do not move. Pixels between the old
+// curve and the new one change sides.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Defaults tuned by experiment on true depth, degraded as networks degrade it.
+/// The defaults were tuned on true depth maps that were degraded like those of a network.
 struct alignment_options {
     /// Maximum distance between a silhouette and its edge in the photo, in pixels, 0 to 256. With 0, silhouettes do not move. For
     /// depth maps with samples larger than a pixel, make_photo3d() multiplies this option and min_length by the side of a sample.
@@ -13426,12 +13458,13 @@ void align_silhouettes(image_view<float> disparity, image_view<const std::uint8_
 }}  // namespace ldi
 
 // ---- ldi/depth/decided_depth.hpp
-// Input and output of a silhouette_decider (photo3d.hpp), and `aligned_silhouettes`, a decider without a network.
+// Input and output of a silhouette_decider (photo3d/suppliers.hpp), and `aligned_silhouettes`, a decider without a network.
 // network_decider.hpp has the decider with a network.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A photo and its depth before silhouettes are decided.
+/// A photo and its depth map, in which pixels beside silhouettes may still have a depth between the two surfaces. Input of a
+/// silhouette_decider.
 struct undecided_depth {
     image_view<const std::uint8_t> photo;  ///< H x W x 3
     image_view<const float> estimated;     ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
@@ -13440,7 +13473,8 @@ struct undecided_depth {
     float sample_size = 1.0F;  ///< side of a sample of the estimate, in pixels, 1 to 16
 };
 
-/// Depth after silhouettes are decided.
+/// A depth map in which each pixel beside a silhouette is assigned to the front or the back surface. Result of a
+/// silhouette_decider.
 struct decided_depth {
     image<float> disparity;  ///< H x W x 1
     /// H x W x 1, or empty. The value is 0 for pixels that were not decided, otherwise 1 + 254 * (share of the front surface in
@@ -13586,7 +13620,8 @@ public:
         if (!small_ones.labels.empty()) reached_.resize(disparity.height() * disparity.width());
     }
 
-    // Merges a component with a neighboring surface. Returns false if it does not lie at a middle value, and does not change it.
+    // Merges a component with a neighboring surface. If the component does not lie at a middle value, returns false and leaves it
+    // unchanged.
     bool merge(std::size_t component) {
         std::int32_t nearer = 0, farther = 0;
         for_each_contact(component,
@@ -14143,7 +14178,7 @@ private:
     /// surface. Accepts disparities outside the step, because a blurred step may extend beyond the neighborhood of its curve
     /// pixels.
     bool fits(float value, std::int32_t i) const {
-        constexpr float inwards = 0.5F, outwards = 3.0F;  // in steps
+        constexpr float inwards = 0.5F, outwards = 3.0F;  // as multiples of the step in disparity
         const step_band::sides& s = band_.sides_of(i);
         const float step = s.front - s.back, beyond = in_front_[i] != 0 ? value - s.front : s.back - value;
         return beyond >= -inwards * step && beyond <= outwards * step;
@@ -14164,8 +14199,8 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A silhouette_decider (photo3d.hpp). `Network` has a function logits() like silhouette_network (networks/silhouettes.hpp). The
-/// network must outlive the decider.
+/// A silhouette_decider (photo3d/suppliers.hpp). `Network` has a function logits() like silhouette_network
+/// (networks/silhouettes.hpp). The network must outlive the decider.
 ///
 ///     const ldi::silhouette_network network = ldi::load_silhouettes("silhouettes.safetensors");
 ///     make_photo3d(photo, depth, ldi::network_decider(&network), inpainter);
@@ -14260,7 +14295,8 @@ struct normalize_options {
     bool is_metric = false;
     /// Distances in meters, used if the source does not determine them.
     depth_range assumed_range = {};
-    /// Maximum ratio of the farthest to the nearest distance: at the horizon, disparity is noise.
+    /// Maximum ratio of the farthest to the nearest distance. Larger ratios are clamped, because disparity near the horizon is
+    /// mostly noise.
     float max_depth_ratio = 50.0F;
 };
 
@@ -14327,7 +14363,8 @@ inline normalized_disparity normalize(image_view<const float> source, const norm
     // In double precision: differences of two floats do not overflow, and all values except 0 have a reciprocal.
     const double lowest = at(clipped), highest = at(sorted.size() - 1 - clipped);
     if (options.is_inverse_depth && !(highest > 0.0))
-        raise(error_code::invalid_data, "disparity", "values above 0", "0, but for at most clipped_share of the values");
+        raise(error_code::invalid_data, "disparity", "values above 0",
+              "no value above 0, except in the clipped_share of the values");
     const double step = std::abs(highest) * options.relative_step;
     const double span = (std::max)(highest - lowest, step / options.max_step);
 
@@ -14358,7 +14395,7 @@ inline normalized_disparity normalize(image_view<const float> source, const norm
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Larger sigmas smooth more noise and lose more thin objects. Defaults tuned by experiment.
+/// Larger sigmas smooth more noise and lose more thin objects. The defaults were tuned by experiment.
 struct resample_options {
     /// Standard deviation of the Gaussian on distance, in samples of the disparity map.
     float spatial_sigma = 1.2F;
@@ -14578,7 +14615,7 @@ image<float> resample_to_photo(image_view<const float> disparity, image_view<con
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Defaults tuned by experiment on true depth, blurred as networks blur it.
+/// The defaults were tuned on true depth maps that were blurred like those of a network.
 struct sharpen_options {
     /// Maximum blur of an edge, in samples on either side. 0 disables sharpening.
     int radius = 3;
@@ -15279,31 +15316,10 @@ private:
 
 }}}  // namespace ldi::detail
 
-// ---- ldi/occlusion/expand.hpp
-// Hallucinates occluded surfaces: the back side of every discontinuity grows behind its front side, one pixel per iteration, each
-// curve as one front (paper, section "Occluded Surface Hallucination"), as far as the camera can uncover it.
+// ---- ldi/occlusion/detail/expansion.hpp
+// The growth of hidden surfaces, iteration by iteration (occlusion/expand.hpp).
 
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-struct expand_options {
-    /// Maximum parallax between the nearest and the farthest surface, as a share of the photo's longer side, 0 to 1
-    /// (render/motion.hpp). A step in disparity uncovers a proportional part of this parallax, and the surface behind the step
-    /// grows by the uncovered distance. (The paper grows all surfaces by 50 pixels.)
-    float motion = 0.08F;
-    /// Maximum growth of a surface in pixels. If this is the tighter limit, views within `motion` show gaps.
-    int iterations = 4096;
-};
-
-/// A layered image with its hidden surfaces.
-template <payload_column... Columns>
-struct expanded_layers {
-    layered_image<Columns...> layers;
-    /// Camera motion for which the hidden surfaces suffice (photo_facts::motion): expand_options::motion, or less if
-    /// expand_options::iterations is the tighter limit.
-    float motion = 0.0F;
-};
-
-namespace detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 class expansion {
 public:
@@ -15528,7 +15544,31 @@ private:
     buffer<std::int32_t> dives_;  // per hidden pixel: length of its surface's continuation beneath another so far
 };
 
-}  // namespace detail
+}}}  // namespace ldi::detail
+
+// ---- ldi/occlusion/expand.hpp
+// Hallucinates occluded surfaces: the back side of every discontinuity grows behind its front side, one pixel per iteration, each
+// curve as one front (paper, section "Occluded Surface Hallucination"), as far as the camera can uncover it.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+struct expand_options {
+    /// Maximum parallax between the nearest and the farthest surface, as a share of the photo's longer side, 0 to 1
+    /// (render/motion.hpp). A step in disparity uncovers a proportional part of this parallax, and the surface behind the step
+    /// grows by the uncovered distance. (The paper grows all surfaces by 50 pixels.)
+    float motion = 0.08F;
+    /// Maximum growth of a surface in pixels. If this is the tighter limit, views within `motion` show gaps.
+    int iterations = 4096;
+};
+
+/// A layered image with its hidden surfaces.
+template <payload_column... Columns>
+struct expanded_layers {
+    layered_image<Columns...> layers;
+    /// Camera motion for which the hidden surfaces suffice (photo_facts::motion): expand_options::motion, or less if
+    /// expand_options::iterations is the tighter limit.
+    float motion = 0.0F;
+};
 
 /// Adds the surfaces that a moving camera uncovers behind the curves of a layer.
 ///
@@ -15919,6 +15959,92 @@ struct border_side {
 
 }}}  // namespace ldi::detail
 
+// ---- ldi/occlusion/detail/frame_pixels.hpp
+// The pixels of a layered image that continues past the photo's border, appended in canonical order (occlusion/past_frame.hpp).
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+class frame_pixels {
+public:
+    frame_pixels() = default;
+    /// old     the layered image before it continues
+    /// margin  width of the new lattice's margin on each side
+    /// count   number of old and new pixels
+    frame_pixels(const graph_view& old, std::int32_t margin, std::size_t count)
+        : old_(old),
+          margin_(margin),
+          new_index_(old.size(), unset),
+          result_(old.width() + 2 * margin, old.height() + 2 * margin, count, unset) {}
+
+    /// New index of the next pixel.
+    std::int32_t next() const { return next_; }
+
+    /// Starts a contiguous range of `count` new pixels.
+    void add_piece(std::int32_t count) {
+        if (count > 0) pieces_.push_back({origins_.count(), count, true});
+    }
+    /// Adds a new pixel. (x, y) is relative to the photo's first pixel.
+    ///
+    /// border  border pixel whose surface it continues
+    /// source  old pixel that it shows
+    void add_new(std::int32_t x, std::int32_t y, std::int32_t border, std::int32_t source) {
+        origins_.push_back(source), borders_.push_back(border);
+        place(x, y);
+    }
+    /// Adds the old pixels from `first` to `last`, which are one run of row `y`.
+    void add_old(std::int32_t first, std::int32_t last, std::int32_t y) {
+        pieces_.push_back({first, last - first + 1, false});
+        for (std::int32_t i = first; i <= last; ++i) {
+            new_index_[i] = next_;
+            place(old_.x()[i], y);
+        }
+    }
+    /// Links all pixels from `begin` on as one run.
+    void link_row(std::int32_t begin) {
+        const array_view<std::int32_t> left = result_.write_neighbors(side::left), right = result_.write_neighbors(side::right);
+        for (std::int32_t i = begin; i < next_; ++i) left[i] = i - 1, right[i] = i + 1;
+        left[begin] = right[next_ - 1] = no_pixel;
+    }
+    void link_down(std::int32_t upper, std::int32_t lower) {
+        result_.write_neighbors(side::down)[upper] = lower, result_.write_neighbors(side::up)[lower] = upper;
+    }
+
+    /// Restores the vertical links between old pixels. All pixels have been added.
+    grown_pixels finish() {
+        LDI_ASSERT(next_ == result_.count());
+        for (const side s : {side::up, side::down}) {
+            const array_view<std::int32_t> to = result_.write_neighbors(s);
+            const array_view<const std::int32_t> from = old_.neighbors(s);
+            for (std::int32_t i = 0; i < old_.count(); ++i)
+                if (from[i] != no_pixel) to[new_index_[i]] = new_index_[from[i]];
+        }
+        return {std::move(result_).build(), std::move(pieces_), origins_};
+    }
+
+    /// Returns the new index of each old pixel.
+    const buffer<std::int32_t>& new_index() const { return new_index_; }
+    /// For each new pixel: origins() contains the old pixel that it shows, borders() the border pixel whose surface it
+    /// continues.
+    const buffer<std::int32_t>& origins() const { return origins_; }
+    const buffer<std::int32_t>& borders() const { return borders_; }
+
+private:
+    void place(std::int32_t x, std::int32_t y) {
+        result_.write_x()[next_] = x + margin_, result_.write_y()[next_] = y + margin_;
+        result_.write_neighbors(side::up)[next_] = result_.write_neighbors(side::down)[next_] = no_pixel;
+        ++next_;
+    }
+
+    graph_view old_;
+    std::int32_t margin_ = 0, next_ = 0;
+    buffer<std::int32_t> new_index_;
+    graph_builder result_{0, 0};
+    buffer<grown_piece> pieces_;
+    buffer<std::int32_t> origins_, borders_;  // one per new pixel
+};
+
+}}}  // namespace ldi::detail
+
 // ---- ldi/occlusion/detail/frame_growth.hpp
 // The layout of a layered image whose surfaces continue past the photo's border (occlusion/past_frame.hpp).
 
@@ -15940,9 +16066,7 @@ public:
           left_(g, color, known, runs_, side::right),
           right_(g, color, known, runs_, side::left),
           top_(g, color, known, runs_, side::down),
-          bottom_(g, color, known, runs_, side::up),
-          new_index_(g.size(), unset),
-          result_(0, 0) {
+          bottom_(g, color, known, runs_, side::up) {
         for (const pixel_run& r : runs_) ++first_run_[g.y()[r.first] + 1];
         for (std::size_t y = 1; y < first_run_.size(); ++y) first_run_[y] += first_run_[y - 1];
         for (const pixel_run& r : runs_) {
@@ -15976,34 +16100,26 @@ public:
     }
 
     grown_pixels run() {
-        result_ =
-            graph_builder(graph_.width() + 2 * margin_, graph_.height() + 2 * margin_, static_cast<std::size_t>(count()), unset);
+        pixels_ = frame_pixels(graph_, margin_, static_cast<std::size_t>(count()));
         const std::int32_t last = graph_.height() - 1;
         strips before, here;
         for (std::int32_t y = 0; y <= last; ++y) {
             const buffer<line> lines = lines_of(y);
             buffer<std::int32_t> above;
             if (y == 0) above = add_outer_rows(lines, side::up, {});
-            const std::int32_t begin = next_;
+            const std::int32_t begin = pixels_.next();
             add_row(lines, y, before, here);
             for (std::int32_t c = 0; c < above.count(); ++c)
-                if (above[c] != no_pixel) link_down(above[c], begin + c);
+                if (above[c] != no_pixel) pixels_.link_down(above[c], begin + c);
             std::swap(before, here);
             if (y < last) continue;
-            buffer<std::int32_t> row(static_cast<std::size_t>(next_ - begin), unset);
+            buffer<std::int32_t> row(static_cast<std::size_t>(pixels_.next() - begin), unset);
             std::iota(row.begin(), row.end(), begin);
             add_outer_rows(lines, side::down, std::move(row));
         }
-        LDI_ASSERT(next_ == result_.count());
         for (const border_side* b : {&left_, &right_, &top_, &bottom_})
             for (const std::int32_t pixel : b->pixels) repaint_rim(*b, pixel);
-        for (const side s : {side::up, side::down}) {
-            const array_view<std::int32_t> to = result_.write_neighbors(s);
-            const array_view<const std::int32_t> from = graph_.neighbors(s);
-            for (std::int32_t i = 0; i < graph_.count(); ++i)
-                if (from[i] != no_pixel) to[new_index_[i]] = new_index_[from[i]];
-        }
-        return {std::move(result_).build(), std::move(pieces_), origins_};
+        return pixels_.finish();
     }
 
     /// An old pixel, and the pixel whose color it gets.
@@ -16012,19 +16128,16 @@ public:
     };
     /// Returns the pixels of rims, in the order in which the caller has to repaint them.
     const buffer<repainted_pixel>& repainted() const { return repainted_; }
-    /// Returns the new index of each old pixel.
-    const buffer<std::int32_t>& new_index() const { return new_index_; }
-    /// For each new pixel: origins() contains the old pixel that it shows, borders() the border pixel whose surface it
-    /// continues.
-    const buffer<std::int32_t>& origins() const { return origins_; }
-    const buffer<std::int32_t>& borders() const { return borders_; }
+    /// Returns the pixels that run() added.
+    const frame_pixels& pixels() const { return pixels_; }
 
 private:
     /// A run of old pixels, and the lengths of its continuation to the left and to the right.
     struct line {
         std::int32_t first, last, left, right;
     };
-    /// A pixel of the photo's first or last row, or of its continuation, that a column of new pixels continues.
+    /// The start of a column of new pixels above or below the photo: a pixel of the photo's first or last row, or of the row's
+    /// continuation to the left or right.
     struct column {
         std::int32_t x, border, source, reach;
         float slope;
@@ -16073,17 +16186,17 @@ private:
     void add_row(const buffer<line>& lines, std::int32_t y, const strips& before, strips& here) {
         here.left.clear(), here.right.clear();
         for (const line& l : lines) {
-            const std::int32_t begin = next_;
+            const std::int32_t begin = pixels_.next();
             const buffer<std::int32_t> left = left_.shown_past(l.first, l.left), right = right_.shown_past(l.last, l.right);
-            add_piece(l.left);
-            for (std::int32_t k = l.left; k > 0; --k) add_new(-k, y, l.first, left[k - 1]);
-            if (l.left > 0) link_strip({l.first, next_ - 1, l.left}, -1, before.left, here.left);
-            add_old(l, y);
-            add_piece(l.right);
-            const std::int32_t nearest = next_;
-            for (std::int32_t k = 1; k <= l.right; ++k) add_new(graph_.width() - 1 + k, y, l.last, right[k - 1]);
+            pixels_.add_piece(l.left);
+            for (std::int32_t k = l.left; k > 0; --k) pixels_.add_new(-k, y, l.first, left[k - 1]);
+            if (l.left > 0) link_strip({l.first, pixels_.next() - 1, l.left}, -1, before.left, here.left);
+            pixels_.add_old(l.first, l.last, y);
+            pixels_.add_piece(l.right);
+            const std::int32_t nearest = pixels_.next();
+            for (std::int32_t k = 1; k <= l.right; ++k) pixels_.add_new(graph_.width() - 1 + k, y, l.last, right[k - 1]);
             if (l.right > 0) link_strip({l.last, nearest, l.right}, 1, before.right, here.right);
-            link_row(begin);
+            pixels_.link_row(begin);
         }
     }
 
@@ -16094,19 +16207,20 @@ private:
         const std::int32_t above = graph_.up()[s.border];
         for (const strip& other : before)
             for (std::int32_t k = 0; other.border == above && k < (std::min)(s.count, other.count); ++k)
-                link_down(other.nearest + k * step, s.nearest + k * step);
+                pixels_.link_down(other.nearest + k * step, s.nearest + k * step);
     }
 
-    /// Adds the rows above the photo's first row, or below its last row.
+    /// Adds the rows of new pixels above the photo, or those below it.
     ///
-    /// beside  new indices of the last row and its continuation; empty for rows above
+    /// beside  for rows below: the new index of each column's start; empty for rows above
     ///
-    /// For rows above, returns the new indices of the row next to the photo, one per column; no_pixel for a column that does not
-    /// reach it.
+    /// For rows above, returns the new index of each column's pixel next to the photo, or no_pixel for a column without new
+    /// pixels.
     buffer<std::int32_t> add_outer_rows(const buffer<line>& lines, side outwards, buffer<std::int32_t> beside) {
         const border_side& from = outwards == side::up ? top_ : bottom_;
         const buffer<column> columns = columns_of(lines, from);
-        // paths: pixels that the columns show, outwards; start: index of each column's first one
+        // paths: the pixels that each column shows, outwards from the photo. start: per column, the index of its first pixel in
+        // `paths`
         buffer<std::int32_t> paths, start;
         std::int32_t longest = 0;
         for (const column& c : columns) {
@@ -16121,23 +16235,23 @@ private:
             const std::int32_t y = outwards == side::up ? -distance : graph_.height() - 1 + distance;
             std::fill(row.begin(), row.end(), no_pixel);
             for (const auto& [first, last] : runs_at(distance, columns)) {
-                const std::int32_t begin = next_;
-                add_piece(last - first);
+                const std::int32_t begin = pixels_.next();
+                pixels_.add_piece(last - first);
                 for (std::int32_t c = first; c < last; ++c) {
-                    row[c] = next_;
-                    add_new(columns[c].x, y, columns[c].border, paths[start[c] + distance - 1]);
+                    row[c] = pixels_.next();
+                    pixels_.add_new(columns[c].x, y, columns[c].border, paths[start[c] + distance - 1]);
                 }
-                link_row(begin);
+                pixels_.link_row(begin);
             }
             for (std::int32_t c = 0; c < columns.count(); ++c)
-                if (beside[c] != no_pixel && row[c] != no_pixel) link_down(beside[c], row[c]);
+                if (beside[c] != no_pixel && row[c] != no_pixel) pixels_.link_down(beside[c], row[c]);
             std::swap(beside, row);
         }
         return beside;
     }
 
-    /// Returns the runs of columns that reach a distance from the photo, in canonical order. A run is its first column, and the
-    /// column after its last.
+    /// Returns the runs of columns that reach a distance from the photo, in canonical order. Each pair contains the first column
+    /// of a run and the column after its last one.
     buffer<std::pair<std::int32_t, std::int32_t>> runs_at(std::int32_t distance, const buffer<column>& columns) const {
         const auto is_there = [&](std::int32_t c) { return columns[c].reach >= distance; };
         buffer<std::pair<std::int32_t, std::int32_t>> runs;
@@ -16171,46 +16285,13 @@ private:
         return columns;
     }
 
-    void place(std::int32_t x, std::int32_t y) {
-        result_.write_x()[next_] = x + margin_, result_.write_y()[next_] = y + margin_;
-        result_.write_neighbors(side::up)[next_] = result_.write_neighbors(side::down)[next_] = no_pixel;
-        ++next_;
-    }
-    void add_piece(std::int32_t count) {
-        if (count > 0) pieces_.push_back({origins_.count(), count, true});
-    }
-    void add_new(std::int32_t x, std::int32_t y, std::int32_t border, std::int32_t source) {
-        origins_.push_back(source), borders_.push_back(border);
-        place(x, y);
-    }
-    void add_old(const line& l, std::int32_t y) {
-        pieces_.push_back({l.first, l.last - l.first + 1, false});
-        for (std::int32_t i = l.first; i <= l.last; ++i) {
-            new_index_[i] = next_;
-            place(graph_.x()[i], y);
-        }
-    }
-    /// Links all pixels from `begin` on as one run.
-    void link_row(std::int32_t begin) {
-        const array_view<std::int32_t> left = result_.write_neighbors(side::left), right = result_.write_neighbors(side::right);
-        for (std::int32_t i = begin; i < next_; ++i) left[i] = i - 1, right[i] = i + 1;
-        left[begin] = right[next_ - 1] = no_pixel;
-    }
-    void link_down(std::int32_t upper, std::int32_t lower) {
-        result_.write_neighbors(side::down)[upper] = lower, result_.write_neighbors(side::up)[lower] = upper;
-    }
-
     graph_view graph_;
     array_view<const float> disparity_;
     std::int32_t margin_ = 0;
     buffer<pixel_run> runs_;
     buffer<std::size_t> first_run_;  // index of each row's first run
     border_side left_, right_, top_, bottom_;
-    buffer<std::int32_t> new_index_;  // new index of each old pixel
-    graph_builder result_;
-    std::int32_t next_ = 0;  // new index of the next pixel
-    buffer<grown_piece> pieces_;
-    buffer<std::int32_t> origins_, borders_;  // one per new pixel
+    frame_pixels pixels_;
     buffer<repainted_pixel> repainted_;
 };
 
@@ -16326,7 +16407,7 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
         const auto shown = layers.template at<color_column>(from);
         std::copy(shown.begin(), shown.end(), layers.template at<color_column>(to).begin());
     };
-    const buffer<std::int32_t>& new_index = growth->new_index();
+    const buffer<std::int32_t>& new_index = growth->pixels().new_index();
     for (const auto& [pixel, source] : growth->repainted()) {
         copy_color(new_index[source], new_index[pixel]);
         layers.template column<known_column>()[new_index[pixel]] = 0;
@@ -16337,9 +16418,9 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
         for (std::int32_t i = p.first; p.is_new && i < p.first + p.count; ++i) {
             // color_column made the new pixels black, and disparity_column copied the disparities of the pixels that they show.
             const std::int32_t at = to + i - p.first;
-            const auto color = detail::softened_color(layers, margin, new_index[growth->origins()[i]]);
+            const auto color = detail::softened_color(layers, margin, new_index[growth->pixels().origins()[i]]);
             std::copy(color.begin(), color.end(), layers.template at<color_column>(at).begin());
-            disparity[at] = disparity[new_index[growth->borders()[i]]];
+            disparity[at] = disparity[new_index[growth->pixels().borders()[i]]];
         }
         to += p.count;
     }
@@ -16437,7 +16518,7 @@ void diffuse_unknown(const graph_view& g, array_view<const std::uint8_t> known, 
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A color_inpainter (photo3d.hpp).
+/// A color_inpainter (photo3d/suppliers.hpp).
 struct diffusion_inpainter {
     /// Gauss-Seidel rounds on each level of the multigrid.
     int rounds = 6;
@@ -17093,7 +17174,7 @@ struct texture_cells {
     enum class kind : std::uint8_t {
         unknown,
         source,  ///< known, and a source of texture
-        margin,  ///< known, only part of the surroundings of a source
+        margin,  ///< known; not a source, but read as the surroundings of sources
     };
     static constexpr int max_steps = 255;  ///< maximum number of steps in walk()
     static constexpr int stride = 4;
@@ -17157,7 +17238,7 @@ inline buffer<std::uint8_t> steps_to_unknown(const graph_view& g, array_view<con
     return steps;
 }
 
-/// Follows each cell's link twice.
+/// Returns for each cell the cell two links away.
 inline buffer<std::int32_t> doubled(const buffer<std::int32_t>& links) {
     buffer<std::int32_t> result(links.size(), unset);
     for (std::size_t cell = 0; cell < links.size(); ++cell) result[cell] = links[links[cell]];
@@ -17686,16 +17767,8 @@ void restore_rims(Layers& layers, std::span<const uncertain_rim> rims) {
 
 }}  // namespace ldi
 
-// ---- ldi/charts/charts.hpp
-// Charts: flat pieces of a layered image, each of which fits in one texture (paper, section "Texture Atlas Generation", Chart
-// generation). Seed and grow: the algorithm visits pixels in order, and each pixel without a chart seeds a new one, which grows
-// breadth-first along links under the paper's three constraints:
-//     1. No fold: a chart has at most one pixel per lattice position.
-//     2. The bounding box is limited, so that charts pack well.
-//     3. Where a surface ends, other surfaces of the chart must keep a distance, so that texture filtering never mixes two
-//        surfaces. Pixels within this distance go to another chart.
-// The paper states constraint 3 only for the front side of depth edges. This code applies it wherever two surfaces of a chart
-// would come close to each other. Otherwise a hidden surface that ends behind another, or becomes a fold, would bleed into it.
+// ---- ldi/charts/chart_set.hpp
+// Charts: flat pieces of a layered image (charts/charts.hpp divides one), and their positions in an atlas.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -17718,16 +17791,6 @@ struct chart_placement {
     std::int32_t x = 0, y = 0;
 };
 
-struct chart_options {
-    /// Maximum width and height of a bounding box, in pixels; at least 16. The photo's width and height are divided evenly: with
-    /// a limit of 1000, 1152 pixels become two charts of 576, not 1000 and 152. Of ten photos of 1152 x 1536, eight filled their
-    /// atlas best (0.58 to 0.89 of it) and compressed best (3 to 5 % smaller than with a limit of 512) when the photo was not
-    /// divided at all, so the default divides only larger photos.
-    std::int32_t max_side = 2048;
-    /// Reach of a texture filter, 1 to 8: a chart has no other surface within this many rows and columns of a pixel.
-    std::int32_t filter_range = 4;
-};
-
 namespace detail {
 
 /// Raises mismatch unless the charts are a partition of the graph's pixels, and each pixel lies in the bounding box of its chart.
@@ -17745,9 +17808,18 @@ inline void check_charts(const chart_set& charts, const graph_view& g, const cha
         raise(error_code::mismatch, where, "charts of these " + std::to_string(g.size()) + " pixels", "charts of other pixels");
 }
 
-/// Returns H x W values: 1 at lattice positions with several pixels, and within `range` rows and columns of the end of a
-/// surface. At all other positions, pixels within that range belong to the same surface, so constraint 3 holds. Almost all
-/// positions of a photo are of this kind.
+}  // namespace detail
+
+}}  // namespace ldi
+
+// ---- ldi/charts/detail/chart_grower.hpp
+// The growth of charts under the three constraints of charts/charts.hpp.
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+/// Returns H x W values: 1 at lattice positions with several pixels, and within `range` rows and columns of the end of a surface.
+/// All other values are 0, in a photo almost all: pixels within `range` of these positions belong to one surface, so constraint 3
+/// holds there.
 inline buffer<std::uint8_t> positions_near_other_surfaces(const graph_view& g, std::int32_t range) {
     constexpr std::uint8_t taken = 1, contested = 2;
     buffer<std::uint8_t> positions(g.position_count(), 0);
@@ -17771,20 +17843,21 @@ inline buffer<std::uint8_t> positions_near_other_surfaces(const graph_view& g, s
 
 inline constexpr std::int32_t max_filter_range = 8;
 
-/// Grows charts one after the other. Lattice positions store the last pixel placed there, so that nothing must be cleared
-/// between charts.
+/// Grows charts one after the other. Each lattice position stores the last pixel of any chart that was placed there, so that
+/// nothing must be cleared between charts.
 class chart_grower {
 public:
-    chart_grower(const graph_view& g, array_view<const float> disparity, surface_rule surface, const chart_options& options)
+    chart_grower(const graph_view& g, array_view<const float> disparity, surface_rule surface, std::int32_t max_side,
+                 std::int32_t filter_range)
         : graph_(g),
           disparity_(disparity),
-          range_(options.filter_range),
+          range_(filter_range),
           threshold_(2 * surface.max_step),
-          cap_x_(even_share(g.width(), options.max_side)),
-          cap_y_(even_share(g.height(), options.max_side)),
-          near_other_(positions_near_other_surfaces(g, options.filter_range)),
+          cap_x_(even_share(g.width(), max_side)),
+          cap_y_(even_share(g.height(), max_side)),
+          near_other_(positions_near_other_surfaces(g, filter_range)),
           occupants_(g.position_count(), no_pixel),
-          cell_shift_(cell_shift(options.filter_range)),
+          cell_shift_(cell_shift(filter_range)),
           cell_columns_((g.width() >> cell_shift_) + 1),
           cells_(static_cast<std::size_t>(std::int64_t{cell_columns_} * ((g.height() >> cell_shift_) + 1))) {
         result_.chart_of.assign(g.size(), -1);
@@ -17811,14 +17884,15 @@ private:
         std::int32_t first, x, y, count;
     };
 
-    /// Range of disparity of the last chart in a square of the lattice, over its pixels near other surfaces. Usually this range
-    /// is enough to exclude another surface.
+    /// One square of the lattice: the last chart that entered it, and the range of disparity of that chart's pixels near other
+    /// surfaces. Usually this range shows that no pixel of the square is on another surface.
     struct cell {
         std::int32_t chart = -1;
         float lowest = 0, highest = 0;
     };
 
-    /// Computes the side of cells, 2^shift: large enough that the filter's range to both sides meets at most two cells.
+    /// Returns the binary logarithm of the side of a cell. The side is so large that the window of a pixel overlaps at most two
+    /// cells along each axis.
     static int cell_shift(std::int32_t range) {
         int shift = 1;
         while ((1 << shift) < 2 * range) ++shift;
@@ -17860,7 +17934,8 @@ private:
         }
     }
 
-    /// Adds a pixel that may join, and all pixels linked to its right that may join as well.
+    /// Adds a pixel that may join the chart. Extends the strip to the right and to the left along links while the pixels there
+    /// may join, too.
     void add_strip(std::int32_t pixel, std::int32_t x, std::int32_t y) {
         accept(pixel, x, y);
         strip r{pixel, x, y, 1};
@@ -17935,9 +18010,9 @@ private:
         return true;
     }
 
-    /// Whether `other`, at this distance in steps, lies on another surface than `pixel`. Follows the surface along rows then
-    /// columns, and along columns then rows; `other` is off the surface if both ways reach other pixels or the surface ends
-    /// first.
+    /// Whether `other`, at this distance in steps, lies on another surface than `pixel`. Follows the surface from `pixel` along
+    /// rows then columns, and along columns then rows, as far as links lead. The result is true if the disparities at the ends of
+    /// both paths differ from that of `other`.
     bool is_off_surface(std::int32_t pixel, std::int32_t steps_x, std::int32_t steps_y, std::int32_t other) const {
         array_view<const std::int32_t> along_x = steps_x < 0 ? graph_.left() : graph_.right();
         array_view<const std::int32_t> along_y = steps_y < 0 ? graph_.up() : graph_.down();
@@ -17976,7 +18051,31 @@ private:
     chart_set result_;
 };
 
-}  // namespace detail
+}}}  // namespace ldi::detail
+
+// ---- ldi/charts/charts.hpp
+// Charts: flat pieces of a layered image, each of which fits in one texture (paper, section "Texture Atlas Generation", Chart
+// generation). The algorithm visits pixels in order. Each pixel without a chart becomes the seed of a new one, which grows
+// breadth-first along links under the paper's three constraints:
+//     1. No overlap: a chart has at most one pixel per lattice position.
+//     2. The bounding box is limited, so that charts pack well.
+//     3. Where a surface ends, other surfaces of the chart must keep a distance, so that texture filtering never mixes two
+//        surfaces. Pixels within this distance go to another chart.
+// The paper states constraint 3 only for the front side of depth edges. This code applies it wherever two surfaces of a chart
+// would come close to each other. Otherwise, texture filtering would mix the end of a hidden surface with the surface that hides
+// it.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+struct chart_options {
+    /// Maximum width and height of a bounding box, in pixels; at least 16. The photo's width and height are divided evenly: with
+    /// a limit of 1000, 1152 pixels become two charts of 576, not 1000 and 152. Of ten photos of 1152 x 1536, eight filled their
+    /// atlas best (0.58 to 0.89 of it) and compressed best (3 to 5 % smaller than with a limit of 512) when the photo was not
+    /// divided at all, so the default divides only larger photos.
+    std::int32_t max_side = 2048;
+    /// Reach of a texture filter, 1 to 8: a chart has no other surface within this many rows and columns of a pixel.
+    std::int32_t filter_range = 4;
+};
 
 /// Partitions all pixels of a layered image into charts. `surface` is the rule by which its pixels are linked. Raises
 /// error_code::invalid_option if an option is outside its range. Time is linear. Memory is up to 18 bytes per pixel and 120 per
@@ -17986,7 +18085,9 @@ chart_set make_charts(const Layers& layers, surface_rule surface, const chart_op
     if (options.max_side < 16) raise(error_code::invalid_option, "max_side", "at least 16", std::to_string(options.max_side));
     if (options.filter_range < 1 || options.filter_range > detail::max_filter_range)
         raise(error_code::invalid_option, "filter_range", "1 to 8", std::to_string(options.filter_range));
-    return detail::chart_grower(layers.topology(), layers.template column<disparity_column>(), surface, options).grow_all();
+    return detail::chart_grower(layers.topology(), layers.template column<disparity_column>(), surface, options.max_side,
+                                options.filter_range)
+        .grow_all();
 }
 
 }}  // namespace ldi
@@ -18012,8 +18113,8 @@ struct packing {
     buffer<rectangle_corner> corners;  ///< one per rectangle, in the caller's order
 };
 
-/// A sheet of fixed size. Inserts rectangles one by one, each into the first free leaf of the tree that fits. Only the free
-/// leaves are stored, from left to right, because every search of the tree ends in one of them.
+/// A sheet of fixed size. Inserts rectangles one by one, each into the first free leaf of the tree that is large enough. Only the
+/// free leaves are stored, from left to right, because every search of the tree ends in one of them.
 class packing_tree {
 public:
     explicit packing_tree(rectangle_size sheet) { leaves_ = {{{}, {}, 1}, {{}, sheet, none}}; }
@@ -19429,8 +19530,8 @@ struct boundary_split {
     friend bool operator==(const boundary_split&, const boundary_split&) = default;
 };
 
-/// The corners of every piece that simplification keeps, as indices, from the start of the piece to its end, both included.
-/// split() refines single edges if a simplified outline would cross itself.
+/// For every piece of a boundary, the indices of the corners that simplification keeps, from the piece's start to its end,
+/// including both. split() refines single edges if a simplified outline would cross itself.
 class simplified_boundary {
 public:
     /// Raises invalid_option if a tolerance is negative. `outlines` must outlive the result.
@@ -19520,7 +19621,7 @@ inline simplified_boundary::simplified_boundary(const chart_outlines& outlines, 
                                                 const depth_range& depths)
     : outlines_(outlines) {
     if (!(options.tolerance >= 0) || !(options.disparity_tolerance >= 0) || !(options.texture_tolerance > 0))
-        raise(error_code::invalid_option, "simplify_options", "tolerances of at least 0, that of the texture above 0",
+        raise(error_code::invalid_option, "simplify_options", "tolerances of at least 0, and a texture_tolerance above 0",
               detail::to_text(options.tolerance) + ", " + detail::to_text(options.disparity_tolerance) + " and " +
                   detail::to_text(options.texture_tolerance));
     buffer<outline_corner> points;
@@ -19594,8 +19695,8 @@ inline void simplified_boundary::split(std::span<const boundary_split> splits) {
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Answers queries about the left side of a pixel. At least `clearance` pixels of the row on both sides of it must belong to
-/// the pixel's chart.
+/// Answers queries about the surroundings of a pixel's left side. Precondition of all queries: at least `clearance` pixels of the
+/// row on both sides of this side belong to the pixel's chart.
 class outline_clearance {
 public:
     /// sides      K: the boundary sides of each pixel (mark_boundary_sides)
@@ -19761,7 +19862,7 @@ class stud_sampler {
 public:
     enum presence : std::uint8_t { absent, continued, begun };  // begun: not connected to the row above
 
-    /// Lines of a chart. Each line has one sample for each row of the chart's bounding box.
+    /// Vertical lines of a chart, on which its studs lie. Each line has one sample for each row of the chart's bounding box.
     struct columns {
         even_lines lines;
         std::size_t first_sample;
@@ -20545,7 +20646,7 @@ inline std::optional<polygon_conflict> triangulator::collect_edges(const polygon
     return std::nullopt;
 }
 
-/// Inserts the edge `from` -> `to` in starting_, at its place from left to right.
+/// Inserts the edge `from` -> `to` in starting_, so that these edges stay sorted from left to right.
 inline void triangulator::start_edge(const polygon& shape, std::int32_t from, std::int32_t to) {
     const lattice_point a = shape.points[from], b = shape.points[to];
     const bool downwards = detail::above(a, b), inner = from >= shape.outline_count;
@@ -20577,8 +20678,8 @@ inline bool triangulator::find_ending_edges(swept_point& p) const {
     return true;
 }
 
-/// Checks that interior and exterior alternate across the new edges as across the old ones, and that each part of the interior
-/// at this point has one vertex.
+/// Checks that interior and exterior alternate across the edges that begin here, and match the outer sides of the edges that end
+/// here. Also checks that each part of the interior at this point has one vertex.
 inline bool triangulator::interior_alternates(const swept_point& p) const {
     bool interior = p.interior_left;
     for (const active_edge& e : starting_) {
@@ -20656,8 +20757,7 @@ inline void triangulator::replace_edges(const swept_point& p) {
         status_.insert(place + replaced, starting_.begin() + replaced, starting_.end());
 }
 
-/// Collects all edges that meet at a point, the edges that pass next to its position in the status, and the neighbors of its
-/// edges in the status.
+/// Collects the polygon's edges that meet at a point, and the edges next to them in the status.
 inline polygon_conflict triangulator::conflict_at(const polygon& shape, const swept_point& p) const {
     polygon_conflict conflict;
     const auto add = [&](std::int32_t vertex) {
@@ -20684,8 +20784,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Options of soft edges (soft_edges.hpp): silhouettes of foreground surfaces fade out over a strip. Widths are in pixels.
 struct soft_edge_options {
-    float min_width = 1.0F;  ///< 0: edges are hard
-    float max_width = 3.0F;  ///< maximum width, where the matte extends farther; less than the padding of the atlas
+    float min_width = 1.0F;  ///< minimum width of the strip; with 0, silhouettes have no strip and are hard
+    float max_width = 3.0F;  ///< maximum width, reached where the matte extends far; less than the padding of the atlas
     /// Approximate maximum size of the strip, as a share of the size of mesh and texture in a file. If this is not enough for
     /// all silhouettes, only those with the largest steps in disparity have a strip.
     float max_share = 0.08F;
@@ -21414,7 +21514,7 @@ textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const c
     if (!(soft.min_width >= 0 && soft.max_width >= soft.min_width && soft.max_width <= 64 && soft.max_share >= 0))
         raise(
             error_code::invalid_option, "soft_edge_options",
-            "widths from 0 to 64, the least not above the most, a share of 0 or more",
+            "widths from 0 to 64 with min_width <= max_width, and a max_share of at least 0",
             detail::to_text(soft.min_width) + ", " + detail::to_text(soft.max_width) + " and " + detail::to_text(soft.max_share));
     const flat_mesh flat = build_flat_mesh(layers, facts.range, charts, options, threads);
 
@@ -22475,7 +22575,7 @@ private:
         }
     }
 
-    /// Calls `visit(place)` for the covered pixels next to a place.
+    /// Calls `visit(index)` for each covered pixel next to the pixel with index `place`.
     template <class Visit>
     void for_each_covered(std::size_t place, Visit&& visit) const {
         const auto look = [&](bool is_inside, std::size_t other) {
@@ -23336,13 +23436,13 @@ private:
             return;
         }
         const std::uint32_t code = read_code();
-        if (code >= 0xDC00 && code < 0xE000) fail("the first half of a pair of escapes before the second");
+        if (code >= 0xDC00 && code < 0xE000) fail("a high surrogate before a low surrogate");
         if (code < 0xD800 || code >= 0xDC00) return;
-        if (peek() != '\\') fail("the second half of a pair of escapes");
+        if (peek() != '\\') fail("a low surrogate after a high surrogate");
         ++at_;
-        if (peek() != 'u') fail("the second half of a pair of escapes");
+        if (peek() != 'u') fail("a low surrogate after a high surrogate");
         const std::uint32_t second = read_code();
-        if (second < 0xDC00 || second >= 0xE000) fail("the second half of a pair of escapes");
+        if (second < 0xDC00 || second >= 0xE000) fail("a low surrogate after a high surrogate");
     }
 
     /// Reads the four digits after the u of an escape.
@@ -25148,11 +25248,108 @@ inline tiefenrausch decode_tiefenrausch(std::span<const std::byte> bytes, const 
 
 }}  // namespace ldi
 
-// ---- ldi/photo3d.hpp
-// Converts a photo to a 3D photo: calls every stage in the paper's order with the paper's defaults. Stages beyond the paper
-// sharpen depth edges (depth/sharpen_edges.hpp), align silhouettes with the photo's edges, unmix the colors beside them, add
-// texture to hidden surfaces (inpaint/), and soften silhouettes (mesh/soft_edges.hpp). Each stage is a separate function in the
-// headers below. Call these functions to run some stages only, or to insert your own.
+// ---- ldi/photo3d/options.hpp
+// Options of make_photo3d() (photo3d.hpp).
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// Options of make_photo3d() and its stages. Lengths and sizes in `alignment`, `components` and `curves` are in pixels, for a
+/// depth map at the photo's resolution. If one depth sample covers several pixels, make_photo3d() multiplies lengths by the
+/// sample's side and sizes by its area.
+struct photo3d_options {
+    /// Maximum long side in pixels; a larger photo is shrunk to it.
+    std::size_t long_side = 1536;
+    /// 35 mm equivalent focal length of the photo. The default is a phone's main camera.
+    float focal_length_35mm = 26.0F;
+    /// Number of weighted median passes at the estimator's own resolution, where a blurred edge is only a few samples wide,
+    /// before the pass at the photo's resolution.
+    int passes_before_resampling = 2;
+    surface_rule surface;
+    normalize_options normalize;
+    sharpen_options sharpen;
+    resample_options resample;
+    weighted_median_options median;
+    alignment_options alignment;
+    middle_component_options components;
+    mixed_color_options mixed_colors;
+    curve_options curves;
+    expand_options expand;
+    /// Whether surfaces continue past the photo's border, as far as `expand.motion` uncovers them.
+    photo_frame frame = photo_frame::grow;
+    texture_options texture;
+    grain_options grain;
+    chart_options charts;
+    atlas_options atlas;
+    mesh_options mesh;
+    /// Receives the progress of each stage under its name in the paper's table: "depth estimation", "depth filter", "connected
+    /// components", "occluded geometry", "color inpainting", "chart generation", "chart padding", "meshing". Each stage begins
+    /// with fraction 0 and ends with 1.
+    progress_listener progress;
+};
+
+namespace detail {
+
+/// Returns the length of a side after the photo's longer side is shrunk to at most `long_side` pixels.
+inline std::size_t shrunk_length(std::size_t length, std::size_t longer, std::size_t long_side) {
+    return std::max<std::size_t>((length * (std::min)(longer, long_side) + longer / 2) / longer, 1);
+}
+
+/// Returns the side of a sample of the estimate, in pixels, clamped to [1, 16]: coarser maps cannot locate silhouettes.
+inline float sample_size(const image<float>& estimated, const image<std::uint8_t>& photo) {
+    return std::clamp(nearest_float(photo.width()) / nearest_float(estimated.width()), 1.0F, 16.0F);
+}
+
+/// Scales lengths and numbers of pixels from a depth map at the photo's resolution to a map with larger samples.
+template <std::integral Count>
+Count scaled(Count count, float by) {
+    return static_cast<Count>(std::lround(nearest_float(count) * by));
+}
+inline middle_component_options scaled(middle_component_options options, float sample_size) {
+    options.min_size = scaled(options.min_size, sample_size * sample_size);
+    return options;
+}
+inline curve_options scaled(curve_options options, float sample_size) {
+    options.min_length = scaled(options.min_length, sample_size);
+    options.tangent_length = scaled(options.tangent_length, sample_size);
+    return options;
+}
+/// Returns the maximum distance of silhouettes from the photo's edges after alignment, in pixels; 0 for a depth map at the
+/// photo's resolution.
+inline int rim_width(const alignment_options& options, float sample_size) {
+    return sample_size > 1.0F ? static_cast<int>(std::lround(options.uncertainty * sample_size)) : 0;
+}
+
+inline void check(const photo3d_options& options) {
+    if (options.long_side == 0 || !(options.focal_length_35mm >= 1.0F && options.focal_length_35mm <= 1e5F))
+        raise(error_code::invalid_option, "photo3d_options", "a long side of at least 1 and a focal length from 1 to 1e5",
+              std::to_string(options.long_side) + " and " + to_text(options.focal_length_35mm));
+    if (!(options.surface.max_step >= 0.001F && options.surface.max_step <= 1.0F))
+        raise(error_code::invalid_option, "photo3d_options, surface", "a max_step from 0.001 to 1",
+              to_text(options.surface.max_step));
+}
+
+}  // namespace detail
+
+/// Limits the size of charts, so that they fit on sheets of a photo with `photo_height` x `photo_width` pixels
+/// (texture/sheets.hpp). Raises too_large if the photo is too large for sheets, mismatch if it has no pixel or long_side is 0.
+inline photo3d_options for_sheets(photo3d_options options, std::size_t photo_height, std::size_t photo_width,
+                                  const sheet_options& sheets = {}) {
+    if (photo_height == 0 || photo_width == 0 || options.long_side == 0)
+        raise(error_code::mismatch, "for_sheets", "a photo with at least one pixel, a long side of at least 1",
+              std::to_string(photo_height) + " x " + std::to_string(photo_width) + ", " + std::to_string(options.long_side));
+    const std::size_t longer = (std::max)(photo_height, photo_width);
+    double scale = 1;
+    for (const std::size_t length : {photo_height, photo_width})
+        scale = (std::max)(scale, detail::nearest_double(length) /
+                                      detail::nearest_double(detail::shrunk_length(length, longer, options.long_side)));
+    options.charts.max_side = (std::min)(options.charts.max_side, max_chart_side(scale, sheets));
+    return options;
+}
+
+}}  // namespace ldi
+
+// ---- ldi/photo3d/suppliers.hpp
+// Parts of make_photo3d() (photo3d.hpp) that the caller supplies: depth, silhouettes, and colors of hidden surfaces.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -25200,75 +25397,14 @@ struct given_disparity {
     float quantization_step() const { return 1.0F; }
 };
 
-/// Options of make_photo3d() and its stages. Lengths and sizes in `alignment`, `components` and `curves` are in pixels, for a
-/// depth map at the photo's resolution. If one depth sample covers several pixels, make_photo3d() multiplies lengths by the
-/// sample's side and sizes by its area.
-struct photo3d_options {
-    /// Maximum long side in pixels; a larger photo is shrunk to it.
-    std::size_t long_side = 1536;
-    /// 35 mm equivalent focal length of the photo. The default is a phone's main camera.
-    float focal_length_35mm = 26.0F;
-    /// Number of weighted median passes at the estimator's own resolution, where a blurred edge is only a few samples wide,
-    /// before the pass at the photo's resolution.
-    int passes_before_resampling = 2;
-    surface_rule surface;
-    normalize_options normalize;
-    sharpen_options sharpen;
-    resample_options resample;
-    weighted_median_options median;
-    alignment_options alignment;
-    middle_component_options components;
-    mixed_color_options mixed_colors;
-    curve_options curves;
-    expand_options expand;
-    /// Whether surfaces continue past the photo's border, as far as `expand.motion` uncovers them.
-    photo_frame frame = photo_frame::grow;
-    texture_options texture;
-    grain_options grain;
-    chart_options charts;
-    atlas_options atlas;
-    mesh_options mesh;
-    /// Receives the progress of each stage under its name in the paper's table: "depth estimation", "depth filter", "connected
-    /// components", "occluded geometry", "color inpainting", "chart generation", "chart padding", "meshing". Each stage begins
-    /// with fraction 0 and ends with 1.
-    progress_listener progress;
-};
+}}  // namespace ldi
 
-/// The caller's own columns for make_photo3d(), one image per column.
-///
-///     struct material { using scalar = std::uint8_t; static constexpr std::size_t channels = 1; };
-///     photo_columns<material>{materials}
-template <payload_column... Own>
-struct photo_columns {
-    /// h x w x channels each, in the order of the tags. An image whose size differs from the layers' is sampled at the nearest
-    /// pixel.
-    std::tuple<image_view<const typename Own::scalar>...> images;
+// ---- ldi/photo3d/clean_depth.hpp
+// The stages of make_photo3d() (photo3d.hpp) from the photo to its cleaned depth.
 
-    photo_columns(image_view<const typename Own::scalar>... own) : images(own...) {}
-};
-
-/// A 3D photo, and the results of all stages. `Own` are the caller's columns.
-template <payload_column... Own>
-struct basic_photo3d {
-    image<std::uint8_t> photo;  ///< H x W x 3, at the size of the layered image
-    image<float> estimated;     ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
-    image<float> resampled;     ///< H x W x 1, the estimate at the photo's resolution, before cleaning
-    image<float> disparity;     ///< H x W x 1, cleaned disparity
-    buffer<discontinuity_curve> curves;
-    photo_facts facts;
-    layered_image<color_column, disparity_column, known_column, matte_column, Own...> layers;
-    chart_set charts;
-    texture_atlas atlas;
-    textured_mesh mesh;
-};
-using photo3d = basic_photo3d<>;
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
-
-/// Returns the length of a side after the photo's longer side is shrunk to at most `long_side` pixels.
-inline std::size_t shrunk_length(std::size_t length, std::size_t longer, std::size_t long_side) {
-    return std::max<std::size_t>((length * (std::min)(longer, long_side) + longer / 2) / longer, 1);
-}
 
 /// Shrinks the photo to a long side of at most `long_side` pixels.
 template <executor Executor>
@@ -25276,39 +25412,6 @@ image<std::uint8_t> shrink_photo(image_view<const std::uint8_t> photo, std::size
     const std::size_t longer = (std::max)(photo.height(), photo.width());
     return area_resize(photo, shrunk_length(photo.height(), longer, long_side), shrunk_length(photo.width(), longer, long_side),
                        threads);
-}
-
-/// Returns the side of a sample of the estimate, in pixels, clamped to [1, 16]: coarser maps cannot locate silhouettes.
-inline float sample_size(const image<float>& estimated, const image<std::uint8_t>& photo) {
-    return std::clamp(nearest_float(photo.width()) / nearest_float(estimated.width()), 1.0F, 16.0F);
-}
-
-/// Scales lengths and numbers of pixels from a depth map at the photo's resolution to a map with larger samples.
-template <std::integral Count>
-Count scaled(Count count, float by) {
-    return static_cast<Count>(std::lround(nearest_float(count) * by));
-}
-inline middle_component_options scaled(middle_component_options options, float sample_size) {
-    options.min_size = scaled(options.min_size, sample_size * sample_size);
-    return options;
-}
-inline curve_options scaled(curve_options options, float sample_size) {
-    options.min_length = scaled(options.min_length, sample_size);
-    options.tangent_length = scaled(options.tangent_length, sample_size);
-    return options;
-}
-/// Returns the maximum error of silhouettes that remains after alignment, in pixels; 0 for a depth map at the photo's resolution.
-inline int rim_width(const alignment_options& options, float sample_size) {
-    return sample_size > 1.0F ? static_cast<int>(std::lround(options.uncertainty * sample_size)) : 0;
-}
-
-inline void check(const photo3d_options& options) {
-    if (options.long_side == 0 || !(options.focal_length_35mm >= 1.0F && options.focal_length_35mm <= 1e5F))
-        raise(error_code::invalid_option, "photo3d_options", "a long side of at least 1 and a focal length from 1 to 1e5",
-              std::to_string(options.long_side) + " and " + to_text(options.focal_length_35mm));
-    if (!(options.surface.max_step >= 0.001F && options.surface.max_step <= 1.0F))
-        raise(error_code::invalid_option, "photo3d_options, surface", "a largest step from 0.001 to 1",
-              to_text(options.surface.max_step));
 }
 
 inline void check_photo(image_view<const std::uint8_t> photo) {
@@ -25329,22 +25432,6 @@ image<float> resample_estimate(const image<float>& estimated, const image<std::u
 }
 
 }  // namespace detail
-
-/// Limits the size of charts, so that they fit on sheets of a photo with `photo_height` x `photo_width` pixels
-/// (texture/sheets.hpp). Raises too_large if the photo is too large for sheets, mismatch if it has no pixel or long_side is 0.
-inline photo3d_options for_sheets(photo3d_options options, std::size_t photo_height, std::size_t photo_width,
-                                  const sheet_options& sheets = {}) {
-    if (photo_height == 0 || photo_width == 0 || options.long_side == 0)
-        raise(error_code::mismatch, "for_sheets", "a photo with at least one pixel, a long side of at least 1",
-              std::to_string(photo_height) + " x " + std::to_string(photo_width) + ", " + std::to_string(options.long_side));
-    const std::size_t longer = (std::max)(photo_height, photo_width);
-    double scale = 1;
-    for (const std::size_t length : {photo_height, photo_width})
-        scale = (std::max)(scale, detail::nearest_double(length) /
-                                      detail::nearest_double(detail::shrunk_length(length, longer, options.long_side)));
-    options.charts.max_side = (std::min)(options.charts.max_side, max_chart_side(scale, sheets));
-    return options;
-}
 
 /// A photo at the size of its layered image, and its depth.
 struct cleaned_photo {
@@ -25401,6 +25488,27 @@ cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator&
                           Executor&& threads = {}) {
     return clean_depth(photo, estimator, aligned_silhouettes{options.alignment}, options, threads);
 }
+
+}}  // namespace ldi
+
+// ---- ldi/photo3d/lift_photo.hpp
+// The stages of make_photo3d() (photo3d.hpp) between its depth and its hidden surfaces: a layer with unmixed colors, and its
+// curves.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// The caller's own columns for make_photo3d(), one image per column.
+///
+///     struct material { using scalar = std::uint8_t; static constexpr std::size_t channels = 1; };
+///     photo_columns<material>{materials}
+template <payload_column... Own>
+struct photo_columns {
+    /// h x w x channels each, in the order of the tags. An image whose size differs from the layers' is sampled at the nearest
+    /// pixel.
+    std::tuple<image_view<const typename Own::scalar>...> images;
+
+    photo_columns(image_view<const typename Own::scalar>... own) : images(own...) {}
+};
 
 /// The layer of a photo, and its silhouettes.
 template <payload_column... Own>
@@ -25480,6 +25588,32 @@ template <executor Executor = const serial_executor>
 lifted_photo<> lift_photo(const cleaned_photo& photo, const photo3d_options& options = {}, Executor&& threads = {}) {
     return lift_photo(photo, photo_columns<>(), options, threads);
 }
+
+}}  // namespace ldi
+
+// ---- ldi/photo3d.hpp
+// Converts a photo to a 3D photo: calls every stage in the paper's order with the paper's defaults. Stages beyond the paper
+// sharpen depth edges (depth/sharpen_edges.hpp), align silhouettes with the photo's edges, unmix the colors beside them, add
+// texture to hidden surfaces (inpaint/), and soften silhouettes (mesh/soft_edges.hpp). Each stage is a separate function in the
+// headers below. Call these functions to run some stages only, or to insert your own.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// A 3D photo, and the results of all stages. `Own` are the caller's columns.
+template <payload_column... Own>
+struct basic_photo3d {
+    image<std::uint8_t> photo;  ///< H x W x 3, at the size of the layered image
+    image<float> estimated;     ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
+    image<float> resampled;     ///< H x W x 1, the estimate at the photo's resolution, before cleaning
+    image<float> disparity;     ///< H x W x 1, cleaned disparity
+    buffer<discontinuity_curve> curves;
+    photo_facts facts;
+    layered_image<color_column, disparity_column, known_column, matte_column, Own...> layers;
+    chart_set charts;
+    texture_atlas atlas;
+    textured_mesh mesh;
+};
+using photo3d = basic_photo3d<>;
 
 /// Colors the hidden surfaces, then restores the colors of the rims.
 ///

@@ -29,7 +29,7 @@ bool stands_in_canonical_order(const random_layers& layers) {
 }
 }  // namespace
 
-TEST_CASE("canonical order sorts by scanline, then runs by their first x, then the nearer run first") {
+TEST_CASE("canonical order sorts pixels by scanline, runs by their first x, and runs with the same first x from near to far") {
     testing::sketched_graph g(3, 2);
     const std::int32_t far_right = g.add_pixel(2, 0);
     const std::int32_t below = g.add_pixel(0, 1);

@@ -1,4 +1,7 @@
+#include <ldi/core/grown_pixels.hpp>
 #include <ldi/core/layered_image.hpp>
+#include <ldi/core/layered_view.hpp>
+#include <ldi/core/single_layer.hpp>
 
 #include "tests/support/random_graph.hpp"
 

@@ -89,7 +89,7 @@ TEST_CASE("exploration passes around a silhouette, and leaves unreachable pixels
     CHECK(window_of(g, 12, 3) == window{6, 7, none, 11, 12, none, 16, 17, none});
 }
 
-TEST_CASE("of equally long paths to different layers, the one that starts up or down wins over left or right") {
+TEST_CASE("exploration prefers a path that starts up or down to an equally long path that starts left or right") {
     //  Each corner of the center 0 has two layers: one behind the pixel above or below, one behind the pixel left or right.
     testing::sketched_graph g(3, 3);
     const std::int32_t center = g.add_pixel(1, 1);

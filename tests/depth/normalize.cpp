@@ -81,7 +81,8 @@ TEST_CASE("the ratio of far to near depth is limited, and the assumed range appl
     CHECK(ldi::normalize(ramp(-5.0F, 10.0F), options).range.z_far == 7.0F);
 }
 
-TEST_CASE("values that are not finite, negative inverse depth and invalid shapes are refused with the value found") {
+TEST_CASE(
+    "values that are not finite, negative inverse depth and invalid shapes are refused, and the error states the value found") {
     const auto complaint_about = [](const ldi::image<float>& map, const ldi::normalize_options& options = {}) -> std::string {
         try {
             ldi::normalize(map, options);

@@ -49,7 +49,7 @@ TEST_CASE("gaps between the rows of a view are not written") {
     CHECK(encode_plain_png(part) == encode_plain_png(image<std::uint8_t>(part)));
 }
 
-TEST_CASE("no code is longer than the 15 bits of deflate") {
+TEST_CASE("Huffman codes have at most 15 bits, the limit of deflate") {
     // Counts that grow like Fibonacci's numbers produce the longest codes.
     std::array<std::size_t, 257> counts{};
     std::size_t a = 1, b = 1;

@@ -6,7 +6,7 @@ import re
 import sys
 from pathlib import Path
 
-FLOORS = ["base", "core", "kernels", "nn", "networks", "depth", "occlusion", "inpaint", "charts", "texture", "mesh", "render", "adapt", "formats",
+FLOORS = ["base", "core", "kernels", "nn", "networks", "depth", "occlusion", "inpaint", "charts", "texture", "mesh", "render", "photo3d", "adapt", "formats",
           "io"]
 FOR_ALL = {"version.hpp"}
 

@@ -20,7 +20,7 @@ if names != [name for _, name, _ in sets]:
 
 families = {}
 for first, *cells in rows:
-    if first == "stands in":
+    if first == "fallback":
         expected = ["" if identifier == "scalar" else name_of[otherwise] for identifier, _, otherwise in sets]
         if cells != expected:
             wrong.append(f"the matrix lets {cells} stand in, isa.hpp {expected}")

@@ -130,8 +130,8 @@ TEST_CASE("the confidence in a mixture is full below an error of a tenth of the 
 }
 
 TEST_CASE(
-    "background pixels are refilled above two fifths of foreground color, foreground pixels cleaned above a fifth of "
-    "background") {
+    "background pixels with more than two fifths of foreground color are refilled, and foreground pixels with more than a fifth "
+    "of background color are cleaned") {
     const auto unmixed = [](float behind, float in_front) {
         const color front{220, 60, 60}, back{60, 140, 200};
         ldi::image<float> disparity(30, 40);

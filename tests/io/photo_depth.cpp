@@ -194,7 +194,7 @@ TEST_CASE("thousands of damaged photos with depth raise an error or are decoded,
 
 #endif
 
-TEST_CASE("a depth map file beside the photo is read, and its near end is marked as a guess") {
+TEST_CASE("a depth map file beside the photo is read with white as near, and this choice is marked as a guess") {
     const scratch_folder folder;
     image<std::uint8_t> map(12, 20, 1, 3);
     map(0, 0, 0) = 9;

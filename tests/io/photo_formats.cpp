@@ -167,7 +167,8 @@ TEST_CASE("TIFF photos of 8 and 16 bits are decoded exactly, in all orientations
 
 #if defined(LDI_WITH_LCMS2)
 
-TEST_CASE("Display P3 is converted to sRGB, for profiles in every format and for the color code of AVIF") {
+TEST_CASE(
+    "Display P3 photos of every format are converted to sRGB, whether a profile or AVIF's color code states the color space") {
     const image<std::uint8_t> expected = p3_to_srgb(picture);
     REQUIRE(largest_difference(expected, picture) > 10);
     const byte_string icc = icc_profile();

@@ -59,7 +59,7 @@ TEST_CASE("an exported depth network reproduces its exporter's output bit for bi
     }
 }
 
-TEST_CASE("operators have their names from training, or numbers if the file contains no names") {
+TEST_CASE("operators have the names from the file, or numbers if it contains no names") {
     const network_description network = read_quantized_network(weights());
     CHECK(network.operators.front().name == "full");
     CHECK(network.operators.back().name == "disparity");

@@ -193,7 +193,8 @@ struct byte_convolution {
 }  // namespace
 
 TEST_CASE(
-    "conv_u8 matches its definition up to rounding, with the same bits on every instruction set and for any split into calls") {
+    "conv_u8 matches its definition up to rounding, with the same bits on every instruction set and for any split of the pixels "
+    "into calls") {
     ldi::testing::random_bytes random;
     for (int round = 0; round < 200; ++round) {
         const byte_convolution c = byte_convolution::any(random);

@@ -43,7 +43,7 @@ TEST_CASE("LDI_ISA selects any available instruction set, raises an error for ot
         CHECK((!ldi::is_available(set.id) || set.id <= ldi::best_isa()));
 }
 
-TEST_CASE("every instruction set has a unique name and a slower fallback that is available wherever it is") {
+TEST_CASE("every instruction set has a unique name, and a slower fallback that is available on the same processors") {
     std::set<std::string_view> names;
     for (const ldi::instruction_set& set : ldi::instruction_sets) {
         INFO(set.name);

@@ -52,7 +52,7 @@ TEST_CASE("checkpoints are the last accumulator before and the first after every
     CHECK(steps == 255);
 }
 
-TEST_CASE("no float form is returned if float has too few bits for the scale") {
+TEST_CASE("a requantization has no float form if float has too few bits for its scale") {
     const ldi::requantization fine = ldi::make_requantization(0x1.fffffep-20F, 128);
     CHECK_FALSE(ldi::find_float_requantization(fine).has_value());
     CHECK_FALSE(ldi::find_unfused_requantization(fine).has_value());

@@ -385,7 +385,7 @@ TEST_CASE("requesting fewer pixels does not change the bits of the requested one
     }
 }
 
-TEST_CASE("the number of threads changes nothing") {
+TEST_CASE("inpainting gives the same bits on any number of threads") {
     const farbrausch network(hashed_weights(small), small);
     thread_pool threads(3);
     std::mt19937 random(62);

@@ -71,7 +71,7 @@ image<std::uint8_t> gradient(std::size_t height, std::size_t width) {
 
 }  // namespace
 
-TEST_CASE("on the photo columns, the resized photo, all 110592 levels and the disparities equal the published ones") {
+TEST_CASE("for the photo `columns`, the resized photo, all 110592 levels and the disparities equal the published ones") {
     const ldi::tiefenrausch* const network = published();
     if (network == nullptr) return;
     ldi::thread_pool threads;
@@ -84,7 +84,7 @@ TEST_CASE("on the photo columns, the resized photo, all 110592 levels and the di
     CHECK(differences(network->disparity_of(logarithm), read_image<float>(folder + "output/columns.npy")) == 0);
 }
 
-TEST_CASE("on the photo pumpkin, the resized photo and all levels equal those of the exact implementation") {
+TEST_CASE("for the photo `pumpkin`, the resized photo and all levels equal those of the exact implementation") {
     const ldi::tiefenrausch* const network = published();
     if (network == nullptr) return;
     ldi::thread_pool threads;
@@ -182,7 +182,8 @@ TEST_CASE("disparity is the exponential of log disparity, and grows by the same 
     CHECK(broken == 0);
 }
 
-TEST_CASE("a network of linear disparity maps levels to multiples of the step, and levels that are not positive to half a step") {
+TEST_CASE(
+    "if a network outputs disparity, positive levels become multiples of the quantization step, and all others half a step") {
     const ldi::testing::caffe2_files files = ldi::testing::small_network();
     const ldi::tiefenrausch network(ldi::read_caffe2(files.network, files.weights), ldi::isa::scalar,
                                     ldi::network_output::disparity);
@@ -197,7 +198,7 @@ TEST_CASE("a network of linear disparity maps levels to multiples of the step, a
     CHECK(network.quantization_step() == disparity.data()[255] / disparity.data()[254]);
 }
 
-TEST_CASE("photos of one pixel, one row or one column work") {
+TEST_CASE("photos of one pixel, one row or one column have a disparity map") {
     const ldi::tiefenrausch network = small();
     ldi::serial_executor serial;
     for (const auto& [height, width] : {std::pair<std::size_t, std::size_t>{1, 1}, {1, 5000}, {20000, 1}, {3, 7}}) {

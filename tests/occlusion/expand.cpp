@@ -163,7 +163,8 @@ TEST_CASE("behind a step at any angle, the background grows as far as the camera
 }
 
 TEST_CASE(
-    "behind a straight edge, the background grows by the uncovered width, 3.5 pixels, and the parallax of a disparity of 0.02") {
+    "behind a straight edge, the background grows by the sum of the uncovered width, 3.5 pixels, and the parallax of a disparity "
+    "of 0.02") {
     for (const auto& [step, expected] : {std::pair{0.1F, 15}, {0.2F, 25}, {0.4F, 45}}) {
         ldi::image<float> map(30, 100);
         for (std::size_t y = 0; y < 30; ++y)
@@ -191,7 +192,9 @@ TEST_CASE("the growth at a curve's side depends on the disparities within eight 
     CHECK(hidden <= 16);
 }
 
-TEST_CASE("expand() returns the camera motion that the layers support, which is smaller if the iterations end growth early") {
+TEST_CASE(
+    "expand() returns the camera motion that the layers support, which is smaller if the maximum number of iterations ends "
+    "growth early") {
     ldi::image<float> map(40, 60);
     for (std::size_t y = 0; y < 40; ++y)
         for (std::size_t x = 0; x < 60; ++x) map(y, x, 0) = x < 30 ? 0.2F : 0.8F;

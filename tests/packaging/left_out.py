@@ -28,7 +28,6 @@ PACKAGES = {
     "prometheus-cpp": ("prometheus-cpp-dev", "examples/service"),
     "stb": ("libstb-dev", "ldi::io"),
     "PNG": ("libpng-dev", "ldi::io"),
-    "libexif": ("libexif-dev", "ldi::io"),
     "protozero": ("libprotozero-dev", "ldi::io"),
     "Python3": ("python3", "tests"),
 }

@@ -14,7 +14,7 @@ TEST_CASE("the paper's numbers are the defaults") {
     CHECK(ldi::macroblock_side == 16);           // alignment in the atlas
 }
 
-TEST_CASE("defaults without a number in the paper are unchanged") {
+TEST_CASE("defaults for which the paper has no number equal the values in this test") {
     const ldi::photo3d_options o;
     CHECK(o.long_side == 1536);
     CHECK(o.focal_length_35mm == 26.0F);

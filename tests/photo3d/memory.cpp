@@ -105,7 +105,8 @@ TEST_CASE("every stage and both networks allocate only from the caller's memory"
     CHECK(own.blocks == 0);
 }
 
-TEST_CASE("without the photo, the peak memory for sheets grows by less than one sheet if the photo has four times the pixels") {
+TEST_CASE(
+    "the peak memory for sheets, excluding the photo, grows by less than one sheet if the photo has four times the pixels") {
     const auto peak_of = [&](std::size_t rows, std::size_t columns) {
         std::mt19937 random(10);
         const ldi::image<std::uint8_t> photo = noisy_photo(rows, columns);

@@ -63,7 +63,7 @@ double psnr(const ldi::image<std::uint8_t>& a, const ldi::image<std::uint8_t>& b
 
 }  // namespace
 
-TEST_CASE("within the supported camera motion, no hole opens at a T-junction, and almost none in other scenes") {
+TEST_CASE("cameras within the supported motion see no hole at a T-junction, and almost none in other scenes") {
     ldi::serial_executor threads;
     for (const auto& [name, most] : {std::pair{"t_junction", 0.0}, {"rods", 0.001}, {"random3", 0.0005}})
         for (const float motion : {0.03F, 0.08F}) {

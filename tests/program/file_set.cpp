@@ -62,7 +62,7 @@ TEST_CASE("all files of a set appear when it is committed") {
     CHECK_FALSE(fs::exists(reserved.parent_path()));
 }
 
-TEST_CASE("a set that is not committed leaves everything unchanged") {
+TEST_CASE("a set that is not committed leaves all existing files unchanged") {
     const scratch_folder folder;
     put(folder / "b", bytes_of("old"));
     const std::string before = state_of(folder / "");

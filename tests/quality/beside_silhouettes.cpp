@@ -32,7 +32,7 @@ TEST_CASE("an island is a narrow surface between a nearer and a farther one") {
     CHECK(islands_of(6, 0.1F, false) == 0);
 }
 
-TEST_CASE("beside a silhouette, only colors that are no mixture of both surfaces count as fitting neither") {
+TEST_CASE("a color beside a silhouette counts as fitting neither surface only if it is no mixture of both") {
     ldi::image<float> map(40, 80);
     ldi::image<std::uint8_t> photo(40, 80, 3);
     for (std::size_t y = 0; y < 40; ++y)

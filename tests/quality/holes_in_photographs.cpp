@@ -12,7 +12,7 @@
 #include <filesystem>
 #include <vector>
 
-TEST_CASE("no camera within the supported motion sees a hole in photographs") {
+TEST_CASE("cameras within the supported motion see no hole in photographs") {
     const std::vector<std::filesystem::path> photographs = ldi_quality::forty_photographs();
     if (photographs.empty()) return;
     const ldi::tiefenrausch network = ldi::load_depth_network(LDI_SOURCE_DIR "/examples/models/tiefenrausch_small.safetensors");

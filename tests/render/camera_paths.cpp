@@ -113,7 +113,7 @@ TEST_CASE("a camera that looks at a point has it in the middle of the picture an
     }
 }
 
-TEST_CASE("cropped to the size from frame_within(), no view on a path sees past the photo's border") {
+TEST_CASE("views on a path that are cropped to the size from frame_within() do not see past the photo's border") {
     std::vector<view> views;
     for (float time = 0; time < 1; time += 0.05F) views.push_back(view_on_path(camera_path::circle, camera, range, time));
     const float size = frame_within(views, camera, range);

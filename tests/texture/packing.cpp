@@ -114,7 +114,7 @@ TEST_CASE("a sheet of the maximum size is tried before packing is refused") {
     CHECK_THROWS_AS(pack(std::vector<rectangle_size>(101, {1, 1}), 10), error);
 }
 
-TEST_CASE("without rectangles, the sheet is empty") {
+TEST_CASE("packing zero rectangles gives an empty sheet") {
     const packing packed = pack({}, 512);
     CHECK(packed.corners.empty());
     CHECK(packed.sheet == rectangle_size{0, 0});

@@ -77,7 +77,7 @@ bool is_own(texel_kind k) { return k == texel_kind::photo || k == texel_kind::re
 
 }  // namespace
 
-TEST_CASE("where the surface continues in another chart, padding is copied from that chart") {
+TEST_CASE("padding is copied from the neighboring chart if the surface continues there") {
     const auto [layers, set] = two_sheets(true);
     const drawing d = draw(layers, set.charts[0]);
     for (std::int32_t y = 0; y < 20; ++y)
@@ -87,7 +87,7 @@ TEST_CASE("where the surface continues in another chart, padding is copied from 
         }
 }
 
-TEST_CASE("where the surface ends, padding is diffused from the chart itself") {
+TEST_CASE("padding is diffused from the chart itself if the surface ends") {
     const auto [layers, set] = two_sheets(false);
     const drawing d = draw(layers, set.charts[0]);
     for (std::int32_t y = 0; y < d.rows(); ++y)

@@ -9,6 +9,7 @@
 #include <ldi/inpaint/texture_transfer.hpp>
 #include <ldi/io/farbrausch_file.hpp>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
@@ -26,7 +27,7 @@ bool read(void* values, std::size_t size) { return std::fread(values, 1, size, s
 ldi::photo_layers existing(ldi::array_view<const std::uint8_t> color, const ldi::buffer<std::uint8_t>& labels, std::int32_t width,
                            std::int32_t height) {
     ldi::photo_layers layers(ldi::make_grid(width, height));
-    layers.column<ldi::color_column>() = color;
+    std::copy(color.begin(), color.end(), layers.column<ldi::color_column>().begin());
     ldi::buffer<std::uint8_t> exists(labels.size());
     for (std::size_t i = 0; i < labels.size(); ++i) {
         layers.column<ldi::known_column>()[i] = labels[i] == label_known ? 1 : 0;

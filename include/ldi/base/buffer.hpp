@@ -82,10 +82,10 @@ struct memory_block {
 
 }  // namespace detail
 
-/// A growing array, aligned to 64 bytes, in the memory that was current at its first allocation. A buffer returns memory to the
-/// allocator it came from. Differences to std::vector: any integer type is an index without a cast, `unset` leaves values of
-/// trivial types uninitialized, and a moved-from buffer is empty. If memory runs out, a buffer throws std::bad_alloc and keeps
-/// its values; without exceptions, it raises error_code::out_of_memory. It raises too_large for a size beyond the address space.
+/// A growing array, aligned to 64 bytes. Its first allocation selects its allocator: the one that is then current
+/// (base/memory.hpp). Differences to std::vector: any integer type is an index without a cast, `unset` leaves values of trivial
+/// types uninitialized, and a moved-from buffer is empty. If memory runs out, a buffer throws std::bad_alloc and keeps its
+/// values; without exceptions, it raises error_code::out_of_memory. It raises too_large for a size beyond the address space.
 template <class T>
 class buffer {
 public:

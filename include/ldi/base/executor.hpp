@@ -22,8 +22,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// An executor has two members: `concurrency()`, the number of ranges that may run at once (at least 1), and `run(count,
 /// function, data)`, which calls `function(data, index)` once for every index in [0, count), on any threads in any order, and
-/// returns after all calls. An engine wraps its own job system in these members. Functions from parallel_for let no exception
-/// escape, so that C code may call them.
+/// returns after all calls. An engine wraps its own job system in these members. The functions that ldi passes to run() let no
+/// exception escape, so that C code may call them.
 template <class T>
 concept executor = requires(T& e, std::size_t count, void (*function)(void*, std::size_t), void* data) {
     { e.concurrency() } -> std::convertible_to<std::size_t>;

@@ -1,5 +1,6 @@
-// Conversions between number types, with descriptive names. Functions whose rounding differs between C libraries, built from
-// operations that IEEE 754 rounds identically everywhere.
+// Conversions between number types, with descriptive names, and mathematical functions that give the same result on every
+// machine. C libraries round these functions differently, so ldi builds them from operations that IEEE 754 rounds identically
+// everywhere.
 #pragma once
 
 #include <ldi/base/config.hpp>
@@ -34,7 +35,9 @@ constexpr std::int64_t nearest_whole(double value) {
 
 /// Rounds to the nearest byte, halves up, and clamps.
 inline std::uint8_t rounded_to_byte(float value) {
-    return static_cast<std::uint8_t>(nearest_whole(double{std::clamp(value, 0.0F, 255.0F)}));
+    const float clamped = std::clamp(value, 0.0F, 255.0F);
+    const auto whole = static_cast<std::int32_t>(clamped);
+    return static_cast<std::uint8_t>(whole + (clamped - nearest_float(whole) >= 0.5F ? 1 : 0));  // the difference is exact
 }
 
 /// Rounds to the nearest byte for values between 0 and 255, such as means of bytes. The addition of 0.5 may round, too.

@@ -1,4 +1,4 @@
-// Formats names that were read from files, numbers, and image sizes for messages.
+// Formats numbers, image sizes, and names that were read from files, for messages.
 #pragma once
 
 #include <ldi/base/config.hpp>

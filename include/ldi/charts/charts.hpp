@@ -1,46 +1,25 @@
 // Charts: flat pieces of a layered image, each of which fits in one texture (paper, section "Texture Atlas Generation", Chart
-// generation). Seed and grow: the algorithm visits pixels in order, and each pixel without a chart seeds a new one, which grows
+// generation). The algorithm visits pixels in order. Each pixel without a chart becomes the seed of a new one, which grows
 // breadth-first along links under the paper's three constraints:
-//     1. No fold: a chart has at most one pixel per lattice position.
+//     1. No overlap: a chart has at most one pixel per lattice position.
 //     2. The bounding box is limited, so that charts pack well.
 //     3. Where a surface ends, other surfaces of the chart must keep a distance, so that texture filtering never mixes two
 //        surfaces. Pixels within this distance go to another chart.
 // The paper states constraint 3 only for the front side of depth edges. This code applies it wherever two surfaces of a chart
-// would come close to each other. Otherwise a hidden surface that ends behind another, or becomes a fold, would bleed into it.
+// would come close to each other. Otherwise, texture filtering would mix the end of a hidden surface with the surface that hides
+// it.
 #pragma once
 
-#include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
-#include <ldi/core/layered_image.hpp>
+#include <ldi/charts/chart_set.hpp>
+#include <ldi/charts/detail/chart_grower.hpp>
+#include <ldi/core/columns.hpp>
 #include <ldi/core/surface.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
 #include <cstdint>
 #include <string>
-#include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
-
-/// A chart: connected by links, with at most one pixel at each lattice position of its bounding box.
-struct chart {
-    std::int32_t x = 0, y = 0;           ///< top left lattice position of the bounding box
-    std::int32_t width = 0, height = 0;  ///< size of the bounding box in pixels
-    buffer<std::int32_t> pixels;         ///< indices in the layered image, ascending
-};
-
-/// A partition of all pixels into charts.
-struct chart_set {
-    buffer<std::int32_t> chart_of;  ///< K: the chart of each pixel
-    buffer<chart> charts;
-};
-
-/// Position of a chart in the atlas: the texel of the top left lattice position of its bounding box. Pixel i of chart c has the
-/// texel (g.x()[i] - chart.x + placement.x, g.y()[i] - chart.y + placement.y).
-struct chart_placement {
-    std::int32_t x = 0, y = 0;
-};
 
 struct chart_options {
     /// Maximum width and height of a bounding box, in pixels; at least 16. The photo's width and height are divided evenly: with
@@ -52,256 +31,6 @@ struct chart_options {
     std::int32_t filter_range = 4;
 };
 
-namespace detail {
-
-/// Raises mismatch unless the charts are a partition of the graph's pixels, and each pixel lies in the bounding box of its chart.
-inline void check_charts(const chart_set& charts, const graph_view& g, const char* where) {
-    std::size_t count = 0;
-    bool fits = charts.chart_of.size() == g.size();
-    for (std::int32_t c = 0; fits && c < charts.charts.count(); ++c) {
-        const chart& box = charts.charts[c];
-        count += box.pixels.size();
-        for (const std::int32_t pixel : box.pixels)
-            fits = fits && pixel >= 0 && pixel < g.count() && charts.chart_of[pixel] == c && g.x()[pixel] >= box.x &&
-                   g.y()[pixel] >= box.y && g.x()[pixel] - box.x < box.width && g.y()[pixel] - box.y < box.height;
-    }
-    if (!fits || count != g.size())
-        raise(error_code::mismatch, where, "charts of these " + std::to_string(g.size()) + " pixels", "charts of other pixels");
-}
-
-/// Returns H x W values: 1 at lattice positions with several pixels, and within `range` rows and columns of the end of a
-/// surface. At all other positions, pixels within that range belong to the same surface, so constraint 3 holds. Almost all
-/// positions of a photo are of this kind.
-inline buffer<std::uint8_t> positions_near_other_surfaces(const graph_view& g, std::int32_t range) {
-    constexpr std::uint8_t taken = 1, contested = 2;
-    buffer<std::uint8_t> positions(g.position_count(), 0);
-    const auto row_of = [&](std::int32_t y) { return positions.data() + g.position(0, y); };
-    for (std::int32_t i = 0; i < g.count(); ++i) {
-        const std::int32_t x = g.x()[i], y = g.y()[i];
-        std::uint8_t& here = row_of(y)[x];
-        here |= (here & taken) == 0 ? taken : contested;
-        if ((g.up()[i] | g.down()[i] | g.left()[i] | g.right()[i]) >= 0) continue;  // negative if any link is no_pixel
-        const bool ends = (g.up()[i] == no_pixel && y > 0) || (g.down()[i] == no_pixel && y + 1 < g.height()) ||
-                          (g.left()[i] == no_pixel && x > 0) || (g.right()[i] == no_pixel && x + 1 < g.width());
-        if (!ends) continue;
-        const std::int32_t left = std::max<std::int32_t>(x - range, 0), right = std::min<std::int32_t>(x + range, g.width() - 1);
-        const std::int32_t last = std::min<std::int32_t>(y + range, g.height() - 1);
-        for (std::int32_t v = std::max<std::int32_t>(y - range, 0); v <= last; ++v)
-            for (std::int32_t u = left; u <= right; ++u) row_of(v)[u] |= contested;
-    }
-    for (std::uint8_t& p : positions) p = static_cast<std::uint8_t>(p >> 1);
-    return positions;
-}
-
-inline constexpr std::int32_t max_filter_range = 8;
-
-/// Grows charts one after the other. Lattice positions store the last pixel placed there, so that nothing must be cleared
-/// between charts.
-class chart_grower {
-public:
-    chart_grower(const graph_view& g, array_view<const float> disparity, surface_rule surface, const chart_options& options)
-        : graph_(g),
-          disparity_(disparity),
-          range_(options.filter_range),
-          threshold_(2 * surface.max_step),
-          cap_x_(even_share(g.width(), options.max_side)),
-          cap_y_(even_share(g.height(), options.max_side)),
-          near_other_(positions_near_other_surfaces(g, options.filter_range)),
-          occupants_(g.position_count(), no_pixel),
-          cell_shift_(cell_shift(options.filter_range)),
-          cell_columns_((g.width() >> cell_shift_) + 1),
-          cells_(static_cast<std::size_t>(std::int64_t{cell_columns_} * ((g.height() >> cell_shift_) + 1))) {
-        result_.chart_of.assign(g.size(), -1);
-    }
-
-    chart_set grow_all() {
-        const std::int32_t count = graph_.count();
-        for (std::int32_t seed = 0; seed < count; ++seed)
-            if (chart_of(seed) < 0) grow(seed);
-        for (std::int32_t first = 0, last = 0; first < count; first = last) {
-            const std::int32_t c = chart_of(first);
-            while (last < count && chart_of(last) == c) ++last;
-            buffer<std::int32_t>& pixels = result_.charts[c].pixels;
-            for (std::int32_t i = first; i < last; ++i) pixels.push_back(i);
-        }
-        return std::move(result_);
-    }
-
-private:
-    /// Pixels of one chart that are linked from left to right. Growth proceeds from strip to strip. A pixel_run would require
-    /// adjacent memory, but charts are made of layers in any order, so growth may only follow links. The strip stores the
-    /// position of its first pixel, because reading it again would cost a cache miss.
-    struct strip {
-        std::int32_t first, x, y, count;
-    };
-
-    /// Range of disparity of the last chart in a square of the lattice, over its pixels near other surfaces. Usually this range
-    /// is enough to exclude another surface.
-    struct cell {
-        std::int32_t chart = -1;
-        float lowest = 0, highest = 0;
-    };
-
-    /// Computes the side of cells, 2^shift: large enough that the filter's range to both sides meets at most two cells.
-    static int cell_shift(std::int32_t range) {
-        int shift = 1;
-        while ((1 << shift) < 2 * range) ++shift;
-        return shift;
-    }
-
-    static std::int32_t even_share(std::int32_t length, std::int32_t cap) {
-        const std::int32_t pieces = (length - 1) / cap + 1;  // 1 for a length of 0
-        return (length + pieces - 1) / pieces;
-    }
-
-    std::int32_t& chart_of(std::int32_t pixel) { return result_.chart_of[pixel]; }
-
-    void grow(std::int32_t seed) {
-        current_ = result_.charts.count();
-        left_ = right_ = graph_.x()[seed], top_ = bottom_ = graph_.y()[seed];
-        queue_.clear();
-        add_strip(seed, graph_.x()[seed], graph_.y()[seed]);
-        std::int64_t pixels = 0;
-        for (std::size_t next = 0; next < queue_.size(); ++next) {
-            const strip r = queue_[next];
-            pixels += r.count;
-            grow_from(r, graph_.up(), r.y - 1);
-            grow_from(r, graph_.down(), r.y + 1);
-        }
-        chart grown;
-        grown.x = left_, grown.y = top_, grown.width = right_ - left_ + 1, grown.height = bottom_ - top_ + 1;
-        grown.pixels.reserve(static_cast<std::size_t>(pixels));
-        result_.charts.push_back(std::move(grown));
-    }
-
-    void grow_from(const strip& r, array_view<const std::int32_t> links, std::int32_t y) {
-        std::int32_t pixel = r.first;
-        for (std::int32_t x = r.x; x < r.x + r.count; pixel = graph_.right()[pixel]) {
-            const std::int32_t first = pixel;  // start of pixels adjacent in memory; `++pixel` does not wait for the loaded link
-            while (x + pixel - first + 1 < r.x + r.count && graph_.right()[pixel] == pixel + 1) ++pixel;
-            for (std::int32_t p = first; p <= pixel; ++p, ++x)
-                if (may_join(links[p], x, y)) add_strip(links[p], x, y);
-        }
-    }
-
-    /// Adds a pixel that may join, and all pixels linked to its right that may join as well.
-    void add_strip(std::int32_t pixel, std::int32_t x, std::int32_t y) {
-        accept(pixel, x, y);
-        strip r{pixel, x, y, 1};
-        for (std::int32_t last = pixel;; ++r.count) {
-            last = graph_.right()[last];
-            if (!may_join(last, x + r.count, y)) break;
-            accept(last, x + r.count, y);
-        }
-        for (;; ++r.count, --r.x) {
-            const std::int32_t before = graph_.left()[r.first];
-            if (!may_join(before, r.x - 1, y)) break;
-            accept(before, r.x - 1, y);
-            r.first = before;
-        }
-        queue_.push_back(r);
-    }
-
-    bool may_join(std::int32_t pixel, std::int32_t x, std::int32_t y) {
-        if (pixel == no_pixel || chart_of(pixel) >= 0) return false;
-        if (right_ - x >= cap_x_ || x - left_ >= cap_x_ || bottom_ - y >= cap_y_ || y - top_ >= cap_y_) return false;
-        if (occupant(x, y) != no_pixel) return false;
-        return near_other_[at(x, y)] == 0 || is_clear_of_other_surfaces(pixel, x, y);
-    }
-
-    void accept(std::int32_t pixel, std::int32_t x, std::int32_t y) {
-        chart_of(pixel) = current_;
-        occupants_[at(x, y)] = pixel;
-        left_ = (std::min)(left_, x), right_ = (std::max)(right_, x);
-        top_ = (std::min)(top_, y), bottom_ = (std::max)(bottom_, y);
-        if (near_other_[at(x, y)] != 0) {
-            const float disparity = disparity_[pixel];
-            cell& c = cell_at(x, y);
-            if (c.chart != current_) c = {current_, disparity, disparity};
-            c.lowest = (std::min)(c.lowest, disparity), c.highest = (std::max)(c.highest, disparity);
-        }
-    }
-
-    cell& cell_at(std::int32_t x, std::int32_t y) {
-        return cells_[std::int64_t{y >> cell_shift_} * cell_columns_ + (x >> cell_shift_)];
-    }
-
-    /// Returns the current chart's pixel at a lattice position, or no_pixel.
-    std::int32_t occupant(std::int32_t x, std::int32_t y) {
-        const std::int32_t pixel = occupants_[at(x, y)];
-        return pixel != no_pixel && chart_of(pixel) == current_ ? pixel : no_pixel;
-    }
-
-    /// The lattice positions within the filter's range of one position.
-    struct window {
-        std::int32_t left, right, top, bottom;
-    };
-    window around(std::int32_t x, std::int32_t y) const {
-        return {std::max<std::int32_t>(x - range_, 0), std::min<std::int32_t>(x + range_, graph_.width() - 1),
-                std::max<std::int32_t>(y - range_, 0), std::min<std::int32_t>(y + range_, graph_.height() - 1)};
-    }
-
-    bool is_clear_of_other_surfaces(std::int32_t pixel, std::int32_t x, std::int32_t y) {
-        const window w = around(x, y);
-        const float disparity = disparity_[pixel];
-        const auto has_others = [&](const cell& c) {
-            return c.chart == current_ && (c.lowest < disparity - threshold_ || c.highest > disparity + threshold_);
-        };
-        if (!has_others(cell_at(w.left, w.top)) && !has_others(cell_at(w.right, w.top)) &&
-            !has_others(cell_at(w.left, w.bottom)) && !has_others(cell_at(w.right, w.bottom)))
-            return true;
-        for (std::int32_t v = w.top; v <= w.bottom; ++v)
-            for (std::int32_t u = w.left; u <= w.right; ++u) {
-                const std::int32_t other = occupant(u, v);
-                if (other == no_pixel || !differ(other, pixel)) continue;
-                if (is_off_surface(pixel, u - x, v - y, other) || is_off_surface(other, x - u, y - v, pixel)) return false;
-            }
-        return true;
-    }
-
-    /// Whether `other`, at this distance in steps, lies on another surface than `pixel`. Follows the surface along rows then
-    /// columns, and along columns then rows; `other` is off the surface if both ways reach other pixels or the surface ends
-    /// first.
-    bool is_off_surface(std::int32_t pixel, std::int32_t steps_x, std::int32_t steps_y, std::int32_t other) const {
-        array_view<const std::int32_t> along_x = steps_x < 0 ? graph_.left() : graph_.right();
-        array_view<const std::int32_t> along_y = steps_y < 0 ? graph_.up() : graph_.down();
-        const auto walk = [&](array_view<const std::int32_t> first, std::int32_t first_steps,
-                              array_view<const std::int32_t> second, std::int32_t second_steps) {
-            std::int32_t at = pixel;
-            for (std::int32_t step = 0; step < first_steps + second_steps; ++step) {
-                const std::int32_t next = (step < first_steps ? first : second)[at];
-                if (next == no_pixel) break;
-                at = next;
-            }
-            return at;
-        };
-        return differ(other, walk(along_x, std::abs(steps_x), along_y, std::abs(steps_y))) &&
-               differ(other, walk(along_y, std::abs(steps_y), along_x, std::abs(steps_x)));
-    }
-
-    /// Whether two pixels belong to different surfaces: their disparities differ by more than twice surface_rule::max_step, as
-    /// in expand().
-    bool differ(std::int32_t a, std::int32_t b) const { return std::abs(disparity_[a] - disparity_[b]) > threshold_; }
-
-    std::size_t at(std::int32_t x, std::int32_t y) const { return graph_.position(x, y); }
-
-    graph_view graph_;
-    array_view<const float> disparity_;
-    std::int32_t range_;
-    float threshold_;
-    std::int32_t cap_x_, cap_y_;
-    buffer<std::uint8_t> near_other_;
-    buffer<std::int32_t> occupants_;
-    int cell_shift_;
-    std::int32_t cell_columns_;
-    buffer<cell> cells_;
-    buffer<strip> queue_;
-    std::int32_t current_ = 0, left_ = 0, right_ = 0, top_ = 0, bottom_ = 0;
-    chart_set result_;
-};
-
-}  // namespace detail
-
 /// Partitions all pixels of a layered image into charts. `surface` is the rule by which its pixels are linked. Raises
 /// error_code::invalid_option if an option is outside its range. Time is linear. Memory is up to 18 bytes per pixel and 120 per
 /// chart.
@@ -310,7 +39,9 @@ chart_set make_charts(const Layers& layers, surface_rule surface, const chart_op
     if (options.max_side < 16) raise(error_code::invalid_option, "max_side", "at least 16", std::to_string(options.max_side));
     if (options.filter_range < 1 || options.filter_range > detail::max_filter_range)
         raise(error_code::invalid_option, "filter_range", "1 to 8", std::to_string(options.filter_range));
-    return detail::chart_grower(layers.topology(), layers.template column<disparity_column>(), surface, options).grow_all();
+    return detail::chart_grower(layers.topology(), layers.template column<disparity_column>(), surface, options.max_side,
+                                options.filter_range)
+        .grow_all();
 }
 
 }}  // namespace ldi

@@ -4,6 +4,7 @@
 
 #include <ldi/base/array_view.hpp>
 #include <ldi/base/config.hpp>
+#include <ldi/base/error.hpp>
 
 #include <algorithm>
 #include <array>
@@ -11,6 +12,8 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <span>
+#include <string>
 #include <type_traits>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
@@ -32,8 +35,7 @@ template <class T>
 concept payload_column = requires {
     typename T::scalar;
     { T::channels } -> std::convertible_to<std::size_t>;
-    requires T::channels >
-    0;
+    requires(T::channels > 0);
 };
 
 /// Rules for new pixels: the value of the pixel whose surface continues, or zero.
@@ -105,6 +107,16 @@ std::array<typename Column::scalar, Column::channels> vertex_values(pixels_of<Co
         return averaged(pixels);
 }
 
+template <class Column, class Scalar>
+std::span<Scalar, Column::channels> pixel_scalars(array_view<Scalar> column, std::int32_t pixel) {
+    return std::span<Scalar, Column::channels>(column.data() + static_cast<std::size_t>(pixel) * Column::channels,
+                                               Column::channels);
+}
+
+[[noreturn]] inline void refuse_column_length(std::size_t expected, std::size_t found) {
+    raise(error_code::mismatch, "layered image", std::to_string(expected) + " scalars in a column", std::to_string(found));
+}
+
 }  // namespace detail
 
 /// Red, green, blue as in the photo (sRGB), 0 to 255. Undefined where known_column is 0.
@@ -145,5 +157,15 @@ struct matte_column {
     static constexpr std::size_t channels = 1;
     static constexpr scalar new_pixel(scalar origin) { return zeroed(origin); }
 };
+
+/// A type with the given column: a layered_image, a layered_view or a single_layer.
+template <class Layers, class Column>
+concept has_column = requires {
+    requires std::remove_cvref_t<Layers>::template has<Column>;
+};
+
+/// A type with all of the given columns.
+template <class Layers, class... Columns>
+concept has_columns = (has_column<Layers, Columns> && ...);
 
 }}  // namespace ldi

@@ -1,5 +1,5 @@
-// Connected components: sets of pixels that links connect. Depth cleaning (paper, section "Geometry", isolated features at
-// middle values) and other code that treats a surface as a unit start from them.
+// Connected components: sets of pixels that links connect. Depth cleaning uses them (paper, section "Geometry", isolated features
+// at middle values), as does other code that treats a surface as a unit.
 #pragma once
 
 #include <ldi/base/buffer.hpp>

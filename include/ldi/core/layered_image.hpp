@@ -1,8 +1,8 @@
 // A layered depth image: a graph and payload columns of the same length. Column tags (core/columns.hpp) choose the payload.
 //
 //     layered_image<Columns...>   owns a graph and its columns; stages receive and return it
-//     layered_view<Columns...>    a non-owning view of a graph and columns
-//     single_layer<Columns...>    one layer in the order of the photo: lift() makes it, expand() turns it into a layered image
+//     layered_view<Columns...>    a non-owning view of a graph and columns (core/layered_view.hpp)
+//     single_layer<Columns...>    one layer in the order of the photo (core/single_layer.hpp)
 #pragma once
 
 #include <ldi/base/array_view.hpp>
@@ -13,6 +13,7 @@
 #include <ldi/core/columns.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/core/graph_builder.hpp>
+#include <ldi/core/grown_pixels.hpp>
 #include <ldi/core/validate.hpp>
 
 #include <algorithm>
@@ -20,7 +21,6 @@
 #include <cstdint>
 #include <optional>
 #include <span>
-#include <string>
 #include <tuple>
 #include <type_traits>
 #include <utility>
@@ -48,52 +48,6 @@ private:
 
     graph_builder& graph_;
 };
-
-/// A contiguous range of the pixels of a layered image after grow(): either all old or all new.
-struct grown_piece {
-    std::int32_t first;  ///< old pixels: index of the first before grow(); new pixels: index of the first entry in `origins`
-    std::int32_t count;
-    bool is_new;
-};
-
-/// Result of the function that grow() calls.
-struct grown_pixels {
-    graph topology;                ///< graph of all pixels, old and new
-    buffer<grown_piece> pieces;    ///< sources of all pixels, in the order of the new indices; every old pixel occurs once
-    buffer<std::int32_t> origins;  ///< per new pixel: the old pixel whose surface it continues
-};
-
-namespace detail {
-
-template <class Column, class Scalar>
-std::span<Scalar, Column::channels> pixel_scalars(array_view<Scalar> column, std::int32_t pixel) {
-    return std::span<Scalar, Column::channels>(column.data() + static_cast<std::size_t>(pixel) * Column::channels,
-                                               Column::channels);
-}
-
-/// Whether every pixel has one source: every old pixel occurs once, and every new pixel continues an old one.
-inline bool is_complete(const grown_pixels& grown, std::size_t old_count) {
-    const std::size_t new_count = grown.origins.size();
-    if (grown.topology.size() != old_count + new_count) return false;
-    for (const std::int32_t origin : grown.origins)
-        if (origin < 0 || static_cast<std::size_t>(origin) >= old_count) return false;
-    buffer<bool> seen(old_count + new_count);  // one entry per old pixel, then one per entry of `origins`
-    std::size_t total = 0;
-    for (const grown_piece& p : grown.pieces) {
-        if (p.first < 0 || p.count < 0 ||
-            static_cast<std::size_t>(p.first) + static_cast<std::size_t>(p.count) > (p.is_new ? new_count : old_count))
-            return false;
-        for (std::int32_t i = p.first; i < p.first + p.count; ++i, ++total)
-            if (std::exchange(seen[static_cast<std::size_t>(i) + (p.is_new ? old_count : 0)], true)) return false;
-    }
-    return total == seen.size();
-}
-
-[[noreturn]] inline void refuse_column_length(std::size_t expected, std::size_t found) {
-    raise(error_code::mismatch, "layered image", std::to_string(expected) + " scalars in a column", std::to_string(found));
-}
-
-}  // namespace detail
 
 /// A graph with K pixels and, for each column, K rows of `channels` scalars, row-major. Every column always has one row per
 /// pixel, even after memory runs out or a callback throws, because only members that process all columns together can add, remove
@@ -282,134 +236,8 @@ private:
     std::tuple<storage<Columns>...> columns_;
 };
 
-/// A type with the given column: a layered_image, a layered_view or a single_layer.
-template <class Layers, class Column>
-concept has_column = requires {
-    requires std::remove_cvref_t<Layers>::template has<Column>;
-};
-
-/// A type with all of the given columns.
-template <class Layers, class... Columns>
-concept has_columns = (has_column<Layers, Columns> && ...);
-
-/// Non-owning view of a layered image, or of some of its columns. Stages that only read layers accept it. As with
-/// std::string_view, a view of a temporary is valid only until the end of the full expression.
-template <payload_column... Columns>
-class layered_view {
-public:
-    template <class Column>
-    static constexpr bool has = (std::is_same_v<Column, Columns> || ...);
-
-    /// columns  K x channels scalars each, in the order of the tags. Raises mismatch for any other length
-    explicit layered_view(const graph_view& g, array_view<const typename Columns::scalar>... columns)
-        : graph_(g), columns_(shown<Columns>{columns}...) {
-        const auto check = [&](std::size_t expected, std::size_t found) {
-            if (found != expected) detail::refuse_column_length(expected, found);
-        };
-        (check(g.size() * Columns::channels, columns.size()), ...);
-    }
-    explicit layered_view(graph&&, array_view<const typename Columns::scalar>...) = delete;  // the view would outlive the graph
-    template <has_columns<Columns...> Layers>
-    layered_view(const Layers& layers) : layered_view(layers.topology(), layers.template column<Columns>()...) {}
-
-    const graph_view& topology() const { return graph_; }
-    std::size_t size() const { return graph_.size(); }
-    template <payload_column Column>
-    array_view<const typename Column::scalar> column() const {
-        return std::get<shown<Column>>(columns_).values;
-    }
-    template <payload_column Column>
-    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const {
-        return detail::pixel_scalars<Column>(column<Column>(), pixel);
-    }
-
-private:
-    template <class Column>
-    struct shown {
-        array_view<const typename Column::scalar> values;
-    };
-
-    graph_view graph_;
-    std::tuple<shown<Columns>...> columns_;
-};
-
-namespace detail {
-struct expansion_access;
-}
-
-/// One layer in the order of the photo: pixel (x, y) has index y * width + x. Links and values may change, pixels may not.
-/// expand() turns it into a layered image.
-template <payload_column... Columns>
-class single_layer {
-public:
-    template <class Column>
-    static constexpr bool has = (std::is_same_v<Column, Columns> || ...);
-
-    single_layer() = default;
-    /// Raises mismatch unless the pixels are those of one layer in the photo's order.
-    explicit single_layer(layered_image<Columns...> layers) : layers_(std::move(layers)) {
-        const graph& g = topology();
-        bool in_order = g.size() == g.position_count();
-        for (std::int32_t i = 0; in_order && i < g.count(); ++i) in_order = g.position_of(i) == static_cast<std::size_t>(i);
-        if (!in_order)
-            raise(error_code::mismatch, "single_layer",
-                  std::to_string(g.width()) + " x " + std::to_string(g.height()) + " pixels, row by row", "others");
-    }
-
-    const graph& topology() const { return layers_.topology(); }
-    std::size_t size() const { return layers_.size(); }
-    template <payload_column Column>
-    array_view<typename Column::scalar> column() {
-        return layers_.template column<Column>();
-    }
-    template <payload_column Column>
-    array_view<const typename Column::scalar> column() const {
-        return layers_.template column<Column>();
-    }
-    template <payload_column Column>
-    std::span<typename Column::scalar, Column::channels> at(std::int32_t pixel) {
-        return layers_.template at<Column>(pixel);
-    }
-    template <payload_column Column>
-    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const {
-        return layers_.template at<Column>(pixel);
-    }
-    template <payload_column Column>
-    void set_column(buffer<typename Column::scalar> scalars) {
-        layers_.template set_column<Column>(std::move(scalars));
-    }
-    template <class Edit>
-    void edit_links(Edit&& edit) {
-        layers_.edit_links(edit);
-    }
-
-    /// Returns the layer with one more column.
-    ///
-    /// scalars  K x channels, row-major. Raises mismatch for any other length; then the layer keeps its values
-    ///
-    ///     struct normal { using scalar = float; static constexpr std::size_t channels = 3; };
-    ///     auto layer = ldi::lift(photo, disparity).with<normal>(normals);  // stays with its pixels, up to the mesh
-    template <payload_column Column>
-    single_layer<Columns..., Column> with(buffer<typename Column::scalar> scalars) && {
-        static_assert(!has<Column>);
-        if (scalars.size() != size() * Column::channels) detail::refuse_column_length(size() * Column::channels, scalars.size());
-        single_layer<Columns..., Column> result;
-        result.layers_ = layered_image<Columns..., Column>(std::move(layers_));
-        result.template set_column<Column>(std::move(scalars));
-        return result;
-    }
-
-private:
-    template <payload_column...>
-    friend class single_layer;
-    friend detail::expansion_access;
-
-    layered_image<Columns...> layers_;
-};
-
-/// Layered image of a photo, and the single layer that it starts from.
+/// Layered image of a photo.
 using photo_layers = layered_image<color_column, disparity_column, known_column, matte_column>;
-using photo_layer = single_layer<color_column, disparity_column, known_column, matte_column>;
 
 /// Checks the invariants of the topology, and that disparities are in [-1, 1]. Those of a photo are in [0, 1]; hidden surfaces
 /// may continue beneath others, slightly below 0.

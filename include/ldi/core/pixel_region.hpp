@@ -1,4 +1,4 @@
-// A part of a lattice that a sparse computation visits: runs of pixels, row by row. Pixels are numbered in this order.
+// A set of lattice pixels that a sparse computation visits, stored as runs row by row. Pixels are numbered in this order.
 #pragma once
 
 #include <ldi/base/buffer.hpp>

@@ -2,11 +2,11 @@
 // strip of the background then sticks to the foreground, or a strip of the foreground to the background. Both become visible when
 // the camera moves.
 //
-// A band surrounds each discontinuity curve, as wide as depth is uncertain. Colors outside the band, on both sides, supply color
-// models of the front and the back surface. The best cut through the band separates front colors from back colors, follows
-// contrast, and has no jumps. It is a shortest path, found by dynamic programming, after the contours of Rother et al., "GrabCut"
-// (SIGGRAPH 2004), section "Border matting". Ends and junctions of curves do not move. Pixels between the old curve and the new
-// one change sides.
+// A band surrounds each discontinuity curve; its width is the uncertainty of the depth map. Colors outside the band, on both
+// sides, supply color models of the front and the back surface. The best cut through the band separates front colors from back
+// colors, follows contrast, and has no jumps. It is a shortest path, found by dynamic programming, as the contours of Rother et
+// al., "GrabCut" (SIGGRAPH 2004), section "Border matting". Ends and junctions of curves do not move. Pixels between the old
+// curve and the new one change sides.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -29,7 +29,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Defaults tuned by experiment on true depth, degraded as networks degrade it.
+/// The defaults were tuned on true depth maps that were degraded like those of a network.
 struct alignment_options {
     /// Maximum distance between a silhouette and its edge in the photo, in pixels, 0 to 256. With 0, silhouettes do not move. For
     /// depth maps with samples larger than a pixel, make_photo3d() multiplies this option and min_length by the side of a sample.

@@ -1,4 +1,4 @@
-// Input and output of a silhouette_decider (photo3d.hpp), and `aligned_silhouettes`, a decider without a network.
+// Input and output of a silhouette_decider (photo3d/suppliers.hpp), and `aligned_silhouettes`, a decider without a network.
 // network_decider.hpp has the decider with a network.
 #pragma once
 
@@ -14,7 +14,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A photo and its depth before silhouettes are decided.
+/// A photo and its depth map, in which pixels beside silhouettes may still have a depth between the two surfaces. Input of a
+/// silhouette_decider.
 struct undecided_depth {
     image_view<const std::uint8_t> photo;  ///< H x W x 3
     image_view<const float> estimated;     ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
@@ -23,7 +24,8 @@ struct undecided_depth {
     float sample_size = 1.0F;  ///< side of a sample of the estimate, in pixels, 1 to 16
 };
 
-/// Depth after silhouettes are decided.
+/// A depth map in which each pixel beside a silhouette is assigned to the front or the back surface. Result of a
+/// silhouette_decider.
 struct decided_depth {
     image<float> disparity;  ///< H x W x 1
     /// H x W x 1, or empty. The value is 0 for pixels that were not decided, otherwise 1 + 254 * (share of the front surface in

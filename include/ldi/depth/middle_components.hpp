@@ -129,7 +129,8 @@ public:
         if (!small_ones.labels.empty()) reached_.resize(disparity.height() * disparity.width());
     }
 
-    // Merges a component with a neighboring surface. Returns false if it does not lie at a middle value, and does not change it.
+    // Merges a component with a neighboring surface. If the component does not lie at a middle value, returns false and leaves it
+    // unchanged.
     bool merge(std::size_t component) {
         std::int32_t nearer = 0, farther = 0;
         for_each_contact(component,

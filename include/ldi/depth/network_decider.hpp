@@ -19,8 +19,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A silhouette_decider (photo3d.hpp). `Network` has a function logits() like silhouette_network (networks/silhouettes.hpp). The
-/// network must outlive the decider.
+/// A silhouette_decider (photo3d/suppliers.hpp). `Network` has a function logits() like silhouette_network
+/// (networks/silhouettes.hpp). The network must outlive the decider.
 ///
 ///     const ldi::silhouette_network network = ldi::load_silhouettes("silhouettes.safetensors");
 ///     make_photo3d(photo, depth, ldi::network_decider(&network), inpainter);

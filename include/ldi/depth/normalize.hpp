@@ -31,7 +31,8 @@ struct normalize_options {
     bool is_metric = false;
     /// Distances in meters, used if the source does not determine them.
     depth_range assumed_range = {};
-    /// Maximum ratio of the farthest to the nearest distance: at the horizon, disparity is noise.
+    /// Maximum ratio of the farthest to the nearest distance. Larger ratios are clamped, because disparity near the horizon is
+    /// mostly noise.
     float max_depth_ratio = 50.0F;
 };
 
@@ -98,7 +99,8 @@ inline normalized_disparity normalize(image_view<const float> source, const norm
     // In double precision: differences of two floats do not overflow, and all values except 0 have a reciprocal.
     const double lowest = at(clipped), highest = at(sorted.size() - 1 - clipped);
     if (options.is_inverse_depth && !(highest > 0.0))
-        raise(error_code::invalid_data, "disparity", "values above 0", "0, but for at most clipped_share of the values");
+        raise(error_code::invalid_data, "disparity", "values above 0",
+              "no value above 0, except in the clipped_share of the values");
     const double step = std::abs(highest) * options.relative_step;
     const double span = (std::max)(highest - lowest, step / options.max_step);
 

@@ -21,7 +21,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Larger sigmas smooth more noise and lose more thin objects. Defaults tuned by experiment.
+/// Larger sigmas smooth more noise and lose more thin objects. The defaults were tuned by experiment.
 struct resample_options {
     /// Standard deviation of the Gaussian on distance, in samples of the disparity map.
     float spatial_sigma = 1.2F;

@@ -23,7 +23,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Defaults tuned by experiment on true depth, blurred as networks blur it.
+/// The defaults were tuned on true depth maps that were blurred like those of a network.
 struct sharpen_options {
     /// Maximum blur of an edge, in samples on either side. 0 disables sharpening.
     int radius = 3;

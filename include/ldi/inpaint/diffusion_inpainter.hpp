@@ -5,6 +5,7 @@
 #include <ldi/base/executor.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/base/progress.hpp>
+#include <ldi/core/columns.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/inpaint/detail/diffuse_unknown.hpp>
 
@@ -13,7 +14,7 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A color_inpainter (photo3d.hpp).
+/// A color_inpainter (photo3d/suppliers.hpp).
 struct diffusion_inpainter {
     /// Gauss-Seidel rounds on each level of the multigrid.
     int rounds = 6;

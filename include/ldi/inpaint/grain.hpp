@@ -12,6 +12,7 @@
 #include <ldi/base/error.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/base/printable.hpp>
+#include <ldi/core/columns.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/inpaint/detail/diffuse_unknown.hpp>

@@ -8,7 +8,9 @@
 #include <ldi/base/error.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/base/printable.hpp>
+#include <ldi/core/columns.hpp>
 #include <ldi/core/layered_image.hpp>
+#include <ldi/core/single_layer.hpp>
 #include <ldi/inpaint/detail/local_matte.hpp>
 #include <ldi/inpaint/detail/silhouette_band.hpp>
 

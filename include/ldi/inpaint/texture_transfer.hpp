@@ -11,6 +11,7 @@
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/numbers.hpp>
+#include <ldi/core/columns.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/inpaint/detail/texture_cells.hpp>

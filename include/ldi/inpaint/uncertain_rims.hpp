@@ -5,7 +5,9 @@
 #pragma once
 
 #include <ldi/base/buffer.hpp>
+#include <ldi/core/columns.hpp>
 #include <ldi/core/layered_image.hpp>
+#include <ldi/core/single_layer.hpp>
 #include <ldi/inpaint/mixed_colors.hpp>
 
 #include <algorithm>

@@ -34,7 +34,8 @@ enum class depth_map_kind {
 
 struct depth_map_options {
     depth_map_kind kind = depth_map_kind::disparity;
-    bool white_is_near = true;  ///< false: the smallest disparities are nearest (Lens Blur companions); ignored for meters
+    /// whether the largest values are nearest; false, for example, for depth maps of Google's Lens Blur; ignored for meters
+    bool white_is_near = true;
     bool invalid_zero = false;  ///< a stored 0 means unknown (16-bit PNG files of sensors and stereo benchmarks)
     float scale = 1;            ///< positive factor of every stored value; 0.001 for distances in millimeters
     picture_limits limits = {.max_pixels = 64'000'000};
@@ -192,17 +193,18 @@ inline image<float> fill_invalid(image<float> depth_map, const std::string& wher
         for_each_neighbor(i, [&](std::size_t neighbor) { result = result || std::isnan(values[neighbor]); });
         return result;
     };
-    std::size_t holes = 0, sources = 0;
-    for (std::size_t i = 0; i < count; ++i)
-        if (std::isnan(values[i]))
-            ++holes;
-        else if (is_at_hole(i))
-            ++sources;
+    const auto holes = static_cast<std::size_t>(std::count_if(values, values + count, [](float v) { return std::isnan(v); }));
+    if (holes == 0 && count > 0) return depth_map;
     if (holes == count) raise(error_code::invalid_data, where, "at least one valid depth", "none");
     buffer<std::uint32_t> reached;  // in breadth-first order, so that the nearest valid pixel fills each hole
+    const auto for_each_source = [&](auto&& see) {
+        for (std::size_t i = 0; i < count; ++i)
+            if (!std::isnan(values[i]) && is_at_hole(i)) see(i);
+    };
+    std::size_t sources = 0;
+    for_each_source([&](std::size_t) { ++sources; });
     reached.reserve(sources + holes);
-    for (std::size_t i = 0; i < count && sources > 0; ++i)
-        if (!std::isnan(values[i]) && is_at_hole(i)) reached.push_back(static_cast<std::uint32_t>(i));
+    for_each_source([&](std::size_t i) { reached.push_back(static_cast<std::uint32_t>(i)); });
     for (std::size_t at = 0; at < reached.size(); ++at) {
         const std::uint32_t i = reached[at];
         for_each_neighbor(i, [&](std::size_t neighbor) {

@@ -28,7 +28,7 @@ struct picture_limits {
 /// Size of a picture and memory to decode it, read from the headers of its file before anything is decoded.
 struct decoding_estimate {
     std::size_t height = 0, width = 0;  ///< stored size in pixels: a photo may be rotated by 90 degrees
-    std::size_t memory = 0;             ///< Upper bound in bytes for decoding, including the result but not the file.
+    std::size_t memory = 0;             ///< upper bound in bytes for decoding, including the result but not the file
 };
 
 }}  // namespace ldi

@@ -36,9 +36,9 @@ static_assert(find_kernel(gemm_u8_kernels, isa::scalar).set == isa::scalar);
 
 /// Packs weights for gemm_u8().
 ///
-/// target             instruction set to pack for. If it cannot be exact (weights beyond 8 signed bits for VNNI and NEON; on
-///                    x86 no float form of the requantization), the function packs for a slower set, which it stores in the
-///                    result's `target`
+/// target             instruction set to pack for. Its kernel may be inexact for some layers: VNNI and NEON for weights beyond 8
+///                    signed bits, x86 for a requantization without a float form. The function then packs for a slower set and
+///                    stores it in the result's `target`
 /// weights            outputs x segments x inputs, row-major
 /// bias               outputs, in units of input scale * weight scale
 /// segments           number of contiguous pieces of memory per pixel: 1, or k for a k x k convolution; at most 7

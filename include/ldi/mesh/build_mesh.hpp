@@ -7,7 +7,8 @@
 #include <ldi/base/executor.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/base/printable.hpp>
-#include <ldi/charts/charts.hpp>
+#include <ldi/charts/chart_set.hpp>
+#include <ldi/core/columns.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/core/photo_facts.hpp>
@@ -211,7 +212,7 @@ textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const c
     if (!(soft.min_width >= 0 && soft.max_width >= soft.min_width && soft.max_width <= 64 && soft.max_share >= 0))
         raise(
             error_code::invalid_option, "soft_edge_options",
-            "widths from 0 to 64, the least not above the most, a share of 0 or more",
+            "widths from 0 to 64 with min_width <= max_width, and a max_share of at least 0",
             detail::to_text(soft.min_width) + ", " + detail::to_text(soft.max_width) + " and " + detail::to_text(soft.max_share));
     const flat_mesh flat = build_flat_mesh(layers, facts.range, charts, options, threads);
 

@@ -7,7 +7,8 @@
 #include <ldi/base/executor.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/base/printable.hpp>
-#include <ldi/charts/charts.hpp>
+#include <ldi/charts/chart_set.hpp>
+#include <ldi/core/columns.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/mesh/detail/chart_polygon.hpp>
 #include <ldi/mesh/detail/crossings.hpp>
@@ -29,8 +30,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Options of soft edges (soft_edges.hpp): silhouettes of foreground surfaces fade out over a strip. Widths are in pixels.
 struct soft_edge_options {
-    float min_width = 1.0F;  ///< 0: edges are hard
-    float max_width = 3.0F;  ///< maximum width, where the matte extends farther; less than the padding of the atlas
+    float min_width = 1.0F;  ///< minimum width of the strip; with 0, silhouettes have no strip and are hard
+    float max_width = 3.0F;  ///< maximum width, reached where the matte extends far; less than the padding of the atlas
     /// Approximate maximum size of the strip, as a share of the size of mesh and texture in a file. If this is not enough for
     /// all silhouettes, only those with the largest steps in disparity have a strip.
     float max_share = 0.08F;

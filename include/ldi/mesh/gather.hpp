@@ -5,6 +5,7 @@
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/core/camera.hpp>
+#include <ldi/core/columns.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/mesh/textured_mesh.hpp>
 

@@ -5,7 +5,7 @@
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/base/numbers.hpp>
-#include <ldi/charts/charts.hpp>
+#include <ldi/charts/chart_set.hpp>
 #include <ldi/mesh/textured_mesh.hpp>
 #include <ldi/texture/atlas.hpp>
 #include <ldi/texture/sheet_layout.hpp>

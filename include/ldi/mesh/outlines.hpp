@@ -4,7 +4,7 @@
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/stable_sort.hpp>
-#include <ldi/charts/charts.hpp>
+#include <ldi/charts/chart_set.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/mesh/detail/boundary_walk.hpp>
 

@@ -50,8 +50,8 @@ struct boundary_split {
     friend bool operator==(const boundary_split&, const boundary_split&) = default;
 };
 
-/// The corners of every piece that simplification keeps, as indices, from the start of the piece to its end, both included.
-/// split() refines single edges if a simplified outline would cross itself.
+/// For every piece of a boundary, the indices of the corners that simplification keeps, from the piece's start to its end,
+/// including both. split() refines single edges if a simplified outline would cross itself.
 class simplified_boundary {
 public:
     /// Raises invalid_option if a tolerance is negative. `outlines` must outlive the result.
@@ -141,7 +141,7 @@ inline simplified_boundary::simplified_boundary(const chart_outlines& outlines, 
                                                 const depth_range& depths)
     : outlines_(outlines) {
     if (!(options.tolerance >= 0) || !(options.disparity_tolerance >= 0) || !(options.texture_tolerance > 0))
-        raise(error_code::invalid_option, "simplify_options", "tolerances of at least 0, that of the texture above 0",
+        raise(error_code::invalid_option, "simplify_options", "tolerances of at least 0, and a texture_tolerance above 0",
               detail::to_text(options.tolerance) + ", " + detail::to_text(options.disparity_tolerance) + " and " +
                   detail::to_text(options.texture_tolerance));
     buffer<outline_corner> points;

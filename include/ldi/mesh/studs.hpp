@@ -14,8 +14,9 @@
 #include <ldi/base/numbers.hpp>
 #include <ldi/base/printable.hpp>
 #include <ldi/base/stable_sort.hpp>
-#include <ldi/charts/charts.hpp>
+#include <ldi/charts/chart_set.hpp>
 #include <ldi/core/camera.hpp>
+#include <ldi/core/columns.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/core/runs.hpp>
@@ -71,7 +72,7 @@ class stud_sampler {
 public:
     enum presence : std::uint8_t { absent, continued, begun };  // begun: not connected to the row above
 
-    /// Lines of a chart. Each line has one sample for each row of the chart's bounding box.
+    /// Vertical lines of a chart, on which its studs lie. Each line has one sample for each row of the chart's bounding box.
     struct columns {
         even_lines lines;
         std::size_t first_sample;

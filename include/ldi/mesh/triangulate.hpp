@@ -126,7 +126,7 @@ inline std::optional<polygon_conflict> triangulator::collect_edges(const polygon
     return std::nullopt;
 }
 
-/// Inserts the edge `from` -> `to` in starting_, at its place from left to right.
+/// Inserts the edge `from` -> `to` in starting_, so that these edges stay sorted from left to right.
 inline void triangulator::start_edge(const polygon& shape, std::int32_t from, std::int32_t to) {
     const lattice_point a = shape.points[from], b = shape.points[to];
     const bool downwards = detail::above(a, b), inner = from >= shape.outline_count;
@@ -158,8 +158,8 @@ inline bool triangulator::find_ending_edges(swept_point& p) const {
     return true;
 }
 
-/// Checks that interior and exterior alternate across the new edges as across the old ones, and that each part of the interior
-/// at this point has one vertex.
+/// Checks that interior and exterior alternate across the edges that begin here, and match the outer sides of the edges that end
+/// here. Also checks that each part of the interior at this point has one vertex.
 inline bool triangulator::interior_alternates(const swept_point& p) const {
     bool interior = p.interior_left;
     for (const active_edge& e : starting_) {
@@ -237,8 +237,7 @@ inline void triangulator::replace_edges(const swept_point& p) {
         status_.insert(place + replaced, starting_.begin() + replaced, starting_.end());
 }
 
-/// Collects all edges that meet at a point, the edges that pass next to its position in the status, and the neighbors of its
-/// edges in the status.
+/// Collects the polygon's edges that meet at a point, and the edges next to them in the status.
 inline polygon_conflict triangulator::conflict_at(const polygon& shape, const swept_point& p) const {
     polygon_conflict conflict;
     const auto add = [&](std::int32_t vertex) {

@@ -9,6 +9,7 @@
 #include <ldi/base/executor.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/base/progress.hpp>
+#include <ldi/core/columns.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/kernels/isa.hpp>
@@ -31,8 +32,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Inpaints colors. Satisfies the concept color_inpainter of photo3d.hpp. All members are const and stateless: any number of
-/// threads may share an object.
+/// Inpaints colors. Satisfies the concept color_inpainter (photo3d/suppliers.hpp). All members are const and stateless: any
+/// number of threads may share an object.
 class farbrausch {
 public:
     /// Checks and packs the weights.

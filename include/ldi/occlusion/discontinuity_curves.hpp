@@ -10,7 +10,9 @@
 #include <ldi/base/disjoint_sets.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/base/numbers.hpp>
+#include <ldi/core/columns.hpp>
 #include <ldi/core/layered_image.hpp>
+#include <ldi/core/single_layer.hpp>
 #include <ldi/depth/discontinuity.hpp>
 #include <ldi/depth/trace_curves.hpp>
 

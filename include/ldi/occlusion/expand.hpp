@@ -2,19 +2,23 @@
 // curve as one front (paper, section "Occluded Surface Hallucination"), as far as the camera can uncover it.
 #pragma once
 
+#include <ldi/base/array_view.hpp>
 #include <ldi/base/buffer.hpp>
-#include <ldi/base/executor.hpp>
+#include <ldi/base/error.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/base/printable.hpp>
 #include <ldi/base/progress.hpp>
+#include <ldi/core/columns.hpp>
+#include <ldi/core/grown_pixels.hpp>
 #include <ldi/core/layered_image.hpp>
+#include <ldi/core/single_layer.hpp>
+#include <ldi/core/surface.hpp>
+#include <ldi/occlusion/detail/expansion.hpp>
 #include <ldi/occlusion/detail/hidden_pixels.hpp>
 #include <ldi/occlusion/discontinuity_curves.hpp>
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
@@ -40,233 +44,6 @@ struct expanded_layers {
     /// expand_options::iterations is the tighter limit.
     float motion = 0.0F;
 };
-
-namespace detail {
-
-class expansion {
-public:
-    expansion(graph_builder base, array_view<const float> disparity, surface_rule surface,
-              std::span<const discontinuity_curve> curves, float motion)
-        : pixels_(std::move(base), disparity), surface_(surface), curves_(curves), reach_(disparity.size(), 0.0F) {
-        const float pixels_per_disparity = motion * nearest_float((std::max)(pixels_.width(), pixels_.height()));
-        const float margin = half_pixels + mesh_pixels + mesh_disparity * pixels_per_disparity;
-        max_dive_ = 1 + static_cast<std::int32_t>(std::ceil(2.0F * surface.max_step * pixels_per_disparity));
-        const auto raise_reach = [&](std::int32_t back, float step) {
-            if (step > 0.0F) reach_[back] = (std::max)(reach_[back], step * pixels_per_disparity + margin);
-        };
-        for (const discontinuity_curve& curve : curves) {
-            const std::int32_t last = curve.sides.count() - 1;
-            for (std::int32_t i = 0; i <= last; ++i)
-                for (std::int32_t k = (std::max)(i - smoothing, 0); k <= (std::min)(i + smoothing, last); ++k)
-                    raise_reach(curve.sides[i].back, disparity[curve.sides[k].front] - disparity[curve.sides[k].back]);
-        }
-        for (const discontinuity_curve& curve : curves)
-            for (const growth_constraint& c : curve.constraints) {
-                // Past the end of the midground, the camera sees the surface behind it. The nearest front there determines the
-                // parallax.
-                const float front = nearest_front(curve, c, disparity);
-                const std::int32_t x = static_cast<std::int32_t>(c.x), y = static_cast<std::int32_t>(c.y);
-                for (const std::int32_t back : {pixels_.position(x - 1, y - 1), pixels_.position(x, y - 1),
-                                                pixels_.position(x - 1, y), pixels_.position(x, y)})
-                    if (reach_[back] > 0.0F) raise_reach(back, front - disparity[back]);
-            }
-        for (const discontinuity_curve& curve : curves) {  // after the loops above, because curves share pixels
-            float& farthest = farthest_.emplace_back(0.0F);
-            for (const discontinuity& d : curve.sides) farthest = (std::max)(farthest, reach_[d.back]);
-        }
-        for (const discontinuity_curve& curve : curves) {
-            buffer<float>& lengths = constraint_lengths_.emplace_back();
-            for (const growth_constraint& c : curve.constraints) lengths.push_back(reach_near(curve, c));
-        }
-    }
-
-    hidden_pixels& pixels() { return pixels_; }
-
-    /// Maximum number of iterations. Growth in four directions needs up to sqrt(2) iterations per pixel of distance.
-    int max_iterations() const {
-        float farthest = 0.0F;
-        for (const float f : farthest_) farthest = (std::max)(farthest, f);
-        return static_cast<int>(std::ceil(1.5F * farthest));
-    }
-
-    void run_iteration(int iteration) {
-        created_.clear();
-        if (iteration == 0) {
-            for (std::size_t c = 0; c < curves_.size(); ++c)
-                for (const discontinuity& d : curves_[c].sides) grow(c, d.back, d.towards_front);
-        } else {
-            for (const front_pixel& f : front_)
-                for (side s : all_sides) grow(f.curve, f.pixel, s);
-        }
-        front_.swap(created_);
-    }
-
-private:
-    // Distance from the center of a pixel at the silhouette to the edge of the last pixel that is at least partly uncovered.
-    static constexpr float half_pixels = 1.5F;
-    // Errors that the tolerances of the mesh allow (mesh/simplify.hpp, mesh/studs.hpp): both outlines may be off by a pixel, and
-    // disparities on either side by a few hundredths.
-    static constexpr float mesh_pixels = 2.0F, mesh_disparity = 0.02F;
-
-    // Distance along a curve, in sides, over which the mesh mixes disparities because it smooths outlines.
-    static constexpr std::int32_t smoothing = 8;
-
-    struct front_pixel {
-        std::size_t curve;
-        std::int32_t pixel;
-    };
-
-    // Grows `pixel` one step to side `s`: links it to an existing pixel of its surface, or adds a pixel.
-    void grow(std::size_t curve, std::int32_t pixel, side s) {
-        if (pixels_.neighbor(pixel, s) != no_pixel) return;
-        const std::int32_t x = pixels_.x(pixel) + step_x(s), y = pixels_.y(pixel) + step_y(s);
-        if (!pixels_.inside(x, y) || crosses_constraint(curve, x, y)) return;
-        const float source = pixels_.disparity(pixel);
-        const std::int32_t position = pixels_.position(x, y);
-
-        // As in the paper, the disparity is the average of the neighbors: on each side, the pixel of this surface that is free to
-        // be linked, if one exists. The new pixel inherits its origin from the neighbor whose surface may still grow farthest.
-        std::int32_t neighbors[4], origin = no_pixel;
-        float sum = 0.0F, count = 0.0F, room = 0.0F;
-        for (int i = 0; i < 4; ++i) {
-            const side t = all_sides[i];
-            const std::int32_t neighbor = t == opposite(s) ? pixel : free_neighbor(x, y, t, source);
-            neighbors[i] = neighbor;
-            if (neighbor == no_pixel) continue;
-            sum += pixels_.disparity(neighbor);
-            count += 1.0F;
-            const float room_there = room_beyond(pixels_.origin(neighbor), x, y);
-            if (room_there >= room) room = room_there, origin = pixels_.origin(neighbor);
-        }
-        if (origin == no_pixel) return;
-
-        const meeting met = meet_others(pixel, s, position);
-        if (met == meeting::ends) return;
-        const float average = sum / count,
-                    created = (std::min)(average, pixels_.disparity(position) - min_gap * surface_.max_step);
-        if (lies_on_another(position, created)) return;
-        if (!may_link(created, source)) return;
-        const bool dives = created < average || met == meeting::goes_beneath || dive_of(pixel) > 0;
-        const std::int32_t dive = dive_of(pixel) + (dives ? 1 : 0);
-        if (dive > max_dive_) return;
-        const std::int32_t made = pixels_.add(position, created, origin);
-        dives_.push_back(dive);
-        for (int i = 0; i < 4; ++i)
-            if (neighbors[i] != no_pixel && may_link(pixels_.disparity(neighbors[i]), created))
-                pixels_.link(made, all_sides[i], neighbors[i]);
-        created_.push_back({curve, made});
-    }
-
-    enum class meeting { none, ends, goes_beneath };
-
-    // Joins hidden surfaces at similar depth. If the surface of `pixel` meets another surface, links the two. If the other
-    // surface already has a neighbor on that side, this surface ends there, or continues beneath it for as many pixels as a
-    // camera can see into the gap between them.
-    meeting meet_others(std::int32_t pixel, side s, std::int32_t position) {
-        std::int32_t other = no_pixel;
-        float nearest = max_link * surface_.max_step;
-        meeting result = meeting::none;
-        for (std::int32_t there = position; there != no_pixel; there = pixels_.next_at_position(there)) {
-            const float step = pixels_.disparity(there) - pixels_.disparity(pixel);
-            if (std::abs(step) > (there == position ? surface_.max_step : nearest)) continue;
-            if (pixels_.neighbor(there, opposite(s)) == no_pixel)
-                other = there, nearest = std::abs(step);
-            else if (there != position && result != meeting::ends)
-                result = step > resting_step * surface_.max_step ? meeting::goes_beneath : meeting::ends;
-        }
-        if (other == no_pixel) return result;
-        pixels_.link(pixel, s, other);
-        return meeting::ends;
-    }
-
-    // Whether another hidden surface lies at this disparity, within the threshold. A hidden surface that comes within the
-    // threshold of the photo's surface but cannot be linked to it continues beneath it, for as many pixels as a camera can see
-    // into the gap: otherwise there would be a hole between the two. The continuation stops at another hidden surface, which also
-    // closes the gap.
-    bool lies_on_another(std::int32_t position, float disparity) const {
-        for (std::int32_t there = pixels_.next_at_position(position); there != no_pixel; there = pixels_.next_at_position(there))
-            if (surface_.same_surface(pixels_.disparity(there), disparity)) return true;
-        return false;
-    }
-    bool may_link(float a, float b) const { return std::abs(a - b) <= max_link * surface_.max_step; }
-    // Steps in disparity, as multiples of the threshold. A surface ends at another one that is nearer by up to resting_step; with
-    // 1.2, some photographs had holes.
-    static constexpr float min_gap = 1.001F, max_link = 1.0F + min_gap, resting_step = 1.1F;
-    std::int32_t dive_of(std::int32_t pixel) const {
-        const std::int32_t hidden = pixel - reach_.count();
-        return hidden < 0 ? 0 : dives_[hidden];
-    }
-
-    // Returns the remaining growth of the surface at `origin` beyond (x, y), in pixels; negative if it may not reach (x, y).
-    float room_beyond(std::int32_t origin, std::int32_t x, std::int32_t y) const {
-        if (!(reach_[origin] > 0.0F)) return -1.0F;
-        const float dx = nearest_float(x - pixels_.x(origin)), dy = nearest_float(y - pixels_.y(origin));
-        return reach_[origin] - std::sqrt(dx * dx + dy * dy);
-    }
-
-    // Returns the pixel next to (x, y) on side `s` that is free to be linked to (x, y) and is nearest in disparity to `source`;
-    // no_pixel if none may be linked to `source`.
-    std::int32_t free_neighbor(std::int32_t x, std::int32_t y, side s, float source) const {
-        const std::int32_t u = x + step_x(s), v = y + step_y(s);
-        if (!pixels_.inside(u, v)) return no_pixel;
-        std::int32_t best = no_pixel;
-        float best_difference = max_link * surface_.max_step;
-        for (std::int32_t there = pixels_.position(u, v); there != no_pixel; there = pixels_.next_at_position(there)) {
-            const float difference = std::abs(pixels_.disparity(there) - source);
-            if (difference > best_difference || pixels_.neighbor(there, opposite(s)) != no_pixel) continue;
-            best = there, best_difference = difference;
-        }
-        return best;
-    }
-
-    // Returns the largest disparity in front of the part of a curve whose hidden surface reaches the given end.
-    float nearest_front(const discontinuity_curve& curve, const growth_constraint& end, array_view<const float> disparity) const {
-        float nearest = 0.0F;
-        for (const discontinuity& d : curve.sides)
-            if (distance_to(end, d.back) < reach_[d.back]) nearest = (std::max)(nearest, disparity[d.front]);
-        return nearest;
-    }
-    float distance_to(const growth_constraint& end, std::int32_t pixel) const {
-        return std::hypot(nearest_float(pixels_.x(pixel)) + 0.5F - end.x, nearest_float(pixels_.y(pixel)) + 0.5F - end.y);
-    }
-
-    // Returns the maximum growth of the surface behind a curve near one of its ends.
-    float reach_near(const discontinuity_curve& curve, const growth_constraint& end) const {
-        constexpr float vicinity = 20.0F;  // pixels
-        float farthest = 0.0F;
-        for (const discontinuity& d : curve.sides)
-            if (distance_to(end, d.back) < vicinity) farthest = (std::max)(farthest, reach_[d.back]);
-        return farthest;
-    }
-
-    // Whether the center of (x, y) lies on the line at one of the curve's ends. The line is so wide that a step of one pixel
-    // cannot cross it. It is as long as the surface grows from that end: a surface that grows farther from elsewhere may pass it.
-    // It starts 2 pixels before the curve's end, a value tuned by experiment.
-    bool crosses_constraint(std::size_t curve, std::int32_t x, std::int32_t y) const {
-        constexpr float thickness = 1.5F;
-        const buffer<growth_constraint>& constraints = curves_[curve].constraints;
-        for (std::size_t i = 0; i < constraints.size(); ++i) {
-            const growth_constraint& c = constraints[i];
-            const float dx = nearest_float(x) + 0.5F - c.x, dy = nearest_float(y) + 0.5F - c.y;
-            const float outward = dx * c.outward_x + dy * c.outward_y;
-            const float along = dx * c.perpendicular_x + dy * c.perpendicular_y;
-            if (outward > 0.0F && outward <= thickness && along > -2.0F && along < constraint_lengths_[curve][i]) return true;
-        }
-        return false;
-    }
-
-    hidden_pixels pixels_;
-    surface_rule surface_;
-    std::span<const discontinuity_curve> curves_;
-    buffer<front_pixel> front_, created_;  // the newest pixels, curve by curve
-    buffer<float> reach_;                  // per visible pixel: maximum growth of its surface from this pixel, in pixels
-    buffer<float> farthest_;               // per curve: maximum of reach_ along it
-    buffer<buffer<float>> constraint_lengths_;
-    std::int32_t max_dive_ = 0;   // maximum length in pixels of a surface's continuation beneath another
-    buffer<std::int32_t> dives_;  // per hidden pixel: length of its surface's continuation beneath another so far
-};
-
-}  // namespace detail
 
 /// Adds the surfaces that a moving camera uncovers behind the curves of a layer.
 ///

@@ -8,6 +8,7 @@
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/core/photo_facts.hpp>
+#include <ldi/core/single_layer.hpp>
 #include <ldi/core/surface.hpp>
 
 #include <algorithm>

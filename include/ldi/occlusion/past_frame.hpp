@@ -15,6 +15,8 @@
 #include <ldi/base/error.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/base/printable.hpp>
+#include <ldi/core/columns.hpp>
+#include <ldi/core/grown_pixels.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/core/photo_facts.hpp>
 #include <ldi/occlusion/detail/frame_growth.hpp>
@@ -125,7 +127,7 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
         const auto shown = layers.template at<color_column>(from);
         std::copy(shown.begin(), shown.end(), layers.template at<color_column>(to).begin());
     };
-    const buffer<std::int32_t>& new_index = growth->new_index();
+    const buffer<std::int32_t>& new_index = growth->pixels().new_index();
     for (const auto& [pixel, source] : growth->repainted()) {
         copy_color(new_index[source], new_index[pixel]);
         layers.template column<known_column>()[new_index[pixel]] = 0;
@@ -136,9 +138,9 @@ std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_fact
         for (std::int32_t i = p.first; p.is_new && i < p.first + p.count; ++i) {
             // color_column made the new pixels black, and disparity_column copied the disparities of the pixels that they show.
             const std::int32_t at = to + i - p.first;
-            const auto color = detail::softened_color(layers, margin, new_index[growth->origins()[i]]);
+            const auto color = detail::softened_color(layers, margin, new_index[growth->pixels().origins()[i]]);
             std::copy(color.begin(), color.end(), layers.template at<color_column>(at).begin());
-            disparity[at] = disparity[new_index[growth->borders()[i]]];
+            disparity[at] = disparity[new_index[growth->pixels().borders()[i]]];
         }
         to += p.count;
     }

@@ -5,6 +5,7 @@
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/core/layered_image.hpp>
+#include <ldi/core/single_layer.hpp>
 #include <ldi/occlusion/discontinuity_curves.hpp>
 
 #include <algorithm>

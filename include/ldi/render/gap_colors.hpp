@@ -76,7 +76,7 @@ private:
         }
     }
 
-    /// Calls `visit(place)` for the covered pixels next to a place.
+    /// Calls `visit(index)` for each covered pixel next to the pixel with index `place`.
     template <class Visit>
     void for_each_covered(std::size_t place, Visit&& visit) const {
         const auto look = [&](bool is_inside, std::size_t other) {

@@ -4,6 +4,7 @@
 
 #include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
+#include <ldi/core/columns.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/render/camera.hpp>
 #include <ldi/render/detail/pixel_squares.hpp>

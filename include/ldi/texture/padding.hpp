@@ -5,7 +5,7 @@
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/numbers.hpp>
-#include <ldi/charts/charts.hpp>
+#include <ldi/charts/chart_set.hpp>
 #include <ldi/core/diffusion.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>

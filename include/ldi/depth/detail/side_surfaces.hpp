@@ -180,7 +180,7 @@ private:
     /// surface. Accepts disparities outside the step, because a blurred step may extend beyond the neighborhood of its curve
     /// pixels.
     bool fits(float value, std::int32_t i) const {
-        constexpr float inwards = 0.5F, outwards = 3.0F;  // in steps
+        constexpr float inwards = 0.5F, outwards = 3.0F;  // as multiples of the step in disparity
         const step_band::sides& s = band_.sides_of(i);
         const float step = s.front - s.back, beyond = in_front_[i] != 0 ? value - s.front : s.back - value;
         return beyond >= -inwards * step && beyond <= outwards * step;

@@ -127,7 +127,8 @@ public:
 
     std::int32_t radius() const { return radius_; }
     std::int32_t size() const { return rows_.count(); }
-    // Smallest and largest cut of row k (-back to front) at which both surfaces remain.
+    // Range of cuts of row k at which both surfaces remain. Cuts count pixels from the curve: negative toward the back, positive
+    // toward the front.
     std::int32_t min_cut(std::int32_t k) const { return -rows_[k].back; }
     std::int32_t largest_cut(std::int32_t k) const { return rows_[k].front; }
     const color_sums& sums(std::int32_t k, bool of_front) const {

@@ -241,13 +241,13 @@ private:
             return;
         }
         const std::uint32_t code = read_code();
-        if (code >= 0xDC00 && code < 0xE000) fail("the first half of a pair of escapes before the second");
+        if (code >= 0xDC00 && code < 0xE000) fail("a high surrogate before a low surrogate");
         if (code < 0xD800 || code >= 0xDC00) return;
-        if (peek() != '\\') fail("the second half of a pair of escapes");
+        if (peek() != '\\') fail("a low surrogate after a high surrogate");
         ++at_;
-        if (peek() != 'u') fail("the second half of a pair of escapes");
+        if (peek() != 'u') fail("a low surrogate after a high surrogate");
         const std::uint32_t second = read_code();
-        if (second < 0xDC00 || second >= 0xE000) fail("the second half of a pair of escapes");
+        if (second < 0xDC00 || second >= 0xE000) fail("a low surrogate after a high surrogate");
     }
 
     /// Reads the four digits after the u of an escape.

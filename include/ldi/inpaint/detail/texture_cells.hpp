@@ -17,7 +17,7 @@ struct texture_cells {
     enum class kind : std::uint8_t {
         unknown,
         source,  ///< known, and a source of texture
-        margin,  ///< known, only part of the surroundings of a source
+        margin,  ///< known; not a source, but read as the surroundings of sources
     };
     static constexpr int max_steps = 255;  ///< maximum number of steps in walk()
     static constexpr int stride = 4;
@@ -81,7 +81,7 @@ inline buffer<std::uint8_t> steps_to_unknown(const graph_view& g, array_view<con
     return steps;
 }
 
-/// Follows each cell's link twice.
+/// Returns for each cell the cell two links away.
 inline buffer<std::int32_t> doubled(const buffer<std::int32_t>& links) {
     buffer<std::int32_t> result(links.size(), unset);
     for (std::size_t cell = 0; cell < links.size(); ++cell) result[cell] = links[links[cell]];

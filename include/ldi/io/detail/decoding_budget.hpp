@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <string>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
@@ -28,7 +29,8 @@ public:
         : max_pixels_(limits.max_pixels), formats_(formats), samples_(limits.max_scanned_samples), file_bytes_(file_bytes) {
         const double granted =
             nearest_double(limits.max_memory) + nearest_double(limits.max_memory_per_byte) * nearest_double(file_bytes);
-        memory_ = granted < 0x1p62 ? static_cast<std::size_t>(granted) : std::size_t{1} << 62;
+        constexpr std::size_t max_memory = (std::numeric_limits<std::size_t>::max)() / 4;
+        memory_ = granted < nearest_double(max_memory) ? static_cast<std::size_t>(granted) : max_memory;
     }
 
     std::size_t max_pixels() const { return max_pixels_; }

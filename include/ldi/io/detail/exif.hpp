@@ -1,17 +1,13 @@
-// Reads the camera's orientation and focal length from EXIF data with libexif.
+// Reads the camera's orientation and focal length from EXIF data (CIPA DC-008), a TIFF structure.
 #pragma once
 
-#include <ldi/base/config.hpp>
-
 #include <ldi/base/numbers.hpp>
-
-#include <libexif/exif-data.h>
+#include <ldi/io/detail/tiff_directory.hpp>
 
 #include <cstddef>
-#include <memory>
+#include <cstdint>
 #include <optional>
 #include <span>
-#include <vector>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -21,37 +17,30 @@ struct exif_facts {
 };
 
 /// Returns the first value of a tag of type SHORT or LONG; empty for other types.
-inline std::optional<unsigned> exif_number(ExifData* data, ExifIfd directory, ExifTag tag) {
-    const ExifEntry* const entry = exif_content_get_entry(data->ifd[directory], tag);
-    if (entry == nullptr || entry->data == nullptr || entry->components < 1) return std::nullopt;
-    const ExifByteOrder order = exif_data_get_byte_order(data);
-    if (entry->format == EXIF_FORMAT_SHORT && entry->size >= 2) return exif_get_short(entry->data, order);
-    if (entry->format == EXIF_FORMAT_LONG && entry->size >= 4) return exif_get_long(entry->data, order);
-    return std::nullopt;
+inline std::optional<unsigned> exif_number(const tiff_directory& directory, std::size_t tag) {
+    constexpr std::size_t short_type = 3, long_type = 4;
+    std::optional<unsigned> found;
+    directory.for_each([&](const tiff_directory::entry& e) {
+        if (e.tag == tag && e.count > 0 && (e.type == short_type || e.type == long_type) && !found)
+            found = static_cast<unsigned>(directory.value(e));
+    });
+    return found;
 }
 
 /// Reads EXIF data. Returns the defaults for empty or damaged data, because the photo is usable without EXIF.
 ///
 /// tiff  the TIFF structure that contains the EXIF data
 inline exif_facts read_exif(std::span<const std::byte> tiff) {
+    constexpr std::size_t max_size = std::size_t{1} << 20, orientation_tag = 0x0112, exif_tag = 0x8769, focal_length_tag = 0xA405;
     exif_facts facts;
-    constexpr std::size_t limit = std::size_t{1} << 20;
-    if (tiff.empty() || tiff.size() > limit) return facts;
-    struct release {
-        void operator()(ExifData* data) const { exif_data_unref(data); }
-    };
-    const std::unique_ptr<ExifData, release> data(exif_data_new());
-    if (!data) return facts;
-    exif_data_unset_option(data.get(), EXIF_DATA_OPTION_FOLLOW_SPECIFICATION);
-
-    std::vector<unsigned char> bytes = {'E', 'x', 'i', 'f', 0, 0};
-    const unsigned char* const first = reinterpret_cast<const unsigned char*>(tiff.data());
-    bytes.insert(bytes.end(), first, first + tiff.size());
-    exif_data_load_data(data.get(), bytes.data(), static_cast<unsigned>(bytes.size()));
-
-    const std::optional<unsigned> orientation = exif_number(data.get(), EXIF_IFD_0, EXIF_TAG_ORIENTATION);
+    const tiff_directory directory(tiff);
+    const bool has_order = has_text(tiff, 0, "II") || has_text(tiff, 0, "MM");
+    if (tiff.size() > max_size || !has_order || directory.number(2, 2) != 42) return facts;
+    const std::optional<unsigned> orientation = exif_number(directory, orientation_tag);
     if (orientation && *orientation >= 1 && *orientation <= 8) facts.orientation = *orientation;
-    const std::optional<unsigned> focal_length = exif_number(data.get(), EXIF_IFD_EXIF, EXIF_TAG_FOCAL_LENGTH_IN_35MM_FILM);
+    const std::optional<unsigned> place = exif_number(directory, exif_tag);
+    if (!place) return facts;
+    const std::optional<unsigned> focal_length = exif_number(directory.at(*place), focal_length_tag);
     if (focal_length && *focal_length > 0) facts.focal_length_35mm = nearest_float(*focal_length);  // 0 means unknown
     return facts;
 }

@@ -83,9 +83,9 @@ private:
                 continue;
             }
             if (code == clear + 1) break;
-            if (code > next || (previous == clear && code >= clear)) broken("a code that stands for nothing");
+            if (code > next || (previous == clear && code >= clear)) broken("an undefined code");
             if (previous != clear && next < 4096) length[next++] = static_cast<std::uint16_t>(length[previous] + 1);
-            if (code >= next) broken("a code that stands for nothing");
+            if (code >= next) broken("an undefined code");
             made += length[code];
             if (made > pixels) broken("more data than its picture has");
             if (next == 1U << size && size < 12) ++size;

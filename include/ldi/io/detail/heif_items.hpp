@@ -58,7 +58,7 @@ private:
     /// Cost of decoding an item.
     struct cost {
         double width = 0, height = 0, memory = 0;
-        double pixels = 0;        ///< pixels of all pictures, counted for each decoding, rotation and crop
+        double pixels = 0;        ///< number of pixels of all pictures; a pixel counts once per decoding, rotation and crop
         double pictures = 0;      ///< number of decoded pictures, with repetitions
         double per_pixel = 0;     ///< in bytes
         bool is_foreign = false;  ///< the codec is neither HEVC nor AV1
@@ -91,7 +91,7 @@ private:
     /// Returns the cost of an item, and stores it for later calls. Raises an error for items that contain themselves.
     const cost& cost_of(std::uint32_t id, int depth) {
         const auto item = boxes_.items.find(id);
-        if (item == boxes_.items.end()) broken("a picture made of one that is not there");
+        if (item == boxes_.items.end()) broken("a picture that is made of a missing picture");
         if (depth > max_depth) broken("pictures made of pictures " + std::to_string(depth) + " deep");
         const auto [place, is_new] = costs_.try_emplace(id);
         cost& c = place->second;

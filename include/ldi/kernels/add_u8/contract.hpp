@@ -20,7 +20,7 @@ struct add_u8_constants {
 /// One instruction set's kernel: a row of `add_u8_kernels`.
 struct add_u8_kernel {
     isa set;
-    bool is_integer;  ///< computes `exact`, not the float form
+    bool is_integer;  ///< whether the kernel computes `exact` instead of the float form
     /// Same parameters as add_u8() of kernels/add_u8.hpp.
     void (*run)(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                 std::uint8_t* result);

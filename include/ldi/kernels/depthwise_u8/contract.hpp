@@ -21,7 +21,7 @@ struct depthwise_u8_weights {
     std::size_t stride = 1;
     std::uint8_t padding = 0;   ///< the input's zero point: the value of pixels outside the image
     buffer<std::int16_t> wide;  ///< scalar, WebAssembly: weight minus its zero point
-    /// AVX2, VNNI: weight minus its zero point, or the negative of it (see `fast`); NEON: see `output`
+    /// AVX2, VNNI, NEON: weight minus its zero point, or the negative of it, as in gemm_u8_weights
     buffer<std::int8_t> narrow;
     buffer<std::uint32_t> order;  ///< AVX2: number of terms that the weights of each unit are split into
     buffer<std::int32_t> bias;    ///< zero points folded in, in the order of the sums

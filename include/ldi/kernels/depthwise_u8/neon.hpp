@@ -53,7 +53,7 @@ LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
     return to_signed(vld1q_u8(bytes));
 }
 
-/// Interleaves 16 channels of three rows to 16 x 4 bytes.
+/// Interleaves 16 channels of three rows to 4 bytes per channel. The fourth byte repeats the third row; its weight is 0.
 [[gnu::always_inline]] inline void fill_slot(int8x16_t a, int8x16_t b, int8x16_t c, std::int8_t* slot) {
     const int16x8_t ab_low = vreinterpretq_s16_s8(vzip1q_s8(a, b)), ab_high = vreinterpretq_s16_s8(vzip2q_s8(a, b));
     const int16x8_t c_low = vreinterpretq_s16_s8(vzip1q_s8(c, c)), c_high = vreinterpretq_s16_s8(vzip2q_s8(c, c));

@@ -22,8 +22,8 @@ inline constexpr std::size_t depthwise_slot = 4 * depthwise_block;  // 16-bit va
 inline constexpr std::size_t depthwise_max_slots = 66;              // 8 KiB
 inline constexpr std::size_t depthwise_dots = 5;                    // per vector of 4 channels
 
-/// Packs weights block by block, 4 channels by 4 channels: rows 0 and 1 of each column, then row 2 of columns 0 and 1, then row
-/// 2 of column 2 alone.
+/// Packs weights block by block, in groups of 4 channels: rows 0 and 1 of each column of the window, then row 2 of columns 0 and
+/// 1, then row 2 of column 2.
 inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
     constexpr std::size_t none = depthwise_u8_weights::taps;
     constexpr std::size_t taps[depthwise_dots][2] = {{0, 3}, {1, 4}, {2, 5}, {6, 7}, {8, none}};

@@ -18,8 +18,9 @@ struct signed_range {
 };
 
 inline signed_range range_of(std::span<const std::uint8_t> weights, std::uint8_t zero_point) {
-    const auto [least, most] = std::minmax_element(weights.begin(), weights.end());
-    return {*least - int{zero_point}, *most - int{zero_point}};
+    std::uint8_t least = 255, most = 0;  // std::minmax_element() does not use vector instructions
+    for (const std::uint8_t w : weights) least = (std::min)(least, w), most = (std::max)(most, w);
+    return {least - int{zero_point}, most - int{zero_point}};
 }
 
 /// Maximum number of inputs of kernels without a fused multiply-add. They first widen the inputs into a buffer of fixed size.

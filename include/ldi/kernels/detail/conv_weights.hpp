@@ -35,7 +35,7 @@ struct conv_panel_output {
 
 namespace detail {
 
-/// Number of groups, rounded up.
+/// Number of groups into which `count` inputs are divided, rounded up.
 constexpr std::size_t groups_of(std::size_t count, std::size_t group) { return (count + group - 1) / group; }
 
 /// Appends weights by panel, row and group. Within a panel, the outputs are adjacent, each with the weights of one group of

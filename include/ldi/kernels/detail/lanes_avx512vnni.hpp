@@ -35,7 +35,8 @@ struct requantizer {
 
     explicit requantizer(const float_requantization& r)
         : scale(_mm512_set1_ps(r.scale)),
-          // With a zero point of 0, negative values become 0 for either sign of the offset.
+          // With a zero point of 0, negative values become 0 whether the offset is positive or negative, so its sign need not
+          // depend on the value.
           offset(_mm512_castps_si512(_mm512_set1_ps(r.zero_point == 0 && r.offset < 0 ? -r.offset : r.offset))),
           sign(_mm512_set1_epi32(r.zero_point == 0 ? 0 : -0x7FFFFFFF - 1)),
           zero_point(_mm512_set1_epi16(static_cast<short>(r.zero_point))) {}

@@ -25,7 +25,8 @@ struct sum_room {
     }
 };
 
-/// Whether these weights are signed bytes that fit in one 16-bit sum. Signed bytes of opposite signs always fit.
+/// Whether both weights are signed bytes and the sum of their products with any two bytes fits in 16 bits. Signed bytes of
+/// opposite signs always satisfy this.
 inline bool fit_one_sum(int a, int b) { return a >= -128 && a <= 127 && b >= -128 && b <= 127 && a + b >= -128 && a + b <= 128; }
 
 }}}  // namespace ldi::avx2

@@ -20,15 +20,16 @@ struct gemm_u8_weights {
     isa target = isa::scalar;
     std::size_t segments = 1, inputs = 0, outputs = 0;
     buffer<std::int16_t> wide;  ///< scalar, WebAssembly, and a single output with AVX2: weight minus its zero point
-    /// AVX2, VNNI: weight minus its zero point, or the negative of it (see `fast`); NEON: see `output`
+    /// AVX2, VNNI, NEON: weight minus its zero point. All of them are negated if only then they fit in signed bytes
+    /// (choose_target())
     buffer<std::int8_t> narrow;
     /// AVX2, for each segment of each panel: the number of pairs of terms, the number of single terms, and the first input of
     /// each term
     buffer<std::uint32_t> order;
     buffer<std::int32_t> bias;  ///< zero points folded in; padded with zeros to whole vectors
-    requantization output;      ///< NEON: the multiplier is negated together with `narrow` and `bias`
-    /// Negated together with `narrow` and `bias`. On WebAssembly, the constants of an unfused_requantization. Unused by scalar
-    /// and NEON.
+    requantization output;      ///< NEON: if `narrow` is negated, so are `bias` and the multiplier
+    /// Float form of `output`, negated if `narrow` is negated; `bias` then is, too. On WebAssembly, the constants of an
+    /// unfused_requantization. Scalar and NEON do not use it.
     float_requantization fast;
 
     /// Whether lanes contain inputs instead of outputs: for a single output with enough inputs to fill a vector.

@@ -43,7 +43,7 @@ struct gemm_panel {
     const std::int8_t* weights;
     const std::int32_t* bias;
     std::uint8_t* result;
-    std::size_t outputs, held = 0;  ///< number of outputs: of the layer; of the panel
+    std::size_t outputs, held = 0;  ///< number of outputs of the layer, and of the panel
 
     void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
 };

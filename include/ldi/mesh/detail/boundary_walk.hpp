@@ -5,7 +5,7 @@
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
-#include <ldi/charts/charts.hpp>
+#include <ldi/charts/chart_set.hpp>
 #include <ldi/core/graph.hpp>
 
 #include <cstdint>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <ldi/base/buffer.hpp>
-#include <ldi/charts/charts.hpp>
+#include <ldi/charts/chart_set.hpp>
 #include <ldi/mesh/outlines.hpp>
 #include <ldi/mesh/polygon.hpp>
 #include <ldi/mesh/simplify.hpp>

@@ -15,7 +15,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 /// The network's input, one row per pixel that it reads.
 struct network_input {
     buffer<float> values;       ///< rows x channels
-    buffer<std::uint8_t> mask;  ///< 1 or 0 per row; empty: all 1
+    buffer<std::uint8_t> mask;  ///< per row: 0 for a missing color, otherwise 1; empty: all 1
 };
 
 /// Scales known colors to [0, 1] and masks unknown colors.

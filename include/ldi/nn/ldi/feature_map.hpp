@@ -23,7 +23,7 @@ struct basic_feature_view {
     std::span<const Value> values;  ///< rows x channels
     std::size_t channels = 0;
     std::span<const std::int32_t> rows;  ///< row per pixel of the graph; no_pixel reads as zeros; empty: pixel i has row i
-    std::span<const std::uint8_t> mask;  ///< 1 or 0 per row; empty: all 1
+    std::span<const std::uint8_t> mask;  ///< per row: 0 for a missing value, which reads as zeros; otherwise 1; empty: all 1
     Value zero = {};                     ///< value that represents zero: the zero point of bytes
 
     /// Number of pixels of the graph.

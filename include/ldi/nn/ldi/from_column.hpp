@@ -2,6 +2,7 @@
 #pragma once
 
 #include <ldi/base/array_view.hpp>
+#include <ldi/core/columns.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/nn/ldi/feature_map.hpp>
 

@@ -3,9 +3,11 @@
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/core/graph_builder.hpp>
+#include <ldi/core/grown_pixels.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/core/runs.hpp>
 #include <ldi/occlusion/detail/border_lines.hpp>
+#include <ldi/occlusion/detail/frame_pixels.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -31,9 +33,7 @@ public:
           left_(g, color, known, runs_, side::right),
           right_(g, color, known, runs_, side::left),
           top_(g, color, known, runs_, side::down),
-          bottom_(g, color, known, runs_, side::up),
-          new_index_(g.size(), unset),
-          result_(0, 0) {
+          bottom_(g, color, known, runs_, side::up) {
         for (const pixel_run& r : runs_) ++first_run_[g.y()[r.first] + 1];
         for (std::size_t y = 1; y < first_run_.size(); ++y) first_run_[y] += first_run_[y - 1];
         for (const pixel_run& r : runs_) {
@@ -67,34 +67,26 @@ public:
     }
 
     grown_pixels run() {
-        result_ =
-            graph_builder(graph_.width() + 2 * margin_, graph_.height() + 2 * margin_, static_cast<std::size_t>(count()), unset);
+        pixels_ = frame_pixels(graph_, margin_, static_cast<std::size_t>(count()));
         const std::int32_t last = graph_.height() - 1;
         strips before, here;
         for (std::int32_t y = 0; y <= last; ++y) {
             const buffer<line> lines = lines_of(y);
             buffer<std::int32_t> above;
             if (y == 0) above = add_outer_rows(lines, side::up, {});
-            const std::int32_t begin = next_;
+            const std::int32_t begin = pixels_.next();
             add_row(lines, y, before, here);
             for (std::int32_t c = 0; c < above.count(); ++c)
-                if (above[c] != no_pixel) link_down(above[c], begin + c);
+                if (above[c] != no_pixel) pixels_.link_down(above[c], begin + c);
             std::swap(before, here);
             if (y < last) continue;
-            buffer<std::int32_t> row(static_cast<std::size_t>(next_ - begin), unset);
+            buffer<std::int32_t> row(static_cast<std::size_t>(pixels_.next() - begin), unset);
             std::iota(row.begin(), row.end(), begin);
             add_outer_rows(lines, side::down, std::move(row));
         }
-        LDI_ASSERT(next_ == result_.count());
         for (const border_side* b : {&left_, &right_, &top_, &bottom_})
             for (const std::int32_t pixel : b->pixels) repaint_rim(*b, pixel);
-        for (const side s : {side::up, side::down}) {
-            const array_view<std::int32_t> to = result_.write_neighbors(s);
-            const array_view<const std::int32_t> from = graph_.neighbors(s);
-            for (std::int32_t i = 0; i < graph_.count(); ++i)
-                if (from[i] != no_pixel) to[new_index_[i]] = new_index_[from[i]];
-        }
-        return {std::move(result_).build(), std::move(pieces_), origins_};
+        return pixels_.finish();
     }
 
     /// An old pixel, and the pixel whose color it gets.
@@ -103,19 +95,16 @@ public:
     };
     /// Returns the pixels of rims, in the order in which the caller has to repaint them.
     const buffer<repainted_pixel>& repainted() const { return repainted_; }
-    /// Returns the new index of each old pixel.
-    const buffer<std::int32_t>& new_index() const { return new_index_; }
-    /// For each new pixel: origins() contains the old pixel that it shows, borders() the border pixel whose surface it
-    /// continues.
-    const buffer<std::int32_t>& origins() const { return origins_; }
-    const buffer<std::int32_t>& borders() const { return borders_; }
+    /// Returns the pixels that run() added.
+    const frame_pixels& pixels() const { return pixels_; }
 
 private:
     /// A run of old pixels, and the lengths of its continuation to the left and to the right.
     struct line {
         std::int32_t first, last, left, right;
     };
-    /// A pixel of the photo's first or last row, or of its continuation, that a column of new pixels continues.
+    /// The start of a column of new pixels above or below the photo: a pixel of the photo's first or last row, or of the row's
+    /// continuation to the left or right.
     struct column {
         std::int32_t x, border, source, reach;
         float slope;
@@ -164,17 +153,17 @@ private:
     void add_row(const buffer<line>& lines, std::int32_t y, const strips& before, strips& here) {
         here.left.clear(), here.right.clear();
         for (const line& l : lines) {
-            const std::int32_t begin = next_;
+            const std::int32_t begin = pixels_.next();
             const buffer<std::int32_t> left = left_.shown_past(l.first, l.left), right = right_.shown_past(l.last, l.right);
-            add_piece(l.left);
-            for (std::int32_t k = l.left; k > 0; --k) add_new(-k, y, l.first, left[k - 1]);
-            if (l.left > 0) link_strip({l.first, next_ - 1, l.left}, -1, before.left, here.left);
-            add_old(l, y);
-            add_piece(l.right);
-            const std::int32_t nearest = next_;
-            for (std::int32_t k = 1; k <= l.right; ++k) add_new(graph_.width() - 1 + k, y, l.last, right[k - 1]);
+            pixels_.add_piece(l.left);
+            for (std::int32_t k = l.left; k > 0; --k) pixels_.add_new(-k, y, l.first, left[k - 1]);
+            if (l.left > 0) link_strip({l.first, pixels_.next() - 1, l.left}, -1, before.left, here.left);
+            pixels_.add_old(l.first, l.last, y);
+            pixels_.add_piece(l.right);
+            const std::int32_t nearest = pixels_.next();
+            for (std::int32_t k = 1; k <= l.right; ++k) pixels_.add_new(graph_.width() - 1 + k, y, l.last, right[k - 1]);
             if (l.right > 0) link_strip({l.last, nearest, l.right}, 1, before.right, here.right);
-            link_row(begin);
+            pixels_.link_row(begin);
         }
     }
 
@@ -185,19 +174,20 @@ private:
         const std::int32_t above = graph_.up()[s.border];
         for (const strip& other : before)
             for (std::int32_t k = 0; other.border == above && k < (std::min)(s.count, other.count); ++k)
-                link_down(other.nearest + k * step, s.nearest + k * step);
+                pixels_.link_down(other.nearest + k * step, s.nearest + k * step);
     }
 
-    /// Adds the rows above the photo's first row, or below its last row.
+    /// Adds the rows of new pixels above the photo, or those below it.
     ///
-    /// beside  new indices of the last row and its continuation; empty for rows above
+    /// beside  for rows below: the new index of each column's start; empty for rows above
     ///
-    /// For rows above, returns the new indices of the row next to the photo, one per column; no_pixel for a column that does not
-    /// reach it.
+    /// For rows above, returns the new index of each column's pixel next to the photo, or no_pixel for a column without new
+    /// pixels.
     buffer<std::int32_t> add_outer_rows(const buffer<line>& lines, side outwards, buffer<std::int32_t> beside) {
         const border_side& from = outwards == side::up ? top_ : bottom_;
         const buffer<column> columns = columns_of(lines, from);
-        // paths: pixels that the columns show, outwards; start: index of each column's first one
+        // paths: the pixels that each column shows, outwards from the photo. start: per column, the index of its first pixel in
+        // `paths`
         buffer<std::int32_t> paths, start;
         std::int32_t longest = 0;
         for (const column& c : columns) {
@@ -212,23 +202,23 @@ private:
             const std::int32_t y = outwards == side::up ? -distance : graph_.height() - 1 + distance;
             std::fill(row.begin(), row.end(), no_pixel);
             for (const auto& [first, last] : runs_at(distance, columns)) {
-                const std::int32_t begin = next_;
-                add_piece(last - first);
+                const std::int32_t begin = pixels_.next();
+                pixels_.add_piece(last - first);
                 for (std::int32_t c = first; c < last; ++c) {
-                    row[c] = next_;
-                    add_new(columns[c].x, y, columns[c].border, paths[start[c] + distance - 1]);
+                    row[c] = pixels_.next();
+                    pixels_.add_new(columns[c].x, y, columns[c].border, paths[start[c] + distance - 1]);
                 }
-                link_row(begin);
+                pixels_.link_row(begin);
             }
             for (std::int32_t c = 0; c < columns.count(); ++c)
-                if (beside[c] != no_pixel && row[c] != no_pixel) link_down(beside[c], row[c]);
+                if (beside[c] != no_pixel && row[c] != no_pixel) pixels_.link_down(beside[c], row[c]);
             std::swap(beside, row);
         }
         return beside;
     }
 
-    /// Returns the runs of columns that reach a distance from the photo, in canonical order. A run is its first column, and the
-    /// column after its last.
+    /// Returns the runs of columns that reach a distance from the photo, in canonical order. Each pair contains the first column
+    /// of a run and the column after its last one.
     buffer<std::pair<std::int32_t, std::int32_t>> runs_at(std::int32_t distance, const buffer<column>& columns) const {
         const auto is_there = [&](std::int32_t c) { return columns[c].reach >= distance; };
         buffer<std::pair<std::int32_t, std::int32_t>> runs;
@@ -262,46 +252,13 @@ private:
         return columns;
     }
 
-    void place(std::int32_t x, std::int32_t y) {
-        result_.write_x()[next_] = x + margin_, result_.write_y()[next_] = y + margin_;
-        result_.write_neighbors(side::up)[next_] = result_.write_neighbors(side::down)[next_] = no_pixel;
-        ++next_;
-    }
-    void add_piece(std::int32_t count) {
-        if (count > 0) pieces_.push_back({origins_.count(), count, true});
-    }
-    void add_new(std::int32_t x, std::int32_t y, std::int32_t border, std::int32_t source) {
-        origins_.push_back(source), borders_.push_back(border);
-        place(x, y);
-    }
-    void add_old(const line& l, std::int32_t y) {
-        pieces_.push_back({l.first, l.last - l.first + 1, false});
-        for (std::int32_t i = l.first; i <= l.last; ++i) {
-            new_index_[i] = next_;
-            place(graph_.x()[i], y);
-        }
-    }
-    /// Links all pixels from `begin` on as one run.
-    void link_row(std::int32_t begin) {
-        const array_view<std::int32_t> left = result_.write_neighbors(side::left), right = result_.write_neighbors(side::right);
-        for (std::int32_t i = begin; i < next_; ++i) left[i] = i - 1, right[i] = i + 1;
-        left[begin] = right[next_ - 1] = no_pixel;
-    }
-    void link_down(std::int32_t upper, std::int32_t lower) {
-        result_.write_neighbors(side::down)[upper] = lower, result_.write_neighbors(side::up)[lower] = upper;
-    }
-
     graph_view graph_;
     array_view<const float> disparity_;
     std::int32_t margin_ = 0;
     buffer<pixel_run> runs_;
     buffer<std::size_t> first_run_;  // index of each row's first run
     border_side left_, right_, top_, bottom_;
-    buffer<std::int32_t> new_index_;  // new index of each old pixel
-    graph_builder result_;
-    std::int32_t next_ = 0;  // new index of the next pixel
-    buffer<grown_piece> pieces_;
-    buffer<std::int32_t> origins_, borders_;  // one per new pixel
+    frame_pixels pixels_;
     buffer<repainted_pixel> repainted_;
 };
 

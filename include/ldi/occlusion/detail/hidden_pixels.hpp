@@ -4,7 +4,9 @@
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/core/graph_builder.hpp>
+#include <ldi/core/grown_pixels.hpp>
 #include <ldi/core/layered_image.hpp>
+#include <ldi/core/single_layer.hpp>
 
 #include <algorithm>
 #include <cstddef>

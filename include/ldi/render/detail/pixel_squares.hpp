@@ -8,6 +8,7 @@
 #include <ldi/base/error.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/core/camera.hpp>
+#include <ldi/core/columns.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/render/camera.hpp>

@@ -3,7 +3,7 @@
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/numbers.hpp>
-#include <ldi/charts/charts.hpp>
+#include <ldi/charts/chart_set.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/texture/atlas.hpp>
 #include <ldi/texture/padding.hpp>

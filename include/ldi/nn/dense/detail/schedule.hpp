@@ -35,8 +35,8 @@ inline const dense_layer* pointwise(const packed_layer& layer) {
     return d != nullptr && d->is_pointwise() ? d : nullptr;
 }
 
-/// Whether to recompute a layer for each of its readers. A dense convolution with few inputs that only 1 x 1 convolutions read
-/// costs less to recompute than to store and load.
+/// Whether to recompute a layer for each of its readers. Recomputing costs less than storing and loading for a dense convolution
+/// with few inputs whose readers are all 1 x 1 convolutions.
 inline bool is_cheap_head(const buffer<packed_layer>& layers, std::size_t layer, std::size_t output) {
     constexpr std::size_t few = 64;
     const auto* d = std::get_if<dense_layer>(&layers[layer].kind);

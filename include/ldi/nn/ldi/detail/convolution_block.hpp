@@ -1,4 +1,4 @@
-// Computes one block of a convolution's outputs. The kernel reads the windows of regular segments in place where possible. All
+// Computes one block of a convolution's outputs. Where possible, the kernel reads the windows of a plan's segments in place. All
 // other windows are first gathered in a small buffer. The order of summation is the same in both cases.
 #pragma once
 
@@ -94,7 +94,7 @@ private:
     using result_type = typename Job::result_type;
     using row_starts = std::array<const value_type*, max_kernel_size>;
 
-    static constexpr std::size_t largest_buffer = 8192, largest_batch = 96;  // in values, approximately; in outputs
+    static constexpr std::size_t largest_buffer = 8192, largest_batch = 96;  // approximate values per buffer; outputs per batch
 
     /// Rounds up to a multiple of the kernels' tiles.
     static std::size_t whole_tiles(std::size_t outputs) {
@@ -197,7 +197,8 @@ private:
     }
 
     const Job& job_;
-    std::size_t batch_ = 0, stretch_ = 0;  // maximum outputs per kernel call: irregular; of a copied segment
+    // maximum number of outputs per kernel call: irregular outputs, and outputs of a segment that must be copied
+    std::size_t batch_ = 0, stretch_ = 0;
     buffer<value_type> values_;
     buffer<result_type> results_;
     buffer<float> ratios_;

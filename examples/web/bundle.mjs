@@ -1,0 +1,88 @@
+// node bundle.mjs BUILT VIEWER.html MODELS OUT: makes the page in its two forms.
+//
+//   OUT/photo3d.html   one file that works by double click
+//   OUT/site/          a folder for a server: index.html, its files, and a service worker
+//
+// BUILT has converter.js and converter.wasm as Emscripten made them, MODELS the weights.
+
+import { createHash } from "node:crypto";
+import { mkdir, readFile, rm, writeFile } from "node:fs/promises";
+import { createRequire } from "node:module";
+import { dirname, join } from "node:path";
+import { fileURLToPath } from "node:url";
+import { gzipSync } from "node:zlib";
+
+const here = dirname(fileURLToPath(import.meta.url));
+const { build } = createRequire(join(here, "../viewer/package.json"))("esbuild");
+const source = join(here, "source");
+const [built, viewer, models, output] = process.argv.slice(2);
+if (!output) {
+    console.error("usage: node bundle.mjs BUILT VIEWER.html MODELS OUT");
+    process.exit(2);
+}
+
+/** The text that esbuild makes of a file and all that the file imports. */
+async function bundle(entry, options = {}) {
+    const result = await build({ bundle: true, minify: true, write: false, logLevel: "warning", target: ["es2022"], ...options, ...entry });
+    return result.outputFiles[0].text;
+}
+const bundleFile = (name, options) => bundle({ entryPoints: [join(source, name)] }, options);
+
+/** Replaces a marker that stands in a text exactly once. */
+function fill(text, marker, content) {
+    const parts = text.split(marker);
+    if (parts.length !== 2) throw new Error(`expected ${marker} once, found it ${parts.length - 1} times`);
+    return parts.join(content);
+}
+
+const hashOf = (text) => `'sha256-${createHash("sha256").update(text).digest("base64")}'`;
+
+const viewerPage = await readFile(viewer, "utf8");
+const viewerScripts = [...viewerPage.matchAll(/<script>([^]*?)<\/script>/g)].map(([, script]) => script);
+const worker = `${await readFile(join(built, "converter.js"), "utf8")}\n${await readFile(join(source, "worker.js"), "utf8")}`;
+const assets = new Map(
+    Object.entries({
+        "worker.js": Buffer.from(await bundle({ stdin: { contents: worker, loader: "js" } }, { bundle: false })),
+        "converter.wasm": await readFile(join(built, "converter.wasm")),
+        "depth.safetensors": await readFile(join(models, "tiefenrausch_small.safetensors")),
+        "inpainting.safetensors": await readFile(join(models, "farbrausch.safetensors")),
+        "viewer.html": Buffer.from(viewerPage),
+    }).map(([name, bytes]) => [name, gzipSync(bytes, { level: 9 })]),
+);
+
+const style = await bundleFile("style.css");
+const program = (await bundleFile("main.js", { format: "iife" })).replace(/<\/script/g, "<\\/script");
+const template = await readFile(join(source, "page.html"), "utf8");
+
+/** @param {string} assetsText @param {string} server  places that the page may read files from */
+function makePage(assetsText, server) {
+    const scripts = [program, ...viewerScripts].map(hashOf).join(" ");
+    const policy =
+        `default-src 'none'; script-src ${scripts} 'wasm-unsafe-eval' blob:; worker-src blob:${server}; style-src 'unsafe-inline'; ` +
+        `img-src data: blob:; media-src blob:; connect-src data: blob:${server}; form-action 'none'; base-uri 'none'`;
+    let page = fill(template, "THE POLICY", policy);
+    page = fill(page, "/* the style goes here */", style);
+    page = fill(page, "<!-- the assets go here -->", assetsText);
+    return fill(page, "/* the program goes here */", program);
+}
+
+const inPage = [...assets].map(([name, bytes]) => `<script id="asset ${name}" type="application/gzip;base64">${bytes.toString("base64")}</script>`);
+const site = join(output, "site");
+await rm(site, { recursive: true, force: true });
+await mkdir(site, { recursive: true });
+await writeFile(join(output, "photo3d.html"), makePage(inPage.join("\n"), ""));
+
+const files = new Map([["index.html", Buffer.from(makePage("", " 'self'"))]]);
+for (const [name, bytes] of assets) files.set(`${name}.gz`, bytes);
+const version = createHash("sha256");
+for (const bytes of files.values()) version.update(bytes);
+let offline = await readFile(join(source, "offline.js"), "utf8");
+offline = fill(offline, '"VERSION"', JSON.stringify(`photo3d ${version.digest("hex").slice(0, 16)}`));
+offline = fill(offline, '["FILES"]', JSON.stringify(["./", ...files.keys()]));
+files.set("offline.js", Buffer.from(offline));
+for (const [name, bytes] of files) await writeFile(join(site, name), bytes);
+
+const kilobytes = (bytes) => `${(bytes / 1000).toFixed(0)} kB`;
+for (const [name, bytes] of files) console.error(`${name}: ${kilobytes(bytes.length)}`);
+console.error(`download: ${kilobytes([...files.values()].reduce((sum, bytes) => sum + bytes.length, 0))}`);
+console.log(join(output, "photo3d.html"));

@@ -1,0 +1,268 @@
+// The converter of the page: a file's bytes in, a 3D photo as GLB out. build.sh compiles it to WebAssembly; worker.js calls it.
+//
+// One thread calls all functions, one after the other. A function that can fail returns 0 and keeps the message for
+// web_message().
+
+#include <ldi/depth/align_silhouettes.hpp>
+#include <ldi/formats/farbrausch.hpp>
+#include <ldi/formats/glb.hpp>
+#include <ldi/formats/tiefenrausch.hpp>
+#include <ldi/io/detail/stb_image_write.hpp>
+#include <ldi/io/photo_depth.hpp>
+#include <ldi/photo3d.hpp>
+
+#include <emscripten.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <exception>
+#include <new>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+EM_JS(void, report_progress, (const char* stage, int length, float fraction), {
+    Module.onProgress(UTF8ToString(stage, length), fraction);
+});
+
+namespace {
+
+using namespace ldi;
+
+/// Everything that lasts longer than a call.
+struct converter {
+    std::optional<tiefenrausch> depth;
+    std::optional<farbrausch> inpainting;
+    std::vector<std::byte> poster;
+    buffer<std::byte> glb;
+    photo3d_options options;
+    std::size_t width = 0, height = 0;
+    bool is_past_frame = false;
+    std::string depth_source, message;
+};
+
+converter& state() {
+    static converter only;
+    return only;
+}
+
+/// Calls `function`. Returns 1, or 0 after an error, whose message it keeps.
+template <class Function>
+int attempt(Function&& function) {
+    try {
+        state().message.clear();
+        function();
+        return 1;
+    } catch (const std::bad_alloc&) {
+        state().message = "not enough memory";
+    } catch (const std::length_error&) {
+        state().message = "not enough memory";
+    } catch (const std::exception& e) {
+        state().message = e.what();
+    }
+    return 0;
+}
+
+progress_listener listener() {
+    progress_listener result;
+    result.on_progress = [](void*, std::string_view stage, float fraction) {
+        report_progress(stage.data(), static_cast<int>(stage.size()), fraction);
+    };
+    return result;
+}
+
+/// Encodes a texture as a JPEG file.
+std::vector<std::byte> encode_texture(image_view<const std::uint8_t> picture, int quality) {
+    std::vector<std::byte> bytes;
+    const auto append = [](void* to, void* data, int size) {
+        std::vector<std::byte>& all = *static_cast<std::vector<std::byte>*>(to);
+        const std::byte* const first = static_cast<const std::byte*>(data);
+        all.insert(all.end(), first, first + size);
+    };
+    ldi::detail::stb::stbi_write_jpg_to_func(append, &bytes, static_cast<int>(picture.width()), static_cast<int>(picture.height()),
+                                             static_cast<int>(picture.channels()), picture.data(), quality);
+    return bytes;
+}
+
+/// Encodes a small picture of the photo, for pages to show during loading.
+std::vector<std::byte> encode_poster(const image<std::uint8_t>& photo) {
+    constexpr std::size_t long_side = 512;
+    constexpr int quality = 70;
+    const serial_executor threads;
+    return encode_texture(ldi::detail::shrink_photo(photo, long_side, threads), quality);
+}
+
+/// Composites the browser's pixels, red green blue alpha, on white.
+image<std::uint8_t> over_white(const std::uint8_t* rgba, std::size_t height, std::size_t width) {
+    image<std::uint8_t> color(height, width, 3, unset);
+    std::uint8_t* to = color.data();
+    for (std::size_t i = 0; i < height * width; ++i, rgba += 4, to += 3)
+        for (std::size_t c = 0; c < 3; ++c) to[c] = ldi::detail::over_white(rgba[c], rgba[3]);
+    return color;
+}
+
+/// Decodes a photo and the depth inside it.
+///
+/// rgba  pixels that the browser has decoded, upright; null: decode the file here
+photo_with_depth decode(std::span<const std::byte> file, const std::string& name, const std::uint8_t* rgba, std::size_t height,
+                        std::size_t width) {
+    if (rgba == nullptr) return decode_photo_with_depth(file, {}, name);
+    photo_with_depth result;
+    result.photo.color = over_white(rgba, height, width);
+    ldi::detail::decoding_budget budget({}, {}, file.size());
+    if (ldi::detail::is_plain(file))
+        result.photo.focal_length_35mm =
+            ldi::detail::read_exif(ldi::detail::read_plain_header(file, name).exif).focal_length_35mm;
+    budget.lower_max_pixels(depth_map_options().limits.max_pixels);
+    ldi::detail::try_depth(result, name, [&] { result.depth = ldi::detail::find_depth_inside(file, budget, name); });
+    return result;
+}
+
+/// Completes the depth of a file; inverts it if its direction is a guess that the network contradicts.
+void complete(photo_with_depth& input) {
+    if (!input.depth) return;
+    photo_depth& depth = *input.depth;
+    depth.disparity = fill_invalid(shrink_depth_map(std::move(depth.disparity)), depth.source);
+    if (!depth.is_white_near_a_guess) return;
+    const image<float> estimate = state().depth->disparity(input.photo.color, {}, serial_executor());
+    if (agreement(depth.disparity, estimate) > -0.2F) return;
+    turn_round(depth.disparity);
+    depth.source += ", black is near";
+}
+
+photo3d make(const photo_with_depth& input) {
+    photo3d_options options = state().options;
+    options.progress = listener();
+    if (input.photo.focal_length_35mm) options.focal_length_35mm = *input.photo.focal_length_35mm;
+    options.normalize.is_metric = input.depth && input.depth->is_metric;
+    options.normalize.is_inverse_depth = !input.depth || input.depth->is_inverse_depth;
+    const aligned_silhouettes silhouettes{options.alignment};
+    const serial_executor threads;
+    return input.depth ? make_photo3d(input.photo.color, given_disparity{input.depth->disparity}, silhouettes,
+                                      *state().inpainting, options, threads)
+                       : make_photo3d(input.photo.color, *state().depth, silhouettes, *state().inpainting, options, threads);
+}
+
+/// Writes the GLB. Keeps it with what the page must know.
+///
+/// is_exact  write the texture as PNG, so that a test can compare its pixels
+void encode(const photo3d& made, const std::string& name, bool is_exact) {
+    constexpr int quality = 85;
+    const progress_listener progress = listener();
+    progress.report("encoding", 0);
+    converter& c = state();
+    glb_options facts;
+    facts.camera = made.facts.camera;
+    facts.motion = made.facts.motion, facts.is_past_frame = made.facts.margin > 0;
+    facts.range = made.facts.range;
+    facts.source = name;
+    if (is_exact) {
+        c.glb = encode_glb(made.mesh, encode_plain_png(made.atlas.color), facts);
+    } else {
+        c.glb = encode_glb(made.mesh, encode_texture(made.atlas.color, quality), facts);
+    }
+    c.poster = encode_poster(made.photo);
+    c.width = made.photo.width(), c.height = made.photo.height();
+    c.is_past_frame = facts.is_past_frame;
+    progress.report("encoding", 1);
+}
+
+std::span<const std::byte> bytes_of(const void* data, std::size_t size) { return {static_cast<const std::byte*>(data), size}; }
+
+/// A scene of discs before a slope: all stages have something to do.
+photo_with_depth scene_for_warm_up() {
+    constexpr std::size_t height = 384, width = 512;
+    photo_with_depth scene;
+    scene.photo.color = image<std::uint8_t>(height, width, 3, unset);
+    scene.depth = photo_depth{image<float>(height, width, 1, unset), true, false, false, "warm-up"};
+    for (std::size_t y = 0; y < height; ++y)
+        for (std::size_t x = 0; x < width; ++x) {
+            const std::size_t across = x % 128, down = y % 128;
+            const bool is_disc = (across - 64) * (across - 64) + (down - 64) * (down - 64) < 32 * 32;
+            scene.depth->disparity.row(y)[x] = is_disc ? 1.0F : 0.1F + 0.0005F * static_cast<float>(y);
+            for (std::size_t c = 0; c < 3; ++c)
+                scene.photo.color.row(y)[3 * x + c] = static_cast<std::uint8_t>((is_disc ? 200 : 40) + (x * 7 + y * 13 * c) % 23);
+        }
+    return scene;
+}
+
+}  // namespace
+
+extern "C" {
+
+/// Loads a network; returns 1, or 0 after an error.
+///
+/// kind  0 depth, 1 inpainting
+EMSCRIPTEN_KEEPALIVE int web_load(int kind, const void* data, std::size_t size) {
+    return attempt([&] {
+        if (kind == 0)
+            state().depth.emplace(decode_tiefenrausch(bytes_of(data, size), "depth network"));
+        else
+            state().inpainting.emplace(decode_farbrausch(bytes_of(data, size), "inpainting network", std::nullopt));
+    });
+}
+
+/// Runs every stage once, so that the browser compiles its code before the first photo; returns 1, or 0 after an error.
+EMSCRIPTEN_KEEPALIVE int web_warm_up() {
+    return attempt([] {
+        const photo_with_depth scene = scene_for_warm_up();
+        state().depth->disparity(scene.photo.color, {}, serial_executor());
+        encode(make(scene), "", false);
+        state().glb = {}, state().poster = {};
+    });
+}
+
+/// Checks a file's header; returns 1 if web_convert() decodes it, 2 if the browser must (formats of other libraries, color
+/// profiles), or 0 after an error.
+EMSCRIPTEN_KEEPALIVE int web_inspect(const void* data, std::size_t size, const char* name) {
+    int decoder = 1;
+    const int is_done = attempt([&] {
+        const std::span<const std::byte> file = bytes_of(data, size);
+        if (!ldi::detail::is_plain(file)) {
+            decoder = 2;
+            return;
+        }
+        const ldi::detail::picture_header header = ldi::detail::read_plain_header(file, name);
+        ldi::detail::decoding_budget({}, {}, size).take(header, name);
+        const bool has_profile = header.format == picture_format::png ? !ldi::detail::png_profile(header.profile_chunk).empty()
+                                                                      : !ldi::detail::jpeg_profile(header.extensions).empty();
+        if (has_profile) decoder = 2;
+    });
+    return is_done == 0 ? 0 : decoder;
+}
+
+/// Converts a photo; returns 1, or 0 after an error. web_glb() and web_poster() have the results.
+///
+/// rgba  the browser's pixels, or null
+EMSCRIPTEN_KEEPALIVE int web_convert(const void* data, std::size_t size, const char* name, const std::uint8_t* rgba,
+                                     std::size_t height, std::size_t width, int is_exact) {
+    return attempt([&] {
+        listener().report("reading photo", 0);
+        photo_with_depth input = decode(bytes_of(data, size), name, rgba, height, width);
+        complete(input);
+        state().depth_source = input.depth ? input.depth->source : input.refused;
+        listener().report("reading photo", 1);
+        encode(make(input), name, is_exact != 0);
+    });
+}
+
+/// Results of the last call.
+EMSCRIPTEN_KEEPALIVE const void* web_glb() { return state().glb.data(); }
+EMSCRIPTEN_KEEPALIVE std::size_t web_glb_size() { return state().glb.size(); }
+EMSCRIPTEN_KEEPALIVE const void* web_poster() { return state().poster.data(); }
+EMSCRIPTEN_KEEPALIVE std::size_t web_poster_size() { return state().poster.size(); }
+EMSCRIPTEN_KEEPALIVE std::size_t web_width() { return state().width; }
+EMSCRIPTEN_KEEPALIVE std::size_t web_height() { return state().height; }
+EMSCRIPTEN_KEEPALIVE int web_is_past_frame() { return state().is_past_frame ? 1 : 0; }
+/// Source of the depth in the file, the reason why that depth was not used, or an empty text.
+EMSCRIPTEN_KEEPALIVE const char* web_depth_source() { return state().depth_source.c_str(); }
+/// Message of the last error.
+EMSCRIPTEN_KEEPALIVE const char* web_message() { return state().message.c_str(); }
+
+}  // extern "C"

@@ -1,0 +1,158 @@
+// The page: takes a photo, shows the progress, shows the 3D photo, saves it.
+
+import { Converter } from "./converter.js";
+import { canShare, record, save, share, videoType } from "./save.js";
+import { pageWith, showPhoto } from "./viewer.js";
+
+/** @typedef {import("./converter.js").Photo3d} Photo3d */
+
+const element = (id) => document.getElementById(id);
+const root = document.documentElement;
+
+/** Stages in order, as people read them, with their share of the time. */
+const stages = new Map([
+    ["reading photo", ["Reading the photo", 0.05]],
+    ["depth estimation", ["Estimating depth", 0.28]],
+    ["depth filter", ["Cleaning depth", 0.14]],
+    ["connected components", ["Cleaning depth", 0.01]],
+    ["occluded geometry", ["Growing hidden surfaces", 0.05]],
+    ["color inpainting", ["Coloring hidden surfaces", 0.26]],
+    ["chart generation", ["Cutting the surfaces", 0.05]],
+    ["chart padding", ["Packing the texture", 0.05]],
+    ["meshing", ["Building the mesh", 0.04]],
+    ["encoding", ["Writing the file", 0.07]],
+]);
+
+/** One turn of the viewer's sway. */
+const videoSeconds = 7;
+
+const converter = new Converter();
+/** What is shown. @type {{photo: Photo3d, name: string, page: string} | null} */
+let shown = null;
+let isBusy = false;
+
+/** @param {"empty" | "busy" | "shown"} view */
+function setView(view) {
+    root.dataset.view = view;
+    isBusy = view === "busy";
+    for (const id of ["choose", "camera", "again", "glb", "page", "video", "share"]) element(id).disabled = isBusy;
+}
+
+function say(text, isError = false) {
+    element("status").textContent = isError ? "" : text;
+    element("error").textContent = isError ? text : "";
+    element("error").hidden = !isError;
+}
+
+function showProgress(label, fraction) {
+    if (element("stage").textContent !== label) element("stage").textContent = label;
+    element("progress").value = fraction;
+}
+
+/** Progress of the whole conversion. */
+function onProgress(stage, fraction) {
+    let before = 0;
+    for (const [name, [label, share]] of stages) {
+        if (name === stage) return showProgress(label, before + share * fraction);
+        before += share;
+    }
+}
+
+/** @param {File | undefined | null} file */
+async function convert(file) {
+    if (!file || isBusy) return;
+    say("");
+    setView("busy");
+    showProgress("Loading the networks", 0);
+    try {
+        const photo = await converter.convert(new Uint8Array(await file.arrayBuffer()), file.name, onProgress);
+        showProgress("Opening the 3D photo", 1);
+        const name = file.name.replace(/\.[^.]*$/, "") || "photo";
+        shown = { photo, name, page: await pageWith(photo, name) };
+        await open();
+        say(`${name} is ready.${photo.depthSource ? ` Depth: ${photo.depthSource}.` : ""}`);
+    } catch (failure) {
+        setView(shown ? "shown" : "empty");
+        say(failure.message, true);
+    }
+}
+
+/** Shows the 3D photo from its beginning. */
+async function open() {
+    setView("shown");
+    const canvas = await showPhoto(element("frame"), shown.page);
+    const inside = element("frame").contentWindow;
+    listenForFiles(inside);
+    inside.addEventListener("drop", (event) => event.stopImmediatePropagation(), true); // the viewer would open it as a GLB
+    element("share").hidden = !canShare(pageFile());
+    element("video").hidden = videoType() === undefined || matchMedia("(prefers-reduced-motion: reduce)").matches;
+    return canvas;
+}
+
+const pageFile = () => new File([shown.page], `${shown.name}.html`, { type: "text/html" });
+
+async function saveVideo() {
+    setView("busy");
+    showProgress("Recording the video", 0);
+    try {
+        const canvas = await open();
+        root.dataset.view = "recording";
+        const video = await record(canvas, videoSeconds, (fraction) => showProgress("Recording the video", fraction));
+        save(video, `${shown.name}.${video.type.startsWith("video/mp4") ? "mp4" : "webm"}`);
+        say("The video is saved.");
+    } catch (failure) {
+        say(failure.message, true);
+    }
+    setView("shown");
+}
+
+/** Dropped and pasted files, in the page and in the viewer. */
+function listenForFiles(where) {
+    where.addEventListener("dragover", (event) => {
+        event.preventDefault();
+        root.classList.add("is-dropping");
+    });
+    where.addEventListener("dragleave", (event) => {
+        if (!event.relatedTarget) root.classList.remove("is-dropping");
+    });
+    where.addEventListener(
+        "drop",
+        (event) => {
+            event.preventDefault();
+            root.classList.remove("is-dropping");
+            convert(event.dataTransfer.files[0]);
+        },
+        true,
+    );
+    where.addEventListener("paste", (event) => {
+        const file = [...event.clipboardData.files].find(({ type }) => type.startsWith("image/"));
+        if (file) convert(file);
+        else if (!shown) say("The clipboard has no picture.", true);
+    });
+}
+
+function start() {
+    for (const id of ["file", "camera-file"])
+        element(id).addEventListener("change", ({ target }) => {
+            convert(target.files[0]);
+            target.value = ""; // the same file again is a change
+        });
+    element("choose").addEventListener("click", () => element("file").click());
+    element("again").addEventListener("click", () => element("file").click());
+    element("camera").addEventListener("click", () => element("camera-file").click());
+    element("camera").hidden = !matchMedia("(pointer: coarse)").matches;
+    element("glb").addEventListener("click", () => save(new Blob([shown.photo.glb], { type: "model/gltf-binary" }), `${shown.name}.glb`));
+    element("page").addEventListener("click", () => save(pageFile(), `${shown.name}.html`));
+    element("video").addEventListener("click", saveVideo);
+    element("share").addEventListener("click", () => share(pageFile()).catch((failure) => say(failure.message, true)));
+    listenForFiles(window);
+    setView("empty");
+    converter.ready.catch((failure) => say(`The converter can't start. ${failure.message}`, true));
+    if (location.protocol === "https:" || location.hostname === "localhost")
+        navigator.serviceWorker?.register("offline.js").catch(() => {}); // without it the page works, but not offline
+}
+
+start();
+
+/** For tests and for the console. */
+window.photo3d = { converter, shown: () => shown };

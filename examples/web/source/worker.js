@@ -1,0 +1,104 @@
+// Runs the converter in a Worker: the page stays responsive. createConverter() is Emscripten's loader of converter.wasm, which
+// bundle.mjs puts in front of this text.
+//
+// Messages in:   {load: {wasm, depth, inpainting}}, once; {convert: {bytes, name, isExact}, id}
+// Messages out:  {ready: {milliseconds}}; {stage, fraction, id}; {result: {glb, poster, width, height, isPastFrame, depthSource, stages,
+//                heap}, id}; {failure, id}
+/* global createConverter */
+
+/** A photo that the browser decodes is shrunk to this side: twice the side that the converter works at. */
+const maxDecodedSide = 3072;
+
+let converter;
+let clock = () => {};
+let job = null;
+let queue = Promise.resolve();
+
+onmessage = ({ data }) => {
+    queue = queue.then(() => (data.load ? load(data.load) : convert(data.convert, data.id))).catch((failure) => {
+        postMessage({ failure: messageOf(failure), id: data.id ?? null });
+    });
+};
+
+/** WebAssembly without memory throws a RuntimeError or a RangeError. */
+function messageOf(failure) {
+    return failure instanceof WebAssembly.RuntimeError || failure instanceof RangeError ? "not enough memory" : failure.message;
+}
+
+async function load({ wasm, depth, inpainting }) {
+    const start = performance.now();
+    converter = await createConverter({ wasmBinary: wasm, onProgress: (stage, fraction) => clock(stage, fraction) });
+    for (const [kind, weights] of [depth, inpainting].entries()) within([weights], ([data]) => check(converter._web_load(kind, data, weights.length)));
+    check(converter._web_warm_up());
+    postMessage({ ready: { milliseconds: performance.now() - start } });
+}
+
+async function convert({ bytes, name, isExact = false }, id) {
+    job = { id, stages: {}, began: {} };
+    clock = (stage, fraction) => {
+        const now = performance.now();
+        if (fraction === 0) job.began[stage] = now;
+        if (fraction === 1) job.stages[stage] = (job.stages[stage] ?? 0) + now - job.began[stage];
+        postMessage({ stage, fraction, id });
+    };
+    const text = new TextEncoder().encode(`${name}\0`);
+    const decoder = within([bytes, text], ([data, where]) => check(converter._web_inspect(data, bytes.length, where)));
+    const pixels = decoder === 2 ? await decodeInBrowser(bytes, name) : null;
+    within([bytes, text, pixels?.data], ([data, where, rgba]) => {
+        check(converter._web_convert(data, bytes.length, where, rgba, pixels?.height ?? 0, pixels?.width ?? 0, Number(isExact)));
+    });
+    const glb = copyOf(converter._web_glb(), converter._web_glb_size());
+    const poster = copyOf(converter._web_poster(), converter._web_poster_size());
+    const result = {
+        glb,
+        poster,
+        width: converter._web_width(),
+        height: converter._web_height(),
+        isPastFrame: converter._web_is_past_frame() === 1,
+        depthSource: converter.UTF8ToString(converter._web_depth_source()),
+        stages: job.stages,
+        heap: converter.HEAPU8.length,
+    };
+    postMessage({ result, id }, [glb.buffer, poster.buffer]);
+}
+
+/** Calls `use` with the addresses of copies of the arrays in the converter's memory; 0 for an array that is missing. */
+function within(arrays, use) {
+    const places = arrays.map((array) => {
+        if (!array) return 0;
+        const place = converter._malloc(Math.max(array.length, 1));
+        if (place === 0) throw new Error("not enough memory");
+        converter.HEAPU8.set(array, place);
+        return place;
+    });
+    try {
+        return use(places);
+    } finally {
+        for (const place of places) converter._free(place);
+    }
+}
+
+const copyOf = (place, size) => converter.HEAPU8.slice(place, place + size);
+
+function check(result) {
+    if (result === 0) throw new Error(converter.UTF8ToString(converter._web_message()));
+    return result;
+}
+
+/** Decodes a photo as the browser does: upright, in sRGB. Returns red, green, blue and alpha. @returns {Promise<ImageData>} */
+async function decodeInBrowser(bytes, name) {
+    const blob = new Blob([bytes]);
+    let picture;
+    try {
+        picture = await createImageBitmap(blob, { imageOrientation: "from-image", premultiplyAlpha: "none" });
+    } catch {
+        throw new Error(`${name}: expected a photo that this browser reads (JPEG, PNG, WebP, AVIF, on some devices HEIC), found another file`);
+    }
+    const scale = Math.min(1, maxDecodedSide / Math.max(picture.width, picture.height));
+    const [width, height] = [picture.width, picture.height].map((side) => Math.max(1, Math.round(side * scale)));
+    const context = new OffscreenCanvas(width, height).getContext("2d", { willReadFrequently: true });
+    context.imageSmoothingQuality = "high";
+    context.drawImage(picture, 0, 0, width, height);
+    picture.close();
+    return context.getImageData(0, 0, width, height);
+}

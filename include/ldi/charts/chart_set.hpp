@@ -1,0 +1,52 @@
+// Charts: flat pieces of a layered image (charts/charts.hpp divides one), and their positions in an atlas.
+#pragma once
+
+#include <ldi/base/buffer.hpp>
+#include <ldi/base/error.hpp>
+#include <ldi/core/graph.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// A chart: connected by links, with at most one pixel at each lattice position of its bounding box.
+struct chart {
+    std::int32_t x = 0, y = 0;           ///< top left lattice position of the bounding box
+    std::int32_t width = 0, height = 0;  ///< size of the bounding box in pixels
+    buffer<std::int32_t> pixels;         ///< indices in the layered image, ascending
+};
+
+/// A partition of all pixels into charts.
+struct chart_set {
+    buffer<std::int32_t> chart_of;  ///< K: the chart of each pixel
+    buffer<chart> charts;
+};
+
+/// Position of a chart in the atlas: the texel of the top left lattice position of its bounding box. Pixel i of chart c has the
+/// texel (g.x()[i] - chart.x + placement.x, g.y()[i] - chart.y + placement.y).
+struct chart_placement {
+    std::int32_t x = 0, y = 0;
+};
+
+namespace detail {
+
+/// Raises mismatch unless the charts are a partition of the graph's pixels, and each pixel lies in the bounding box of its chart.
+inline void check_charts(const chart_set& charts, const graph_view& g, const char* where) {
+    std::size_t count = 0;
+    bool fits = charts.chart_of.size() == g.size();
+    for (std::int32_t c = 0; fits && c < charts.charts.count(); ++c) {
+        const chart& box = charts.charts[c];
+        count += box.pixels.size();
+        for (const std::int32_t pixel : box.pixels)
+            fits = fits && pixel >= 0 && pixel < g.count() && charts.chart_of[pixel] == c && g.x()[pixel] >= box.x &&
+                   g.y()[pixel] >= box.y && g.x()[pixel] - box.x < box.width && g.y()[pixel] - box.y < box.height;
+    }
+    if (!fits || count != g.size())
+        raise(error_code::mismatch, where, "charts of these " + std::to_string(g.size()) + " pixels", "charts of other pixels");
+}
+
+}  // namespace detail
+
+}}  // namespace ldi

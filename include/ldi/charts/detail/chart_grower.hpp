@@ -1,0 +1,254 @@
+// The growth of charts under the three constraints of charts/charts.hpp.
+#pragma once
+
+#include <ldi/base/array_view.hpp>
+#include <ldi/base/buffer.hpp>
+#include <ldi/base/error.hpp>
+#include <ldi/charts/chart_set.hpp>
+#include <ldi/core/graph.hpp>
+#include <ldi/core/surface.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <utility>
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+/// Returns H x W values: 1 at lattice positions with several pixels, and within `range` rows and columns of the end of a surface.
+/// All other values are 0, in a photo almost all: pixels within `range` of these positions belong to one surface, so constraint 3
+/// holds there.
+inline buffer<std::uint8_t> positions_near_other_surfaces(const graph_view& g, std::int32_t range) {
+    constexpr std::uint8_t taken = 1, contested = 2;
+    buffer<std::uint8_t> positions(g.position_count(), 0);
+    const auto row_of = [&](std::int32_t y) { return positions.data() + g.position(0, y); };
+    for (std::int32_t i = 0; i < g.count(); ++i) {
+        const std::int32_t x = g.x()[i], y = g.y()[i];
+        std::uint8_t& here = row_of(y)[x];
+        here |= (here & taken) == 0 ? taken : contested;
+        if ((g.up()[i] | g.down()[i] | g.left()[i] | g.right()[i]) >= 0) continue;  // negative if any link is no_pixel
+        const bool ends = (g.up()[i] == no_pixel && y > 0) || (g.down()[i] == no_pixel && y + 1 < g.height()) ||
+                          (g.left()[i] == no_pixel && x > 0) || (g.right()[i] == no_pixel && x + 1 < g.width());
+        if (!ends) continue;
+        const std::int32_t left = std::max<std::int32_t>(x - range, 0), right = std::min<std::int32_t>(x + range, g.width() - 1);
+        const std::int32_t last = std::min<std::int32_t>(y + range, g.height() - 1);
+        for (std::int32_t v = std::max<std::int32_t>(y - range, 0); v <= last; ++v)
+            for (std::int32_t u = left; u <= right; ++u) row_of(v)[u] |= contested;
+    }
+    for (std::uint8_t& p : positions) p = static_cast<std::uint8_t>(p >> 1);
+    return positions;
+}
+
+inline constexpr std::int32_t max_filter_range = 8;
+
+/// Grows charts one after the other. Each lattice position stores the last pixel of any chart that was placed there, so that
+/// nothing must be cleared between charts.
+class chart_grower {
+public:
+    chart_grower(const graph_view& g, array_view<const float> disparity, surface_rule surface, std::int32_t max_side,
+                 std::int32_t filter_range)
+        : graph_(g),
+          disparity_(disparity),
+          range_(filter_range),
+          threshold_(2 * surface.max_step),
+          cap_x_(even_share(g.width(), max_side)),
+          cap_y_(even_share(g.height(), max_side)),
+          near_other_(positions_near_other_surfaces(g, filter_range)),
+          occupants_(g.position_count(), no_pixel),
+          cell_shift_(cell_shift(filter_range)),
+          cell_columns_((g.width() >> cell_shift_) + 1),
+          cells_(static_cast<std::size_t>(std::int64_t{cell_columns_} * ((g.height() >> cell_shift_) + 1))) {
+        result_.chart_of.assign(g.size(), -1);
+    }
+
+    chart_set grow_all() {
+        const std::int32_t count = graph_.count();
+        for (std::int32_t seed = 0; seed < count; ++seed)
+            if (chart_of(seed) < 0) grow(seed);
+        for (std::int32_t first = 0, last = 0; first < count; first = last) {
+            const std::int32_t c = chart_of(first);
+            while (last < count && chart_of(last) == c) ++last;
+            buffer<std::int32_t>& pixels = result_.charts[c].pixels;
+            for (std::int32_t i = first; i < last; ++i) pixels.push_back(i);
+        }
+        return std::move(result_);
+    }
+
+private:
+    /// Pixels of one chart that are linked from left to right. Growth proceeds from strip to strip. A pixel_run would require
+    /// adjacent memory, but charts are made of layers in any order, so growth may only follow links. The strip stores the
+    /// position of its first pixel, because reading it again would cost a cache miss.
+    struct strip {
+        std::int32_t first, x, y, count;
+    };
+
+    /// One square of the lattice: the last chart that entered it, and the range of disparity of that chart's pixels near other
+    /// surfaces. Usually this range shows that no pixel of the square is on another surface.
+    struct cell {
+        std::int32_t chart = -1;
+        float lowest = 0, highest = 0;
+    };
+
+    /// Returns the binary logarithm of the side of a cell. The side is so large that the window of a pixel overlaps at most two
+    /// cells along each axis.
+    static int cell_shift(std::int32_t range) {
+        int shift = 1;
+        while ((1 << shift) < 2 * range) ++shift;
+        return shift;
+    }
+
+    static std::int32_t even_share(std::int32_t length, std::int32_t cap) {
+        const std::int32_t pieces = (length - 1) / cap + 1;  // 1 for a length of 0
+        return (length + pieces - 1) / pieces;
+    }
+
+    std::int32_t& chart_of(std::int32_t pixel) { return result_.chart_of[pixel]; }
+
+    void grow(std::int32_t seed) {
+        current_ = result_.charts.count();
+        left_ = right_ = graph_.x()[seed], top_ = bottom_ = graph_.y()[seed];
+        queue_.clear();
+        add_strip(seed, graph_.x()[seed], graph_.y()[seed]);
+        std::int64_t pixels = 0;
+        for (std::size_t next = 0; next < queue_.size(); ++next) {
+            const strip r = queue_[next];
+            pixels += r.count;
+            grow_from(r, graph_.up(), r.y - 1);
+            grow_from(r, graph_.down(), r.y + 1);
+        }
+        chart grown;
+        grown.x = left_, grown.y = top_, grown.width = right_ - left_ + 1, grown.height = bottom_ - top_ + 1;
+        grown.pixels.reserve(static_cast<std::size_t>(pixels));
+        result_.charts.push_back(std::move(grown));
+    }
+
+    void grow_from(const strip& r, array_view<const std::int32_t> links, std::int32_t y) {
+        std::int32_t pixel = r.first;
+        for (std::int32_t x = r.x; x < r.x + r.count; pixel = graph_.right()[pixel]) {
+            const std::int32_t first = pixel;  // start of pixels adjacent in memory; `++pixel` does not wait for the loaded link
+            while (x + pixel - first + 1 < r.x + r.count && graph_.right()[pixel] == pixel + 1) ++pixel;
+            for (std::int32_t p = first; p <= pixel; ++p, ++x)
+                if (may_join(links[p], x, y)) add_strip(links[p], x, y);
+        }
+    }
+
+    /// Adds a pixel that may join the chart. Extends the strip to the right and to the left along links while the pixels there
+    /// may join, too.
+    void add_strip(std::int32_t pixel, std::int32_t x, std::int32_t y) {
+        accept(pixel, x, y);
+        strip r{pixel, x, y, 1};
+        for (std::int32_t last = pixel;; ++r.count) {
+            last = graph_.right()[last];
+            if (!may_join(last, x + r.count, y)) break;
+            accept(last, x + r.count, y);
+        }
+        for (;; ++r.count, --r.x) {
+            const std::int32_t before = graph_.left()[r.first];
+            if (!may_join(before, r.x - 1, y)) break;
+            accept(before, r.x - 1, y);
+            r.first = before;
+        }
+        queue_.push_back(r);
+    }
+
+    bool may_join(std::int32_t pixel, std::int32_t x, std::int32_t y) {
+        if (pixel == no_pixel || chart_of(pixel) >= 0) return false;
+        if (right_ - x >= cap_x_ || x - left_ >= cap_x_ || bottom_ - y >= cap_y_ || y - top_ >= cap_y_) return false;
+        if (occupant(x, y) != no_pixel) return false;
+        return near_other_[at(x, y)] == 0 || is_clear_of_other_surfaces(pixel, x, y);
+    }
+
+    void accept(std::int32_t pixel, std::int32_t x, std::int32_t y) {
+        chart_of(pixel) = current_;
+        occupants_[at(x, y)] = pixel;
+        left_ = (std::min)(left_, x), right_ = (std::max)(right_, x);
+        top_ = (std::min)(top_, y), bottom_ = (std::max)(bottom_, y);
+        if (near_other_[at(x, y)] != 0) {
+            const float disparity = disparity_[pixel];
+            cell& c = cell_at(x, y);
+            if (c.chart != current_) c = {current_, disparity, disparity};
+            c.lowest = (std::min)(c.lowest, disparity), c.highest = (std::max)(c.highest, disparity);
+        }
+    }
+
+    cell& cell_at(std::int32_t x, std::int32_t y) {
+        return cells_[std::int64_t{y >> cell_shift_} * cell_columns_ + (x >> cell_shift_)];
+    }
+
+    /// Returns the current chart's pixel at a lattice position, or no_pixel.
+    std::int32_t occupant(std::int32_t x, std::int32_t y) {
+        const std::int32_t pixel = occupants_[at(x, y)];
+        return pixel != no_pixel && chart_of(pixel) == current_ ? pixel : no_pixel;
+    }
+
+    /// The lattice positions within the filter's range of one position.
+    struct window {
+        std::int32_t left, right, top, bottom;
+    };
+    window around(std::int32_t x, std::int32_t y) const {
+        return {std::max<std::int32_t>(x - range_, 0), std::min<std::int32_t>(x + range_, graph_.width() - 1),
+                std::max<std::int32_t>(y - range_, 0), std::min<std::int32_t>(y + range_, graph_.height() - 1)};
+    }
+
+    bool is_clear_of_other_surfaces(std::int32_t pixel, std::int32_t x, std::int32_t y) {
+        const window w = around(x, y);
+        const float disparity = disparity_[pixel];
+        const auto has_others = [&](const cell& c) {
+            return c.chart == current_ && (c.lowest < disparity - threshold_ || c.highest > disparity + threshold_);
+        };
+        if (!has_others(cell_at(w.left, w.top)) && !has_others(cell_at(w.right, w.top)) &&
+            !has_others(cell_at(w.left, w.bottom)) && !has_others(cell_at(w.right, w.bottom)))
+            return true;
+        for (std::int32_t v = w.top; v <= w.bottom; ++v)
+            for (std::int32_t u = w.left; u <= w.right; ++u) {
+                const std::int32_t other = occupant(u, v);
+                if (other == no_pixel || !differ(other, pixel)) continue;
+                if (is_off_surface(pixel, u - x, v - y, other) || is_off_surface(other, x - u, y - v, pixel)) return false;
+            }
+        return true;
+    }
+
+    /// Whether `other`, at this distance in steps, lies on another surface than `pixel`. Follows the surface from `pixel` along
+    /// rows then columns, and along columns then rows, as far as links lead. The result is true if the disparities at the ends of
+    /// both paths differ from that of `other`.
+    bool is_off_surface(std::int32_t pixel, std::int32_t steps_x, std::int32_t steps_y, std::int32_t other) const {
+        array_view<const std::int32_t> along_x = steps_x < 0 ? graph_.left() : graph_.right();
+        array_view<const std::int32_t> along_y = steps_y < 0 ? graph_.up() : graph_.down();
+        const auto walk = [&](array_view<const std::int32_t> first, std::int32_t first_steps,
+                              array_view<const std::int32_t> second, std::int32_t second_steps) {
+            std::int32_t at = pixel;
+            for (std::int32_t step = 0; step < first_steps + second_steps; ++step) {
+                const std::int32_t next = (step < first_steps ? first : second)[at];
+                if (next == no_pixel) break;
+                at = next;
+            }
+            return at;
+        };
+        return differ(other, walk(along_x, std::abs(steps_x), along_y, std::abs(steps_y))) &&
+               differ(other, walk(along_y, std::abs(steps_y), along_x, std::abs(steps_x)));
+    }
+
+    /// Whether two pixels belong to different surfaces: their disparities differ by more than twice surface_rule::max_step, as
+    /// in expand().
+    bool differ(std::int32_t a, std::int32_t b) const { return std::abs(disparity_[a] - disparity_[b]) > threshold_; }
+
+    std::size_t at(std::int32_t x, std::int32_t y) const { return graph_.position(x, y); }
+
+    graph_view graph_;
+    array_view<const float> disparity_;
+    std::int32_t range_;
+    float threshold_;
+    std::int32_t cap_x_, cap_y_;
+    buffer<std::uint8_t> near_other_;
+    buffer<std::int32_t> occupants_;
+    int cell_shift_;
+    std::int32_t cell_columns_;
+    buffer<cell> cells_;
+    buffer<strip> queue_;
+    std::int32_t current_ = 0, left_ = 0, right_ = 0, top_ = 0, bottom_ = 0;
+    chart_set result_;
+};
+
+}}}  // namespace ldi::detail

@@ -1,0 +1,97 @@
+// One layer in the order of the photo: lift() makes it, expand() turns it into a layered image.
+#pragma once
+
+#include <ldi/base/array_view.hpp>
+#include <ldi/base/buffer.hpp>
+#include <ldi/base/error.hpp>
+#include <ldi/core/columns.hpp>
+#include <ldi/core/graph.hpp>
+#include <ldi/core/layered_image.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <type_traits>
+#include <utility>
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+namespace detail {
+struct expansion_access;
+}
+
+/// One layer in the order of the photo: pixel (x, y) has index y * width + x. Links and values may change, pixels may not.
+/// expand() turns it into a layered image.
+template <payload_column... Columns>
+class single_layer {
+public:
+    template <class Column>
+    static constexpr bool has = (std::is_same_v<Column, Columns> || ...);
+
+    single_layer() = default;
+    /// Raises mismatch unless the pixels are those of one layer in the photo's order.
+    explicit single_layer(layered_image<Columns...> layers) : layers_(std::move(layers)) {
+        const graph& g = topology();
+        bool in_order = g.size() == g.position_count();
+        for (std::int32_t i = 0; in_order && i < g.count(); ++i) in_order = g.position_of(i) == static_cast<std::size_t>(i);
+        if (!in_order)
+            raise(error_code::mismatch, "single_layer",
+                  std::to_string(g.width()) + " x " + std::to_string(g.height()) + " pixels, row by row", "others");
+    }
+
+    const graph& topology() const { return layers_.topology(); }
+    std::size_t size() const { return layers_.size(); }
+    template <payload_column Column>
+    array_view<typename Column::scalar> column() {
+        return layers_.template column<Column>();
+    }
+    template <payload_column Column>
+    array_view<const typename Column::scalar> column() const {
+        return layers_.template column<Column>();
+    }
+    template <payload_column Column>
+    std::span<typename Column::scalar, Column::channels> at(std::int32_t pixel) {
+        return layers_.template at<Column>(pixel);
+    }
+    template <payload_column Column>
+    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const {
+        return layers_.template at<Column>(pixel);
+    }
+    template <payload_column Column>
+    void set_column(buffer<typename Column::scalar> scalars) {
+        layers_.template set_column<Column>(std::move(scalars));
+    }
+    template <class Edit>
+    void edit_links(Edit&& edit) {
+        layers_.edit_links(edit);
+    }
+
+    /// Returns the layer with one more column.
+    ///
+    /// scalars  K x channels, row-major. Raises mismatch for any other length; then the layer keeps its values
+    ///
+    ///     struct normal { using scalar = float; static constexpr std::size_t channels = 3; };
+    ///     auto layer = ldi::lift(photo, disparity).with<normal>(normals);  // stays with its pixels, up to the mesh
+    template <payload_column Column>
+    single_layer<Columns..., Column> with(buffer<typename Column::scalar> scalars) && {
+        static_assert(!has<Column>);
+        if (scalars.size() != size() * Column::channels) detail::refuse_column_length(size() * Column::channels, scalars.size());
+        single_layer<Columns..., Column> result;
+        result.layers_ = layered_image<Columns..., Column>(std::move(layers_));
+        result.template set_column<Column>(std::move(scalars));
+        return result;
+    }
+
+private:
+    template <payload_column...>
+    friend class single_layer;
+    friend detail::expansion_access;
+
+    layered_image<Columns...> layers_;
+};
+
+/// The layer of a photo.
+using photo_layer = single_layer<color_column, disparity_column, known_column, matte_column>;
+
+}}  // namespace ldi

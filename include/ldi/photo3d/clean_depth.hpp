@@ -1,0 +1,113 @@
+// The stages of make_photo3d() (photo3d.hpp) from the photo to its cleaned depth.
+#pragma once
+
+#include <ldi/base/error.hpp>
+#include <ldi/base/executor.hpp>
+#include <ldi/base/numbers.hpp>
+#include <ldi/base/printable.hpp>
+#include <ldi/base/progress.hpp>
+#include <ldi/core/image.hpp>
+#include <ldi/core/photo_facts.hpp>
+#include <ldi/depth/decided_depth.hpp>
+#include <ldi/depth/middle_components.hpp>
+#include <ldi/depth/normalize.hpp>
+#include <ldi/depth/resample.hpp>
+#include <ldi/depth/sharpen_edges.hpp>
+#include <ldi/depth/weighted_median.hpp>
+#include <ldi/kernels/area_resize.hpp>
+#include <ldi/photo3d/options.hpp>
+#include <ldi/photo3d/suppliers.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+namespace detail {
+
+/// Shrinks the photo to a long side of at most `long_side` pixels.
+template <executor Executor>
+image<std::uint8_t> shrink_photo(image_view<const std::uint8_t> photo, std::size_t long_side, Executor& threads) {
+    const std::size_t longer = (std::max)(photo.height(), photo.width());
+    return area_resize(photo, shrunk_length(photo.height(), longer, long_side), shrunk_length(photo.width(), longer, long_side),
+                       threads);
+}
+
+inline void check_photo(image_view<const std::uint8_t> photo) {
+    if (photo.empty() || photo.channels() != 3)
+        raise(error_code::invalid_data, "photo", "H x W x 3 values, at least one pixel", shape_text(photo));
+}
+
+/// Resamples the estimate to the photo's resolution. Sharpens its edges first if its resolution is lower.
+template <executor Executor>
+image<float> resample_estimate(const image<float>& estimated, const image<std::uint8_t>& photo, const photo3d_options& options,
+                               Executor& threads) {
+    if (estimated.height() >= photo.height())
+        return resample_to_photo(estimated, photo, options.surface, options.resample, threads);
+    image<float> sharpened = sharpen_edges(estimated, options.surface, options.sharpen, threads);
+    for (int pass = 0; pass < options.passes_before_resampling; ++pass)
+        sharpened = weighted_median(sharpened, options.surface, options.median, threads);
+    return resample_to_photo(sharpened, photo, options.surface, options.resample, threads);
+}
+
+}  // namespace detail
+
+/// A photo at the size of its layered image, and its depth.
+struct cleaned_photo {
+    image<std::uint8_t> photo;   ///< H x W x 3, no larger than options.long_side
+    image<float> estimated;      ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
+    image<float> resampled;      ///< H x W x 1, the estimate at the photo's resolution, before cleaning
+    image<float> disparity;      ///< H x W x 1, cleaned disparity
+    image<std::uint8_t> shares;  ///< share of the front surface; see decided_depth
+    depth_range range;           ///< distances at disparity 1 and 0
+};
+
+/// Estimates and cleans the depth of a photo: the stages "depth estimation", "depth filter" and "connected components".
+///
+/// photo  H x W x 3, at least one pixel
+///
+/// Raises the errors of the stages. Before it estimates depth, raises error_code::invalid_data for a photo of another shape, and
+/// error_code::invalid_option if long_side is 0, the focal length is not in [1, 1e5], or the surface rule's step is not in
+/// [0.001, 1].
+template <depth_estimator Estimator, silhouette_decider Decider, executor Executor = const serial_executor>
+cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator& estimator, const Decider& decider,
+                          const photo3d_options& options = {}, Executor&& threads = {}) {
+    const progress_listener& progress = options.progress;
+    detail::check_photo(photo);
+    detail::check(options);
+    cleaned_photo result;
+    progress.report("depth estimation", 0.0F);
+    normalize_options normalize_with = options.normalize;
+    normalize_with.relative_step =
+        (std::max)(normalize_with.relative_step, static_cast<float>(estimator.quantization_step()) - 1.0F);
+    normalized_disparity normalized = normalize(estimator.disparity(photo, progress, threads), normalize_with);
+    result.estimated = std::move(normalized.disparity);
+    result.range = normalized.range;
+    result.photo = detail::shrink_photo(photo, options.long_side, threads);
+    progress.report("depth estimation", 1.0F);
+
+    progress.report("depth filter", 0.0F);
+    result.resampled = detail::resample_estimate(result.estimated, result.photo, options, threads);
+    const float sample_size = detail::sample_size(result.estimated, result.photo);
+    decided_depth decided = decider.decide(
+        {result.photo, result.estimated, weighted_median(result.resampled, options.surface, options.median, threads),
+         options.surface, sample_size},
+        threads);
+    result.disparity = std::move(decided.disparity), result.shares = std::move(decided.shares);
+    progress.report("depth filter", 1.0F);
+
+    progress.report("connected components", 0.0F);
+    merge_middle_components(result.disparity, options.surface, detail::scaled(options.components, sample_size));
+    progress.report("connected components", 1.0F);
+    return result;
+}
+/// Same as above, with aligned_silhouettes.
+template <depth_estimator Estimator, executor Executor = const serial_executor>
+cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator& estimator, const photo3d_options& options = {},
+                          Executor&& threads = {}) {
+    return clean_depth(photo, estimator, aligned_silhouettes{options.alignment}, options, threads);
+}
+
+}}  // namespace ldi

@@ -1,0 +1,122 @@
+// The stages of make_photo3d() (photo3d.hpp) between its depth and its hidden surfaces: a layer with unmixed colors, and its
+// curves.
+#pragma once
+
+#include <ldi/base/buffer.hpp>
+#include <ldi/base/error.hpp>
+#include <ldi/base/executor.hpp>
+#include <ldi/base/printable.hpp>
+#include <ldi/core/camera.hpp>
+#include <ldi/core/columns.hpp>
+#include <ldi/core/image.hpp>
+#include <ldi/core/photo_facts.hpp>
+#include <ldi/core/single_layer.hpp>
+#include <ldi/inpaint/mixed_colors.hpp>
+#include <ldi/inpaint/uncertain_rims.hpp>
+#include <ldi/occlusion/discontinuity_curves.hpp>
+#include <ldi/occlusion/lift.hpp>
+#include <ldi/occlusion/spurious_discontinuities.hpp>
+#include <ldi/photo3d/clean_depth.hpp>
+#include <ldi/photo3d/options.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <tuple>
+#include <utility>
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// The caller's own columns for make_photo3d(), one image per column.
+///
+///     struct material { using scalar = std::uint8_t; static constexpr std::size_t channels = 1; };
+///     photo_columns<material>{materials}
+template <payload_column... Own>
+struct photo_columns {
+    /// h x w x channels each, in the order of the tags. An image whose size differs from the layers' is sampled at the nearest
+    /// pixel.
+    std::tuple<image_view<const typename Own::scalar>...> images;
+
+    photo_columns(image_view<const typename Own::scalar>... own) : images(own...) {}
+};
+
+/// The layer of a photo, and its silhouettes.
+template <payload_column... Own>
+struct lifted_photo {
+    /// Colors beside silhouettes are unmixed, or marked as unknown.
+    single_layer<color_column, disparity_column, known_column, matte_column, rim_column, Own...> layer;
+    buffer<discontinuity_curve> curves;
+    photo_facts facts;
+    buffer<uncertain_rim> rims;  ///< input of restore_rims(), which runs after the hidden surfaces are colored
+};
+
+namespace detail {
+
+/// Returns an image as a column of `rows` x `columns` pixels, sampled at the nearest pixel. Raises mismatch if the image has no
+/// pixel or the wrong number of channels.
+template <payload_column Column>
+buffer<typename Column::scalar> sampled_column(image_view<const typename Column::scalar> from, std::size_t rows,
+                                               std::size_t columns) {
+    if (from.height() == 0 || from.width() == 0 || from.channels() != Column::channels)
+        raise(error_code::mismatch, "photo_columns", "an image of " + std::to_string(Column::channels) + " channels with pixels",
+              shape_text(from));
+    buffer<typename Column::scalar> result;
+    result.reserve(rows * columns * Column::channels);
+    for (std::size_t y = 0; y < rows; ++y)
+        for (std::size_t x = 0; x < columns; ++x) {
+            const auto* pixel = from.row((2 * y + 1) * from.height() / (2 * rows)) +
+                                (2 * x + 1) * from.width() / (2 * columns) * Column::channels;
+            result.append(pixel, pixel + Column::channels);
+        }
+    return result;
+}
+
+/// Adds the caller's columns to a layer, one by one.
+template <class Layer>
+Layer with_columns(Layer layer) {
+    return layer;
+}
+template <class Column, class... Rest, class Layer, class... Images>
+auto with_columns(Layer layer, const image_view<const typename Column::scalar>& first, const Images&... rest) {
+    const graph& g = layer.topology();
+    buffer<typename Column::scalar> column =
+        sampled_column<Column>(first, static_cast<std::size_t>(g.height()), static_cast<std::size_t>(g.width()));
+    auto more = std::move(layer).template with<Column>(std::move(column));
+    if constexpr (sizeof...(Rest) == 0)
+        return more;
+    else
+        return with_columns<Rest...>(std::move(more), rest...);
+}
+
+}  // namespace detail
+
+/// Lifts a photo and prepares it for expand(). Raises the same errors for options as clean_depth(), and mismatch if an image of
+/// `own` has no pixel or the wrong number of channels.
+template <payload_column... Own, executor Executor = const serial_executor>
+lifted_photo<Own...> lift_photo(const cleaned_photo& photo, const photo_columns<Own...>& own, const photo3d_options& options,
+                                Executor&& threads = {}) {
+    detail::check(options);
+    const float sample_size = detail::sample_size(photo.estimated, photo.photo);
+    const auto width = static_cast<std::int32_t>(photo.photo.width()), height = static_cast<std::int32_t>(photo.photo.height());
+    lifted_photo<Own...> result;
+    result.facts = {
+        {width, height, focal_length_from_35mm(options.focal_length_35mm, width, height)}, photo.range, options.surface};
+    photo_layer layer = lift(photo.photo, photo.disparity, result.facts, threads);
+    buffer<std::int32_t> no_rims(layer.size(), 0);
+    result.layer = std::apply(
+        [&](const auto&... images) {
+            return detail::with_columns<Own...>(std::move(layer).template with<rim_column>(std::move(no_rims)), images...);
+        },
+        own.images);
+    result.curves = find_discontinuity_curves(result.layer, options.surface, detail::scaled(options.curves, sample_size));
+    close_spurious_discontinuities(result.layer, result.curves);
+    unmix_colors(result.layer, options.mixed_colors, {photo.shares.data(), photo.shares.size()});
+    result.rims = mark_uncertain_rims(result.layer, detail::rim_width(options.alignment, sample_size));
+    return result;
+}
+template <executor Executor = const serial_executor>
+lifted_photo<> lift_photo(const cleaned_photo& photo, const photo3d_options& options = {}, Executor&& threads = {}) {
+    return lift_photo(photo, photo_columns<>(), options, threads);
+}
+
+}}  // namespace ldi

@@ -1,0 +1,129 @@
+// Options of make_photo3d() (photo3d.hpp).
+#pragma once
+
+#include <ldi/base/error.hpp>
+#include <ldi/base/numbers.hpp>
+#include <ldi/base/printable.hpp>
+#include <ldi/base/progress.hpp>
+#include <ldi/charts/charts.hpp>
+#include <ldi/core/image.hpp>
+#include <ldi/core/surface.hpp>
+#include <ldi/depth/align_silhouettes.hpp>
+#include <ldi/depth/middle_components.hpp>
+#include <ldi/depth/normalize.hpp>
+#include <ldi/depth/resample.hpp>
+#include <ldi/depth/sharpen_edges.hpp>
+#include <ldi/depth/weighted_median.hpp>
+#include <ldi/inpaint/grain.hpp>
+#include <ldi/inpaint/mixed_colors.hpp>
+#include <ldi/inpaint/texture_transfer.hpp>
+#include <ldi/mesh/build_mesh.hpp>
+#include <ldi/occlusion/discontinuity_curves.hpp>
+#include <ldi/occlusion/expand.hpp>
+#include <ldi/occlusion/past_frame.hpp>
+#include <ldi/texture/atlas.hpp>
+#include <ldi/texture/sheets.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// Options of make_photo3d() and its stages. Lengths and sizes in `alignment`, `components` and `curves` are in pixels, for a
+/// depth map at the photo's resolution. If one depth sample covers several pixels, make_photo3d() multiplies lengths by the
+/// sample's side and sizes by its area.
+struct photo3d_options {
+    /// Maximum long side in pixels; a larger photo is shrunk to it.
+    std::size_t long_side = 1536;
+    /// 35 mm equivalent focal length of the photo. The default is a phone's main camera.
+    float focal_length_35mm = 26.0F;
+    /// Number of weighted median passes at the estimator's own resolution, where a blurred edge is only a few samples wide,
+    /// before the pass at the photo's resolution.
+    int passes_before_resampling = 2;
+    surface_rule surface;
+    normalize_options normalize;
+    sharpen_options sharpen;
+    resample_options resample;
+    weighted_median_options median;
+    alignment_options alignment;
+    middle_component_options components;
+    mixed_color_options mixed_colors;
+    curve_options curves;
+    expand_options expand;
+    /// Whether surfaces continue past the photo's border, as far as `expand.motion` uncovers them.
+    photo_frame frame = photo_frame::grow;
+    texture_options texture;
+    grain_options grain;
+    chart_options charts;
+    atlas_options atlas;
+    mesh_options mesh;
+    /// Receives the progress of each stage under its name in the paper's table: "depth estimation", "depth filter", "connected
+    /// components", "occluded geometry", "color inpainting", "chart generation", "chart padding", "meshing". Each stage begins
+    /// with fraction 0 and ends with 1.
+    progress_listener progress;
+};
+
+namespace detail {
+
+/// Returns the length of a side after the photo's longer side is shrunk to at most `long_side` pixels.
+inline std::size_t shrunk_length(std::size_t length, std::size_t longer, std::size_t long_side) {
+    return std::max<std::size_t>((length * (std::min)(longer, long_side) + longer / 2) / longer, 1);
+}
+
+/// Returns the side of a sample of the estimate, in pixels, clamped to [1, 16]: coarser maps cannot locate silhouettes.
+inline float sample_size(const image<float>& estimated, const image<std::uint8_t>& photo) {
+    return std::clamp(nearest_float(photo.width()) / nearest_float(estimated.width()), 1.0F, 16.0F);
+}
+
+/// Scales lengths and numbers of pixels from a depth map at the photo's resolution to a map with larger samples.
+template <std::integral Count>
+Count scaled(Count count, float by) {
+    return static_cast<Count>(std::lround(nearest_float(count) * by));
+}
+inline middle_component_options scaled(middle_component_options options, float sample_size) {
+    options.min_size = scaled(options.min_size, sample_size * sample_size);
+    return options;
+}
+inline curve_options scaled(curve_options options, float sample_size) {
+    options.min_length = scaled(options.min_length, sample_size);
+    options.tangent_length = scaled(options.tangent_length, sample_size);
+    return options;
+}
+/// Returns the maximum distance of silhouettes from the photo's edges after alignment, in pixels; 0 for a depth map at the
+/// photo's resolution.
+inline int rim_width(const alignment_options& options, float sample_size) {
+    return sample_size > 1.0F ? static_cast<int>(std::lround(options.uncertainty * sample_size)) : 0;
+}
+
+inline void check(const photo3d_options& options) {
+    if (options.long_side == 0 || !(options.focal_length_35mm >= 1.0F && options.focal_length_35mm <= 1e5F))
+        raise(error_code::invalid_option, "photo3d_options", "a long side of at least 1 and a focal length from 1 to 1e5",
+              std::to_string(options.long_side) + " and " + to_text(options.focal_length_35mm));
+    if (!(options.surface.max_step >= 0.001F && options.surface.max_step <= 1.0F))
+        raise(error_code::invalid_option, "photo3d_options, surface", "a max_step from 0.001 to 1",
+              to_text(options.surface.max_step));
+}
+
+}  // namespace detail
+
+/// Limits the size of charts, so that they fit on sheets of a photo with `photo_height` x `photo_width` pixels
+/// (texture/sheets.hpp). Raises too_large if the photo is too large for sheets, mismatch if it has no pixel or long_side is 0.
+inline photo3d_options for_sheets(photo3d_options options, std::size_t photo_height, std::size_t photo_width,
+                                  const sheet_options& sheets = {}) {
+    if (photo_height == 0 || photo_width == 0 || options.long_side == 0)
+        raise(error_code::mismatch, "for_sheets", "a photo with at least one pixel, a long side of at least 1",
+              std::to_string(photo_height) + " x " + std::to_string(photo_width) + ", " + std::to_string(options.long_side));
+    const std::size_t longer = (std::max)(photo_height, photo_width);
+    double scale = 1;
+    for (const std::size_t length : {photo_height, photo_width})
+        scale = (std::max)(scale, detail::nearest_double(length) /
+                                      detail::nearest_double(detail::shrunk_length(length, longer, options.long_side)));
+    options.charts.max_side = (std::min)(options.charts.max_side, max_chart_side(scale, sheets));
+    return options;
+}
+
+}}  // namespace ldi
