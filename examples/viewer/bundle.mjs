@@ -1,6 +1,7 @@
 // node bundle.mjs FOLDER
 //
-// Makes the viewer's page, FOLDER/viewer.html, and the npm package of the element, FOLDER/photo-3d/. Needs `npm ci` in this folder, once.
+// Makes the viewer's page, FOLDER/viewer.html, the page of a batch, FOLDER/gallery.html, and the npm package of the element,
+// FOLDER/photo-3d/. Needs `npm ci` in this folder, once.
 
 import { copyFile, mkdir, readFile, rename, writeFile } from "node:fs/promises";
 import { dirname, join } from "node:path";
@@ -40,7 +41,7 @@ async function bundle(file, format) {
 /** Replaces a marker that stands in the page exactly once. */
 function fill(page, marker, content) {
     const parts = page.split(marker);
-    if (parts.length !== 2) throw new Error(`page.html: expected ${marker} once, found it ${parts.length - 1} times`);
+    if (parts.length !== 2) throw new Error(`page: expected ${marker} once, found it ${parts.length - 1} times`);
     return parts.join(content);
 }
 
@@ -57,11 +58,15 @@ if (!output) {
     console.error("usage: node bundle.mjs FOLDER");
     process.exit(2);
 }
-const style = await transform(await readFile(join(source, "page.css"), "utf8"), { loader: "css", minify: true });
-let page = await readFile(join(source, "page.html"), "utf8");
-page = fill(page, "/* the style goes here */", style.code.trim());
-page = fill(page, "/* the program goes here */", await bundle("page.js", "iife"));
+/** A page in one file, with its style sheet and its program. */
+async function makePage(name) {
+    const style = await transform(await readFile(join(source, `${name}.css`), "utf8"), { loader: "css", minify: true });
+    const page = fill(await readFile(join(source, `${name}.html`), "utf8"), "/* the style goes here */", style.code.trim());
+    return fill(page, "/* the program goes here */", await bundle(`${name}.js`, "iife"));
+}
+
 await write(join(output, "photo-3d/photo-3d.js"), await bundle("element.js", "esm"));
 for (const file of ["package.json", "README.md", "photo-3d.d.ts"]) await copyFile(join(here, "package", file), join(output, "photo-3d", file));
 await copyFile(join(here, "../../LICENSE"), join(output, "photo-3d/LICENSE"));
-await write(join(output, "viewer.html"), page);
+await write(join(output, "gallery.html"), await makePage("gallery"));
+await write(join(output, "viewer.html"), await makePage("page"));

@@ -63,10 +63,26 @@ function listenForFiles() {
     });
 }
 
+/** Offers the lines that photo3d --embed has put into the page. */
+function offerEmbedding() {
+    const snippet = element("snippet");
+    if (!snippet) return;
+    const lines = element("lines");
+    lines.value = snippet.content.textContent;
+    element("embed").hidden = false;
+    element("embed").addEventListener("click", () => element("embedding").showModal());
+    element("copy").addEventListener("click", () => {
+        lines.select();
+        if (navigator.clipboard) navigator.clipboard.writeText(lines.value).catch(() => document.execCommand("copy"));
+        else document.execCommand("copy"); // a page from the disk, in some browsers
+    });
+}
+
 async function start() {
     const bytes = photoInPage();
     element("empty").hidden = bytes !== null;
     listenForFiles();
+    offerEmbedding();
     if (!bytes) return;
     const shown = viewer();
     try {
