@@ -2,14 +2,23 @@
 
 import { settle } from "./browser.mjs";
 
-/** Has the page clear what it shows with `window.behind`. */
+/** Has the page clear what it shows with `window.behind`, and keeps what was drawn for a headset until somebody reads it. */
 export const clearColorScript = `
     window.behind = [1, 0, 1, 1];
+    window.clears = 0;
+    const getAnyContext = HTMLCanvasElement.prototype.getContext;
+    HTMLCanvasElement.prototype.getContext = function (kind, attributes) {
+        if (kind !== "webgl2") return getAnyContext.call(this, kind, attributes);
+        return (window.gl = getAnyContext.call(this, kind, { ...attributes, preserveDrawingBuffer: true }));
+    };
     const { clear } = WebGL2RenderingContext.prototype;
     WebGL2RenderingContext.prototype.clear = function (buffers) {
         const color = this.getParameter(this.COLOR_CLEAR_VALUE);
         const isShown = this.getParameter(this.FRAMEBUFFER_BINDING) === null || window.emulated?.activeSession;
-        if (buffers & this.COLOR_BUFFER_BIT && isShown) this.clearColor(...window.behind);
+        if (buffers & this.COLOR_BUFFER_BIT && isShown) {
+            this.clearColor(...window.behind);
+            window.clears += 1;
+        }
         clear.call(this, buffers);
         this.clearColor(...color);
     };`;
@@ -28,7 +37,7 @@ export async function goTo(page, place) {
 }
 
 /**
- * The number of pixels of the canvas that change with the clear color.
+ * The number of pixels of the canvas, or of both eyes' pictures, that change with the clear color.
  *
  * @param {boolean} hasBackdrop
  */
@@ -37,11 +46,17 @@ export function countGaps(page, hasBackdrop) {
         const shown = document.querySelector("photo-3d");
         const drawn = async (behind) => {
             window.behind = behind;
-            const before = shown.constructor.statistics().drawings;
+            const before = window.clears;
             shown.setBackdrop(hasBackdrop);
-            while (shown.constructor.statistics().drawings === before) await new Promise(requestAnimationFrame);
-            const { width, height } = shown.canvas;
-            return new Uint32Array(shown.canvas.getContext("2d").getImageData(0, 0, width, height).data.buffer);
+            while (window.clears === before) await new Promise(requestAnimationFrame);
+            if (!shown.state().isInHeadset) {
+                const { width, height } = shown.canvas;
+                return new Uint32Array(shown.canvas.getContext("2d").getImageData(0, 0, width, height).data.buffer);
+            }
+            const pixels = new Uint32Array(gl.drawingBufferWidth * gl.drawingBufferHeight);
+            gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+            gl.readPixels(0, 0, gl.drawingBufferWidth, gl.drawingBufferHeight, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(pixels.buffer));
+            return pixels;
         };
         const green = await drawn([0, 1, 0, 1]);
         const magenta = await drawn([1, 0, 1, 1]);
