@@ -26,7 +26,7 @@ import { checkGlb } from "./check_glb.js";
  */
 export async function readPhoto(bytes) {
     checkGlb(bytes);
-    const file = await new GLTFLoader().setMeshoptDecoder(MeshoptDecoder).parseAsync(bytes, "");
+    const file = await parse(bytes);
     const model = new Group();
     model.add(file.scene);
     file.scene.updateWorldMatrix(true, true);
@@ -43,6 +43,14 @@ export async function readPhoto(bytes) {
     const budget = readBudget(file.scene.userData, halfWidth, halfHeight);
     const isPastFrame = photoCamera !== undefined && budget !== null && file.scene.userData.past_frame === true;
     return { model, aspect: camera.aspect, halfHeight, nearest, farthest, fillsView: camera.fillsView ?? true, isPastFrame, budget };
+}
+
+async function parse(bytes) {
+    try {
+        return await new GLTFLoader().setMeshoptDecoder(MeshoptDecoder).parseAsync(bytes, "");
+    } catch (failure) {
+        throw new Error(`It is broken: ${failure.message}`);
+    }
 }
 
 /** Frees what a photo holds on the graphics card. @param {Photo} photo */
