@@ -277,9 +277,9 @@ inline std::string make_page(const viewer_page& viewer, const photo_files& names
                              const encoded_photo3d& encoded, bool is_for_embedding = false) {
     const std::string title = title_of(names);
     const bool is_whole = made.facts.margin > 0;
-    const std::filesystem::path folder = names.html.parent_path();
+    const auto whole = [](const std::filesystem::path& file) { return std::filesystem::absolute(file).lexically_normal(); };
     const auto seen = [&](const std::filesystem::path& file) {
-        return std::filesystem::absolute(file).lexically_proximate(std::filesystem::absolute(folder)).generic_string();
+        return whole(file).lexically_proximate(whole(names.html).parent_path()).generic_string();
     };
     const std::string snippet =
         is_for_embedding ? embedding_snippet(title, seen(names.glb), seen(names.poster), made.photo, is_whole) : "";
