@@ -252,8 +252,11 @@ export class Photo3D extends Base {
         this.#load.abort.abort();
         this.#load = null;
         this.#view.release();
-        const hasPoster = this.hasAttribute("poster") || this.querySelector('[slot="poster"]');
-        if (hasPoster) this.#hideCanvas();
+        if (this.#hasPoster()) this.#hideCanvas();
+    }
+
+    #hasPoster() {
+        return this.hasAttribute("poster") || this.querySelector('[slot="poster"]') !== null;
     }
 
     #hideCanvas() {
@@ -298,7 +301,8 @@ export class Photo3D extends Base {
     }
 
     #fail(error) {
-        this.#say(`This 3D photo can't be shown. ${error.message}`);
+        const isPicture = error.name === "NotSupportedError" && this.#hasPoster() && !this.isAlone; // without WebGL, a page shows pictures
+        if (!isPicture) this.#say(`This 3D photo can't be shown. ${error.message}`);
         this.dispatchEvent(new ErrorEvent("error", { error, message: error.message }));
     }
 

@@ -51,7 +51,7 @@ class Stage {
         if (this.renderer) return this.renderer;
         const canvas = document.createElement("canvas");
         const context = canvas.getContext("webgl2", { antialias: true, alpha: true });
-        if (!context) throw new Error("This browser can't show 3D: it has no WebGL 2, or it is switched off.");
+        if (!context) throw new DOMException("This browser can't show 3D: it has no WebGL 2, or it is switched off.", "NotSupportedError");
         const renderer = new WebGLRenderer({ canvas, context });
         renderer.toneMapping = NoToneMapping; // the photo's colors reach the screen as they are
         renderer.setPixelRatio(1);
