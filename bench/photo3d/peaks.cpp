@@ -85,7 +85,7 @@ int main(int count, char** arguments) {
             }
         }
     std::printf("Photo of %zu x %zu\n", width, height);
-    print_header("map, and width of what it shows, in samples", stages);
+    print_header("size of the map, and width of its features, in samples", stages);
     for (const auto& [name, worst] : by_size) worst.print(name);
     print_header("map", stages);
     for (std::size_t m = 0; m < by_map.size(); ++m) by_map[m].print(std::string(ldi::testing::hard_maps[m]));

@@ -102,7 +102,7 @@ void print_depth(const std::vector<named_network>& networks, bool each, Executor
     if (pairs.empty()) return;
     std::printf(
         "\n### Depth, %zu photographs with measured depth\n\n"
-        "| network | delta < 1.25 | AbsRel | RMSE | edges, F1 | boundaries, F1 | silhouettes met | wrong order |\n"
+        "| network | delta < 1.25 | AbsRel | RMSE | edges, F1 | boundaries, F1 | silhouettes found | wrong order |\n"
         "|---|---|---|---|---|---|---|---|\n",
         pairs.size());
     for (const auto& [name, network] : networks) {

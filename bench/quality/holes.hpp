@@ -50,9 +50,9 @@ struct named_view {
 inline ldi::view widened(ldi::view from, std::int32_t long_side) {
     constexpr float margin = 1.15F;
     ldi::pinhole_camera& camera = from.camera;
-    const float scale = ldi::detail::nearest_float(long_side) / ldi::detail::nearest_float(std::max(camera.width, camera.height));
+    const float scale = static_cast<float>(long_side) / static_cast<float>(std::max(camera.width, camera.height));
     const auto length = [&](std::int32_t pixels) {
-        return static_cast<std::int32_t>(std::ceil(margin * scale * ldi::detail::nearest_float(pixels)));
+        return static_cast<std::int32_t>(std::ceil(margin * scale * static_cast<float>(pixels)));
     };
     camera = {length(camera.width), length(camera.height), scale * camera.focal_length};
     return from;
@@ -101,14 +101,14 @@ public:
 
     bool shows_photo(std::int32_t x, std::int32_t y) const {
         const std::array<float, 3> ray =
-            from_.direction_to_photo({ldi::detail::nearest_float(x) + 0.5F - from_.axis_x(),
-                                      from_.axis_y() - ldi::detail::nearest_float(y) - 0.5F, -from_.camera.focal_length});
+            from_.direction_to_photo({static_cast<float>(x) + 0.5F - from_.axis_x(),
+                                      from_.axis_y() - static_cast<float>(y) - 0.5F, -from_.camera.focal_length});
         for (const float depth : {range_.z_near, range_.z_far}) {
             if (!(ray[2] < 0) || !(from_.position[2] > -depth)) return false;
             const float along = (-depth - from_.position[2]) / ray[2];
             const auto [u, v] = photo_.project({from_.position[0] + along * ray[0], from_.position[1] + along * ray[1], -depth});
-            if (!(u >= border && u <= ldi::detail::nearest_float(photo_.width) - border && v >= border &&
-                  v <= ldi::detail::nearest_float(photo_.height) - border))
+            if (!(u >= border && u <= static_cast<float>(photo_.width) - border && v >= border &&
+                  v <= static_cast<float>(photo_.height) - border))
                 return false;
         }
         return true;

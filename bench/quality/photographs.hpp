@@ -92,7 +92,7 @@ void print_photographs(const std::vector<named_network>& networks, const std::fi
         ldi::save_png(folder / ("photograph_" + file.stem().string() + ".png"), side_by_side(strip, 288, threads));
     }
     std::printf(
-        "\n### %zu photographs of any kind\n\n| network | without a hidden pixel | hidden pixels, median share "
+        "\n### %zu photographs of any kind\n\n| network | photographs without hidden pixels | hidden pixels, median share "
         "| discontinuities closed |\n|---|---|---|---|\n",
         files.size());
     for (std::size_t i = 0; i < networks.size(); ++i) {

@@ -84,7 +84,7 @@ inline void drop_specks(std::vector<true_side>& sides, std::size_t height, std::
         const std::int32_t stride = static_cast<std::int32_t>(width) + 1, first = y * stride + x;
         return std::pair{first, first + (s.near_y == s.far_y ? stride : 1)};
     };
-    ldi::detail::disjoint_sets sets((height + 1) * (width + 1));
+    ldi::disjoint_sets sets((height + 1) * (width + 1));
     for (const true_side& s : sides) sets.merge(corners(s).first, corners(s).second);
     std::vector<std::size_t> count(sets.size(), 0);
     const auto set_of = [&](const true_side& s) { return static_cast<std::size_t>(sets.find(corners(s).first)); };

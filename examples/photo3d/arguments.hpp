@@ -4,6 +4,7 @@
 #include "compression.hpp"
 #include "data_files.hpp"
 #include "option_checks.hpp"
+#include "parts.hpp"
 #include "photo_texture.hpp"
 #include "video.hpp"
 
@@ -11,6 +12,7 @@
 #include <ldi/io/photo_depth.hpp>
 #include <ldi/networks/farbrausch.hpp>
 #include <ldi/photo3d.hpp>
+#include <ldi/photo3d/paper_options.hpp>
 
 #include <CLI/CLI.hpp>
 
@@ -32,7 +34,7 @@ struct arguments {
     bool batch = false, skip_existing = false, embed = false;
     std::uint64_t memory = 0;  // bytes; 0: half of the machine's memory
     depth_map_options depth_map;
-    bool near_is_black = false, is_inverse = false, quiet = false, hard_edges = false;
+    bool near_is_black = false, is_inverse = false, quiet = false, hard_edges = false, is_paper = false;
     bool takes_depth_of_photo = false;  // set by find_weights()
     std::size_t long_side = photo3d_options().long_side, geometry_side = photo3d_options().long_side, threads = 0;
     float field_of_view = 0.0F, texture = photo3d_options().texture.strength, grain = photo3d_options().grain.strength,
@@ -101,7 +103,8 @@ inline void describe_batch(CLI::App& app, arguments& a) {
 /// Adds the options of the photo and the main outputs.
 inline void describe_files(CLI::App& app, arguments& a) {
     const CLI::Validator named = examples::named();
-    app.set_version_flag("--version", program_version, "print the version and exit");
+    app.set_version_flag("--version", program_version + parts_left_out(),
+                         "print the version, what it was built without, and exit");
     app.add_option(
            "PHOTO", a.photos,
            "JPEG, PNG, GIF or BMP; HEIC, AVIF, WebP and TIFF if ldi was built with their libraries; - for standard input. "
@@ -194,6 +197,13 @@ inline void describe_geometry(CLI::App& app, arguments& a) {
         ->check(CLI::IsMember({"crop", "grow"}));
 }
 
+inline void describe_preset(CLI::App& app, arguments& a) {
+    app.add_option_function<std::string>(
+           "--preset", [&a](const std::string& name) { a.is_paper = name == "paper"; },
+           "default (the default), or paper: the paper's numbers without the stages that ldi adds; other options still apply")
+        ->check(CLI::IsMember({"default", "paper"}));
+}
+
 /// Adds the options of encoding, of other outputs, and of what may be read.
 inline void describe_outputs(CLI::App& app, arguments& a) {
     const CLI::Validator named = examples::named();
@@ -227,9 +237,20 @@ inline void describe(CLI::App& app, arguments& a, const std::filesystem::path& d
     describe_depth(app, a);
     describe_hidden_surfaces(app, a);
     describe_geometry(app, a);
+    describe_preset(app, a);
     describe_outputs(app, a);
     describe_batch(app, a);
     app.add_flag("--quiet", a.quiet, "print errors only");
+}
+
+/// Sets the options of --preset that the command line does not set.
+inline void apply_preset(const CLI::App& app, arguments& a) {
+    if (!a.is_paper) return;
+    const photo3d_options paper = paper_options();
+    if (app.count("--frame") == 0) a.frame = paper.frame;
+    if (app.count("--texture") == 0) a.texture = paper.texture.strength;
+    if (app.count("--grain") == 0) a.grain = paper.grain.strength;
+    a.hard_edges = true;
 }
 
 /// Finds the weights that no option names.
@@ -259,11 +280,14 @@ inline void find_weights(arguments& a, const std::filesystem::path& data) {
 
 inline photo3d_options options_for(const arguments& a, const photo_with_depth& input) {
     const photo& photo = input.photo;
-    photo3d_options options;
+    photo3d_options options = a.is_paper ? paper_options() : photo3d_options();
     options.long_side = std::min(a.long_side, a.geometry_side);
     options.texture.strength = a.texture;
     options.grain.strength = a.grain;
-    options.expand.motion = a.motion;
+    if (!a.is_paper) {
+        options.expand.max_hidden *= std::max(1.0F, a.motion / options.expand.motion);
+        options.expand.motion = a.motion;
+    }
     options.frame = a.frame;
     if (a.hard_edges) options.mesh.soft_edges.min_width = 0.0F;
     if (photo.focal_length_35mm) options.focal_length_35mm = *photo.focal_length_35mm;
@@ -277,7 +301,7 @@ inline photo3d_options options_for(const arguments& a, const photo_with_depth& i
     options.normalize.is_inverse_depth = !input.depth || input.depth->is_inverse_depth;
     if (!needs_sheets(photo.color, a.long_side, a.geometry_side)) return options;
     const auto shown = [&](std::size_t length) {
-        return ldi::detail::shrunk_length(length, std::max(photo.color.height(), photo.color.width()), a.long_side);
+        return ldi::shrunk_length(length, std::max(photo.color.height(), photo.color.width()), a.long_side);
     };
     return for_sheets(options, shown(photo.color.height()), shown(photo.color.width()));
 }

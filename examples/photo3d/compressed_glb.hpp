@@ -46,8 +46,7 @@ public:
         : json_(content), packer_(packer), precision_(precision) {}
 
     /// textures  sizes, one per texture
-    void pack(glb_json& mesh, std::vector<primitive_geometry>& geometries,
-              std::span<const ldi::detail::picture_header> textures) {
+    void pack(glb_json& mesh, std::vector<primitive_geometry>& geometries, std::span<const ldi::picture_header> textures) {
         const std::optional<position_grid> grid = find_grid(geometries, precision_);
         for (std::size_t i = 0; i < geometries.size(); ++i) {
             primitive_geometry& g = geometries[i];
@@ -167,12 +166,12 @@ inline std::vector<std::byte> compress_glb(std::span<const std::byte> glb, const
     glb_reader from(glb);
     glb_json& content = from.content;
     std::vector<std::span<const std::byte>> textures;
-    std::vector<ldi::detail::picture_header> pictures;
+    std::vector<ldi::picture_header> pictures;
     for (const glb_json& picture : content.at("images")) {
         if (content.at("textures").at(textures.size()).at("source") != textures.size())
             raise_other_glb("textures in another order");
         textures.push_back(from.view(picture.at("bufferView")));
-        pictures.push_back(ldi::detail::read_picture_header(textures.back(), "texture"));
+        pictures.push_back(ldi::read_picture_header(textures.back(), "texture"));
     }
     if (content.at("textures").size() != textures.size()) raise_other_glb("textures without pictures");
     if (content.at("meshes").size() != 1) raise_other_glb("another number of meshes than one");

@@ -18,6 +18,7 @@
 #include <ldi/io/tiefenrausch_file.hpp>
 #include <ldi/photo3d.hpp>
 
+#include <algorithm>
 #include <cstddef>
 #include <filesystem>
 #include <mutex>
@@ -114,7 +115,7 @@ inline photo_with_depth decode_with_map_beside(std::span<const std::byte> photo,
     depth_map_options options;
     options.formats = reading.formats;
     input.photo = decode_photo(photo, reading, name);
-    ldi::detail::try_depth(input, map_name, [&] {
+    ldi::try_depth(input, map_name, [&] {
         input.depth = photo_depth{decode_depth_map(map, options, map_name), false, false, true, map_name};
     });
     if (input.depth) return input;
@@ -186,7 +187,9 @@ photo3d convert(const arguments& a, photo_with_depth& input, const networks& by,
                                           options, threads)
                            : make_photo3d(input.photo.color, by.depth.read(), silhouettes, inpainter, options, threads);
     };
-    return by.inpainting ? with(*by.inpainting) : with(diffusion_inpainter());
+    photo3d made = by.inpainting ? with(*by.inpainting) : with(diffusion_inpainter());
+    made.facts.motion = std::min(made.facts.motion, a.motion);  // --preset paper grows surfaces without regard to motion
+    return made;
 }
 
 /// Bytes of a 3D photo.

@@ -179,7 +179,7 @@ inline void file_set::write(const std::filesystem::path& target, std::span<const
     entry& e = stage(target);
     if (e.put == way::direct) {
         e.bytes.assign(bytes.begin(), bytes.end());
-    } else if (const int failure = ldi::detail::write_bytes(temporary(e), bytes); failure != 0) {
+    } else if (const int failure = ldi::write_bytes(temporary(e), bytes); failure != 0) {
         raise_system_error(failure, target, "a writable place");
     }
 }
@@ -258,7 +258,7 @@ inline void file_set::commit() {
     for (const way put : {way::direct, way::overwrite, way::rename})
         for (entry& e : entries_) {
             if (!e.is_staged || e.put != put) continue;
-            const int failure = put == way::direct ? ldi::detail::write_bytes(e.place, e.bytes) : put_in_place(e);
+            const int failure = put == way::direct ? ldi::write_bytes(e.place, e.bytes) : put_in_place(e);
             if (failure == 0) continue;
             const std::filesystem::path given = e.given;
             for (const entry& placed : entries_) take_back(placed);

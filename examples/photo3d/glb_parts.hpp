@@ -36,8 +36,8 @@ public:
             for (std::size_t k = 0; k < 4; ++k) value |= std::to_integer<std::uint32_t>(file[at + k]) << (8 * k);
             return std::size_t{value};
         };
-        if (!ldi::detail::has_text(file, 0, "glTF") || !ldi::detail::has_text(file, 16, "JSON"))
-            raise_other_glb(ldi::detail::describe_format(file));
+        if (file.size() < 20 || number(0) != 0x46546C67 || number(16) != 0x4E4F534A)  // "glTF" and "JSON"
+            raise_other_glb(describe_format(file));
         const std::size_t json_bytes = number(12), binary = 20 + json_bytes;
         const std::size_t binary_bytes = number(binary);
         if (file.size() < binary + 8 + binary_bytes) raise_other_glb("one cut off");

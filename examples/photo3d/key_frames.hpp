@@ -118,7 +118,7 @@ inline std::vector<key_frame> load_key_frames(const std::filesystem::path& file)
         k.target = reader.point("target");
         k.zoom = reader.has("zoom") ? reader.number("zoom") : 1.0F;
         if (k.position[0] == k.target[0] && k.position[2] == k.target[2])
-            reader.fail("a target that is not straight above or below", "one that is");
+            reader.fail("a target that is not straight above or below the position", "a target straight above or below");
         if (!(k.zoom > 0)) reader.fail("a \"zoom\" above 0", detail::to_text(k.zoom));
         if (!result.empty() && !(k.time > result.back().time))
             reader.fail("increasing times", detail::to_text(result.back().time) + ", then " + detail::to_text(k.time));

@@ -43,7 +43,7 @@ public:
 #endif
         photo_ = photo;
         if (shown_side < std::max(photo.height(), photo.width())) {
-            shrunk_ = ldi::detail::shrink_photo(photo, shown_side, threads);
+            shrunk_ = ldi::shrink_photo(photo, shown_side, threads);
             photo_ = shrunk_;
         }
         sheet_options sheets;

@@ -7,7 +7,7 @@
 
 #include <ldi/base/error.hpp>
 #include <ldi/core/camera.hpp>
-#include <ldi/formats/detail/checksums.hpp>
+#include <ldi/formats/checksums.hpp>
 #include <ldi/formats/glb.hpp>
 #include <ldi/mesh/textured_mesh.hpp>
 #include <ldi/version.hpp>
@@ -44,7 +44,7 @@ public:
     void add(std::string_view name, std::span<const std::byte> content) {
         const std::size_t header = 30 + name.size() + 4;  // an empty extra field occupies 4 bytes
         const std::size_t padding = (64 - (file_.size() + header) % 64) % 64;
-        const std::uint32_t checksum = ldi::detail::crc32(content);
+        const std::uint32_t checksum = ldi::crc32(content);
         ++count_;
         put_32(directory_, 0x02014B50), put_16(directory_, 20);
         put_facts(directory_, name, content, checksum, 0);

@@ -3,7 +3,6 @@
 // One thread calls all functions, one after the other. A function that can fail returns 0 and keeps the message for
 // web_message().
 
-#include <ldi/depth/align_silhouettes.hpp>
 #include <ldi/formats/farbrausch.hpp>
 #include <ldi/formats/glb.hpp>
 #include <ldi/formats/tiefenrausch.hpp>
@@ -27,9 +26,8 @@
 #include <utility>
 #include <vector>
 
-EM_JS(void, report_progress, (const char* stage, int length, float fraction), {
-    Module.onProgress(UTF8ToString(stage, length), fraction);
-});
+EM_JS(void, report_progress, (const char* stage, int length, float fraction),
+      { Module.onProgress(UTF8ToString(stage, length), fraction); });
 
 namespace {
 
@@ -85,8 +83,9 @@ std::vector<std::byte> encode_texture(image_view<const std::uint8_t> picture, in
         const std::byte* const first = static_cast<const std::byte*>(data);
         all.insert(all.end(), first, first + size);
     };
-    ldi::detail::stb::stbi_write_jpg_to_func(append, &bytes, static_cast<int>(picture.width()), static_cast<int>(picture.height()),
-                                             static_cast<int>(picture.channels()), picture.data(), quality);
+    ldi::detail::stb::stbi_write_jpg_to_func(append, &bytes, static_cast<int>(picture.width()),
+                                             static_cast<int>(picture.height()), static_cast<int>(picture.channels()),
+                                             picture.data(), quality);
     return bytes;
 }
 
@@ -95,7 +94,7 @@ std::vector<std::byte> encode_poster(const image<std::uint8_t>& photo) {
     constexpr std::size_t long_side = 512;
     constexpr int quality = 70;
     const serial_executor threads;
-    return encode_texture(ldi::detail::shrink_photo(photo, long_side, threads), quality);
+    return encode_texture(ldi::shrink_photo(photo, long_side, threads), quality);
 }
 
 /// Composites the browser's pixels, red green blue alpha, on white.
@@ -120,7 +119,7 @@ photo_with_depth decode(std::span<const std::byte> file, const std::string& name
         result.photo.focal_length_35mm =
             ldi::detail::read_exif(ldi::detail::read_plain_header(file, name).exif).focal_length_35mm;
     budget.lower_max_pixels(depth_map_options().limits.max_pixels);
-    ldi::detail::try_depth(result, name, [&] { result.depth = ldi::detail::find_depth_inside(file, budget, name); });
+    ldi::try_depth(result, name, [&] { result.depth = ldi::detail::find_depth_inside(file, budget, name); });
     return result;
 }
 
@@ -136,17 +135,19 @@ void complete(photo_with_depth& input) {
     depth.source += ", black is near";
 }
 
-photo3d make(const photo_with_depth& input) {
+/// Makes the 3D photo. Releases the input as soon as it can: a phone's browser has little memory.
+photo3d make(photo_with_depth input) {
     photo3d_options options = state().options;
     options.progress = listener();
+    options.keeps_depth_maps = false;
     if (input.photo.focal_length_35mm) options.focal_length_35mm = *input.photo.focal_length_35mm;
     options.normalize.is_metric = input.depth && input.depth->is_metric;
     options.normalize.is_inverse_depth = !input.depth || input.depth->is_inverse_depth;
-    const aligned_silhouettes silhouettes{options.alignment};
-    const serial_executor threads;
-    return input.depth ? make_photo3d(input.photo.color, given_disparity{input.depth->disparity}, silhouettes,
-                                      *state().inpainting, options, threads)
-                       : make_photo3d(input.photo.color, *state().depth, silhouettes, *state().inpainting, options, threads);
+    cleaned_photo cleaned = input.depth
+                                ? clean_depth(input.photo.color, given_disparity{std::move(input.depth->disparity)}, options)
+                                : clean_depth(input.photo.color, *state().depth, options);
+    input = {};
+    return make_photo3d(std::move(cleaned), photo_columns<>(), *state().inpainting, options);
 }
 
 /// Writes the GLB. Keeps it with what the page must know.
@@ -208,12 +209,16 @@ EMSCRIPTEN_KEEPALIVE int web_load(int kind, const void* data, std::size_t size) 
     });
 }
 
-/// Runs every stage once, so that the browser compiles its code before the first photo; returns 1, or 0 after an error.
-EMSCRIPTEN_KEEPALIVE int web_warm_up() {
-    return attempt([] {
-        const photo_with_depth scene = scene_for_warm_up();
-        state().depth->disparity(scene.photo.color, {}, serial_executor());
-        encode(make(scene), "", false);
+/// Runs a part of the program, so that the browser compiles and optimizes its code before the first photo; returns 1, or 0 after
+/// an error. Parts 0 to 2 together run everything; each takes a fraction of a second.
+EMSCRIPTEN_KEEPALIVE int web_warm_up(int part) {
+    return attempt([part] {
+        photo_with_depth scene = scene_for_warm_up();
+        if (part == 0)
+            for (int i = 0; i < 4; ++i) decode_photo(encode_texture(scene.photo.color, 85), {}, "warm-up");
+        if (part == 1) state().depth->disparity(scene.photo.color, {}, serial_executor());
+        if (part != 2) return;
+        encode(make(std::move(scene)), "", false);
         state().glb = {}, state().poster = {};
     });
 }
@@ -228,7 +233,7 @@ EMSCRIPTEN_KEEPALIVE int web_inspect(const void* data, std::size_t size, const c
             decoder = 2;
             return;
         }
-        const ldi::detail::picture_header header = ldi::detail::read_plain_header(file, name);
+        const ldi::picture_header header = ldi::detail::read_plain_header(file, name);
         ldi::detail::decoding_budget({}, {}, size).take(header, name);
         const bool has_profile = header.format == picture_format::png ? !ldi::detail::png_profile(header.profile_chunk).empty()
                                                                       : !ldi::detail::jpeg_profile(header.extensions).empty();
@@ -237,18 +242,28 @@ EMSCRIPTEN_KEEPALIVE int web_inspect(const void* data, std::size_t size, const c
     return is_done == 0 ? 0 : decoder;
 }
 
+/// Refuses a file that the browser cannot decode; returns 0.
+EMSCRIPTEN_KEEPALIVE int web_refuse(const void* data, std::size_t size, const char* name) {
+    return attempt([&] {
+        raise(size == 0 ? error_code::invalid_data : error_code::unsupported, name,
+              "a JPEG, PNG, GIF, BMP, WebP or AVIF file, or another that this browser reads",
+              ldi::describe_format(bytes_of(data, size)));
+    });
+}
+
 /// Converts a photo; returns 1, or 0 after an error. web_glb() and web_poster() have the results.
 ///
 /// rgba  the browser's pixels, or null
 EMSCRIPTEN_KEEPALIVE int web_convert(const void* data, std::size_t size, const char* name, const std::uint8_t* rgba,
                                      std::size_t height, std::size_t width, int is_exact) {
     return attempt([&] {
+        state().glb = {}, state().poster = {};  // of the photo before
         listener().report("reading photo", 0);
         photo_with_depth input = decode(bytes_of(data, size), name, rgba, height, width);
         complete(input);
         state().depth_source = input.depth ? input.depth->source : input.refused;
         listener().report("reading photo", 1);
-        encode(make(input), name, is_exact != 0);
+        encode(make(std::move(input)), name, is_exact != 0);
     });
 }
 

@@ -104,7 +104,6 @@
 #include <ldi/mesh/outlines.hpp>
 #include <ldi/mesh/polygon.hpp>
 #include <ldi/mesh/simplify.hpp>
-#include <ldi/mesh/soft_edges.hpp>
 #include <ldi/mesh/studs.hpp>
 #include <ldi/mesh/textured_mesh.hpp>
 #include <ldi/mesh/triangulate.hpp>
@@ -118,6 +117,7 @@
 #include <ldi/render/rasterizer.hpp>
 #include <ldi/render/stereo.hpp>
 
+#include <ldi/formats/checksums.hpp>
 #include <ldi/formats/farbrausch.hpp>
 #include <ldi/formats/float_map.hpp>
 #include <ldi/formats/glb.hpp>
@@ -132,6 +132,7 @@
 #include <ldi/photo3d/clean_depth.hpp>
 #include <ldi/photo3d/lift_photo.hpp>
 #include <ldi/photo3d/options.hpp>
+#include <ldi/photo3d/paper_options.hpp>
 #include <ldi/photo3d/suppliers.hpp>
 
 #include <ldi/photo3d.hpp>

@@ -430,10 +430,12 @@ public:
 
     template <std::integral Index>
     T& operator[](Index i) {
+        LDI_ASSERT(static_cast<std::size_t>(i) < size());
         return data()[static_cast<std::size_t>(i)];
     }
     template <std::integral Index>
     const T& operator[](Index i) const {
+        LDI_ASSERT(static_cast<std::size_t>(i) < size());
         return data()[static_cast<std::size_t>(i)];
     }
     T& front() { return *data(); }
@@ -586,7 +588,8 @@ private:
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// `array_view<const T>` is read-only, `array_view<T>` is writable. Converts from buffers and spans, and to spans.
+/// `array_view<const T>` is read-only, `array_view<T>` is writable. Converts from buffers and spans, and to spans. Does not
+/// convert from a temporary buffer, which the view would outlive.
 template <class T>
 class array_view {
 public:
@@ -596,6 +599,7 @@ public:
     constexpr array_view(T* data, std::size_t size) : data_(data), size_(size) {}
     array_view(buffer<value_type>& values) : array_view(values.data(), values.size()) {}
     array_view(const buffer<value_type>& values) requires std::is_const_v<T> : array_view(values.data(), values.size()) {}
+    array_view(const buffer<value_type>&&) = delete;
     template <class U>
     requires std::is_convertible_v<U (*)[], T (*)[]>
     constexpr array_view(std::span<U> values) : array_view(values.data(), values.size()) {}
@@ -615,9 +619,13 @@ public:
     constexpr T* end() const { return data_ + size_; }
     template <std::integral Index>
     constexpr T& operator[](Index i) const {
+        LDI_ASSERT(static_cast<std::size_t>(i) < size_);
         return data_[static_cast<std::size_t>(i)];
     }
-    T& back() const { return data_[size_ - 1]; }
+    T& back() const {
+        LDI_ASSERT(size_ > 0);
+        return data_[size_ - 1];
+    }
     buffer<value_type> copy() const { return buffer<value_type>(begin(), end()); }
 
     /// Compares all values.
@@ -1099,7 +1107,8 @@ public:
     /// Makes a graph without pixels.
     graph() = default;
 
-    operator graph_view() const { return graph_view(width_, height_, x_, y_, up(), down(), left(), right()); }
+    operator graph_view() const& { return graph_view(width_, height_, x_, y_, up(), down(), left(), right()); }
+    operator graph_view() const&& = delete;  // the view would outlive the graph
 
 private:
     friend graph_builder;
@@ -1113,6 +1122,7 @@ inline bool operator==(const graph_view& a, const graph_view& b) {
         if (!(a.neighbors(s) == b.neighbors(s))) return false;
     return true;
 }
+inline bool operator==(const graph& a, const graph& b) { return graph_view(a) == graph_view(b); }
 
 }}  // namespace ldi
 
@@ -1389,6 +1399,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 template <class T>
 concept payload_column = requires {
     typename T::scalar;
+    requires std::default_initializable<typename T::scalar> && std::copyable<typename T::scalar>;
     { T::channels } -> std::convertible_to<std::size_t>;
     requires(T::channels > 0);
 };
@@ -1435,6 +1446,11 @@ std::array<Scalar, channels> averaged(pixel_values<Scalar, channels> pixels) {
 
 namespace detail {
 
+template <class...>
+inline constexpr bool are_distinct = true;
+template <class First, class... Rest>
+inline constexpr bool are_distinct<First, Rest...> = !(std::is_same_v<First, Rest> || ...) && are_distinct<Rest...>;
+
 template <payload_column Column>
 typename Column::scalar new_pixel_value(typename Column::scalar origin) {
     if constexpr (requires { Column::new_pixel(origin); })
@@ -1464,6 +1480,7 @@ std::array<typename Column::scalar, Column::channels> vertex_values(pixels_of<Co
 
 template <class Column, class Scalar>
 std::span<Scalar, Column::channels> pixel_scalars(array_view<Scalar> column, std::int32_t pixel) {
+    LDI_ASSERT(pixel >= 0 && static_cast<std::size_t>(pixel) < column.size() / Column::channels);
     return std::span<Scalar, Column::channels>(column.data() + static_cast<std::size_t>(pixel) * Column::channels,
                                                Column::channels);
 }
@@ -1552,16 +1569,29 @@ inline bool is_complete(const grown_pixels& grown, std::size_t old_count) {
     if (grown.topology.size() != old_count + new_count) return false;
     for (const std::int32_t origin : grown.origins)
         if (origin < 0 || static_cast<std::size_t>(origin) >= old_count) return false;
-    buffer<bool> seen(old_count + new_count);  // one entry per old pixel, then one per entry of `origins`
-    std::size_t total = 0;
+    // Per entry of `origins`, then per old pixel: whether a piece contains it. Old pixels need it only from the first piece that
+    // does not continue the previous piece of old pixels: pieces are usually in the order of the photo.
+    buffer<bool> seen(new_count);
+    std::size_t total = 0, continued = 0;
+    bool is_in_order = true;
     for (const grown_piece& p : grown.pieces) {
-        if (p.first < 0 || p.count < 0 ||
-            static_cast<std::size_t>(p.first) + static_cast<std::size_t>(p.count) > (p.is_new ? new_count : old_count))
-            return false;
-        for (std::int32_t i = p.first; i < p.first + p.count; ++i, ++total)
-            if (std::exchange(seen[static_cast<std::size_t>(i) + (p.is_new ? old_count : 0)], true)) return false;
+        if (p.first < 0 || p.count < 0) return false;
+        const auto first = static_cast<std::size_t>(p.first), count = static_cast<std::size_t>(p.count);
+        if (first + count > (p.is_new ? new_count : old_count)) return false;
+        total += count;
+        if (!p.is_new && is_in_order && first == continued) {
+            continued += count;
+            continue;
+        }
+        if (!p.is_new && is_in_order) {
+            seen.resize(new_count + continued, true);
+            seen.resize(new_count + old_count);
+            is_in_order = false;
+        }
+        for (std::size_t i = first; i < first + count; ++i)
+            if (std::exchange(seen[i + (p.is_new ? 0 : new_count)], true)) return false;
     }
-    return total == seen.size();
+    return total == old_count + new_count;
 }
 
 }  // namespace detail
@@ -1610,6 +1640,8 @@ private:
 ///     surfaces.column<normal>()[3 * i + 2]
 template <payload_column... Columns>
 class layered_image {
+    static_assert(detail::are_distinct<Columns...>, "a layered image has each column once");
+
 public:
     /// Whether the layered image has this column.
     template <class Column>
@@ -1648,29 +1680,34 @@ public:
         return *this;
     }
 
-    const graph& topology() const { return graph_; }
+    const graph& topology() const& { return graph_; }
+    const graph& topology() const&& = delete;  // the graph would be destroyed with the image
     /// Number of pixels K.
     std::size_t size() const { return graph_.size(); }
 
     /// Returns K x channels scalars.
     template <payload_column Column>
-    array_view<typename Column::scalar> column() {
+    array_view<typename Column::scalar> column() & {
         return values<Column>();
     }
     template <payload_column Column>
-    array_view<const typename Column::scalar> column() const {
+    array_view<const typename Column::scalar> column() const& {
         return std::get<storage<Column>>(columns_).values;
     }
+    template <payload_column Column>
+    array_view<const typename Column::scalar> column() const&& = delete;
 
     /// Returns the scalars of one pixel.
     template <payload_column Column>
-    std::span<typename Column::scalar, Column::channels> at(std::int32_t pixel) {
+    std::span<typename Column::scalar, Column::channels> at(std::int32_t pixel) & {
         return detail::pixel_scalars<Column>(column<Column>(), pixel);
     }
     template <payload_column Column>
-    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const {
+    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const& {
         return detail::pixel_scalars<Column>(column<Column>(), pixel);
     }
+    template <payload_column Column>
+    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const&& = delete;
 
     /// Replaces a column without a copy. Raises mismatch unless there are K x channels scalars.
     template <payload_column Column>
@@ -1730,7 +1767,7 @@ public:
         const std::size_t old_count = old.size();
         grown_pixels grown = make(graph_builder(std::move(old.graph_)));
         if (!detail::is_complete(grown, old_count))
-            raise(error_code::mismatch, "grow", "each old pixel once, and new ones that continue old ones", "others");
+            raise(error_code::mismatch, "grow", "each old pixel once, and new pixels that continue old pixels", "other pieces");
         layered_image result;
         const auto move_column = [&]<class Column>(const Column&) {
             result.template values<Column>() = old.template grown_column<Column>(grown);
@@ -1905,13 +1942,15 @@ inline graph_builder keep_even_pixels(const graph_view& g, std::span<const pixel
 
 /// Links kept pixels that are connected by a straight path of two links.
 inline void link_kept_pixels(const graph_view& g, const coarsened& result, graph_builder& made) {
-    for (side s : all_sides) {
+    for (const side s : {side::down, side::right}) {
         const array_view<const std::int32_t> fine = g.neighbors(s);
-        const array_view<std::int32_t> coarse = made.write_neighbors(s);
-        for (std::size_t i = 0; i < result.kept.size(); ++i) {
+        const array_view<std::int32_t> coarse = made.write_neighbors(s), back = made.write_neighbors(opposite(s));
+        std::fill(back.begin(), back.end(), no_pixel);
+        for (std::int32_t i = 0; i < result.kept.count(); ++i) {
             const std::int32_t between = fine[result.kept[i]];
             const std::int32_t other = between == no_pixel ? no_pixel : fine[between];
             coarse[i] = other == no_pixel ? no_pixel : result.parent[other];
+            if (other != no_pixel) back[coarse[i]] = i;
         }
     }
 }
@@ -2058,7 +2097,7 @@ coarsened_layers<Columns...> coarsen(const layered_image<Columns...>& fine, orph
 // "Worst-case analysis of set union algorithms", 1984). The smallest member represents its set, so that results do not depend on
 // the order of merging.
 
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 class disjoint_sets {
 public:
@@ -2117,7 +2156,7 @@ private:
     buffer<std::int32_t> parent_;
 };
 
-}}}  // namespace ldi::detail
+}}  // namespace ldi
 
 // ---- ldi/core/components.hpp
 // Connected components: sets of pixels that links connect. Depth cleaning uses them (paper, section "Geometry", isolated features
@@ -2142,7 +2181,7 @@ inline components connected_components(const graph_view& g) {
     const buffer<pixel_run> runs = runs_of(g);
     buffer<std::int32_t>& run_of = result.label;  // run of each pixel, until labels replace it
     run_of.resize(count);
-    detail::disjoint_sets sets;
+    disjoint_sets sets;
     for (std::int32_t run = 0; run < runs.count(); ++run) {
         sets.add();
         std::fill(run_of.begin() + runs[run].first, run_of.begin() + runs[run].last, run);
@@ -2577,10 +2616,11 @@ bool same_shape(const auto& a, const auto& b) {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Non-owning view of a layered image, or of some of its columns. Stages that only read layers accept it. As with
-/// std::string_view, a view of a temporary is valid only until the end of the full expression.
+/// Non-owning view of a layered image, or of some of its columns. Stages that only read layers accept it.
 template <payload_column... Columns>
 class layered_view {
+    static_assert(detail::are_distinct<Columns...>, "a view shows each column once");
+
 public:
     template <class Column>
     static constexpr bool has = (std::is_same_v<Column, Columns> || ...);
@@ -2593,9 +2633,11 @@ public:
         };
         (check(g.size() * Columns::channels, columns.size()), ...);
     }
-    explicit layered_view(graph&&, array_view<const typename Columns::scalar>...) = delete;  // the view would outlive the graph
+    /// Accepts an image or layer that is not a temporary, or any other view.
     template <has_columns<Columns...> Layers>
-    layered_view(const Layers& layers) : layered_view(layers.topology(), layers.template column<Columns>()...) {}
+    requires(!std::is_same_v<std::remove_cvref_t<Layers>, layered_view> && requires { std::declval<Layers>().topology(); })
+        layered_view(Layers&& layers)
+        : layered_view(graph_view(layers.topology()), layers.template column<Columns>()...) {}
 
     const graph_view& topology() const { return graph_; }
     std::size_t size() const { return graph_.size(); }
@@ -2797,27 +2839,32 @@ public:
         for (std::int32_t i = 0; in_order && i < g.count(); ++i) in_order = g.position_of(i) == static_cast<std::size_t>(i);
         if (!in_order)
             raise(error_code::mismatch, "single_layer",
-                  std::to_string(g.width()) + " x " + std::to_string(g.height()) + " pixels, row by row", "others");
+                  std::to_string(g.width()) + " x " + std::to_string(g.height()) + " pixels, row by row", "other pixels");
     }
 
-    const graph& topology() const { return layers_.topology(); }
+    const graph& topology() const& { return layers_.topology(); }
+    const graph& topology() const&& = delete;  // the graph would be destroyed with the layer
     std::size_t size() const { return layers_.size(); }
     template <payload_column Column>
-    array_view<typename Column::scalar> column() {
+    array_view<typename Column::scalar> column() & {
         return layers_.template column<Column>();
     }
     template <payload_column Column>
-    array_view<const typename Column::scalar> column() const {
+    array_view<const typename Column::scalar> column() const& {
         return layers_.template column<Column>();
     }
     template <payload_column Column>
-    std::span<typename Column::scalar, Column::channels> at(std::int32_t pixel) {
+    array_view<const typename Column::scalar> column() const&& = delete;
+    template <payload_column Column>
+    std::span<typename Column::scalar, Column::channels> at(std::int32_t pixel) & {
         return layers_.template at<Column>(pixel);
     }
     template <payload_column Column>
-    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const {
+    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const& {
         return layers_.template at<Column>(pixel);
     }
+    template <payload_column Column>
+    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const&& = delete;
     template <payload_column Column>
     void set_column(buffer<typename Column::scalar> scalars) {
         layers_.template set_column<Column>(std::move(scalars));
@@ -2865,6 +2912,22 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// Maximum kernel size of gather_window().
 inline constexpr std::int32_t max_kernel_size = 15;
 
+namespace detail {
+
+/// Same as gather_window() for a kernel of 3 x 3 centered on a pixel with four neighbors; returns false for other pixels. Each
+/// corner then is two steps away on two paths, and no other path leads there.
+inline bool gather_small_window(const graph_view& g, std::int32_t pixel, std::span<std::int32_t> window) {
+    const std::int32_t up = g.up()[pixel], down = g.down()[pixel], left = g.left()[pixel], right = g.right()[pixel];
+    if (up == no_pixel || down == no_pixel || left == no_pixel || right == no_pixel) return false;
+    const auto first = [](std::int32_t a, std::int32_t b) { return a != no_pixel ? a : b; };
+    window[0] = first(g.left()[up], g.up()[left]), window[2] = first(g.right()[up], g.up()[right]);
+    window[6] = first(g.left()[down], g.down()[left]), window[8] = first(g.right()[down], g.down()[right]);
+    window[1] = up, window[3] = left, window[4] = pixel, window[5] = right, window[7] = down;
+    return true;
+}
+
+}  // namespace detail
+
 /// Fills `window` with the pixels under a kernel centered on `pixel`.
 ///
 /// kernel_size  odd, 1 to max_kernel_size
@@ -2880,6 +2943,7 @@ inline void gather_window(const graph_view& g, std::int32_t pixel, std::int32_t 
     const std::size_t count = static_cast<std::size_t>(kernel_size * kernel_size);
     LDI_ASSERT(window.size() == count);
     LDI_ASSERT(pixel >= 0 && pixel < g.count());
+    if (kernel_size == 3 && detail::gather_small_window(g, pixel, window)) return;
 
     // The window with a border of elements that count as reached, so that exploration ends at the border.
     constexpr std::int32_t border = 0;
@@ -7398,6 +7462,32 @@ inline constexpr std::size_t gemm_group = 4;
 /// Number of groups of four inputs, rounded up.
 constexpr std::size_t groups_of_four(std::size_t inputs) { return (inputs + gemm_group - 1) / gemm_group; }
 
+/// Arguments of gemm_u8() for one panel of weights in groups of four inputs.
+struct panel_of_groups {
+    const std::uint8_t* const* segments;
+    std::size_t segment_count, groups, pixel_stride, pixels;
+    const std::int8_t* weights;
+    const std::int32_t* bias;
+    std::uint8_t* result;
+    std::size_t outputs, held = 0;  ///< number of outputs of the layer, and of the panel
+
+    void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
+};
+
+/// Appends the weights of a layer with a single output in the order of the inputs, and pads each segment with zeros to a multiple
+/// of `multiple`. The panel layout would use only one lane of each vector.
+///
+/// sign  -1 for negated weights
+template <class Stored>
+void append_single_output(buffer<Stored>& to, const gemm_u8_weights& packed, std::span<const std::uint8_t> weights,
+                          int weight_zero_point, int sign, std::size_t multiple) {
+    const std::size_t padded = (packed.inputs + multiple - 1) / multiple * multiple;
+    for (std::size_t s = 0; s < packed.segments; ++s)
+        for (std::size_t i = 0; i < padded; ++i)
+            to.push_back(
+                static_cast<Stored>(i < packed.inputs ? sign * (weights[s * packed.inputs + i] - weight_zero_point) : 0));
+}
+
 /// Appends weights panel by panel, segment by segment, in groups of four inputs: vectors of `lanes` outputs x 4 inputs, padded
 /// with zeros.
 ///
@@ -7449,17 +7539,6 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
 inline constexpr std::size_t gemm_lanes = 8, gemm_max_vectors = 2, gemm_tile_pixels[] = {8, 4};
 using detail::gemm_group;
-
-/// Packs the weights of a layer with a single output in the order of the inputs, and pads each segment to whole vectors. The
-/// panel layout would use only one of 8 lanes.
-inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
-    const int sign = detail::is_negated(packed.fast) ? -1 : 1;
-    const std::size_t padded = (packed.inputs + 15) / 16 * 16;
-    for (std::size_t s = 0; s < packed.segments; ++s)
-        for (std::size_t i = 0; i < padded; ++i)
-            packed.wide.push_back(static_cast<std::int16_t>(
-                i < packed.inputs ? sign * (weights[s * packed.inputs + i] - int{weight_zero_point}) : 0));
-}
 
 /// Weights of four inputs for all outputs of a panel, so small that they cannot saturate a 16-bit sum. The weights of a group
 /// are the sum of one or more terms.
@@ -7546,9 +7625,9 @@ private:
 /// Packs weights panel by panel, segment by segment. Appends to `order` the number of pairs of terms, the number of single
 /// terms, and the first input of each term. Appends to `narrow` vectors of 8 outputs x 4 inputs, term by term.
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
-    if (packed.is_single_output()) return pack_single_output(packed, weights, weight_zero_point);
-    const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_max_vectors);
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
+    if (packed.is_single_output()) return detail::append_single_output(packed.wide, packed, weights, weight_zero_point, sign, 16);
+    const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_max_vectors);
     buffer<gemm_term> terms;
     std::size_t first = 0;
     for (std::size_t panel = 0; panel < cut.panels; ++panel) {
@@ -7836,37 +7915,16 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 
 inline constexpr std::size_t gemm_lanes = 16, gemm_max_vectors = 4, gemm_tile_pixels[] = {12, 6, 4, 4};
 using detail::gemm_group;
-
-/// Packs the weights of a layer with a single output in the order of the inputs, and pads each segment to whole vectors. The
-/// panel layout would use only one of 16 lanes.
-inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
-    const int sign = detail::is_negated(packed.fast) ? -1 : 1;
-    const std::size_t padded = (packed.inputs + 63) / 64 * 64;
-    for (std::size_t s = 0; s < packed.segments; ++s)
-        for (std::size_t i = 0; i < padded; ++i)
-            packed.narrow.push_back(static_cast<std::int8_t>(
-                i < packed.inputs ? sign * (weights[s * packed.inputs + i] - int{weight_zero_point}) : 0));
-}
+using gemm_panel = detail::panel_of_groups;
 
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
-    if (packed.is_single_output()) return pack_single_output(packed, weights, weight_zero_point);
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
+    if (packed.is_single_output())
+        return detail::append_single_output(packed.narrow, packed, weights, weight_zero_point, sign, 64);
     detail::append_groups_of_four(packed, weights, weight_zero_point, sign, gemm_lanes, gemm_max_vectors);
 }
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
-
-/// Arguments of gemm_u8() for one panel.
-struct gemm_panel {
-    const std::uint8_t* const* segments;
-    std::size_t segment_count, groups, pixel_stride, pixels;
-    const std::int8_t* weights;
-    const std::int32_t* bias;
-    std::uint8_t* result;
-    std::size_t outputs, held = 0;  ///< number of outputs of the layer, and of the panel
-
-    void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
-};
 
 [[gnu::always_inline]] inline __m512i spread_four(const std::uint8_t* inputs) {
     std::int32_t four = 0;
@@ -8087,6 +8145,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx_vnni {
 
 inline constexpr std::size_t gemm_lanes = 8, gemm_max_vectors = 2, gemm_tile_pixels[] = {12, 6};
 using detail::gemm_group;
+using gemm_panel = detail::panel_of_groups;
 
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
@@ -8094,18 +8153,6 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
 }
 
 LDI_BEGIN_TARGET(LDI_AVX_VNNI_FEATURES)
-
-/// Arguments of gemm_u8() for one panel.
-struct gemm_panel {
-    const std::uint8_t* const* segments;
-    std::size_t segment_count, groups, pixel_stride, pixels;
-    const std::int8_t* weights;
-    const std::int32_t* bias;
-    std::uint8_t* result;
-    std::size_t outputs, held = 0;  ///< number of outputs of the layer, and of the panel
-
-    void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
-};
 
 template <std::size_t... v>
 [[gnu::always_inline]] inline void multiply_add(std::index_sequence<v...>, __m256i* sums, __m256i inputs,
@@ -8236,6 +8283,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace neon {
 
 inline constexpr std::size_t gemm_lanes = 4, gemm_max_vectors = 4, gemm_tile_pixels[] = {12, 8, 7, 6};
 using detail::gemm_group;
+using gemm_panel = detail::panel_of_groups;
 
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const int sign = detail::range_of(weights, weight_zero_point).most > 127 ? -1 : 1;
@@ -8250,18 +8298,6 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
 }
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
-
-/// Arguments of gemm_u8() for one panel.
-struct gemm_panel {
-    const std::uint8_t* const* segments;
-    std::size_t segment_count, groups, pixel_stride, pixels;
-    const std::int8_t* weights;
-    const std::int32_t* bias;
-    std::uint8_t* result;
-    std::size_t outputs, held = 0;  ///< number of outputs of the layer, and of the panel
-
-    void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
-};
 
 /// Loads 4, 8 or 16 inputs into the first lanes.
 template <std::size_t groups>
@@ -8473,19 +8509,9 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 inline constexpr std::size_t gemm_lanes = 4, gemm_max_vectors = 2, gemm_tile_pixels[] = {4, 4}, gemm_group = 2;
 inline constexpr std::size_t gemm_widened = 4 * detail::max_unfused_inputs;  // values widened at a time
 
-/// Packs the weights of a layer with a single output in the order of the inputs, and pads each segment to whole vectors. The
-/// panel layout would use only one of 4 lanes.
-inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
-    const std::size_t padded = (packed.inputs + 7) / 8 * 8;
-    for (std::size_t s = 0; s < packed.segments; ++s)
-        for (std::size_t i = 0; i < padded; ++i)
-            packed.wide.push_back(
-                static_cast<std::int16_t>(i < packed.inputs ? weights[s * packed.inputs + i] - int{weight_zero_point} : 0));
-}
-
 /// Packs weights panel by panel, segment by segment, in pairs of inputs: vectors of 4 outputs x 2 inputs.
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
-    if (packed.is_single_output()) return pack_single_output(packed, weights, weight_zero_point);
+    if (packed.is_single_output()) return detail::append_single_output(packed.wide, packed, weights, weight_zero_point, 1, 8);
     const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_max_vectors);
     std::size_t first = 0;
     for (std::size_t panel = 0; panel < cut.panels; ++panel) {
@@ -9892,14 +9918,16 @@ struct pixel_subset {
     /// Collects the pixels with nonzero marks.
     static pixel_subset marked(std::span<const std::uint8_t> marks) {
         pixel_subset subset;
-        subset.row_of.resize(marks.size());
-        subset.pixels.resize(marks.size() - static_cast<std::size_t>(std::count(marks.begin(), marks.end(), std::uint8_t{0})));
+        const auto unmarked = static_cast<std::size_t>(std::count(marks.begin(), marks.end(), std::uint8_t{0}));
+        subset.row_of.resize(marks.size(), unset);
+        subset.pixels.resize(marks.size() - unmarked + 1, unset);  // one more, so that the loop writes without a branch
         std::int32_t pixel = 0, row = 0;
         for (const std::uint8_t mark : marks) {
             subset.row_of[pixel] = mark != 0 ? row : no_pixel;
-            if (mark != 0) subset.pixels[row++] = pixel;
-            ++pixel;
+            subset.pixels[row] = pixel++;
+            row += mark != 0 ? 1 : 0;
         }
+        subset.pixels.pop_back();
         return subset;
     }
 };
@@ -11357,6 +11385,38 @@ inline network_description read_quantized_network(const named_tensors& file) {
 
 }}  // namespace ldi
 
+// ---- ldi/core/other_bytes.hpp
+// A walk over the few values of a byte column that differ from the usual value, such as the unknown pixels of a photo.
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+
+/// Calls see(i) for each i with values[i] != usual, in ascending order. Skips eight usual values at a time.
+template <class See>
+void for_each_other_byte(array_view<const std::uint8_t> values, std::uint8_t usual, See&& see) {
+    const std::uint8_t* const value = values.data();
+    const std::int32_t count = values.count();
+    std::uint64_t all_usual = 0;
+    std::memset(&all_usual, usual, sizeof(all_usual));
+    std::int32_t i = 0;
+    for (std::uint64_t word = 0; i + 8 <= count; i += 8) {
+        std::memcpy(&word, value + i, sizeof(word));
+        for (std::int32_t k = i; word != all_usual && k < i + 8; ++k)
+            if (value[k] != usual) see(k);
+    }
+    for (; i < count; ++i)
+        if (value[i] != usual) see(i);
+}
+
+/// Calls see(i) for each i with known[i] == 0, in ascending order.
+template <class See>
+void for_each_unknown(array_view<const std::uint8_t> known, See&& see) {
+    for_each_other_byte(known, 1, [&](std::int32_t i) {
+        if (known[i] == 0) see(i);
+    });
+}
+
+}}}  // namespace ldi::detail
+
 // ---- ldi/networks/detail/network_input.hpp
 // Inputs and layer results of an inpainting network: feature maps, with a mask for networks that ignore missing colors.
 
@@ -11974,6 +12034,7 @@ public:
             else
                 average_windows(
                     levels_[i].average_coarse, threads_, [&](std::int32_t p) { return known[i][p]; }, store);
+            levels_[i].average_coarse = {};
         }
         masked_colors fill = known[depth];
         spread(fill, levels_[depth].average, known[depth], growth_);
@@ -12322,9 +12383,10 @@ void farbrausch::inpaint(Layers& layers, const progress_listener& progress, Exec
     const buffer<float> values = colors(layers, wanted, progress, threads);
     const auto color = layers.template column<color_column>();
     std::size_t next = 0;
-    for (std::size_t i = 0; i < wanted.size(); ++i)
-        for (std::size_t c = 0; wanted[i] != 0 && c < output_channels; ++c)
-            color[3 * i + c] = detail::rounded_to_byte(255.0F * values[next++]);
+    detail::for_each_unknown(known, [&](std::int32_t i) {
+        for (std::size_t c = 0; c < output_channels; ++c)
+            color[3 * static_cast<std::size_t>(i) + c] = detail::rounded_to_byte(255.0F * values[next++]);
+    });
 }
 
 template <executor Executor>
@@ -12401,8 +12463,8 @@ private:
     };
     struct layer_shape {
         std::string_view name;
-        std::array<std::string_view, 2> reads;  ///< source names; the second may be empty, else the first is upsampled
-        std::size_t inputs, outputs;            ///< `inputs`: number of channels per source
+        std::array<std::string_view, 2> reads;  ///< one or two sources; if there are two, the first is upsampled
+        std::size_t inputs, outputs;            ///< channels of each source, and of the result
     };
     static constexpr std::array<layer_shape, 11> shapes{{{"fine", {"input", ""}, input_channels, 16},
                                                          {"half.down", {"fine", ""}, 16, 32},
@@ -12840,11 +12902,13 @@ public:
         const std::int32_t other = next(corner, towards);
         if (present_[other] == 0) used_.push_back(other);
         present_[other] |= bit(opposite(towards));
+        ++side_count_;
     }
 
     std::int32_t width() const { return width_; }
     std::int32_t height() const { return height_; }
     const buffer<std::int32_t>& used() const { return used_; }
+    std::size_t side_count() const { return side_count_; }
     std::int32_t corner(std::int32_t x, std::int32_t y) const { return y * stride_ + x; }
     std::int32_t x(std::int32_t c) const { return c % stride_; }
     std::int32_t y(std::int32_t c) const { return c / stride_; }
@@ -12861,6 +12925,7 @@ public:
         LDI_ASSERT(has(c, towards));
         present_[c] ^= bit(towards);
         present_[next(c, towards)] ^= bit(opposite(towards));
+        --side_count_;
     }
 
 private:
@@ -12869,6 +12934,7 @@ private:
     std::int32_t stride_, width_, height_;
     buffer<std::uint8_t> present_;
     buffer<std::int32_t> used_;
+    std::size_t side_count_ = 0;
 };
 
 // A traced curve: its sides, and its corners, one more than its sides.
@@ -14526,8 +14592,11 @@ private:
                 low = (std::min)(low, d), high = (std::max)(high, d);
             }
         if (surface_.same_surface(high, low)) return false;
-        std::sort(nearest.data(), nearest.data() + around.count,
-                  [](const neighbor& a, const neighbor& b) { return a.disparity < b.disparity; });
+        // Equal disparities in the order of their samples: sums of floats depend on it, and std::sort() on the library.
+        std::sort(nearest.data(), nearest.data() + around.count, [](const neighbor& a, const neighbor& b) {
+            if (a.disparity != b.disparity) return a.disparity < b.disparity;
+            return a.y != b.y ? a.y < b.y : a.x < b.x;
+        });
         for (std::size_t s = 0; s < around.count; ++s) {
             const neighbor& n = nearest[s];
             around.disparity[s] = n.disparity, around.x[s] = nearest_float(n.x), around.y[s] = nearest_float(n.y);
@@ -15023,6 +15092,12 @@ struct curve_options {
     std::size_t min_length = 20;
     /// Number of pixel sides over which the direction of a curve at its end is measured.
     std::size_t tangent_length = 20;
+    /// Maximum number of pixel sides in all curves, per pixel of the photo. A denser depth map, such as noise, is not a picture
+    /// of surfaces. Curves shorter than min_length are then dropped, and the shortest of the others until the rest fits, so that
+    /// such a map costs a few times as much as a photo's. 117 photographs and sensor depth maps had at most 0.05.
+    float max_density = 0.2F;
+    /// Maximum number of pixel sides in all curves. Bounds the number of charts of photos of more than 2.5 megapixels.
+    std::size_t max_sides = 500'000;
 };
 
 /// A half line that the hidden surface behind a curve must not cross. It starts at the curve's end, is perpendicular to the
@@ -15057,6 +15132,20 @@ inline buffer<std::size_t> group_lengths(const buffer<trace>& traces) {
     return lengths;
 }
 
+// Returns the smallest length, at least `min_length`, for which all curves of at least this length have at most `max_sides` sides
+// together; 0 if all curves fit.
+inline std::size_t min_length_within(const tracer& tracer, std::size_t max_sides, std::size_t min_length) {
+    if (tracer.corners().side_count() <= max_sides) return 0;
+    buffer<std::size_t> sides;  // per length of a curve: sides of all such curves
+    tracer.for_each_curve([&](const trace& t) {
+        if (t.sides.size() >= sides.size()) sides.resize(t.sides.size() + 1);
+        sides[t.sides.size()] += t.sides.size();
+    });
+    std::size_t shortest = sides.size(), total = 0;
+    while (shortest > min_length && total + sides[shortest - 1] <= max_sides) total += sides[--shortest];
+    return shortest;
+}
+
 }  // namespace detail::curves
 
 namespace detail {
@@ -15078,6 +15167,8 @@ inline void check_curves(std::span<const discontinuity_curve> curves, const grap
 ///
 /// surface  the rule by which lift() linked the layer
 ///
+/// Raises invalid_option for a density outside [0, 2].
+///
 /// A curve between a midground and the surface in front of it is constrained where it ends in a junction, so that the farthest
 /// of the meeting surfaces can grow under all others. Other ends are not constrained, unlike in the paper: the step at a curve's
 /// end is as large as the threshold, and a camera that moves along the curve sees past the end. Time is linear, except for
@@ -15086,6 +15177,8 @@ template <payload_column... Columns>
 buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns...>& layer, surface_rule surface = {},
                                                       const curve_options& options = {}) {
     static_assert(has_columns<single_layer<Columns...>, disparity_column>);
+    if (!(options.max_density >= 0.0F && options.max_density <= 2.0F))
+        raise(error_code::invalid_option, "curve_options::max_density", "0 to 2", detail::to_text(options.max_density));
     const auto disparity = layer.template column<disparity_column>();
     buffer<discontinuity_curve> curves;
     const auto& g = layer.topology();
@@ -15118,8 +15211,13 @@ buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns
         return c;
     };
 
+    const std::size_t max_sides = (std::min)(
+        options.max_sides, static_cast<std::size_t>(options.max_density * detail::nearest_float(layer.topology().size())));
+    const std::size_t shortest = detail::curves::min_length_within(tracer, max_sides, options.min_length);
     buffer<detail::curves::trace> traces;
-    tracer.for_each_curve([&](detail::curves::trace t) { traces.push_back(std::move(t)); });
+    tracer.for_each_curve([&](detail::curves::trace t) {
+        if (t.sides.size() >= shortest) traces.push_back(std::move(t));
+    });
     const buffer<std::size_t> lengths = detail::curves::group_lengths(traces);
     for (std::size_t i = 0; i < traces.size(); ++i) {
         if (lengths[i] < options.min_length) continue;
@@ -15169,6 +15267,7 @@ public:
 
     std::int32_t width() const { return base_.width(); }
     std::int32_t height() const { return base_.height(); }
+    std::int32_t hidden_count() const { return hidden_.count(); }
     bool inside(std::int32_t x, std::int32_t y) const { return x >= 0 && y >= 0 && x < base_.width() && y < base_.height(); }
     /// Index of the visible pixel at (x, y), the first pixel of a walk over all pixels at this position.
     std::int32_t position(std::int32_t x, std::int32_t y) const { return y * base_.width() + x; }
@@ -15215,14 +15314,17 @@ public:
         for (side s : all_sides) join(all.write_neighbors(s), base_.neighbors(s), hidden_.neighbors(s));
         buffer<float> disparity(base_disparity_.begin(), base_disparity_.end());
         disparity.append(hidden_disparity_.begin(), hidden_disparity_.end());
-        see(std::move(all).build(), std::span<const float>(disparity), base_.size());
+        const graph topology = std::move(all).build();
+        see(graph_view(topology), std::span<const float>(disparity), base_.size());
     }
 
-    /// Merges all pixels into canonical order.
+    /// Merges all pixels into canonical order. Releases memory as early as it can, because the peak of a conversion is here; only
+    /// write_disparity() may follow.
     grown_pixels merge() {
+        newest_ = {}, older_ = {};
         grown_pixels result;
         result.pieces = order();
-        buffer<std::int32_t> new_index(base_.size() + hidden_.size());
+        buffer<std::int32_t> new_index(base_.size() + hidden_.size(), unset);
         std::int32_t placed = 0;
         for (const grown_piece& p : result.pieces)
             for (std::int32_t i = 0; i < p.count; ++i) new_index[p.first + (p.is_new ? base_count_ : 0) + i] = placed++;
@@ -15247,6 +15349,7 @@ public:
         }
         result.topology = std::move(g).build();
         result.origins = std::move(origin_);
+        base_ = graph_builder(0, 0), hidden_ = graph_builder(0, 0);
         return result;
     }
 
@@ -15377,6 +15480,12 @@ public:
                 for (side s : all_sides) grow(f.curve, f.pixel, s);
         }
         front_.swap(created_);
+    }
+
+    /// Merges all pixels; see hidden_pixels::merge().
+    grown_pixels merge() {
+        reach_ = {}, dives_ = {};
+        return pixels_.merge();
     }
 
 private:
@@ -15559,6 +15668,9 @@ struct expand_options {
     float motion = 0.08F;
     /// Maximum growth of a surface in pixels. If this is the tighter limit, views within `motion` show gaps.
     int iterations = 4096;
+    /// Growth ends when this many hidden pixels exist per pixel of the photo. 117 photographs and sensor depth maps need at most
+    /// 1 with the default motion; noise and staircases would need six.
+    float max_hidden = 1.25F;
 };
 
 /// A layered image with its hidden surfaces.
@@ -15566,7 +15678,7 @@ template <payload_column... Columns>
 struct expanded_layers {
     layered_image<Columns...> layers;
     /// Camera motion for which the hidden surfaces suffice (photo_facts::motion): expand_options::motion, or less if
-    /// expand_options::iterations is the tighter limit.
+    /// expand_options::iterations or max_hidden is the tighter limit.
     float motion = 0.0F;
 };
 
@@ -15586,8 +15698,8 @@ struct expanded_layers {
 /// tests and pictures.
 ///
 /// At most 1 / surface_rule::max_step surfaces lie at one position. Per pixel of the photo, most photos need less than half a
-/// hidden pixel; noise at all scales needs six. Time is linear in the number of pixels of the result; memory is up to 110 bytes
-/// per pixel.
+/// hidden pixel; expand_options::max_hidden is the limit. Time is linear in the number of pixels of the result; memory is up to
+/// 110 bytes per pixel.
 template <payload_column... Columns, class AfterIteration = std::nullptr_t>
 expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule surface,
                                    std::span<const discontinuity_curve> curves, const expand_options& options = {},
@@ -15596,6 +15708,8 @@ expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule 
     if (options.iterations < 0)
         raise(error_code::invalid_option, "expand_options::iterations", "0 or more", std::to_string(options.iterations));
     detail::check_curves(curves, layer.topology(), "expand");
+    if (!(options.max_hidden >= 0.0F))
+        raise(error_code::invalid_option, "expand_options::max_hidden", "0 or more", detail::to_text(options.max_hidden));
     if (!(options.motion >= 0 && options.motion <= 1))
         raise(error_code::invalid_option, "expand_options::motion", "0 to 1", detail::to_text(options.motion));
     expanded_layers<Columns...> result{detail::expansion_access::layers_of(std::move(layer)), options.motion};
@@ -15605,15 +15719,17 @@ expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule 
     const buffer<grown_piece> pieces = layers.grow([&](graph_builder base) {
         expansion.emplace(std::move(base), disparity, surface, curves, options.motion);
         const int last = (std::min)(options.iterations, expansion->max_iterations());
-        for (int i = 0; i < last; ++i) {
-            expansion->run_iteration(i);
+        const double max_hidden = double{options.max_hidden} * detail::nearest_double(disparity.size());
+        int done = 0;
+        while (done < last && detail::nearest_double(expansion->pixels().hidden_count()) < max_hidden) {
+            expansion->run_iteration(done++);
             if constexpr (!std::is_same_v<std::remove_cvref_t<AfterIteration>, std::nullptr_t>)
                 expansion->pixels().show(after_iteration);
-            progress.report("occluded geometry", detail::nearest_float(i) / detail::nearest_float(last));
+            progress.report("occluded geometry", detail::nearest_float(done - 1) / detail::nearest_float(last));
         }
         const int all = expansion->max_iterations();
-        if (last < all) result.motion *= detail::nearest_float(last) / detail::nearest_float(all);
-        return expansion->pixels().merge();
+        if (done < all) result.motion *= detail::nearest_float(done) / detail::nearest_float(all);
+        return expansion->merge();
     });
     expansion->pixels().write_disparity(layers.template column<disparity_column>(), pieces);
     progress.report("occluded geometry", 1.0F);
@@ -15729,9 +15845,9 @@ single_layer<color16_column, disparity_column, known_column, matte_column> lift(
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Measures the rim along each side of a photo. A rim consists of the outermost rows or columns, as long as each has a single
-/// color, and of `fading` more, in which that color fades out. More than `max_rim` rows or columns of a single color are a plain
-/// background instead of a rim.
+/// Measures the rim along each side of a photo. A rim consists of the outermost rows or columns with a single color each, and of
+/// the next `fading` rows or columns, in which that color fades out. If more than `max_rim` rows or columns have a single color,
+/// they are a plain background instead of a rim.
 class rim_finder {
 public:
     /// g             in canonical order
@@ -16009,7 +16125,7 @@ public:
         result_.write_neighbors(side::down)[upper] = lower, result_.write_neighbors(side::up)[lower] = upper;
     }
 
-    /// Restores the vertical links between old pixels. All pixels have been added.
+    /// Restores the vertical links between old pixels and returns the result. Call it after all pixels have been added.
     grown_pixels finish() {
         LDI_ASSERT(next_ == result_.count());
         for (const side s : {side::up, side::down}) {
@@ -16353,13 +16469,17 @@ std::array<std::uint8_t, 3> softened_color(const Layers& layers, std::int32_t ma
         count += weight;
     };
     add(pixel, 2);
+    const std::int32_t x = g.x()[pixel], y = g.y()[pixel];
     for (const side s : all_sides) {
-        const std::int32_t i = g.neighbor(pixel, s);
-        if (i == no_pixel || (std::min)(g.x()[i], g.y()[i]) < margin) continue;
-        if (g.x()[i] < g.width() - margin && g.y()[i] < g.height() - margin) add(i, 1);
+        const std::int32_t u = x + step_x(s), v = y + step_y(s);
+        if ((std::min)(u, v) < margin || u >= g.width() - margin || v >= g.height() - margin) continue;
+        if (const std::int32_t i = g.neighbor(pixel, s); i != no_pixel) add(i, 1);
     }
+    // (sum + count / 2) / count, exact for sums of six bytes
+    static constexpr std::array<int, 7> reciprocals{0, 0, 32768, 21846, 16384, 13108, 10923};
     std::array<std::uint8_t, 3> result{};
-    for (std::size_t c = 0; c < 3; ++c) result[c] = static_cast<std::uint8_t>((sum[c] + count / 2) / count);
+    for (std::size_t c = 0; c < 3; ++c)
+        result[c] = static_cast<std::uint8_t>((sum[c] + count / 2) * reciprocals[static_cast<std::size_t>(count)] >> 16);
     return result;
 }
 
@@ -16489,8 +16609,7 @@ void diffuse_unknown(const graph_view& g, array_view<const std::uint8_t> known, 
     solver.start();
     solver.reserve(static_cast<std::size_t>(std::count(known.begin(), known.end(), std::uint8_t{0})));
     buffer<std::int32_t> cell_of(g.size(), unset);  // per unknown pixel; not set for known pixels
-    for (std::int32_t i = 0; i < g.count(); ++i) {
-        if (known[i] != 0) continue;
+    for_each_unknown(known, [&](std::int32_t i) {
         const std::int32_t cell = cell_of[i] = solver.add_cell(g.x()[i], g.y()[i]);
         for (side s : all_sides) {
             const std::int32_t neighbor = g.neighbor(i, s);
@@ -16502,12 +16621,11 @@ void diffuse_unknown(const graph_view& g, array_view<const std::uint8_t> known, 
             else if (s == side::up)
                 solver.link_up(cell, cell_of[neighbor]);
         }
-    }
+    });
     before_solving();
     solver.solve(rounds);
     std::int32_t cell = 0;
-    for (std::int32_t i = 0; i < g.count(); ++i)
-        if (known[i] == 0) store(i, solver.value(++cell));
+    for_each_unknown(known, [&](std::int32_t i) { store(i, solver.value(++cell)); });
 }
 
 }}}  // namespace ldi::detail
@@ -16685,11 +16803,10 @@ void add_grain(Layers& layers, const grain_options& options = {}) {
     const auto& g = layers.topology();
     const buffer<float> around = detail::detail_around_unknown(layers, options.limit, options.rounds);
     std::int32_t next = 0;
-    for (std::int32_t i = 0; i < g.count(); ++i) {
-        if (layers.template column<known_column>()[i] != 0) continue;
+    detail::for_each_unknown(layers.template column<known_column>(), [&](std::int32_t i) {
         const float grain = options.strength * around[next++] * detail::grain_at(g.x()[i], g.y()[i]);
         for (std::uint8_t& value : layers.template at<color_column>(i)) value = detail::rounded_to_byte(value + grain);
-    }
+    });
 }
 
 }}  // namespace ldi
@@ -17228,8 +17345,7 @@ inline buffer<std::uint8_t> steps_to_unknown(const graph_view& g, array_view<con
             reached.push_back(n);
         }
     };
-    for (std::int32_t i = 0; i < g.count(); ++i)
-        if (steps[i] == 0) visit_around(i, 1, wave);
+    for_each_unknown(known, [&](std::int32_t i) { visit_around(i, 1, wave); });
     for (int distance = 2; distance <= most && !wave.empty(); ++distance) {
         further.clear();
         for (std::int32_t pixel : wave) visit_around(pixel, distance, further);
@@ -17273,14 +17389,13 @@ inline texture_cells find_texture_cells(const graph_view& g, array_view<const st
     cells.pixel.resize(count, unset), cells.kinds.resize(count, unset);
     buffer<std::int32_t> cell_of(g.size(), unset);  // set only for pixels with a cell
     std::int32_t next = 0;
-    for (std::int32_t i = 0; i < g.count(); ++i) {
-        if (steps[i] == 255) continue;
+    for_each_other_byte(steps, 255, [&](std::int32_t i) {
         cells.pixel[next] = i;
         cells.kinds[next] = steps[i] == 0       ? texture_cells::kind::unknown
                             : steps[i] <= reach ? texture_cells::kind::source
                                                 : texture_cells::kind::margin;
         cell_of[i] = next++;
-    }
+    });
     count_steps(cells, [&](std::int32_t cell) {
         const std::int32_t left = g.left()[cells.pixel[cell]];
         LDI_ASSERT(left == no_pixel || left == cells.pixel[cell] - 1);
@@ -17800,9 +17915,19 @@ inline void check_charts(const chart_set& charts, const graph_view& g, const cha
     for (std::int32_t c = 0; fits && c < charts.charts.count(); ++c) {
         const chart& box = charts.charts[c];
         count += box.pixels.size();
-        for (const std::int32_t pixel : box.pixels)
-            fits = fits && pixel >= 0 && pixel < g.count() && charts.chart_of[pixel] == c && g.x()[pixel] >= box.x &&
-                   g.y()[pixel] >= box.y && g.x()[pixel] - box.x < box.width && g.y()[pixel] - box.y < box.height;
+        const auto is_inside = [](std::int32_t value, std::int32_t first, std::int32_t length) {
+            return static_cast<std::uint32_t>(value) - static_cast<std::uint32_t>(first) < static_cast<std::uint32_t>(length);
+        };
+        const std::int32_t *const x = g.x().data(), *const y = g.y().data(), *const chart_of = charts.chart_of.data();
+        std::int32_t previous = no_pixel;
+        if (g.size() == 0) break;
+        for (const std::int32_t pixel : box.pixels) {  // without branches, because this runs over all pixels
+            const bool is_pixel = is_inside(pixel, 0, g.count());
+            const std::int32_t p = is_pixel ? pixel : 0;
+            fits &= is_pixel & (pixel > previous) & (chart_of[p] == c) & is_inside(x[p], box.x, box.width) &
+                    is_inside(y[p], box.y, box.height);
+            previous = pixel;
+        }
     }
     if (!fits || count != g.size())
         raise(error_code::mismatch, where, "charts of these " + std::to_string(g.size()) + " pixels", "charts of other pixels");
@@ -17839,6 +17964,12 @@ inline buffer<std::uint8_t> positions_near_other_surfaces(const graph_view& g, s
     }
     for (std::uint8_t& p : positions) p = static_cast<std::uint8_t>(p >> 1);
     return positions;
+}
+
+inline std::int64_t area_of_boxes(const chart_set& charts) {
+    std::int64_t area = 0;
+    for (const chart& c : charts.charts) area += std::int64_t{c.width} * c.height;
+    return area;
 }
 
 inline constexpr std::int32_t max_filter_range = 8;
@@ -17956,8 +18087,8 @@ private:
     bool may_join(std::int32_t pixel, std::int32_t x, std::int32_t y) {
         if (pixel == no_pixel || chart_of(pixel) >= 0) return false;
         if (right_ - x >= cap_x_ || x - left_ >= cap_x_ || bottom_ - y >= cap_y_ || y - top_ >= cap_y_) return false;
-        if (occupant(x, y) != no_pixel) return false;
-        return near_other_[at(x, y)] == 0 || is_clear_of_other_surfaces(pixel, x, y);
+        if (near_other_[at(x, y)] == 0) return true;  // the only pixel at its position
+        return occupant(x, y) == no_pixel && is_clear_of_other_surfaces(pixel, x, y);
     }
 
     void accept(std::int32_t pixel, std::int32_t x, std::int32_t y) {
@@ -18075,19 +18206,30 @@ struct chart_options {
     std::int32_t max_side = 2048;
     /// Reach of a texture filter, 1 to 8: a chart has no other surface within this many rows and columns of a pixel.
     std::int32_t filter_range = 4;
+    /// Maximum total area of all bounding boxes in pixels, three quarters of the largest atlas. If charts wind around each other,
+    /// such as rings, their boxes overlap and need more: max_side is then reduced, to 64 if necessary.
+    std::int64_t max_area = std::int64_t{3} << 24;
 };
 
 /// Partitions all pixels of a layered image into charts. `surface` is the rule by which its pixels are linked. Raises
-/// error_code::invalid_option if an option is outside its range. Time is linear. Memory is up to 18 bytes per pixel and 120 per
-/// chart.
+/// error_code::invalid_option if an option is outside its range. Time is linear; charts are grown again, usually once, if their
+/// boxes exceed max_area. Memory is up to 18 bytes per pixel and 120 per chart.
 template <has_columns<disparity_column> Layers>
 chart_set make_charts(const Layers& layers, surface_rule surface, const chart_options& options = {}) {
     if (options.max_side < 16) raise(error_code::invalid_option, "max_side", "at least 16", std::to_string(options.max_side));
     if (options.filter_range < 1 || options.filter_range > detail::max_filter_range)
         raise(error_code::invalid_option, "filter_range", "1 to 8", std::to_string(options.filter_range));
-    return detail::chart_grower(layers.topology(), layers.template column<disparity_column>(), surface, options.max_side,
-                                options.filter_range)
-        .grow_all();
+    constexpr std::int64_t min_side = 64;
+    const graph_view& g = layers.topology();
+    std::int32_t side = (std::min)(options.max_side, (std::max)({g.width(), g.height(), 16}));
+    while (true) {
+        chart_set charts =
+            detail::chart_grower(g, layers.template column<disparity_column>(), surface, side, options.filter_range).grow_all();
+        const std::int64_t area = detail::area_of_boxes(charts);
+        if (area <= options.max_area || side <= min_side) return charts;
+        // The area is about proportional to max_side, because a chart that winds is as long in any box.
+        side = static_cast<std::int32_t>((std::max)(min_side, side * options.max_area / area));
+    }
 }
 
 }}  // namespace ldi
@@ -18522,11 +18664,10 @@ buffer<texel_kind> pixel_kinds(const Layers& layers) {
         float& nearest = front[g.position_of(i)];
         nearest = (std::max)(nearest, disparity[i]);
     }
-    buffer<texel_kind> kinds(g.size());
-    for (std::int32_t i = 0; i < g.count(); ++i) {
-        const bool is_hidden = disparity[i] < front[g.position_of(i)];
-        kinds[i] = known[i] != 0 ? texel_kind::photo : is_hidden ? texel_kind::occluded : texel_kind::refilled;
-    }
+    buffer<texel_kind> kinds(g.size(), texel_kind::photo);
+    for_each_unknown(known, [&](std::int32_t i) {
+        kinds[i] = disparity[i] < front[g.position_of(i)] ? texel_kind::occluded : texel_kind::refilled;
+    });
     return kinds;
 }
 
@@ -21121,7 +21262,7 @@ inline void check_mesh(const textured_mesh& mesh, std::size_t textures) {
 
 }}  // namespace ldi
 
-// ---- ldi/mesh/soft_edges.hpp
+// ---- ldi/mesh/detail/soft_edges.hpp
 // Soft edges: a narrow translucent strip along the silhouettes of foreground surfaces. The strip starts half opaque at the edge
 // of the mesh, and fades out over a pixel or two at the same depth. Its colors come from the padding of the atlas, which
 // continues the surface. Where the photo's foreground colors extend farther, as with hair, the strip is wider
@@ -21335,13 +21476,14 @@ namespace detail {
 /// Finds the pixel of a chart that touches a corner of the lattice.
 class pixel_finder {
 public:
-    pixel_finder(const graph_view& g, array_view<const float> disparity)
-        : graph_(g), disparity_(disparity), shown_(g.position_count(), {-1, no_pixel}) {}
+    /// chart_of  chart_set::chart_of
+    pixel_finder(const graph_view& g, array_view<const float> disparity, array_view<const std::int32_t> chart_of)
+        : graph_(g), disparity_(disparity), chart_of_(chart_of), shown_(g.position_count(), no_pixel) {}
 
     /// Selects the chart to search.
     void show(const chart& c) {
-        ++chart_;
-        for (const std::int32_t pixel : c.pixels) shown_[graph_.position_of(pixel)] = {chart_, pixel};
+        for (const std::int32_t pixel : c.pixels) shown_[graph_.position_of(pixel)] = pixel;
+        chart_ = c.pixels.empty() ? -1 : chart_of_[c.pixels.front()];
     }
 
     /// Returns the pixel of the selected chart that touches corner (x, y); among several, the one closest to `disparity`.
@@ -21351,8 +21493,8 @@ public:
         float best_difference = 0;
         for (std::int32_t v = std::max<std::int32_t>(y - 1, 0); v <= std::min<std::int32_t>(y, graph_.height() - 1); ++v)
             for (std::int32_t u = std::max<std::int32_t>(x - 1, 0); u <= std::min<std::int32_t>(x, graph_.width() - 1); ++u) {
-                const auto [of_chart, pixel] = shown_[graph_.position(u, v)];
-                if (of_chart != chart_) continue;
+                const std::int32_t pixel = shown_[graph_.position(u, v)];
+                if (pixel == no_pixel || chart_of_[pixel] != chart_) continue;
                 const float difference = std::abs(disparity_[pixel] - disparity);
                 if (best == no_pixel || difference < best_difference) best = pixel, best_difference = difference;
             }
@@ -21360,28 +21502,26 @@ public:
     }
 
 private:
-    struct occupant {
-        std::int32_t chart, pixel;
-    };
-
     graph_view graph_;
     array_view<const float> disparity_;
+    array_view<const std::int32_t> chart_of_;
     std::int32_t chart_ = -1;
-    buffer<occupant> shown_;
+    buffer<std::int32_t> shown_;  // per position: pixel of the last chart shown there
 };
 
 /// Lifts the vertices of all charts and appends the charts to one mesh.
 class mesh_assembler {
 public:
     template <class Layers>
-    mesh_assembler(const Layers& layers, const photo_facts& facts, const flat_mesh& flat, const texture_atlas& atlas)
+    mesh_assembler(const Layers& layers, const photo_facts& facts, const chart_set& charts, const flat_mesh& flat,
+                   const texture_atlas& atlas)
         : facts_(facts),
           camera_(facts.layers_camera()),
           flat_(flat),
           u_scale_(1.0F / nearest_float(atlas.color.width())),
           v_scale_(1.0F / nearest_float(atlas.color.height())),
           first_coordinate_(flat.outlines.corners.size(), -1),
-          finder_(layers.topology(), layers.template column<disparity_column>()) {
+          finder_(layers.topology(), layers.template column<disparity_column>(), charts.chart_of) {
         std::size_t vertex_count = 0, index_count = 0;
         for (const chart_mesh& c : flat.charts) {
             vertex_count += c.outline.size() + static_cast<std::size_t>(c.stud_vertex_count);
@@ -21518,7 +21658,7 @@ textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const c
             detail::to_text(soft.min_width) + ", " + detail::to_text(soft.max_width) + " and " + detail::to_text(soft.max_share));
     const flat_mesh flat = build_flat_mesh(layers, facts.range, charts, options, threads);
 
-    detail::mesh_assembler assembler(layers, facts, flat, atlas);
+    detail::mesh_assembler assembler(layers, facts, charts, flat, atlas);
     for (std::size_t c = 0; c < flat.charts.size(); ++c) assembler.add_chart(flat.charts[c], charts.charts[c], placements[c]);
     if constexpr (has_column<Layers, matte_column>)
         if (soft.min_width > 0) assembler.add_soft_edges(charts, atlas, detail::find_visible(layers), soft);
@@ -21578,7 +21718,7 @@ buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& 
     buffer<scalar> result(mesh.pixels.size() * Column::channels, unset);
     for (std::size_t v = 0; v < mesh.pixels.size(); ++v) {
         if (mesh.pixels[v] < 0 || mesh.pixels[v] >= g.count())
-            raise(error_code::mismatch, "gather", "vertices of " + std::to_string(g.size()) + " pixels",
+            raise(error_code::mismatch, "gather", "pixels below " + std::to_string(g.size()) + " at the vertices",
                   "pixel " + std::to_string(mesh.pixels[v]));
         const float* position = mesh.positions.data() + 3 * v;
         const std::array<float, 2> seen = lattice.project({position[0], position[1], position[2]});
@@ -23204,6 +23344,63 @@ inline image<std::uint16_t> disparity_map(const image<float>& depth, const depth
 
 }}  // namespace ldi
 
+// ---- ldi/formats/checksums.hpp
+// Checksums of PNG and zlib (CRC-32 of ISO 3309 / RFC 1952, Adler-32 of RFC 1950).
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+namespace detail {
+
+/// Row k contains the CRC remainder of each byte value followed by k zero bytes. With eight rows, the loop processes eight
+/// bytes at a time.
+using crc32_rows = std::array<std::array<std::uint32_t, 256>, 8>;
+
+inline crc32_rows make_crc32_rows() {
+    crc32_rows rows{};
+    for (std::uint32_t byte = 0; byte < 256; ++byte) {
+        std::uint32_t remainder = byte;
+        for (int bit = 0; bit < 8; ++bit) remainder = (remainder >> 1) ^ ((remainder & 1) != 0 ? 0xEDB88320 : 0);
+        rows[0][byte] = remainder;
+    }
+    for (std::size_t row = 1; row < 8; ++row)
+        for (std::size_t byte = 0; byte < 256; ++byte)
+            rows[row][byte] = (rows[row - 1][byte] >> 8) ^ rows[0][rows[row - 1][byte] & 255];
+    return rows;
+}
+
+}  // namespace detail
+
+/// Returns the CRC-32 of bytes that follow others with the CRC-32 `before`.
+inline std::uint32_t crc32(std::span<const std::byte> bytes, std::uint32_t before = 0) {
+    static const detail::crc32_rows rows = detail::make_crc32_rows();
+    const auto at = [&](std::size_t i) { return std::to_integer<std::uint32_t>(bytes[i]); };
+    std::uint32_t remainder = ~before;
+    std::size_t i = 0;
+    for (; i + 8 <= bytes.size(); i += 8) {
+        const std::uint32_t first = remainder ^ (at(i) | at(i + 1) << 8 | at(i + 2) << 16 | at(i + 3) << 24);
+        remainder = rows[7][first & 255] ^ rows[6][first >> 8 & 255] ^ rows[5][first >> 16 & 255] ^ rows[4][first >> 24] ^
+                    rows[3][at(i + 4)] ^ rows[2][at(i + 5)] ^ rows[1][at(i + 6)] ^ rows[0][at(i + 7)];
+    }
+    for (; i < bytes.size(); ++i) remainder = (remainder >> 8) ^ rows[0][(remainder ^ at(i)) & 255];
+    return ~remainder;
+}
+
+/// Returns the Adler-32 of the bytes.
+inline std::uint32_t adler32(std::span<const std::byte> bytes) {
+    constexpr std::uint32_t modulus = 65521;
+    constexpr std::size_t max_at_once = 5552;  // a longer run could overflow the 32 bits of the second sum
+    std::uint32_t sum = 1, sum_of_sums = 0;
+    while (!bytes.empty()) {
+        const std::size_t count = (std::min)(bytes.size(), max_at_once);
+        for (const std::byte byte : bytes.first(count)) sum += std::to_integer<std::uint32_t>(byte), sum_of_sums += sum;
+        sum %= modulus, sum_of_sums %= modulus;
+        bytes = bytes.subspan(count);
+    }
+    return sum_of_sums << 16 | sum;
+}
+
+}}  // namespace ldi
+
 // ---- ldi/formats/detail/json_reader.hpp
 // Checks JSON (RFC 8259) and locates its values, for detail/json.hpp. Strict: rejects duplicate names, nesting deeper than the
 // caller allows, and strings that are not UTF-8.
@@ -23898,7 +24095,7 @@ private:
 // ---- ldi/formats/picture_header.hpp
 // Header data of a picture file, and functions to read headers.
 
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Header data of a complete file.
 struct picture_header {
@@ -23915,6 +24112,8 @@ struct picture_header {
     bool has_alpha = false;                         ///< WebP only
     std::size_t end = 0;  ///< offset of the first byte after the picture; phones append further pictures to JPEG files
 };
+
+namespace detail {
 
 inline unsigned byte_at(std::span<const std::byte> bytes, std::size_t i) { return std::to_integer<unsigned>(bytes[i]); }
 
@@ -23966,6 +24165,8 @@ inline bool is_heif(std::span<const std::byte> bytes) {
     return false;
 }
 
+}  // namespace detail
+
 /// Describes the format of a file by its first bytes, for error messages: "a GIF file".
 inline std::string describe_format(std::span<const std::byte> bytes) {
     struct signature {
@@ -24002,9 +24203,11 @@ inline std::string describe_format(std::span<const std::byte> bytes) {
     };
     if (bytes.empty()) return "an empty file";
     for (const signature& s : signatures)
-        if (has_text(bytes, s.offset, s.text)) return std::string(s.name);
+        if (detail::has_text(bytes, s.offset, s.text)) return std::string(s.name);
     return std::to_string(bytes.size()) + " bytes of an unknown format";
 }
+
+namespace detail {
 
 /// Raises the error for a damaged file.
 [[noreturn]] inline void damaged(picture_format format, const std::string& where, const std::string& found) {
@@ -24014,7 +24217,9 @@ inline std::string describe_format(std::span<const std::byte> bytes) {
           found);
 }
 
-}}}  // namespace ldi::detail
+}  // namespace detail
+
+}}  // namespace ldi
 
 // ---- ldi/formats/float_map.hpp
 // Reads files of plain floats from memory: PFM (Debevec; one float per pixel, bottom row first) and NPY (NumPy's format,
@@ -24203,11 +24408,6 @@ inline image<float> decode_npy(std::span<const std::byte> bytes, const std::stri
 // ---- ldi/formats/detail/glb_contents.hpp
 // Parts of a GLB file: its binary chunk, and the JSON that describes it (formats/glb.hpp).
 
-#if !defined(__cpp_lib_to_chars)
-#include <locale>
-#include <sstream>
-#endif
-
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespace glb {
 
 // Constants of glTF 2.0 and the GLB container.
@@ -24234,13 +24434,12 @@ private:
         std::array<char, 32> digits;
         const std::string_view text(digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), number).ptr);
 #else  // Emscripten has no std::to_chars for double; 17 digits also read back as the same number
-        std::ostringstream stream;
-        stream.imbue(std::locale::classic());
-        stream.precision(std::numeric_limits<double>::max_digits10);
-        stream << number;
-        const std::string text = stream.str();
+        std::array<char, 32> digits;
+        std::snprintf(digits.data(), digits.size(), "%.17g", number);
+        std::replace(digits.begin(), digits.end(), ',', '.');  // the C library's locale may have a decimal comma
+        const std::string_view text(digits.data());
 #endif
-        add(std::string_view(text), text.find_first_of(".e") == text.npos ? ".0" : "");
+        add(text, text.find_first_of(".e") == text.npos ? ".0" : "");
     }
     template <std::integral Integer>
     void add_part(Integer number) {
@@ -24409,63 +24608,14 @@ inline void add_accessors_and_views(json_text& json, const contents& c) {
 
 }}}}  // namespace ldi::detail::glb
 
-// ---- ldi/formats/detail/checksums.hpp
-// Checksums of PNG and zlib (CRC-32 of ISO 3309 / RFC 1952, Adler-32 of RFC 1950).
-
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
-
-/// Row k contains the CRC remainder of each byte value followed by k zero bytes. With eight rows, the loop processes eight
-/// bytes at a time.
-using crc32_rows = std::array<std::array<std::uint32_t, 256>, 8>;
-
-inline crc32_rows make_crc32_rows() {
-    crc32_rows rows{};
-    for (std::uint32_t byte = 0; byte < 256; ++byte) {
-        std::uint32_t remainder = byte;
-        for (int bit = 0; bit < 8; ++bit) remainder = (remainder >> 1) ^ ((remainder & 1) != 0 ? 0xEDB88320 : 0);
-        rows[0][byte] = remainder;
-    }
-    for (std::size_t row = 1; row < 8; ++row)
-        for (std::size_t byte = 0; byte < 256; ++byte)
-            rows[row][byte] = (rows[row - 1][byte] >> 8) ^ rows[0][rows[row - 1][byte] & 255];
-    return rows;
-}
-
-inline std::uint32_t crc32(std::span<const std::byte> bytes, std::uint32_t before = 0) {
-    static const crc32_rows rows = make_crc32_rows();
-    const auto at = [&](std::size_t i) { return std::to_integer<std::uint32_t>(bytes[i]); };
-    std::uint32_t remainder = ~before;
-    std::size_t i = 0;
-    for (; i + 8 <= bytes.size(); i += 8) {
-        const std::uint32_t first = remainder ^ (at(i) | at(i + 1) << 8 | at(i + 2) << 16 | at(i + 3) << 24);
-        remainder = rows[7][first & 255] ^ rows[6][first >> 8 & 255] ^ rows[5][first >> 16 & 255] ^ rows[4][first >> 24] ^
-                    rows[3][at(i + 4)] ^ rows[2][at(i + 5)] ^ rows[1][at(i + 6)] ^ rows[0][at(i + 7)];
-    }
-    for (; i < bytes.size(); ++i) remainder = (remainder >> 8) ^ rows[0][(remainder ^ at(i)) & 255];
-    return ~remainder;
-}
-
-inline std::uint32_t adler32(std::span<const std::byte> bytes) {
-    constexpr std::uint32_t modulus = 65521;
-    constexpr std::size_t max_at_once = 5552;  // a longer run could overflow the 32 bits of the second sum
-    std::uint32_t sum = 1, sum_of_sums = 0;
-    while (!bytes.empty()) {
-        const std::size_t count = (std::min)(bytes.size(), max_at_once);
-        for (const std::byte byte : bytes.first(count)) sum += std::to_integer<std::uint32_t>(byte), sum_of_sums += sum;
-        sum %= modulus, sum_of_sums %= modulus;
-        bytes = bytes.subspan(count);
-    }
-    return sum_of_sums << 16 | sum;
-}
-
-}}}  // namespace ldi::detail
-
 // ---- ldi/formats/jpeg_png_header.hpp
 // Reads the header of a JPEG or PNG file before anything is decoded or allocated: size, bit depth, position of EXIF data, and
 // whether the file is complete. The decoder (stb_image) checks neither checksums nor whether a JPEG's picture is complete; these
 // functions do.
 
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+namespace detail {
 
 /// Whether each Huffman table of a segment is complete and has at most 256 codes. For other tables, stb_image 2.27 writes
 /// beyond its buffers.
@@ -24664,16 +24814,18 @@ inline picture_header read_png_header(std::span<const std::byte> bytes, const st
     return header;
 }
 
+}  // namespace detail
+
 /// Reads the header of a JPEG or PNG file. Raises unsupported (another format, or an unsupported variant), invalid_data (empty,
 /// truncated, damaged).
 inline picture_header read_picture_header(std::span<const std::byte> bytes, const std::string& where) {
-    if (is_jpeg(bytes)) return read_jpeg_header(bytes, where);
-    if (is_png(bytes)) return read_png_header(bytes, where);
+    if (detail::is_jpeg(bytes)) return detail::read_jpeg_header(bytes, where);
+    if (detail::is_png(bytes)) return detail::read_png_header(bytes, where);
     raise(bytes.empty() ? error_code::invalid_data : error_code::unsupported, where, "a JPEG or PNG file",
           describe_format(bytes));
 }
 
-}}}  // namespace ldi::detail
+}}  // namespace ldi
 
 // ---- ldi/formats/plain_png.hpp
 // Writes PNG files with the standard library alone, so that callers need no encoder for textures. Filters rows and codes their
@@ -25255,7 +25407,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Options of make_photo3d() and its stages. Lengths and sizes in `alignment`, `components` and `curves` are in pixels, for a
 /// depth map at the photo's resolution. If one depth sample covers several pixels, make_photo3d() multiplies lengths by the
-/// sample's side and sizes by its area.
+/// sample's side and sizes by its area. paper_options() (photo3d/paper_options.hpp) are the paper's own.
 struct photo3d_options {
     /// Maximum long side in pixels; a larger photo is shrunk to it.
     std::size_t long_side = 1536;
@@ -25264,6 +25416,9 @@ struct photo3d_options {
     /// Number of weighted median passes at the estimator's own resolution, where a blurred edge is only a few samples wide,
     /// before the pass at the photo's resolution.
     int passes_before_resampling = 2;
+    /// Maximum side of a depth sample, in pixels, by which lengths are multiplied, at least 1: coarser maps cannot locate
+    /// silhouettes. 1: lengths apply as they are.
+    float max_sample_size = 16.0F;
     surface_rule surface;
     normalize_options normalize;
     sharpen_options sharpen;
@@ -25281,38 +25436,45 @@ struct photo3d_options {
     chart_options charts;
     atlas_options atlas;
     mesh_options mesh;
+    /// Whether the result contains `resampled` and `disparity`. Without them, converting needs 8 bytes less per pixel.
+    bool keeps_depth_maps = true;
     /// Receives the progress of each stage under its name in the paper's table: "depth estimation", "depth filter", "connected
     /// components", "occluded geometry", "color inpainting", "chart generation", "chart padding", "meshing". Each stage begins
     /// with fraction 0 and ends with 1.
     progress_listener progress;
 };
 
-namespace detail {
-
 /// Returns the length of a side after the photo's longer side is shrunk to at most `long_side` pixels.
 inline std::size_t shrunk_length(std::size_t length, std::size_t longer, std::size_t long_side) {
     return std::max<std::size_t>((length * (std::min)(longer, long_side) + longer / 2) / longer, 1);
 }
 
-/// Returns the side of a sample of the estimate, in pixels, clamped to [1, 16]: coarser maps cannot locate silhouettes.
-inline float sample_size(const image<float>& estimated, const image<std::uint8_t>& photo) {
-    return std::clamp(nearest_float(photo.width()) / nearest_float(estimated.width()), 1.0F, 16.0F);
+/// Returns the side of a sample of the estimate, in pixels, clamped to [1, max_sample_size].
+inline float sample_size(const image<float>& estimated, const image<std::uint8_t>& photo, const photo3d_options& options) {
+    return std::clamp(detail::nearest_float(photo.width()) / detail::nearest_float(estimated.width()), 1.0F,
+                      options.max_sample_size);
 }
 
-/// Scales lengths and numbers of pixels from a depth map at the photo's resolution to a map with larger samples.
+namespace detail {
 template <std::integral Count>
 Count scaled(Count count, float by) {
     return static_cast<Count>(std::lround(nearest_float(count) * by));
 }
+}  // namespace detail
+
+/// Scales lengths and numbers of pixels from a depth map at the photo's resolution to a map with larger samples.
 inline middle_component_options scaled(middle_component_options options, float sample_size) {
-    options.min_size = scaled(options.min_size, sample_size * sample_size);
+    options.min_size = detail::scaled(options.min_size, sample_size * sample_size);
     return options;
 }
 inline curve_options scaled(curve_options options, float sample_size) {
-    options.min_length = scaled(options.min_length, sample_size);
-    options.tangent_length = scaled(options.tangent_length, sample_size);
+    options.min_length = detail::scaled(options.min_length, sample_size);
+    options.tangent_length = detail::scaled(options.tangent_length, sample_size);
     return options;
 }
+
+namespace detail {
+
 /// Returns the maximum distance of silhouettes from the photo's edges after alignment, in pixels; 0 for a depth map at the
 /// photo's resolution.
 inline int rim_width(const alignment_options& options, float sample_size) {
@@ -25326,6 +25488,8 @@ inline void check(const photo3d_options& options) {
     if (!(options.surface.max_step >= 0.001F && options.surface.max_step <= 1.0F))
         raise(error_code::invalid_option, "photo3d_options, surface", "a max_step from 0.001 to 1",
               to_text(options.surface.max_step));
+    if (!(options.max_sample_size >= 1.0F && options.max_sample_size <= 16.0F))
+        raise(error_code::invalid_option, "photo3d_options, max_sample_size", "1 to 16", to_text(options.max_sample_size));
 }
 
 }  // namespace detail
@@ -25340,8 +25504,8 @@ inline photo3d_options for_sheets(photo3d_options options, std::size_t photo_hei
     const std::size_t longer = (std::max)(photo_height, photo_width);
     double scale = 1;
     for (const std::size_t length : {photo_height, photo_width})
-        scale = (std::max)(scale, detail::nearest_double(length) /
-                                      detail::nearest_double(detail::shrunk_length(length, longer, options.long_side)));
+        scale = (std::max)(
+            scale, detail::nearest_double(length) / detail::nearest_double(shrunk_length(length, longer, options.long_side)));
     options.charts.max_side = (std::min)(options.charts.max_side, max_chart_side(scale, sheets));
     return options;
 }
@@ -25404,19 +25568,12 @@ struct given_disparity {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-namespace detail {
-
 /// Shrinks the photo to a long side of at most `long_side` pixels.
 template <executor Executor>
 image<std::uint8_t> shrink_photo(image_view<const std::uint8_t> photo, std::size_t long_side, Executor& threads) {
     const std::size_t longer = (std::max)(photo.height(), photo.width());
     return area_resize(photo, shrunk_length(photo.height(), longer, long_side), shrunk_length(photo.width(), longer, long_side),
                        threads);
-}
-
-inline void check_photo(image_view<const std::uint8_t> photo) {
-    if (photo.empty() || photo.channels() != 3)
-        raise(error_code::invalid_data, "photo", "H x W x 3 values, at least one pixel", shape_text(photo));
 }
 
 /// Resamples the estimate to the photo's resolution. Sharpens its edges first if its resolution is lower.
@@ -25429,6 +25586,13 @@ image<float> resample_estimate(const image<float>& estimated, const image<std::u
     for (int pass = 0; pass < options.passes_before_resampling; ++pass)
         sharpened = weighted_median(sharpened, options.surface, options.median, threads);
     return resample_to_photo(sharpened, photo, options.surface, options.resample, threads);
+}
+
+namespace detail {
+
+inline void check_photo(image_view<const std::uint8_t> photo) {
+    if (photo.empty() || photo.channels() != 3)
+        raise(error_code::invalid_data, "photo", "H x W x 3 values, at least one pixel", shape_text(photo));
 }
 
 }  // namespace detail
@@ -25464,21 +25628,21 @@ cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator&
     normalized_disparity normalized = normalize(estimator.disparity(photo, progress, threads), normalize_with);
     result.estimated = std::move(normalized.disparity);
     result.range = normalized.range;
-    result.photo = detail::shrink_photo(photo, options.long_side, threads);
+    result.photo = shrink_photo(photo, options.long_side, threads);
     progress.report("depth estimation", 1.0F);
 
     progress.report("depth filter", 0.0F);
-    result.resampled = detail::resample_estimate(result.estimated, result.photo, options, threads);
-    const float sample_size = detail::sample_size(result.estimated, result.photo);
-    decided_depth decided = decider.decide(
-        {result.photo, result.estimated, weighted_median(result.resampled, options.surface, options.median, threads),
-         options.surface, sample_size},
-        threads);
+    result.resampled = resample_estimate(result.estimated, result.photo, options, threads);
+    const float sample = sample_size(result.estimated, result.photo, options);
+    decided_depth decided =
+        decider.decide({result.photo, result.estimated,
+                        weighted_median(result.resampled, options.surface, options.median, threads), options.surface, sample},
+                       threads);
     result.disparity = std::move(decided.disparity), result.shares = std::move(decided.shares);
     progress.report("depth filter", 1.0F);
 
     progress.report("connected components", 0.0F);
-    merge_middle_components(result.disparity, options.surface, detail::scaled(options.components, sample_size));
+    merge_middle_components(result.disparity, options.surface, scaled(options.components, sample));
     progress.report("connected components", 1.0F);
     return result;
 }
@@ -25492,8 +25656,8 @@ cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator&
 }}  // namespace ldi
 
 // ---- ldi/photo3d/lift_photo.hpp
-// The stages of make_photo3d() (photo3d.hpp) between its depth and its hidden surfaces: a layer with unmixed colors, and its
-// curves.
+// The stages of make_photo3d() (photo3d.hpp) that turn the photo and its cleaned depth into a layer: lifting, discontinuity
+// curves, and unmixing of colors.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -25566,7 +25730,7 @@ template <payload_column... Own, executor Executor = const serial_executor>
 lifted_photo<Own...> lift_photo(const cleaned_photo& photo, const photo_columns<Own...>& own, const photo3d_options& options,
                                 Executor&& threads = {}) {
     detail::check(options);
-    const float sample_size = detail::sample_size(photo.estimated, photo.photo);
+    const float sample = sample_size(photo.estimated, photo.photo, options);
     const auto width = static_cast<std::int32_t>(photo.photo.width()), height = static_cast<std::int32_t>(photo.photo.height());
     lifted_photo<Own...> result;
     result.facts = {
@@ -25578,10 +25742,10 @@ lifted_photo<Own...> lift_photo(const cleaned_photo& photo, const photo_columns<
             return detail::with_columns<Own...>(std::move(layer).template with<rim_column>(std::move(no_rims)), images...);
         },
         own.images);
-    result.curves = find_discontinuity_curves(result.layer, options.surface, detail::scaled(options.curves, sample_size));
+    result.curves = find_discontinuity_curves(result.layer, options.surface, scaled(options.curves, sample));
     close_spurious_discontinuities(result.layer, result.curves);
     unmix_colors(result.layer, options.mixed_colors, {photo.shares.data(), photo.shares.size()});
-    result.rims = mark_uncertain_rims(result.layer, detail::rim_width(options.alignment, sample_size));
+    result.rims = mark_uncertain_rims(result.layer, detail::rim_width(options.alignment, sample));
     return result;
 }
 template <executor Executor = const serial_executor>
@@ -25591,11 +25755,51 @@ lifted_photo<> lift_photo(const cleaned_photo& photo, const photo3d_options& opt
 
 }}  // namespace ldi
 
+// ---- ldi/photo3d/paper_options.hpp
+// The options of the paper's experiments, without the stages that this library adds.
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// Returns options with the paper's numbers and stages only, to reproduce the paper or to measure what each addition is worth.
+/// The differences from the defaults:
+///
+/// - Surfaces grow by 50 pixels behind every silhouette (paper, "Occluded Surface Hallucination"), and end at the photo's border.
+///   photo_facts::motion is then the largest motion without gaps, for most photos less than the default.
+/// - Thresholds in pixels are not scaled, even if the depth map is coarser than the photo.
+/// - The median filter runs once, at the photo's resolution.
+/// - Depth edges are not sharpened, and silhouettes stay where the depth map has them.
+/// - Colors beside silhouettes are not unmixed. A margin of the foreground, two pixels wide, is inpainted; the paper does not
+///   state its width.
+/// - Inpainted surfaces get no texture and no grain, and silhouettes are hard.
+///
+/// Three differences from the paper remain: short curves that join two junctions are kept (curve_options::min_length), surfaces
+/// behind silhouettes join where their depth is similar (occlusion/expand.hpp), and a step of s in disparity grows the surface
+/// behind it by at most s times the photo's long side, which is less than 50 pixels only in small photos.
+inline photo3d_options paper_options() {
+    photo3d_options options;
+    options.max_sample_size = 1.0F;
+    options.passes_before_resampling = 0;
+    options.sharpen.radius = 0;
+    options.alignment.uncertainty = 0.0F;
+    options.mixed_colors.background_margin = 0;
+    options.mixed_colors.reach = 0.0F;
+    options.expand.motion = 1.0F;
+    options.expand.iterations = 50;
+    options.expand.max_hidden = 5.0F;  // no photograph needs as many
+    options.frame = photo_frame::crop;
+    options.texture.strength = 0.0F;
+    options.grain.strength = 0.0F;
+    options.mesh.soft_edges.min_width = 0.0F;
+    return options;
+}
+
+}}  // namespace ldi
+
 // ---- ldi/photo3d.hpp
 // Converts a photo to a 3D photo: calls every stage in the paper's order with the paper's defaults. Stages beyond the paper
 // sharpen depth edges (depth/sharpen_edges.hpp), align silhouettes with the photo's edges, unmix the colors beside them, add
-// texture to hidden surfaces (inpaint/), and soften silhouettes (mesh/soft_edges.hpp). Each stage is a separate function in the
-// headers below. Call these functions to run some stages only, or to insert your own.
+// texture to hidden surfaces (inpaint/), and soften silhouettes (mesh/detail/soft_edges.hpp). Each stage is a separate function
+// in the headers below. Call these functions to run some stages only, or to insert your own.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -25628,27 +25832,23 @@ void inpaint_hidden(Layers& layers, std::span<const uncertain_rim> rims, const I
     restore_rims(layers, rims);
 }
 
-/// Converts a photo to a 3D photo.
+/// Makes a 3D photo of a photo whose depth is clean: the stages after clean_depth().
 ///
-/// photo      H x W x 3, at least one pixel
+/// photo      result of clean_depth() with the same options
 /// own        columns that accompany their pixels through all stages; gather() (mesh/gather.hpp) transfers them to the vertices
 /// inpainter  as for inpaint_hidden()
 ///
-/// Raises the errors of the stages. Memory and time are bounded for any depth map: each stage documents its bound, and
-/// bench/photo3d/README.md has the peaks.
-template <depth_estimator Estimator, silhouette_decider Decider, color_inpainter Inpainter, payload_column... Own,
-          executor Executor = const serial_executor>
-basic_photo3d<Own...> make_photo3d(image_view<const std::uint8_t> photo, const photo_columns<Own...>& own,
-                                   const Estimator& estimator, const Decider& decider, const Inpainter& inpainter,
+/// Raises the errors of the stages.
+template <color_inpainter Inpainter, payload_column... Own, executor Executor = const serial_executor>
+basic_photo3d<Own...> make_photo3d(cleaned_photo photo, const photo_columns<Own...>& own, const Inpainter& inpainter,
                                    const photo3d_options& options = {}, Executor&& threads = {}) {
     const progress_listener& progress = options.progress;
-    cleaned_photo cleaned = clean_depth(photo, estimator, decider, options, threads);
-
     progress.report("occluded geometry", 0.0F);
-    lifted_photo<Own...> lifted = lift_photo(cleaned, own, options, threads);
+    lifted_photo<Own...> lifted = lift_photo(photo, own, options, threads);
+    if (!options.keeps_depth_maps) photo.resampled = {}, photo.disparity = {};
     basic_photo3d<Own...> result;
-    result.photo = std::move(cleaned.photo), result.estimated = std::move(cleaned.estimated);
-    result.resampled = std::move(cleaned.resampled), result.disparity = std::move(cleaned.disparity);
+    result.photo = std::move(photo.photo), result.estimated = std::move(photo.estimated);
+    result.resampled = std::move(photo.resampled), result.disparity = std::move(photo.disparity);
     result.curves = std::move(lifted.curves), result.facts = lifted.facts;
     auto [layers, motion] = expand(std::move(lifted.layer), options.surface, result.curves, options.expand, progress);
     result.facts.motion = motion;
@@ -25671,6 +25871,21 @@ basic_photo3d<Own...> make_photo3d(image_view<const std::uint8_t> photo, const p
     result.mesh = build_mesh(result.layers, result.facts, result.charts, result.atlas, options.mesh, threads);
     progress.report("meshing", 1.0F);
     return result;
+}
+
+/// Converts a photo to a 3D photo.
+///
+/// photo           H x W x 3, at least one pixel
+/// own, inpainter  as above
+///
+/// Raises the errors of the stages. Memory and time are bounded for any depth map: each stage documents its bound, and
+/// bench/photo3d/README.md has the peaks.
+template <depth_estimator Estimator, silhouette_decider Decider, color_inpainter Inpainter, payload_column... Own,
+          executor Executor = const serial_executor>
+basic_photo3d<Own...> make_photo3d(image_view<const std::uint8_t> photo, const photo_columns<Own...>& own,
+                                   const Estimator& estimator, const Decider& decider, const Inpainter& inpainter,
+                                   const photo3d_options& options = {}, Executor&& threads = {}) {
+    return make_photo3d(clean_depth(photo, estimator, decider, options, threads), own, inpainter, options, threads);
 }
 template <depth_estimator Estimator, silhouette_decider Decider, color_inpainter Inpainter,
           executor Executor = const serial_executor>

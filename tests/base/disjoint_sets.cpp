@@ -4,7 +4,7 @@
 
 #include <catch2/catch.hpp>
 
-using ldi::detail::disjoint_sets;
+using ldi::disjoint_sets;
 
 TEST_CASE("every integer starts in a set of its own") {
     disjoint_sets sets(4);

@@ -35,8 +35,9 @@ components flooded(const graph_view& g) {
 }  // namespace
 
 TEST_CASE("an empty graph has no components, and an image has one") {
-    CHECK(connected_components(graph{}).count() == 0);
-    const components whole = connected_components(make_grid(5, 4));
+    const graph empty, grid = make_grid(5, 4);
+    CHECK(connected_components(empty).count() == 0);
+    const components whole = connected_components(grid);
     CHECK(whole.size == buffer<std::int32_t>{20});
     CHECK(whole.label == buffer<std::int32_t>(20, 0));
 }

@@ -8,6 +8,7 @@
 #include <catch2/catch.hpp>
 
 #include <cstdlib>
+#include <memory>
 #include <new>
 #include <string>
 #include <type_traits>
@@ -33,11 +34,20 @@ struct no_channels {
 struct no_scalar {
     static constexpr std::size_t channels = 1;
 };
+template <class Scalar, int count>
+struct column_of {
+    using scalar = Scalar;
+    static constexpr int channels = count;
+};
 using users_layers = layered_image<normal_column, disparity_column, name_column, other_disparity_column>;
 
 static_assert(payload_column<color_column> && payload_column<normal_column> && payload_column<name_column>);
 static_assert(no_scalar::channels == 1);  // used, so that no compiler warns
 static_assert(!payload_column<no_channels> && !payload_column<no_scalar> && !payload_column<float>);
+static_assert(payload_column<column_of<float, 1>> && !payload_column<column_of<float, 0>> &&
+              !payload_column<column_of<float, -1>>);
+static_assert(!payload_column<column_of<const float, 1>> && !payload_column<column_of<float&, 1>>);
+static_assert(!payload_column<column_of<std::unique_ptr<int>, 1>>, "grow() copies values");
 static_assert(std::is_default_constructible_v<users_layers> && std::is_copy_constructible_v<users_layers>);
 static_assert(std::is_nothrow_move_constructible_v<users_layers> && std::is_move_assignable_v<users_layers>);
 static_assert(!std::is_polymorphic_v<photo_layers>);
@@ -84,7 +94,28 @@ concept can_receive_columns = requires(G& g, const graph_builder& b) {
 static_assert(!can_receive_columns<graph>, "a finished graph receives no unchecked columns");
 static_assert(!std::is_copy_constructible_v<link_editor> && !std::is_constructible_v<link_editor, graph_builder&>);
 static_assert(std::is_constructible_v<layered_view<disparity_column>, const graph&, const buffer<float>&>);
-static_assert(!std::is_constructible_v<layered_view<disparity_column>, graph, const buffer<float>&>, "it would dangle");
+
+// Views of temporaries, which would dangle.
+template <class L>
+concept shows_temporary_column = requires(L&& l) {
+    std::move(l).template column<disparity_column>();
+}
+|| requires(L&& l) { std::move(l).template at<disparity_column>(0); }
+|| requires(const L&& l) { std::move(l).template column<disparity_column>(); }
+|| requires(L&& l) { std::move(l).topology(); };
+static_assert(!shows_temporary_column<photo_layers> && !shows_temporary_column<photo_layer>);
+static_assert(shows_temporary_column<layered_view<disparity_column>>, "a view may be temporary; its memory is the caller's");
+static_assert(!std::is_constructible_v<layered_view<disparity_column>, graph, const buffer<float>&>);
+static_assert(!std::is_constructible_v<layered_view<disparity_column>, const graph&, buffer<float>>);
+static_assert(!std::is_constructible_v<layered_view<disparity_column>, photo_layers>);
+static_assert(std::is_constructible_v<layered_view<disparity_column>, const photo_layers&>);
+static_assert(!std::is_convertible_v<graph, graph_view> && !std::is_convertible_v<const graph, graph_view>);
+static_assert(std::is_convertible_v<graph&, graph_view> && std::is_convertible_v<const graph&, graph_view>);
+static_assert(!std::is_constructible_v<array_view<const float>, buffer<float>>);
+static_assert(!std::is_constructible_v<array_view<float>, buffer<float>>);
+static_assert(!std::is_constructible_v<array_view<const float>, const buffer<float>>);
+static_assert(std::is_convertible_v<buffer<float>&, array_view<float>>);
+static_assert(std::is_convertible_v<const buffer<float>&, array_view<const float>>);
 
 /// Checks that every column has one row per pixel, and that the topology is valid.
 template <class... Columns>
@@ -257,7 +288,8 @@ TEST_CASE("grow() derives new rows from their origins by the rule of each column
             if (first > 0) pieces.push_back({0, first, true});
             pieces.push_back({0, old_count, false});
             if (last > 0) pieces.push_back({first, last, true});
-            return grown_pixels{ldi::reordered(std::move(b).build(), order), pieces, origins};
+            const graph unordered = std::move(b).build();
+            return grown_pixels{ldi::reordered(unordered, order), pieces, origins};
         });
         REQUIRE(layers.topology().count() == first + old_count + last);
         for (std::int32_t i = 0; i < layers.topology().count(); ++i) {
@@ -309,7 +341,11 @@ TEST_CASE("columns whose length does not match the graph are refused") {
     const graph g = make_grid(3, 2);
     const buffer<float> five(5);
     CHECK_THROWS_AS(layered_view<disparity_column>(g, five), error);
-    CHECK_THROWS_AS(photo_layer(photo_layers(make_grid(3, 2))).with<normal_column>(buffer<double>(17)), error);
+    photo_layer layer(photo_layers(make_grid(3, 2)));
+    layer.column<disparity_column>()[5] = 0.5F;
+    CHECK_THROWS_AS(std::move(layer).with<normal_column>(buffer<double>(17)), error);
+    CHECK(layer.size() == 6);  // NOLINT(bugprone-use-after-move): nothing moved
+    CHECK(layer.column<disparity_column>()[5] == 0.5F);
 }
 
 TEST_CASE("photo_layer refuses layers that are not exactly one pixel per position, row by row") {

@@ -29,6 +29,7 @@ TEST_CASE("runs contain every pixel exactly once, link their pixels from left to
 }
 
 TEST_CASE("every row of an image is one run, and an empty graph has no runs") {
-    CHECK(runs_of(make_grid(7, 3)).size() == 3);
-    CHECK(runs_of(graph()).empty());
+    const graph grid = make_grid(7, 3), empty;
+    CHECK(runs_of(grid).size() == 3);
+    CHECK(runs_of(empty).empty());
 }

@@ -105,7 +105,7 @@ TEST_CASE("errors name the operator, what was expected, and what was found") {
     CHECK(contains(error_with("\"\x04NHWC", "\"\x04NCHW"), "expected NHWC, found NCHW"));
     CHECK(contains(error_with("half_w", "halb_w"), "expected a tensor of the weight file, found halb_w"));
     CHECK(contains(error_with("half_w", "halb_w", true), "half_w"));
-    CHECK(contains(error_with("mixed_b", "mixed_w"), "expected weights that serve one operator, found mixed_w again"));
+    CHECK(contains(error_with("mixed_b", "mixed_w"), "expected weights for a single operator, found mixed_w again"));
     CHECK(contains(error_with("Int8GivenTensorFill", "Int8GivenTensorFall", true), "Int8GivenTensorFall first_w"));
     CHECK(contains(error_with("Y_scale", "Y_skale"), "the argument Y_scale"));
     CHECK(contains(error_with("strides", "strikes"), "the argument strides"));

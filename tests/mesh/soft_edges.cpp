@@ -1,6 +1,7 @@
-#include <ldi/mesh/soft_edges.hpp>
+#include <ldi/mesh/detail/soft_edges.hpp>
 
 #include <ldi/charts/charts.hpp>
+#include <ldi/core/layered_view.hpp>
 #include <ldi/formats/glb.hpp>
 #include <ldi/inpaint/diffusion_inpainter.hpp>
 #include <ldi/inpaint/mixed_colors.hpp>

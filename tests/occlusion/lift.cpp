@@ -62,6 +62,7 @@ TEST_CASE("a 16-bit photo is linked like the same 8-bit photo and keeps its full
         color.data()[i] = static_cast<std::uint8_t>(7 * i), deep.data()[i] = static_cast<std::uint16_t>(257 * (7 * i % 256) + 3);
     for (std::size_t y = 2; y < 6; ++y) disparity(y, 4) = 0.8F;
     const auto from_16 = ldi::lift(deep, disparity);
-    CHECK(from_16.topology() == ldi::lift(color, disparity).topology());
+    const ldi::photo_layer from_8 = ldi::lift(color, disparity);
+    CHECK(from_16.topology() == from_8.topology());
     CHECK(std::equal(deep.begin(), deep.end(), from_16.column<ldi::color16_column>().begin()));
 }

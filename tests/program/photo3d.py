@@ -47,6 +47,9 @@ def check_written_files(folder):
     cropped = content(write("cropped.glb", "--frame", "crop"))
     check("a GLB file says whether surfaces go on past the frame", extras.get("past_frame") is True and "past_frame" not in cropped["scenes"][0]["extras"])
     check("its camera is the photo's, with each frame", cropped["cameras"] == content(plain)["cameras"])
+    paper = content(write("paper.glb", "--preset", "paper"))["scenes"][0]["extras"]
+    check("with the paper's preset, surfaces end at the border", "past_frame" not in paper and paper["motion"] <= extras["motion"])
+    run("a preset that is not known", [photo, *depth, "--preset", "papers"], ["--preset", "paper"])
     run("a frame that is not known", [photo, *depth, "--frame", "round"], ["--frame", "round"])
     compressed = write("compressed.glb", "--compress")
     if b"built without" in compressed:

@@ -1,5 +1,6 @@
 #include "tests/texture/photo_scene.hpp"
 
+#include <ldi/charts/charts.hpp>
 #include <ldi/texture/atlas.hpp>
 
 #include <catch2/catch.hpp>

@@ -2,6 +2,7 @@
 
 #include "tests/texture/photo_scene.hpp"
 
+#include <ldi/charts/charts.hpp>
 #include <ldi/kernels/area_resize.hpp>
 
 #include <catch2/catch.hpp>

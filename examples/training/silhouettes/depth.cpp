@@ -46,14 +46,14 @@ void serve(const ldi::tiefenrausch& network) {
         ldi::image<float> map(static_cast<std::size_t>(size[2]), static_cast<std::size_t>(size[3]), 1);
         if (!read(photo.data(), photo.size()) || !read(map.data(), map.size())) throw std::runtime_error("the input is cut off");
         if (map.empty()) map = estimate(network, photo);
-        const ldi::image<float> resampled = ldi::detail::resample_estimate(map, photo, options, threads);
+        const ldi::image<float> resampled = ldi::resample_estimate(map, photo, options, threads);
         ldi::image<float> cleaned = ldi::weighted_median(resampled, options.surface, options.median, threads);
         const std::int32_t sides[2] = {static_cast<std::int32_t>(map.height()), static_cast<std::int32_t>(map.width())};
         write(sides, 2), write(map), write(resampled), write(cleaned);
-        const float sample = ldi::detail::sample_size(map, photo);
+        const float sample = ldi::sample_size(map, photo, options);
         const ldi::aligned_silhouettes decider{options.alignment};
         cleaned = decider.decide({photo, map, std::move(cleaned), options.surface, sample}, threads).disparity;
-        ldi::merge_middle_components(cleaned, options.surface, ldi::detail::scaled(options.components, sample));
+        ldi::merge_middle_components(cleaned, options.surface, ldi::scaled(options.components, sample));
         write(cleaned);
         std::fflush(stdout);
     }

@@ -87,7 +87,7 @@ def class_of(kind):
 
 
 def of_composites(a, net, observe, depth):
-    print("| spoil | method | wrong side, % | error of alpha | of gradients | cutouts | fine | shapes |\n|---|---|---|---|---|---|---|---|")
+    print("| degradation | method | wrong side, % | error of alpha | of gradients | cutouts | fine | shapes |\n|---|---|---|---|---|---|---|---|")
     for name, low, high in LEVELS:
         maker, found, kinds = composites.Composites(a.photos, a.cutouts, 7), {}, []
         for i in range(a.count):

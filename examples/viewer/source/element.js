@@ -401,7 +401,7 @@ export class Photo3D extends Base {
         }
         const isFull = this.#isOver || this.matches(":fullscreen");
         setIcon(fullscreen, isFull ? "leave" : "fullscreen", isFull ? "Leave full screen" : "Full screen");
-        fullscreen.hidden = false;
+        fullscreen.hidden = this.hasAttribute("standalone") && !document.fullscreenEnabled; // it fills all that it can have
         reset.hidden = share.hidden = !isAlone;
         caption.hidden = !isAlone || !caption.textContent;
         tilt.hidden = !isAlone || !mustAskForTilt() || isReduced();

@@ -13,7 +13,8 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// `array_view<const T>` is read-only, `array_view<T>` is writable. Converts from buffers and spans, and to spans.
+/// `array_view<const T>` is read-only, `array_view<T>` is writable. Converts from buffers and spans, and to spans. Does not
+/// convert from a temporary buffer, which the view would outlive.
 template <class T>
 class array_view {
 public:
@@ -23,6 +24,7 @@ public:
     constexpr array_view(T* data, std::size_t size) : data_(data), size_(size) {}
     array_view(buffer<value_type>& values) : array_view(values.data(), values.size()) {}
     array_view(const buffer<value_type>& values) requires std::is_const_v<T> : array_view(values.data(), values.size()) {}
+    array_view(const buffer<value_type>&&) = delete;
     template <class U>
     requires std::is_convertible_v<U (*)[], T (*)[]>
     constexpr array_view(std::span<U> values) : array_view(values.data(), values.size()) {}
@@ -42,9 +44,13 @@ public:
     constexpr T* end() const { return data_ + size_; }
     template <std::integral Index>
     constexpr T& operator[](Index i) const {
+        LDI_ASSERT(static_cast<std::size_t>(i) < size_);
         return data_[static_cast<std::size_t>(i)];
     }
-    T& back() const { return data_[size_ - 1]; }
+    T& back() const {
+        LDI_ASSERT(size_ > 0);
+        return data_[size_ - 1];
+    }
     buffer<value_type> copy() const { return buffer<value_type>(begin(), end()); }
 
     /// Compares all values.

@@ -137,10 +137,12 @@ public:
 
     template <std::integral Index>
     T& operator[](Index i) {
+        LDI_ASSERT(static_cast<std::size_t>(i) < size());
         return data()[static_cast<std::size_t>(i)];
     }
     template <std::integral Index>
     const T& operator[](Index i) const {
+        LDI_ASSERT(static_cast<std::size_t>(i) < size());
         return data()[static_cast<std::size_t>(i)];
     }
     T& front() { return *data(); }

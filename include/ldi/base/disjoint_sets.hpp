@@ -9,7 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 class disjoint_sets {
 public:
@@ -68,4 +68,4 @@ private:
     buffer<std::int32_t> parent_;
 };
 
-}}}  // namespace ldi::detail
+}}  // namespace ldi

@@ -39,9 +39,19 @@ inline void check_charts(const chart_set& charts, const graph_view& g, const cha
     for (std::int32_t c = 0; fits && c < charts.charts.count(); ++c) {
         const chart& box = charts.charts[c];
         count += box.pixels.size();
-        for (const std::int32_t pixel : box.pixels)
-            fits = fits && pixel >= 0 && pixel < g.count() && charts.chart_of[pixel] == c && g.x()[pixel] >= box.x &&
-                   g.y()[pixel] >= box.y && g.x()[pixel] - box.x < box.width && g.y()[pixel] - box.y < box.height;
+        const auto is_inside = [](std::int32_t value, std::int32_t first, std::int32_t length) {
+            return static_cast<std::uint32_t>(value) - static_cast<std::uint32_t>(first) < static_cast<std::uint32_t>(length);
+        };
+        const std::int32_t *const x = g.x().data(), *const y = g.y().data(), *const chart_of = charts.chart_of.data();
+        std::int32_t previous = no_pixel;
+        if (g.size() == 0) break;
+        for (const std::int32_t pixel : box.pixels) {  // without branches, because this runs over all pixels
+            const bool is_pixel = is_inside(pixel, 0, g.count());
+            const std::int32_t p = is_pixel ? pixel : 0;
+            fits &= is_pixel & (pixel > previous) & (chart_of[p] == c) & is_inside(x[p], box.x, box.width) &
+                    is_inside(y[p], box.y, box.height);
+            previous = pixel;
+        }
     }
     if (!fits || count != g.size())
         raise(error_code::mismatch, where, "charts of these " + std::to_string(g.size()) + " pixels", "charts of other pixels");

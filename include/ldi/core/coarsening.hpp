@@ -78,13 +78,15 @@ inline graph_builder keep_even_pixels(const graph_view& g, std::span<const pixel
 
 /// Links kept pixels that are connected by a straight path of two links.
 inline void link_kept_pixels(const graph_view& g, const coarsened& result, graph_builder& made) {
-    for (side s : all_sides) {
+    for (const side s : {side::down, side::right}) {
         const array_view<const std::int32_t> fine = g.neighbors(s);
-        const array_view<std::int32_t> coarse = made.write_neighbors(s);
-        for (std::size_t i = 0; i < result.kept.size(); ++i) {
+        const array_view<std::int32_t> coarse = made.write_neighbors(s), back = made.write_neighbors(opposite(s));
+        std::fill(back.begin(), back.end(), no_pixel);
+        for (std::int32_t i = 0; i < result.kept.count(); ++i) {
             const std::int32_t between = fine[result.kept[i]];
             const std::int32_t other = between == no_pixel ? no_pixel : fine[between];
             coarse[i] = other == no_pixel ? no_pixel : result.parent[other];
+            if (other != no_pixel) back[coarse[i]] = i;
         }
     }
 }

@@ -34,6 +34,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 template <class T>
 concept payload_column = requires {
     typename T::scalar;
+    requires std::default_initializable<typename T::scalar> && std::copyable<typename T::scalar>;
     { T::channels } -> std::convertible_to<std::size_t>;
     requires(T::channels > 0);
 };
@@ -80,6 +81,11 @@ std::array<Scalar, channels> averaged(pixel_values<Scalar, channels> pixels) {
 
 namespace detail {
 
+template <class...>
+inline constexpr bool are_distinct = true;
+template <class First, class... Rest>
+inline constexpr bool are_distinct<First, Rest...> = !(std::is_same_v<First, Rest> || ...) && are_distinct<Rest...>;
+
 template <payload_column Column>
 typename Column::scalar new_pixel_value(typename Column::scalar origin) {
     if constexpr (requires { Column::new_pixel(origin); })
@@ -109,6 +115,7 @@ std::array<typename Column::scalar, Column::channels> vertex_values(pixels_of<Co
 
 template <class Column, class Scalar>
 std::span<Scalar, Column::channels> pixel_scalars(array_view<Scalar> column, std::int32_t pixel) {
+    LDI_ASSERT(pixel >= 0 && static_cast<std::size_t>(pixel) < column.size() / Column::channels);
     return std::span<Scalar, Column::channels>(column.data() + static_cast<std::size_t>(pixel) * Column::channels,
                                                Column::channels);
 }

@@ -30,7 +30,7 @@ inline components connected_components(const graph_view& g) {
     const buffer<pixel_run> runs = runs_of(g);
     buffer<std::int32_t>& run_of = result.label;  // run of each pixel, until labels replace it
     run_of.resize(count);
-    detail::disjoint_sets sets;
+    disjoint_sets sets;
     for (std::int32_t run = 0; run < runs.count(); ++run) {
         sets.add();
         std::fill(run_of.begin() + runs[run].first, run_of.begin() + runs[run].last, run);

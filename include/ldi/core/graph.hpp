@@ -130,7 +130,8 @@ public:
     /// Makes a graph without pixels.
     graph() = default;
 
-    operator graph_view() const { return graph_view(width_, height_, x_, y_, up(), down(), left(), right()); }
+    operator graph_view() const& { return graph_view(width_, height_, x_, y_, up(), down(), left(), right()); }
+    operator graph_view() const&& = delete;  // the view would outlive the graph
 
 private:
     friend graph_builder;
@@ -144,5 +145,6 @@ inline bool operator==(const graph_view& a, const graph_view& b) {
         if (!(a.neighbors(s) == b.neighbors(s))) return false;
     return true;
 }
+inline bool operator==(const graph& a, const graph& b) { return graph_view(a) == graph_view(b); }
 
 }}  // namespace ldi

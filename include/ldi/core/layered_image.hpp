@@ -58,6 +58,8 @@ private:
 ///     surfaces.column<normal>()[3 * i + 2]
 template <payload_column... Columns>
 class layered_image {
+    static_assert(detail::are_distinct<Columns...>, "a layered image has each column once");
+
 public:
     /// Whether the layered image has this column.
     template <class Column>
@@ -96,29 +98,34 @@ public:
         return *this;
     }
 
-    const graph& topology() const { return graph_; }
+    const graph& topology() const& { return graph_; }
+    const graph& topology() const&& = delete;  // the graph would be destroyed with the image
     /// Number of pixels K.
     std::size_t size() const { return graph_.size(); }
 
     /// Returns K x channels scalars.
     template <payload_column Column>
-    array_view<typename Column::scalar> column() {
+    array_view<typename Column::scalar> column() & {
         return values<Column>();
     }
     template <payload_column Column>
-    array_view<const typename Column::scalar> column() const {
+    array_view<const typename Column::scalar> column() const& {
         return std::get<storage<Column>>(columns_).values;
     }
+    template <payload_column Column>
+    array_view<const typename Column::scalar> column() const&& = delete;
 
     /// Returns the scalars of one pixel.
     template <payload_column Column>
-    std::span<typename Column::scalar, Column::channels> at(std::int32_t pixel) {
+    std::span<typename Column::scalar, Column::channels> at(std::int32_t pixel) & {
         return detail::pixel_scalars<Column>(column<Column>(), pixel);
     }
     template <payload_column Column>
-    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const {
+    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const& {
         return detail::pixel_scalars<Column>(column<Column>(), pixel);
     }
+    template <payload_column Column>
+    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const&& = delete;
 
     /// Replaces a column without a copy. Raises mismatch unless there are K x channels scalars.
     template <payload_column Column>
@@ -178,7 +185,7 @@ public:
         const std::size_t old_count = old.size();
         grown_pixels grown = make(graph_builder(std::move(old.graph_)));
         if (!detail::is_complete(grown, old_count))
-            raise(error_code::mismatch, "grow", "each old pixel once, and new ones that continue old ones", "others");
+            raise(error_code::mismatch, "grow", "each old pixel once, and new pixels that continue old pixels", "other pieces");
         layered_image result;
         const auto move_column = [&]<class Column>(const Column&) {
             result.template values<Column>() = old.template grown_column<Column>(grown);

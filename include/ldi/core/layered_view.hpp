@@ -10,13 +10,15 @@
 #include <span>
 #include <tuple>
 #include <type_traits>
+#include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Non-owning view of a layered image, or of some of its columns. Stages that only read layers accept it. As with
-/// std::string_view, a view of a temporary is valid only until the end of the full expression.
+/// Non-owning view of a layered image, or of some of its columns. Stages that only read layers accept it.
 template <payload_column... Columns>
 class layered_view {
+    static_assert(detail::are_distinct<Columns...>, "a view shows each column once");
+
 public:
     template <class Column>
     static constexpr bool has = (std::is_same_v<Column, Columns> || ...);
@@ -29,9 +31,11 @@ public:
         };
         (check(g.size() * Columns::channels, columns.size()), ...);
     }
-    explicit layered_view(graph&&, array_view<const typename Columns::scalar>...) = delete;  // the view would outlive the graph
+    /// Accepts an image or layer that is not a temporary, or any other view.
     template <has_columns<Columns...> Layers>
-    layered_view(const Layers& layers) : layered_view(layers.topology(), layers.template column<Columns>()...) {}
+    requires(!std::is_same_v<std::remove_cvref_t<Layers>, layered_view> && requires { std::declval<Layers>().topology(); })
+        layered_view(Layers&& layers)
+        : layered_view(graph_view(layers.topology()), layers.template column<Columns>()...) {}
 
     const graph_view& topology() const { return graph_; }
     std::size_t size() const { return graph_.size(); }

@@ -37,27 +37,32 @@ public:
         for (std::int32_t i = 0; in_order && i < g.count(); ++i) in_order = g.position_of(i) == static_cast<std::size_t>(i);
         if (!in_order)
             raise(error_code::mismatch, "single_layer",
-                  std::to_string(g.width()) + " x " + std::to_string(g.height()) + " pixels, row by row", "others");
+                  std::to_string(g.width()) + " x " + std::to_string(g.height()) + " pixels, row by row", "other pixels");
     }
 
-    const graph& topology() const { return layers_.topology(); }
+    const graph& topology() const& { return layers_.topology(); }
+    const graph& topology() const&& = delete;  // the graph would be destroyed with the layer
     std::size_t size() const { return layers_.size(); }
     template <payload_column Column>
-    array_view<typename Column::scalar> column() {
+    array_view<typename Column::scalar> column() & {
         return layers_.template column<Column>();
     }
     template <payload_column Column>
-    array_view<const typename Column::scalar> column() const {
+    array_view<const typename Column::scalar> column() const& {
         return layers_.template column<Column>();
     }
     template <payload_column Column>
-    std::span<typename Column::scalar, Column::channels> at(std::int32_t pixel) {
+    array_view<const typename Column::scalar> column() const&& = delete;
+    template <payload_column Column>
+    std::span<typename Column::scalar, Column::channels> at(std::int32_t pixel) & {
         return layers_.template at<Column>(pixel);
     }
     template <payload_column Column>
-    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const {
+    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const& {
         return layers_.template at<Column>(pixel);
     }
+    template <payload_column Column>
+    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const&& = delete;
     template <payload_column Column>
     void set_column(buffer<typename Column::scalar> scalars) {
         layers_.template set_column<Column>(std::move(scalars));

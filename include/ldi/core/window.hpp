@@ -15,6 +15,22 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// Maximum kernel size of gather_window().
 inline constexpr std::int32_t max_kernel_size = 15;
 
+namespace detail {
+
+/// Same as gather_window() for a kernel of 3 x 3 centered on a pixel with four neighbors; returns false for other pixels. Each
+/// corner then is two steps away on two paths, and no other path leads there.
+inline bool gather_small_window(const graph_view& g, std::int32_t pixel, std::span<std::int32_t> window) {
+    const std::int32_t up = g.up()[pixel], down = g.down()[pixel], left = g.left()[pixel], right = g.right()[pixel];
+    if (up == no_pixel || down == no_pixel || left == no_pixel || right == no_pixel) return false;
+    const auto first = [](std::int32_t a, std::int32_t b) { return a != no_pixel ? a : b; };
+    window[0] = first(g.left()[up], g.up()[left]), window[2] = first(g.right()[up], g.up()[right]);
+    window[6] = first(g.left()[down], g.down()[left]), window[8] = first(g.right()[down], g.down()[right]);
+    window[1] = up, window[3] = left, window[4] = pixel, window[5] = right, window[7] = down;
+    return true;
+}
+
+}  // namespace detail
+
 /// Fills `window` with the pixels under a kernel centered on `pixel`.
 ///
 /// kernel_size  odd, 1 to max_kernel_size
@@ -30,6 +46,7 @@ inline void gather_window(const graph_view& g, std::int32_t pixel, std::int32_t 
     const std::size_t count = static_cast<std::size_t>(kernel_size * kernel_size);
     LDI_ASSERT(window.size() == count);
     LDI_ASSERT(pixel >= 0 && pixel < g.count());
+    if (kernel_size == 3 && detail::gather_small_window(g, pixel, window)) return;
 
     // The window with a border of elements that count as reached, so that exploration ends at the border.
     constexpr std::int32_t border = 0;

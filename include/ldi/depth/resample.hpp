@@ -17,7 +17,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <string>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -152,8 +151,11 @@ private:
                 low = (std::min)(low, d), high = (std::max)(high, d);
             }
         if (surface_.same_surface(high, low)) return false;
-        std::sort(nearest.data(), nearest.data() + around.count,
-                  [](const neighbor& a, const neighbor& b) { return a.disparity < b.disparity; });
+        // Equal disparities in the order of their samples: sums of floats depend on it, and std::sort() on the library.
+        std::sort(nearest.data(), nearest.data() + around.count, [](const neighbor& a, const neighbor& b) {
+            if (a.disparity != b.disparity) return a.disparity < b.disparity;
+            return a.y != b.y ? a.y < b.y : a.x < b.x;
+        });
         for (std::size_t s = 0; s < around.count; ++s) {
             const neighbor& n = nearest[s];
             around.disparity[s] = n.disparity, around.x[s] = nearest_float(n.x), around.y[s] = nearest_float(n.y);

@@ -6,7 +6,7 @@
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/base/numbers.hpp>
-#include <ldi/formats/detail/checksums.hpp>
+#include <ldi/formats/checksums.hpp>
 #include <ldi/formats/picture_header.hpp>
 
 #include <algorithm>
@@ -17,7 +17,9 @@
 #include <string>
 #include <string_view>
 
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+namespace detail {
 
 /// Whether each Huffman table of a segment is complete and has at most 256 codes. For other tables, stb_image 2.27 writes
 /// beyond its buffers.
@@ -216,13 +218,15 @@ inline picture_header read_png_header(std::span<const std::byte> bytes, const st
     return header;
 }
 
+}  // namespace detail
+
 /// Reads the header of a JPEG or PNG file. Raises unsupported (another format, or an unsupported variant), invalid_data (empty,
 /// truncated, damaged).
 inline picture_header read_picture_header(std::span<const std::byte> bytes, const std::string& where) {
-    if (is_jpeg(bytes)) return read_jpeg_header(bytes, where);
-    if (is_png(bytes)) return read_png_header(bytes, where);
+    if (detail::is_jpeg(bytes)) return detail::read_jpeg_header(bytes, where);
+    if (detail::is_png(bytes)) return detail::read_png_header(bytes, where);
     raise(bytes.empty() ? error_code::invalid_data : error_code::unsupported, where, "a JPEG or PNG file",
           describe_format(bytes));
 }
 
-}}}  // namespace ldi::detail
+}}  // namespace ldi

@@ -14,7 +14,7 @@
 #include <string>
 #include <string_view>
 
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Header data of a complete file.
 struct picture_header {
@@ -31,6 +31,8 @@ struct picture_header {
     bool has_alpha = false;                         ///< WebP only
     std::size_t end = 0;  ///< offset of the first byte after the picture; phones append further pictures to JPEG files
 };
+
+namespace detail {
 
 inline unsigned byte_at(std::span<const std::byte> bytes, std::size_t i) { return std::to_integer<unsigned>(bytes[i]); }
 
@@ -82,6 +84,8 @@ inline bool is_heif(std::span<const std::byte> bytes) {
     return false;
 }
 
+}  // namespace detail
+
 /// Describes the format of a file by its first bytes, for error messages: "a GIF file".
 inline std::string describe_format(std::span<const std::byte> bytes) {
     struct signature {
@@ -118,9 +122,11 @@ inline std::string describe_format(std::span<const std::byte> bytes) {
     };
     if (bytes.empty()) return "an empty file";
     for (const signature& s : signatures)
-        if (has_text(bytes, s.offset, s.text)) return std::string(s.name);
+        if (detail::has_text(bytes, s.offset, s.text)) return std::string(s.name);
     return std::to_string(bytes.size()) + " bytes of an unknown format";
 }
+
+namespace detail {
 
 /// Raises the error for a damaged file.
 [[noreturn]] inline void damaged(picture_format format, const std::string& where, const std::string& found) {
@@ -130,4 +136,6 @@ inline std::string describe_format(std::span<const std::byte> bytes) {
           found);
 }
 
-}}}  // namespace ldi::detail
+}  // namespace detail
+
+}}  // namespace ldi

@@ -9,7 +9,7 @@
 #include <ldi/base/config.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/core/image.hpp>
-#include <ldi/formats/detail/checksums.hpp>
+#include <ldi/formats/checksums.hpp>
 
 #include <algorithm>
 #include <array>

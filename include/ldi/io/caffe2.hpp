@@ -153,7 +153,7 @@ private:
         const std::int64_t group = op.integer("group"), pad = op.equal_integers("pads", 4),
                            dilation = op.equal_integers("dilations", 2);
         if (weights.shape[2] != kernel || op.equal_integers("kernels", 2) != kernel)
-            op.fail("kernels", "a square kernel, as the weights have", std::to_string(op.integers("kernels")[0]));
+            op.fail("kernels", "a square kernel with the size of the weights", std::to_string(op.integers("kernels")[0]));
         if (pad != kernel / 2) op.fail("pads", std::to_string(kernel / 2), std::to_string(pad));
         if (dilation != 1) op.fail("dilations", "1", std::to_string(dilation));
         if (group != 1 && (group != outputs || inputs != 1))
@@ -213,12 +213,12 @@ private:
         if (found == constants_.end())
             raise(error_code::mismatch, op.where(), "a tensor of the weight file", printable(op.input(input)));
         if (std::exchange(found->second.is_used, true))
-            raise(error_code::unsupported, op.where(), "weights that serve one operator", printable(op.input(input)) + " again");
+            raise(error_code::unsupported, op.where(), "weights for a single operator", printable(op.input(input)) + " again");
         return found->second;
     }
 
     [[noreturn]] static void unknown_input(const checked_operator& op, std::size_t input) {
-        raise(error_code::invalid_data, op.where(), "the name of a tensor made before", printable(op.input(input)));
+        raise(error_code::invalid_data, op.where(), "the name of an earlier tensor", printable(op.input(input)));
     }
 
     const network_message& network_;

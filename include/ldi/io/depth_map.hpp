@@ -169,7 +169,7 @@ inline image<float> decode_depth_map(std::span<const std::byte> bytes, const dep
 inline decoding_estimate estimate_depth_map(std::span<const std::byte> bytes, const depth_map_options& options,
                                             const std::string& where) {
     detail::decoding_budget budget(options.limits, options.formats, bytes.size());
-    const detail::picture_header header = detail::take_depth_header(bytes, budget, where);
+    const picture_header header = detail::take_depth_header(bytes, budget, where);
     return {header.height, header.width, budget.taken()};
 }
 

@@ -98,9 +98,7 @@ inline std::filesystem::path follow_links(std::filesystem::path path) {
     return failure ? path : real / path.filename();
 }
 
-namespace detail {
-
-/// Creates a file or replaces its content. Returns 0 or an error number.
+/// Creates a file or replaces its content directly, without a temporary file. Returns 0 or an error number.
 inline int write_bytes(const std::filesystem::path& path, std::span<const std::byte> bytes) {
     errno = 0;
     std::ofstream file(path, std::ios::binary | std::ios::trunc);
@@ -109,6 +107,8 @@ inline int write_bytes(const std::filesystem::path& path, std::span<const std::b
     file.close();  // a full disk may be detected only here
     return file ? 0 : last_error();
 }
+
+namespace detail {
 
 /// Returns a random file name in the folder. Its 64 random bits make it practically certain that no file has the name.
 inline std::filesystem::path temporary_name(const std::filesystem::path& folder) {
@@ -128,7 +128,7 @@ inline void write_file(const std::filesystem::path& path, std::span<const std::b
     if (std::filesystem::is_directory(status)) raise(error_code::file_access, path.string(), expected, "a folder");
     const bool exists = std::filesystem::exists(status);
     if (exists && !std::filesystem::is_regular_file(status)) {
-        if (const int error_number = detail::write_bytes(path, bytes); error_number != 0)
+        if (const int error_number = write_bytes(path, bytes); error_number != 0)
             raise_system_error(error_number, path, expected);
         return;
     }
@@ -138,7 +138,7 @@ inline void write_file(const std::filesystem::path& path, std::span<const std::b
     if (exists && !std::fstream(target, std::ios::binary | std::ios::in | std::ios::out))
         raise(error_code::file_access, path.string(), expected, "a protected file");
     const std::filesystem::path temporary = detail::temporary_name(folder);
-    int error_number = detail::write_bytes(temporary, bytes);
+    int error_number = write_bytes(temporary, bytes);
     if (error_number == 0) error_number = synchronize(temporary);
     if (error_number == 0 && exists) std::filesystem::permissions(temporary, status.permissions(), failure);
     if (error_number == 0) {

@@ -214,7 +214,7 @@ inline photo decode_photo(std::span<const std::byte> bytes, const photo_options&
 inline decoding_estimate estimate_photo(std::span<const std::byte> bytes, const photo_options& options,
                                         const std::string& where) {
     detail::decoding_budget budget(options.limits, options.formats, bytes.size());
-    const detail::picture_header header = detail::take_photo_header(bytes, budget, where);
+    const picture_header header = detail::take_photo_header(bytes, budget, where);
     return {header.height, header.width, budget.taken() + detail::max_profile_memory};
 }
 

@@ -113,8 +113,6 @@ inline std::filesystem::path depth_map_beside(const std::filesystem::path& photo
     return {};
 }
 
-namespace detail {
-
 /// Runs `read`, which sets result.depth. If it raises an error, stores the text in result.refused and discards the depth.
 template <class Read>
 void try_depth(photo_with_depth& result, const std::string& where, Read&& read) {
@@ -132,8 +130,6 @@ void try_depth(photo_with_depth& result, const std::string& where, Read&& read) 
         result.refused = e.what();
     }
 }
-
-}  // namespace detail
 
 namespace detail::inline LDI_READERS {
 
@@ -201,14 +197,14 @@ inline photo_with_depth decode_photo_with_depth(std::span<const std::byte> bytes
         return result;
     }
     budget.lower_max_pixels(depth_map_options().limits.max_pixels);  // depth maps have a lower pixel limit than photos
-    detail::try_depth(result, where, [&] { result.depth = detail::find_depth_inside(bytes, budget, where); });
+    try_depth(result, where, [&] { result.depth = detail::find_depth_inside(bytes, budget, where); });
     return result;
 }
 
 inline decoding_estimate estimate_photo_with_depth(std::span<const std::byte> bytes, const photo_options& options,
                                                    const std::string& where) {
     detail::decoding_budget budget(options.limits, options.formats, bytes.size());
-    const detail::picture_header header = detail::take_photo_header(bytes, budget, where);
+    const picture_header header = detail::take_photo_header(bytes, budget, where);
     if (detail::is_png(bytes))
         budget.take((std::min)(detail::memory_of_halves(header.height, header.width), detail::nearest_double(budget.left())),
                     where, "a photo beside its depth map");
@@ -226,7 +222,7 @@ inline photo_with_depth load_photo_with_depth(const std::filesystem::path& path,
     const std::vector<std::byte> bytes = read_file(path);
     photo_with_depth result;
     result.photo = decode_photo(bytes, options, path.string());
-    detail::try_depth(result, companion.string(), [&] {
+    try_depth(result, companion.string(), [&] {
         depth_map_options map;
         map.formats = options.formats;
         result.depth = photo_depth{load_depth_map(companion, map), false, false, true, companion.string()};

@@ -77,8 +77,8 @@ private:
     };
     struct layer_shape {
         std::string_view name;
-        std::array<std::string_view, 2> reads;  ///< source names; the second may be empty, else the first is upsampled
-        std::size_t inputs, outputs;            ///< `inputs`: number of channels per source
+        std::array<std::string_view, 2> reads;  ///< one or two sources; if there are two, the first is upsampled
+        std::size_t inputs, outputs;            ///< channels of each source, and of the result
     };
     static constexpr std::array<layer_shape, 11> shapes{{{"fine", {"input", ""}, input_channels, 16},
                                                          {"half.down", {"fine", ""}, 16, 32},

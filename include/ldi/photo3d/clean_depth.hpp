@@ -25,19 +25,12 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-namespace detail {
-
 /// Shrinks the photo to a long side of at most `long_side` pixels.
 template <executor Executor>
 image<std::uint8_t> shrink_photo(image_view<const std::uint8_t> photo, std::size_t long_side, Executor& threads) {
     const std::size_t longer = (std::max)(photo.height(), photo.width());
     return area_resize(photo, shrunk_length(photo.height(), longer, long_side), shrunk_length(photo.width(), longer, long_side),
                        threads);
-}
-
-inline void check_photo(image_view<const std::uint8_t> photo) {
-    if (photo.empty() || photo.channels() != 3)
-        raise(error_code::invalid_data, "photo", "H x W x 3 values, at least one pixel", shape_text(photo));
 }
 
 /// Resamples the estimate to the photo's resolution. Sharpens its edges first if its resolution is lower.
@@ -50,6 +43,13 @@ image<float> resample_estimate(const image<float>& estimated, const image<std::u
     for (int pass = 0; pass < options.passes_before_resampling; ++pass)
         sharpened = weighted_median(sharpened, options.surface, options.median, threads);
     return resample_to_photo(sharpened, photo, options.surface, options.resample, threads);
+}
+
+namespace detail {
+
+inline void check_photo(image_view<const std::uint8_t> photo) {
+    if (photo.empty() || photo.channels() != 3)
+        raise(error_code::invalid_data, "photo", "H x W x 3 values, at least one pixel", shape_text(photo));
 }
 
 }  // namespace detail
@@ -85,21 +85,21 @@ cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator&
     normalized_disparity normalized = normalize(estimator.disparity(photo, progress, threads), normalize_with);
     result.estimated = std::move(normalized.disparity);
     result.range = normalized.range;
-    result.photo = detail::shrink_photo(photo, options.long_side, threads);
+    result.photo = shrink_photo(photo, options.long_side, threads);
     progress.report("depth estimation", 1.0F);
 
     progress.report("depth filter", 0.0F);
-    result.resampled = detail::resample_estimate(result.estimated, result.photo, options, threads);
-    const float sample_size = detail::sample_size(result.estimated, result.photo);
-    decided_depth decided = decider.decide(
-        {result.photo, result.estimated, weighted_median(result.resampled, options.surface, options.median, threads),
-         options.surface, sample_size},
-        threads);
+    result.resampled = resample_estimate(result.estimated, result.photo, options, threads);
+    const float sample = sample_size(result.estimated, result.photo, options);
+    decided_depth decided =
+        decider.decide({result.photo, result.estimated,
+                        weighted_median(result.resampled, options.surface, options.median, threads), options.surface, sample},
+                       threads);
     result.disparity = std::move(decided.disparity), result.shares = std::move(decided.shares);
     progress.report("depth filter", 1.0F);
 
     progress.report("connected components", 0.0F);
-    merge_middle_components(result.disparity, options.surface, detail::scaled(options.components, sample_size));
+    merge_middle_components(result.disparity, options.surface, scaled(options.components, sample));
     progress.report("connected components", 1.0F);
     return result;
 }

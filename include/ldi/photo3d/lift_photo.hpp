@@ -1,5 +1,5 @@
-// The stages of make_photo3d() (photo3d.hpp) between its depth and its hidden surfaces: a layer with unmixed colors, and its
-// curves.
+// The stages of make_photo3d() (photo3d.hpp) that turn the photo and its cleaned depth into a layer: lifting, discontinuity
+// curves, and unmixing of colors.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -96,7 +96,7 @@ template <payload_column... Own, executor Executor = const serial_executor>
 lifted_photo<Own...> lift_photo(const cleaned_photo& photo, const photo_columns<Own...>& own, const photo3d_options& options,
                                 Executor&& threads = {}) {
     detail::check(options);
-    const float sample_size = detail::sample_size(photo.estimated, photo.photo);
+    const float sample = sample_size(photo.estimated, photo.photo, options);
     const auto width = static_cast<std::int32_t>(photo.photo.width()), height = static_cast<std::int32_t>(photo.photo.height());
     lifted_photo<Own...> result;
     result.facts = {
@@ -108,10 +108,10 @@ lifted_photo<Own...> lift_photo(const cleaned_photo& photo, const photo_columns<
             return detail::with_columns<Own...>(std::move(layer).template with<rim_column>(std::move(no_rims)), images...);
         },
         own.images);
-    result.curves = find_discontinuity_curves(result.layer, options.surface, detail::scaled(options.curves, sample_size));
+    result.curves = find_discontinuity_curves(result.layer, options.surface, scaled(options.curves, sample));
     close_spurious_discontinuities(result.layer, result.curves);
     unmix_colors(result.layer, options.mixed_colors, {photo.shares.data(), photo.shares.size()});
-    result.rims = mark_uncertain_rims(result.layer, detail::rim_width(options.alignment, sample_size));
+    result.rims = mark_uncertain_rims(result.layer, detail::rim_width(options.alignment, sample));
     return result;
 }
 template <executor Executor = const serial_executor>

@@ -35,7 +35,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Options of make_photo3d() and its stages. Lengths and sizes in `alignment`, `components` and `curves` are in pixels, for a
 /// depth map at the photo's resolution. If one depth sample covers several pixels, make_photo3d() multiplies lengths by the
-/// sample's side and sizes by its area.
+/// sample's side and sizes by its area. paper_options() (photo3d/paper_options.hpp) are the paper's own.
 struct photo3d_options {
     /// Maximum long side in pixels; a larger photo is shrunk to it.
     std::size_t long_side = 1536;
@@ -44,6 +44,9 @@ struct photo3d_options {
     /// Number of weighted median passes at the estimator's own resolution, where a blurred edge is only a few samples wide,
     /// before the pass at the photo's resolution.
     int passes_before_resampling = 2;
+    /// Maximum side of a depth sample, in pixels, by which lengths are multiplied, at least 1: coarser maps cannot locate
+    /// silhouettes. 1: lengths apply as they are.
+    float max_sample_size = 16.0F;
     surface_rule surface;
     normalize_options normalize;
     sharpen_options sharpen;
@@ -61,38 +64,45 @@ struct photo3d_options {
     chart_options charts;
     atlas_options atlas;
     mesh_options mesh;
+    /// Whether the result contains `resampled` and `disparity`. Without them, converting needs 8 bytes less per pixel.
+    bool keeps_depth_maps = true;
     /// Receives the progress of each stage under its name in the paper's table: "depth estimation", "depth filter", "connected
     /// components", "occluded geometry", "color inpainting", "chart generation", "chart padding", "meshing". Each stage begins
     /// with fraction 0 and ends with 1.
     progress_listener progress;
 };
 
-namespace detail {
-
 /// Returns the length of a side after the photo's longer side is shrunk to at most `long_side` pixels.
 inline std::size_t shrunk_length(std::size_t length, std::size_t longer, std::size_t long_side) {
     return std::max<std::size_t>((length * (std::min)(longer, long_side) + longer / 2) / longer, 1);
 }
 
-/// Returns the side of a sample of the estimate, in pixels, clamped to [1, 16]: coarser maps cannot locate silhouettes.
-inline float sample_size(const image<float>& estimated, const image<std::uint8_t>& photo) {
-    return std::clamp(nearest_float(photo.width()) / nearest_float(estimated.width()), 1.0F, 16.0F);
+/// Returns the side of a sample of the estimate, in pixels, clamped to [1, max_sample_size].
+inline float sample_size(const image<float>& estimated, const image<std::uint8_t>& photo, const photo3d_options& options) {
+    return std::clamp(detail::nearest_float(photo.width()) / detail::nearest_float(estimated.width()), 1.0F,
+                      options.max_sample_size);
 }
 
-/// Scales lengths and numbers of pixels from a depth map at the photo's resolution to a map with larger samples.
+namespace detail {
 template <std::integral Count>
 Count scaled(Count count, float by) {
     return static_cast<Count>(std::lround(nearest_float(count) * by));
 }
+}  // namespace detail
+
+/// Scales lengths and numbers of pixels from a depth map at the photo's resolution to a map with larger samples.
 inline middle_component_options scaled(middle_component_options options, float sample_size) {
-    options.min_size = scaled(options.min_size, sample_size * sample_size);
+    options.min_size = detail::scaled(options.min_size, sample_size * sample_size);
     return options;
 }
 inline curve_options scaled(curve_options options, float sample_size) {
-    options.min_length = scaled(options.min_length, sample_size);
-    options.tangent_length = scaled(options.tangent_length, sample_size);
+    options.min_length = detail::scaled(options.min_length, sample_size);
+    options.tangent_length = detail::scaled(options.tangent_length, sample_size);
     return options;
 }
+
+namespace detail {
+
 /// Returns the maximum distance of silhouettes from the photo's edges after alignment, in pixels; 0 for a depth map at the
 /// photo's resolution.
 inline int rim_width(const alignment_options& options, float sample_size) {
@@ -106,6 +116,8 @@ inline void check(const photo3d_options& options) {
     if (!(options.surface.max_step >= 0.001F && options.surface.max_step <= 1.0F))
         raise(error_code::invalid_option, "photo3d_options, surface", "a max_step from 0.001 to 1",
               to_text(options.surface.max_step));
+    if (!(options.max_sample_size >= 1.0F && options.max_sample_size <= 16.0F))
+        raise(error_code::invalid_option, "photo3d_options, max_sample_size", "1 to 16", to_text(options.max_sample_size));
 }
 
 }  // namespace detail
@@ -120,8 +132,8 @@ inline photo3d_options for_sheets(photo3d_options options, std::size_t photo_hei
     const std::size_t longer = (std::max)(photo_height, photo_width);
     double scale = 1;
     for (const std::size_t length : {photo_height, photo_width})
-        scale = (std::max)(scale, detail::nearest_double(length) /
-                                      detail::nearest_double(detail::shrunk_length(length, longer, options.long_side)));
+        scale = (std::max)(
+            scale, detail::nearest_double(length) / detail::nearest_double(shrunk_length(length, longer, options.long_side)));
     options.charts.max_side = (std::min)(options.charts.max_side, max_chart_side(scale, sheets));
     return options;
 }

@@ -126,7 +126,7 @@ inline picture_header read_bmp_header(std::span<const std::byte> bytes, const st
     picture_header header;
     header.format = picture_format::bmp;
     header.width = width, header.height = height;
-    header.memory_per_pixel = 7;  // RGBA, then RGB
+    header.memory_per_pixel = 7;  // 4 for RGBA, then 3 for RGB
     return header;
 }
 

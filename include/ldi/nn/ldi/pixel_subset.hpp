@@ -11,7 +11,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -25,14 +24,16 @@ struct pixel_subset {
     /// Collects the pixels with nonzero marks.
     static pixel_subset marked(std::span<const std::uint8_t> marks) {
         pixel_subset subset;
-        subset.row_of.resize(marks.size());
-        subset.pixels.resize(marks.size() - static_cast<std::size_t>(std::count(marks.begin(), marks.end(), std::uint8_t{0})));
+        const auto unmarked = static_cast<std::size_t>(std::count(marks.begin(), marks.end(), std::uint8_t{0}));
+        subset.row_of.resize(marks.size(), unset);
+        subset.pixels.resize(marks.size() - unmarked + 1, unset);  // one more, so that the loop writes without a branch
         std::int32_t pixel = 0, row = 0;
         for (const std::uint8_t mark : marks) {
             subset.row_of[pixel] = mark != 0 ? row : no_pixel;
-            if (mark != 0) subset.pixels[row++] = pixel;
-            ++pixel;
+            subset.pixels[row] = pixel++;
+            row += mark != 0 ? 1 : 0;
         }
+        subset.pixels.pop_back();
         return subset;
     }
 };

@@ -58,7 +58,7 @@ public:
         result_.write_neighbors(side::down)[upper] = lower, result_.write_neighbors(side::up)[lower] = upper;
     }
 
-    /// Restores the vertical links between old pixels. All pixels have been added.
+    /// Restores the vertical links between old pixels and returns the result. Call it after all pixels have been added.
     grown_pixels finish() {
         LDI_ASSERT(next_ == result_.count());
         for (const side s : {side::up, side::down}) {

@@ -14,9 +14,9 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// Measures the rim along each side of a photo. A rim consists of the outermost rows or columns, as long as each has a single
-/// color, and of `fading` more, in which that color fades out. More than `max_rim` rows or columns of a single color are a plain
-/// background instead of a rim.
+/// Measures the rim along each side of a photo. A rim consists of the outermost rows or columns with a single color each, and of
+/// the next `fading` rows or columns, in which that color fades out. If more than `max_rim` rows or columns have a single color,
+/// they are a plain background instead of a rim.
 class rim_finder {
 public:
     /// g             in canonical order

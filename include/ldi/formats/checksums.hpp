@@ -9,7 +9,9 @@
 #include <cstdint>
 #include <span>
 
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+namespace detail {
 
 /// Row k contains the CRC remainder of each byte value followed by k zero bytes. With eight rows, the loop processes eight
 /// bytes at a time.
@@ -28,8 +30,11 @@ inline crc32_rows make_crc32_rows() {
     return rows;
 }
 
+}  // namespace detail
+
+/// Returns the CRC-32 of bytes that follow others with the CRC-32 `before`.
 inline std::uint32_t crc32(std::span<const std::byte> bytes, std::uint32_t before = 0) {
-    static const crc32_rows rows = make_crc32_rows();
+    static const detail::crc32_rows rows = detail::make_crc32_rows();
     const auto at = [&](std::size_t i) { return std::to_integer<std::uint32_t>(bytes[i]); };
     std::uint32_t remainder = ~before;
     std::size_t i = 0;
@@ -42,6 +47,7 @@ inline std::uint32_t crc32(std::span<const std::byte> bytes, std::uint32_t befor
     return ~remainder;
 }
 
+/// Returns the Adler-32 of the bytes.
 inline std::uint32_t adler32(std::span<const std::byte> bytes) {
     constexpr std::uint32_t modulus = 65521;
     constexpr std::size_t max_at_once = 5552;  // a longer run could overflow the 32 bits of the second sum
@@ -55,4 +61,4 @@ inline std::uint32_t adler32(std::span<const std::byte> bytes) {
     return sum_of_sums << 16 | sum;
 }
 
-}}}  // namespace ldi::detail
+}}  // namespace ldi

@@ -1,0 +1,15 @@
+#!/usr/bin/env bash
+# run.sh [WORD]: the page of examples/web in headless Chromium and Firefox, beside the program. Builds both. With WORD, only the tests
+# whose name contains it. Pictures of the page are in out/web. Installs what is missing. Ends with "N passed, N failed".
+set -euo pipefail
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+top=$(cd "$here/../.." && pwd)
+# shellcheck source=scripts/requirements.sh
+source "$top/scripts/requirements.sh"
+
+require "${needs_web[@]}" "${needs_web_browsers[@]}"
+install_npm_packages "$here"
+"$top/examples/web/build.sh"
+export PROGRAM=${PROGRAM:-$top/build/photo3d/examples/photo3d}
+[ -x "$PROGRAM" ] || "$top/examples/photo3d/run.sh" sample
+node "$here/web.mjs" "$@"

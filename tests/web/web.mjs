@@ -1,0 +1,368 @@
+// node web.mjs [WORD]: the page of examples/web in Chromium and Firefox. run.sh has built it, the program, and the files of `made`. Ends
+// with "N passed, N failed".
+
+import assert from "node:assert/strict";
+import { execFileSync, spawnSync } from "node:child_process";
+import { mkdir, readFile, writeFile } from "node:fs/promises";
+import { createServer } from "node:http";
+import { dirname, extname, join } from "node:path";
+import { fileURLToPath, pathToFileURL } from "node:url";
+import { crc32 } from "node:zlib";
+import { takeApart } from "../viewer/glb.mjs";
+import { choose, convert, openPage, startBrowser, waitForResult } from "./browsers.mjs";
+
+const here = dirname(fileURLToPath(import.meta.url));
+const top = join(here, "../..");
+const program = process.env.PROGRAM ?? join(top, "build/photo3d/examples/photo3d");
+const onePage = pathToFileURL(join(top, "build/web/photo3d.html")).href;
+const site = join(top, "build/web/site");
+const made = join(top, "out/web"); // files and pictures of the tests
+await mkdir(made, { recursive: true });
+const sample = join(top, "examples/photo3d/sample.jpg");
+const sampleBytes = await readFile(sample);
+
+const only = process.argv[2]; // a word of the tests to run
+let passed = 0;
+let failed = 0;
+
+/**
+ * @param {string} fact  what the test shows
+ * @param {() => Promise<import("puppeteer-core").Page>} open
+ * @param {(page: import("puppeteer-core").Page) => Promise<void>} check
+ */
+async function test(fact, open, check) {
+    if (only && !fact.includes(only)) return;
+    const start = performance.now();
+    let page;
+    try {
+        page = await open();
+        await check(page);
+        assert.deepEqual(page.errors, [], "nothing on the console");
+        passed += 1;
+        console.log(`passed: ${fact} (${Math.round(performance.now() - start)} ms)`);
+    } catch (failure) {
+        failed += 1;
+        console.log(`FAILED: ${fact}\n${failure.stack}\n${page?.errors.join("\n") ?? ""}`);
+    }
+    if (page !== shared) await page?.close();
+}
+
+/** A page for tests that only convert: opening one takes longer than most of them. */
+let shared = null;
+
+/** Runs the program in the folder of the tests. Returns its message, without "photo3d: ". */
+function messageOfProgram(name) {
+    const { status, stderr } = spawnSync(program, [name, "-o", "refused.glb", "--quiet"], { cwd: made, encoding: "utf8" });
+    assert.equal(status, 1, `the program refuses ${name}`);
+    return stderr.trim().replace(/^photo3d: /, "");
+}
+
+/** Runs the program. Returns the GLB, and the texture before it was encoded. */
+async function convertWithProgram(name) {
+    execFileSync(program, [name, "-o", "program.glb", "--stages", "stages", "--quiet"], { cwd: made });
+    return { glb: await readFile(join(made, "program.glb")), atlas: await readFile(join(made, "stages/10_atlas.png")) };
+}
+
+/** The parts of a GLB that don't depend on how its texture is encoded: numbers of the mesh and all of the JSON but bytes and places. */
+function contentOf(glb) {
+    const { json, binary } = takeApart(glb);
+    const viewOf = ({ byteOffset = 0, byteLength }) => binary.subarray(byteOffset, byteOffset + byteLength);
+    const image = viewOf(json.bufferViews[json.images[0].bufferView]);
+    const pictures = new Set(json.images.map(({ bufferView }) => bufferView));
+    const numbers = json.bufferViews.filter((_, i) => !pictures.has(i)).map((view) => viewOf(view).toString("base64"));
+    const { buffers, bufferViews, images, ...rest } = json;
+    return { image, numbers, rest };
+}
+
+/** Number of pixels that differ between two PNG files, counted by the browser. */
+const differentPixels = (page, a, b) =>
+    page.evaluate(
+        async (...files) => {
+            const [a, b] = await Promise.all(
+                files.map(async (file) => {
+                    const picture = await createImageBitmap(new Blob([Uint8Array.from(atob(file), (c) => c.charCodeAt(0))]));
+                    const context = new OffscreenCanvas(picture.width, picture.height).getContext("2d");
+                    context.drawImage(picture, 0, 0);
+                    return context.getImageData(0, 0, picture.width, picture.height);
+                }),
+            );
+            if (a.width !== b.width || a.height !== b.height) return Infinity;
+            let count = 0;
+            for (let i = 0; i < a.data.length; i += 4) count += [0, 1, 2].some((c) => a.data[i + c] !== b.data[i + c]);
+            return count;
+        },
+        a.toString("base64"),
+        b.toString("base64"),
+    );
+
+/** The page converts a file to the same GLB as the program. */
+async function assertEqualsProgram(page, name) {
+    const { glb, atlas } = await convertWithProgram(name);
+    const ours = await convert(page, name, await readFile(join(made, name)), true);
+    const [expected, found] = [contentOf(glb), contentOf(ours.glb)];
+    assert.deepEqual(found.rest, expected.rest);
+    assert.deepEqual(found.numbers, expected.numbers, "positions, texture coordinates, indices: every byte");
+    assert.equal(await differentPixels(page, found.image, atlas), 0, "pixels of the texture");
+    return ours;
+}
+
+/** Serves the folder. `stop` ends it as a lost network would. */
+async function serve(folder) {
+    const types = { ".html": "text/html", ".js": "text/javascript", ".gz": "application/gzip" };
+    const server = createServer(async (request, response) => {
+        const name = new URL(request.url, "http://localhost").pathname.replace(/\/$/, "/index.html");
+        const bytes = await readFile(join(folder, name)).catch(() => null);
+        response.writeHead(bytes ? 200 : 404, { "content-type": types[extname(name)] ?? "application/octet-stream" });
+        response.end(bytes);
+    });
+    await new Promise((resolve) => server.listen(0, "127.0.0.1", resolve));
+    const stop = () => {
+        server.closeAllConnections();
+        return new Promise((resolve) => server.close(resolve));
+    };
+    return { address: `http://localhost:${server.address().port}/`, stop };
+}
+
+/** A JPEG with an EXIF block that says how the camera was held. */
+function withOrientation(jpeg, orientation) {
+    const tiff = Buffer.from([0x4d, 0x4d, 0, 42, 0, 0, 0, 8, 0, 1, 0x01, 0x12, 0, 3, 0, 0, 0, 1, 0, orientation, 0, 0, 0, 0, 0, 0]);
+    const body = Buffer.concat([Buffer.from("Exif\0\0"), tiff]);
+    return Buffer.concat([jpeg.subarray(0, 2), Buffer.from([0xff, 0xe1, 0, body.length + 2]), body, jpeg.subarray(2)]);
+}
+
+/** A PNG of 100,000 x 100,000 pixels, or so its header says. */
+function hugePng() {
+    const header = Buffer.from("49484452000186a0000186a00802000000", "hex");
+    const checksum = Buffer.alloc(4);
+    checksum.writeUInt32BE(crc32(header));
+    return Buffer.concat([Buffer.from("89504e470d0a1a0a0000000d", "hex"), header, checksum, Buffer.alloc(200)]);
+}
+
+execFileSync(program, [sample, "-o", "sample.glb", "--stages", "sample", "--quiet"], { cwd: made });
+await writeFile(join(made, "photo.png"), await readFile(join(made, "sample/01_photo.png")));
+await writeFile(join(made, "turned.jpg"), withOrientation(sampleBytes, 6));
+const refused = {
+    "empty.jpg": Buffer.alloc(0),
+    "text.jpg": Buffer.from("This is no picture.\n"),
+    "cut.png": (await readFile(join(made, "photo.png"))).subarray(0, 20_000),
+    "cut.jpg": sampleBytes.subarray(0, 300),
+    "huge.png": hugePng(),
+};
+for (const [name, bytes] of Object.entries(refused)) await writeFile(join(made, name), bytes);
+
+const isInMotion = async (page) => {
+    const state = () => page.evaluate(() => JSON.stringify(document.getElementById("frame").contentDocument.querySelector("photo-3d").state().reach));
+    const before = await state();
+    await page.waitForFunction((before) => JSON.stringify(document.getElementById("frame").contentDocument.querySelector("photo-3d").state().reach) !== before, {}, before);
+};
+
+for (const kind of ["chromium", "firefox"]) {
+    const browser = await startBrowser(kind);
+    const hasWebgl = kind === "chromium"; // Debian's Firefox has no WebGL without a screen
+    const open = (options) => () => openPage(browser, onePage, options);
+    const openShared = async () => (shared ??= await openPage(browser, onePage));
+
+    await test(`${kind}: one file, opened by double click, turns a photo into a 3D photo that moves on its own`, open(), async (page) => {
+        await page.screenshot({ path: join(made, `${kind}_empty.png`) });
+        const result = await choose(page, sample);
+        assert.equal(result.error, undefined);
+        if (hasWebgl) {
+            await isInMotion(page);
+        } else {
+            const message = await page.evaluate(() => document.getElementById("frame").contentDocument.getElementById("message").textContent);
+            assert.match(message, /^This browser can't show 3D/);
+            page.errors = [];
+        }
+        await page.screenshot({ path: join(made, `${kind}_shown.png`) });
+        const photo = await page.evaluate(() => {
+            const { width, height, isPastFrame, stages } = window.photo3d.shown().photo;
+            return { width, height, isPastFrame, stages };
+        });
+        assert.deepEqual([photo.width, photo.height, photo.isPastFrame], [1152, 1536, true]);
+        assert.equal(Object.keys(photo.stages).length, 10, "every stage reports");
+        assert.deepEqual(page.requests, [], "nothing is asked for");
+    });
+
+    await test(`${kind}: the GLB of a PNG equals the program's`, openShared, (page) => assertEqualsProgram(page, "photo.png"));
+
+    await test(`${kind}: refused files show the program's messages`, openShared, async (page) => {
+        for (const name of Object.keys(refused)) {
+            const { error } = await choose(page, join(made, name));
+            const expected = messageOfProgram(name);
+            // Which formats are read depends on the build and on the browser.
+            const comparable = (text) => text?.replace(/expected a JPEG.*, found/, "expected a photo, found");
+            assert.equal(comparable(error), comparable(expected));
+        }
+        await page.screenshot({ path: join(made, `${kind}_refused.png`) });
+        assert.equal((await convert(page, "photo.jpg", sampleBytes)).facts.width, 1152, "the next photo is converted");
+    });
+
+    if (kind === "chromium") await testsOfChromium(browser, open, openShared);
+    shared = null;
+    await browser.close();
+}
+
+async function testsOfChromium(browser, open, openShared) {
+    await test("a photo that was taken upright is upright, as in the program", openShared, async (page) => {
+        const { facts } = await assertEqualsProgram(page, "turned.jpg");
+        assert.deepEqual([facts.width, facts.height], [1536, 1152]);
+    });
+
+    await test("a photo beside its depth map uses that map, as in the program", openShared, async (page) => {
+        await writeFile(join(made, "beside.png"), Buffer.from(await besideDepth(page), "base64"));
+        const { facts } = await assertEqualsProgram(page, "beside.png");
+        assert.equal(facts.depthSource, "the right half");
+    });
+
+    await test("formats that only the browser reads are converted", openShared, async (page) => {
+        const webp = await page.evaluate(async (content) => {
+            const picture = await createImageBitmap(new Blob([Uint8Array.from(atob(content), (c) => c.charCodeAt(0))]));
+            const canvas = new OffscreenCanvas(600, 800);
+            canvas.getContext("2d").drawImage(picture, 0, 0, 600, 800);
+            const bytes = new Uint8Array(await (await canvas.convertToBlob({ type: "image/webp", quality: 0.9 })).arrayBuffer());
+            return btoa(Array.from(bytes, (byte) => String.fromCharCode(byte)).join(""));
+        }, sampleBytes.toString("base64"));
+        const { facts } = await convert(page, "photo.webp", Buffer.from(webp, "base64"));
+        assert.deepEqual([facts.width, facts.height], [600, 800]);
+    });
+
+    await test("photos can be dropped and pasted, on the page and on the 3D photo", openShared, async (page) => {
+        const give = (kind, where) =>
+            page.evaluate(
+                async (content, kind, where) => {
+                    document.getElementById("status").textContent = "";
+                    const inside = where === "frame" ? document.getElementById("frame").contentWindow : window;
+                    const transfer = new inside.DataTransfer();
+                    transfer.items.add(new File([Uint8Array.from(atob(content), (c) => c.charCodeAt(0))], `${kind}.jpg`, { type: "image/jpeg" }));
+                    const options = { bubbles: true, cancelable: true };
+                    const event =
+                        kind === "drop"
+                            ? new inside.DragEvent("drop", { ...options, dataTransfer: transfer })
+                            : new inside.ClipboardEvent("paste", { ...options, clipboardData: transfer });
+                    inside.document.body.dispatchEvent(event);
+                },
+                sampleBytes.toString("base64"),
+                kind,
+                where,
+            );
+        for (const [kind, where] of [["drop", "page"], ["paste", "page"], ["drop", "frame"], ["paste", "frame"]]) {
+            await give(kind, where);
+            assert.match((await waitForResult(page)).status, new RegExp(`^${kind} is ready`));
+        }
+    });
+
+    await test("saves the GLB, a page that moves on its own, and a video", open({ width: 480, height: 640 }), async (page) => {
+        await choose(page, sample);
+        await page.evaluate(() => {
+            window.saved = [];
+            HTMLAnchorElement.prototype.click = function () {
+                const { href, download } = this;
+                window.saved.push(
+                    fetch(href)
+                        .then((response) => response.arrayBuffer())
+                        .then((buffer) => {
+                            const bytes = new Uint8Array(buffer);
+                            let text = "";
+                            for (let i = 0; i < bytes.length; i += 32768) text += String.fromCharCode(...bytes.subarray(i, i + 32768));
+                            return [download, btoa(text)];
+                        }),
+                );
+            };
+        });
+        await page.click("#glb");
+        await page.click("#page");
+        await page.click("#video");
+        await page.waitForFunction(() => document.documentElement.dataset.view === "recording");
+        await page.screenshot({ path: join(made, "recording.png") });
+        await page.waitForFunction(() => /video is saved/.test(document.getElementById("status").textContent));
+        const saved = Object.fromEntries((await page.evaluate(() => Promise.all(window.saved))).map(([name, text]) => [name, Buffer.from(text, "base64")]));
+        const video = Object.keys(saved).find((name) => /\.(webm|mp4)$/.test(name));
+        assert.deepEqual(Object.keys(saved), ["sample.glb", "sample.html", video]);
+        assert.equal(saved["sample.glb"].toString("latin1", 0, 4), "glTF");
+        await writeFile(join(made, "saved.html"), saved["sample.html"]);
+        await writeFile(join(made, video), saved[video]);
+        const facts = JSON.parse(execFileSync("ffprobe", ["-v", "error", "-count_frames", "-show_entries", "stream=width,height,nb_read_frames", "-of", "json", join(made, video)]));
+        console.log(`        ${video}: ${saved[video].length} bytes, ${JSON.stringify(facts.streams[0])}`);
+        assert.ok(Number(facts.streams[0].nb_read_frames) > 10, "the video has pictures");
+        const own = await browser.newPage();
+        await own.goto(pathToFileURL(join(made, "saved.html")).href);
+        await own.waitForFunction(() => document.querySelector("photo-3d")?.state().reach.right > 0.05);
+        assert.equal(await own.title(), "sample");
+        await own.close();
+    });
+
+    await test("the page can send nothing", open(), async (page) => {
+        const isSent = await page.evaluate(async () => {
+            const attempts = [
+                () => fetch("https://example.org/", { method: "POST", body: "photo", mode: "no-cors" }),
+                () => new Promise((resolve, reject) => Object.assign(new Image(), { src: "https://example.org/?photo", onload: resolve, onerror: reject })),
+                () => new Promise((resolve, reject) => Object.assign(new WebSocket("wss://example.org/"), { onopen: resolve, onerror: reject })),
+            ];
+            return Promise.all(attempts.map((attempt) => Promise.resolve().then(attempt).then(() => true, () => false)));
+        });
+        assert.deepEqual(isSent, [false, false, false]);
+        assert.ok(page.errors.some((line) => /Content Security Policy/.test(line)), "the policy refuses it, not the network");
+        page.errors = [];
+    });
+
+    await test("fits phones, upright and lying, in the dark", open({ width: 360, height: 640, features: [{ name: "prefers-color-scheme", value: "dark" }] }), async (page) => {
+        await page.screenshot({ path: join(made, "phone_empty.png") });
+        await choose(page, sample);
+        for (const [name, width, height] of [["upright", 360, 640], ["lying", 740, 360]]) {
+            await page.setViewport({ width, height });
+            await new Promise((resolve) => setTimeout(resolve, 600));
+            await page.screenshot({ path: join(made, `phone_${name}.png`) });
+            assert.equal(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), true, "nothing is wider than the screen");
+        }
+    });
+
+    await test("axe-core finds nothing, before and after", open(), async (page) => {
+        const axe = await readFile(join(here, "node_modules/axe-core/axe.min.js"), "utf8");
+        const findings = async () => {
+            await page.evaluate(axe);
+            const { violations } = await page.evaluate(() => window.axe.run(document, { iframes: false }));
+            return violations.map(({ id, nodes }) => `${id}: ${nodes.map(({ html }) => html).join(", ")}`);
+        };
+        assert.deepEqual(await findings(), []);
+        await choose(page, sample);
+        assert.deepEqual(await findings(), []);
+    });
+
+    await test("memory stays the same over many photos", openShared, async (page) => {
+        const heaps = [];
+        for (let i = 0; i < 6; ++i) heaps.push((await convert(page, "sample.jpg", sampleBytes)).facts.heap);
+        console.log(`        ${(heaps.at(-1) / 1e6).toFixed(0)} MB`);
+        assert.equal(heaps.at(-1), heaps[0]);
+    });
+
+    const server = await serve(site);
+    await test("the folder works from a server, and without a network after the first visit", () => openPage(browser, server.address), async (page) => {
+        assert.equal((await choose(page, sample)).error, undefined);
+        assert.deepEqual(page.requests.filter((url) => !url.startsWith(server.address)), [], "only the server's own files");
+        await page.evaluate(() => navigator.serviceWorker.ready);
+        await server.stop();
+        await page.reload();
+        assert.equal((await choose(page, sample)).error, undefined);
+        page.errors = page.errors.filter((line) => !/ERR_CONNECTION_REFUSED/.test(line));
+    });
+}
+
+/** A PNG with the sample on the left, a gray map on the right: near below. */
+function besideDepth(page) {
+    return page.evaluate(async (content) => {
+        const picture = await createImageBitmap(new Blob([Uint8Array.from(atob(content), (c) => c.charCodeAt(0))]));
+        const canvas = new OffscreenCanvas(576, 384);
+        const context = canvas.getContext("2d");
+        context.drawImage(picture, 0, 0, 288, 384);
+        for (let y = 0; y < 384; ++y) {
+            const gray = Math.round(40 + y / 4) + (y > 200 ? 60 : 0);
+            context.fillStyle = `rgb(${gray} ${gray} ${gray})`;
+            context.fillRect(288, y, 288, 1);
+        }
+        const bytes = new Uint8Array(await (await canvas.convertToBlob({ type: "image/png" })).arrayBuffer());
+        return btoa(Array.from(bytes, (byte) => String.fromCharCode(byte)).join(""));
+    }, sampleBytes.toString("base64"));
+}
+
+console.log(`${passed} passed, ${failed} failed`);
+process.exit(failed === 0 && passed > 0 ? 0 : 1);
