@@ -56,7 +56,7 @@ common() {
     rm -rf "$1" && mkdir -p "$1/models" "$1/viewer"
     cp "$2" "$1"
     cp examples/models/*.safetensors "$1/models"
-    cp build/viewer/viewer.html "$1/viewer"
+    cp -r build/viewer/{viewer.html,gallery.html,photo-3d} "$1/viewer"
 }
 
 # Times of files are those of the commit.
