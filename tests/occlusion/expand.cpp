@@ -12,6 +12,7 @@
 #include <limits>
 #include <random>
 #include <set>
+#include <span>
 
 namespace {
 
@@ -396,4 +397,40 @@ TEST_CASE("growth ends at the maximum number of hidden pixels, and the result's 
     CHECK(less_motion > 0.0F);
     CHECK(less_motion < 0.5F);
     CHECK(expanded(0.0F) == std::pair(0.0, 0.0F));
+}
+
+TEST_CASE("expand() refuses curves whose front is the farther pixel, and constraints outside the lattice") {
+    ldi::image<float> map(20, 20);
+    for (std::size_t y = 0; y < 20; ++y)
+        for (std::size_t x = 0; x < 20; ++x) map(y, x) = x < 10 ? 0.1F : 0.9F;
+    const ldi::photo_layer lifted = ldi::testing::lift_disparity(map);
+    const auto curves = ldi::find_discontinuity_curves(lifted, {});
+    REQUIRE(curves.size() == 1);
+    const auto expand = [&](const ldi::photo_layer& layer, const ldi::discontinuity_curve& curve) {
+        return ldi::expand(layer, {}, std::span(&curve, 1));
+    };
+    CHECK_NOTHROW(expand(lifted, curves[0]));
+
+    ldi::photo_layer inverted = lifted;
+    for (float& d : inverted.column<ldi::disparity_column>()) d = 1.0F - d;
+    CHECK_THROWS_AS(expand(inverted, curves[0]), ldi::error);
+
+    for (const float outside : {0.0F, -5.0F, 20.0F, 1e9F, std::nanf("")}) {
+        ldi::discontinuity_curve curve = curves[0];
+        curve.constraints = {{outside, 10.0F, 1.0F, 0.0F, 0.0F, 1.0F}};
+        CHECK_THROWS_AS(expand(lifted, curve), ldi::error);
+        curve.constraints = {{10.0F, outside, 1.0F, 0.0F, 0.0F, 1.0F}};
+        CHECK_THROWS_AS(expand(lifted, curve), ldi::error);
+    }
+}
+
+TEST_CASE("expand() refuses disparities outside [-1, 1] and surface rules outside [0.001, 1]") {
+    const ldi::photo_layer lifted = ldi::testing::lift_disparity(ldi::image<float>(8, 8));
+    for (const float wild : {std::numeric_limits<float>::infinity(), std::nanf(""), 1.5F, -1.5F}) {
+        ldi::photo_layer layer = lifted;
+        layer.column<ldi::disparity_column>()[9] = wild;
+        CHECK_THROWS_AS(ldi::expand(layer, {}, {}), ldi::error);
+    }
+    for (const float step : {0.0F, std::nanf(""), 1e30F}) CHECK_THROWS_AS(ldi::expand(lifted, {step}, {}), ldi::error);
+    CHECK_NOTHROW(ldi::expand(lifted, {}, {}));
 }
