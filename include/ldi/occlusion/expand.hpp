@@ -51,6 +51,8 @@ struct expanded_layers {
 /// surface  rule by which lift() linked the layer
 /// curves   discontinuity curves of this layer; raises mismatch for curves of another layer
 ///
+/// Raises invalid_data for disparities outside [-1, 1], which the caller may have written after lift().
+///
 /// Returns the same image with hidden pixels added, in canonical order. The disparity of a new pixel is the average of the pixels
 /// that it grew from, but farther than the photo's pixel at that position by more than surface_rule::max_step. All other columns
 /// follow their own rules (new_pixel in core/columns.hpp). New links join pixels whose disparities differ by up to about twice
@@ -71,6 +73,8 @@ expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule 
     if (options.iterations < 0)
         raise(error_code::invalid_option, "expand_options::iterations", "0 or more", std::to_string(options.iterations));
     detail::check_curves(curves, layer.topology(), "expand");
+    for (const float d : layer.template column<disparity_column>())
+        if (!(d >= -1.0F && d <= 1.0F)) raise(error_code::invalid_data, "expand", "disparities in [-1, 1]", detail::to_text(d));
     if (!(options.motion >= 0 && options.motion <= 1))
         raise(error_code::invalid_option, "expand_options::motion", "0 to 1", detail::to_text(options.motion));
     expanded_layers<Columns...> result{detail::expansion_access::layers_of(std::move(layer)), options.motion};
