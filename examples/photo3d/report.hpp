@@ -92,9 +92,8 @@ private:
 
 /// Maximum number of pixels at one position.
 inline std::size_t layer_count(const graph_view& g) {
-    buffer<std::size_t> count(static_cast<std::size_t>(g.width()) * static_cast<std::size_t>(g.height()), 0);
-    for (std::size_t i = 0; i < g.size(); ++i)
-        ++count[static_cast<std::size_t>(g.y()[i]) * static_cast<std::size_t>(g.width()) + static_cast<std::size_t>(g.x()[i])];
+    buffer<std::uint16_t> count(g.position_count(), 0);  // the surface rule allows 1000 surfaces at one position
+    for (std::int32_t i = 0; i < g.count(); ++i) ++count[g.position_of(i)];
     return count.empty() ? 0 : *std::max_element(count.begin(), count.end());
 }
 
