@@ -4,6 +4,7 @@
 #include "tests/support/lifted_scene.hpp"
 
 #include <ldi/core/validate.hpp>
+#include <ldi/occlusion/past_frame.hpp>
 
 #include <catch2/catch.hpp>
 
@@ -354,7 +355,7 @@ TEST_CASE("surfaces do not grow past the line at the end of a silhouette, at any
     }
 }
 
-TEST_CASE("expand() can be canceled and refuses options outside their range") {
+TEST_CASE("expand() can be canceled and refuses options and disparities outside their range") {
     const ldi::photo_layer lifted = ldi::testing::lift_disparity(ldi::image<float>(5, 5, 1, 0.5F));
     ldi::progress_listener watcher;
     watcher.is_canceled = [](void*) { return true; };
@@ -362,6 +363,15 @@ TEST_CASE("expand() can be canceled and refuses options outside their range") {
     ldi::expand_options options;
     options.iterations = -1;
     CHECK_THROWS_AS(ldi::expand(lifted, {}, {}, options), ldi::error);
+    for (const float disparity : {1.5F, -1.5F, std::numeric_limits<float>::infinity(), std::numeric_limits<float>::quiet_NaN()}) {
+        ldi::photo_layer changed = lifted;
+        changed.column<ldi::disparity_column>()[7] = disparity;
+        CHECK_THROWS_AS(ldi::expand(changed, {}, {}), ldi::error);
+        ldi::photo_layers layers = ldi::expand(lifted, {}, {}).layers;
+        layers.column<ldi::disparity_column>()[7] = disparity;
+        if (!std::isfinite(disparity)) CHECK_THROWS_AS(ldi::grow_past_frame(layers, ldi::photo_facts()), ldi::error);
+        CHECK(layers.size() == 25);
+    }
     for (const float max_hidden : {-1.0F, std::numeric_limits<float>::quiet_NaN()}) {
         options = {};
         options.max_hidden = max_hidden;
