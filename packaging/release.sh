@@ -31,7 +31,7 @@ viewer() {
     viewer_built=1
 }
 
-# copyright_of FOLDER NAME=FILE...: the licenses of what a program contains.
+# copy_licenses FOLDER NAME=FILE...: the licenses of what a program contains.
 copy_licenses() {
     local folder=$1 pair
     mkdir -p "$folder"
@@ -50,13 +50,13 @@ program() {
     cmake --build "build/release_$1" --target photo3d >&2
 }
 
-# common FOLDER PROGRAM: what the archives of all systems have.
+# common FOLDER PROGRAM: what the archives of both systems have.
 common() {
     viewer
     rm -rf "$1" && mkdir -p "$1/models" "$1/viewer"
     cp "$2" "$1"
     cp examples/models/*.safetensors "$1/models"
-    cp build/viewer/viewer.html "$1/viewer"
+    cp -r build/viewer/{viewer.html,gallery.html,photo-3d} "$1/viewer"
 }
 
 # Times of files are those of the commit.
@@ -71,7 +71,7 @@ make_linux() {
     common "$folder" build/release_linux/examples/photo3d
     strip "$folder/photo3d"
     mkdir -p "$folder/man/man1"
-    "$folder/photo3d" --generate man >"$folder/man/man1/photo3d.1"
+    "$folder/photo3d" --generate man | sed "s|\.\./share/ldi/||g" >"$folder/man/man1/photo3d.1"  # data lie beside it
     "$folder/photo3d" --generate bash >"$folder/photo3d.bash"
     write_readme "$folder" ./photo3d >"$folder/README.txt"
     copy_licenses "$folder/licenses" $(installed libjpeg-turbo libjpeg62-turbo) $(installed libpng libpng-dev) \
@@ -155,7 +155,7 @@ make_python() {
     rm -f "$out"/ldi-*.whl
     # The newest symbols of glibc that the wheel needs are those of 2.34; tests/release/run.sh checks it.
     (cd examples/python && rm -rf build && CPATH="$libraries/include" LIBRARY_PATH="$libraries/lib" \
-        LDFLAGS="-static-libstdc++ -static-libgcc -Wl,--exclude-libs,ALL -s" LDI_READERS="libwebp;lcms2;pugixml;libjpeg" \
+        LDFLAGS="-L$libraries/lib -static-libstdc++ -static-libgcc -Wl,--exclude-libs,ALL -s" LDI_READERS="libwebp;lcms2;pugixml;libjpeg" \
         _PYTHON_HOST_PLATFORM=manylinux_2_34_x86_64 /usr/bin/python3 -m pip wheel -q --no-build-isolation --no-deps --no-index --wheel-dir "$out" .) >&2
     printf '%s\n' "$out"/ldi-*.whl
 }

@@ -30,8 +30,8 @@ namespace ldi::examples {
 struct arguments {
     std::vector<std::filesystem::path> photos;  // one; with --batch any number, also folders and lists
     std::filesystem::path output, html, viewer, depth, depth_model, inpainting_model, silhouette_model, stages, report, data,
-        stereo_image, usdz;
-    bool batch = false, skip_existing = false;
+        stereo_image, usdz, gallery;
+    bool batch = false, skip_existing = false, embed = false;
     std::uint64_t memory = 0;  // bytes; 0: half of the machine's memory
     depth_map_options depth_map;
     bool near_is_black = false, is_inverse = false, quiet = false, hard_edges = false, is_paper = false;
@@ -80,6 +80,17 @@ inline void describe_batch(CLI::App& app, arguments& a) {
         "and --depth then name folders. Prints a line of JSON per photo; a photo that fails does not end the batch");
     app.add_flag("--skip-existing", a.skip_existing, "skip photos whose outputs all exist, to continue an interrupted run")
         ->needs(batch);
+    app.add_option(
+           "--gallery", a.gallery,
+           "HTML file to write after the batch: a page of all its 3D photos, with a search for failures; it shows the GLB "
+           "files through a web server, and by double click their posters")
+        ->check(named())
+        ->needs(batch);
+    app.add_flag("--embed", a.embed,
+                 "beside the HTML file, write the files that other pages need for the 3D photo: its GLB, a small JPEG and the "
+                 "element photo-3d.js; the HTML file then offers the lines to copy")
+        ->needs("--html")
+        ->excludes(batch);
     app.add_option(
            "--memory", a.memory,
            "memory limit of a batch, such as 2GB, which limits the number of photos converted at the same time; default: half "
@@ -273,7 +284,10 @@ inline photo3d_options options_for(const arguments& a, const photo_with_depth& i
     options.long_side = std::min(a.long_side, a.geometry_side);
     options.texture.strength = a.texture;
     options.grain.strength = a.grain;
-    if (!a.is_paper) options.expand.motion = a.motion;
+    if (!a.is_paper) {
+        options.expand.max_hidden *= std::max(1.0F, a.motion / options.expand.motion);
+        options.expand.motion = a.motion;
+    }
     options.frame = a.frame;
     if (a.hard_edges) options.mesh.soft_edges.min_width = 0.0F;
     if (photo.focal_length_35mm) options.focal_length_35mm = *photo.focal_length_35mm;

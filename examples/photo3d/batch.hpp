@@ -9,6 +9,7 @@
 #include "channel.hpp"
 #include "conversion.hpp"
 #include "file_set.hpp"
+#include "gallery.hpp"
 #include "interruption.hpp"
 #include "memory_budget.hpp"
 #include "messages.hpp"
@@ -78,6 +79,7 @@ public:
         std::error_code ignored;
         const bool has_own_names = a.output.empty() && a.html.empty() && a.report.empty();
         if (!a.html.empty() || (has_own_names && std::filesystem::exists(a.viewer, ignored))) viewer_.emplace(a.viewer);
+        if (!a.gallery.empty()) gallery_.emplace(a.gallery, a.viewer);
         budget_.emplace(a.memory);  // after all objects that live as long as the batch
     }
 
@@ -105,6 +107,7 @@ private:
     std::size_t workers_, next_index_ = 0;
     batch_log log_;
     std::optional<viewer_page> viewer_;
+    std::optional<gallery> gallery_;
     std::optional<memory_budget> budget_;
     output_names taken_;
     std::unordered_set<std::string> folders_;  // folders of outputs
@@ -148,6 +151,7 @@ inline exit_code batch::run() {
     }
     end();
     log_.finish(left_out);
+    if (gallery_ && !end_) gallery_->write();
     if (end_) {
         signals_.end_if_signaled();
         say(end_->text);
@@ -165,6 +169,7 @@ inline void batch::read(batch_list::item item) {
     try {
         if (job->failed) return finish(*job, outcome::failed);
         complete_names(job->names, arguments_);
+        if (gallery_) gallery_->complete_names(job->names);
         find_map_beside(job->names, arguments_);
         if (claim_outputs(job->names) && arguments_.skip_existing) return finish(*job, outcome::skipped);
         check_names(job->names, arguments_, job->files);
@@ -181,7 +186,7 @@ inline void batch::read(batch_list::item item) {
 /// Also rejects outputs that another photo of the batch has claimed. Returns whether all outputs exist.
 inline bool batch::claim_outputs(const photo_files& names) {
     bool are_there = true;
-    for (const std::filesystem::path& output : {names.glb, names.html, names.report}) {
+    for (const std::filesystem::path& output : {names.glb, names.html, names.poster, names.report}) {
         if (output.empty()) continue;
         taken_.claim(output);
         are_there = are_there && std::filesystem::is_regular_file(output);
@@ -272,6 +277,7 @@ inline void batch::convert(batch_job& job, const memory& memory) {
     job.make(names.glb, encoded.glb);
     const auto bytes = [](const std::string& text) { return std::as_bytes(std::span(text)); };
     if (!names.html.empty()) job.make(names.html, bytes(make_page(*viewer_, names, made, encoded)));
+    if (!names.poster.empty()) job.make(names.poster, encode_poster(made.photo));
     job.make(names.report, bytes(to_text(report)));
     job.facts = line_figures(report);
 }
@@ -296,6 +302,7 @@ inline void batch::write() {
 /// Reports the result of a photo.
 inline void batch::finish(batch_job& job, outcome what) {
     if (job.failed) signals_.end_if_signaled();
+    if (gallery_) gallery_->add(job.index, job.names, job.failed ? job.failed->text : "");
     nlohmann::ordered_json line{{"index", job.index}, {"photo", job.names.photo.string()}};
     if (job.failed) {
         const bool may_pass = job.failed->code == exit_try_again;
@@ -305,7 +312,7 @@ inline void batch::finish(batch_job& job, outcome what) {
         may_succeed_later_ = may_succeed_later_ || may_pass;
         is_defect_ = is_defect_ || job.failed->code == exit_defect;
     } else {
-        for (const std::filesystem::path& output : {job.names.glb, job.names.html, job.names.report})
+        for (const std::filesystem::path& output : {job.names.glb, job.names.html, job.names.poster, job.names.report})
             if (!output.empty()) line["outputs"].push_back(output.string());
         if (what == outcome::skipped) line["skipped"] = true;
         line.update(job.facts);

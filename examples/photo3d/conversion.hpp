@@ -77,6 +77,7 @@ struct photo_files {
     std::filesystem::path photo, depth, glb, html, report;
     bool are_own = false;               ///< default names, not requested by the user: they replace only files of this program
     bool are_files = true;              ///< false: only the photo's name is known, and no file lies beside it
+    std::filesystem::path poster = {};  ///< small JPEG of the photo, for --embed and --gallery
     std::filesystem::path beside = {};  ///< depth map beside the photo, found by find_map_beside()
 };
 
@@ -257,6 +258,7 @@ inline void check_names(const photo_files& names, const arguments& a, output_fil
         files.claim(names.html);
         check_page_name(names.html);
     }
+    if (!names.poster.empty()) files.claim(names.poster);
     if (!names.report.empty()) files.claim(names.report, true);
 }
 
@@ -269,11 +271,22 @@ inline nlohmann::ordered_json report_on(const photo3d& made, const encoded_photo
     return make_report(made, clock, depth, silhouettes, inpainting, a.texture, a.grain, encoded.glb.size(), encoded.shown);
 }
 
-/// Makes the page that shows a photo.
+inline std::string title_of(const photo_files& names) {
+    return is_standard(names.photo) ? "3D photo" : names.photo.stem().string();
+}
+
+/// Makes the page that shows a photo. With --embed, the page offers the lines that put the photo into other pages.
 inline std::string make_page(const viewer_page& viewer, const photo_files& names, const photo3d& made,
-                             const encoded_photo3d& encoded) {
-    const std::string title = is_standard(names.photo) ? "3D photo" : names.photo.stem().string();
-    return viewer.with_photo(title, made.photo, encoded.glb, made.facts.margin > 0);
+                             const encoded_photo3d& encoded, bool is_for_embedding = false) {
+    const std::string title = title_of(names);
+    const bool is_whole = made.facts.margin > 0;
+    const auto whole = [](const std::filesystem::path& file) { return std::filesystem::absolute(file).lexically_normal(); };
+    const auto seen = [&](const std::filesystem::path& file) {
+        return whole(file).lexically_proximate(whole(names.html).parent_path()).generic_string();
+    };
+    const std::string snippet =
+        is_for_embedding ? embedding_snippet(title, seen(names.glb), seen(names.poster), made.photo, is_whole) : "";
+    return viewer.with_photo(title, made.photo, encoded.glb, is_whole, snippet);
 }
 
 }  // namespace ldi::examples

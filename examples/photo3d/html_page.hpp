@@ -41,8 +41,9 @@ public:
     /// title     plain text
     /// photo     H x W x 3
     /// is_whole  surfaces go on past the photo's border: the page hides none of it
+    /// snippet   text that puts the photo into other pages, which the page offers to copy; empty: none
     std::string with_photo(std::string_view title, const image<std::uint8_t>& photo, std::span<const std::byte> glb,
-                           bool is_whole) const;
+                           bool is_whole, std::string_view snippet = {}) const;
 
 private:
     static constexpr std::string_view title_marker = "<title>3D photo</title>", photo_marker = "<!-- the photo goes here -->";
@@ -78,11 +79,29 @@ inline std::string escape_html(std::string_view text) {
             escaped += "&amp;";
         } else if (c == '<') {
             escaped += "&lt;";
+        } else if (c == '"') {
+            escaped += "&quot;";
         } else {
             escaped += c;
         }
     }
     return escaped;
+}
+
+/// Returns the name of a file as a relative URL has it.
+inline std::string in_url(std::string_view name) {
+    static constexpr char digits[] = "0123456789ABCDEF";
+    static constexpr std::string_view plain = "-._~/0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz";
+    std::string url;
+    for (const char c : name) {
+        const auto code = static_cast<unsigned char>(c);
+        if (plain.find(c) != std::string_view::npos) {
+            url += c;
+        } else {
+            url += {'%', digits[code >> 4], digits[code & 15]};
+        }
+    }
+    return url;
 }
 
 /// Encodes the photo as a JPEG of some ten kilobytes.
@@ -95,20 +114,36 @@ inline std::vector<std::byte> encode_poster(const image<std::uint8_t>& photo) {
     return encode_jpeg(area_resize(photo, scaled(photo.height()), scaled(photo.width()), threads), quality);
 }
 
+/// Returns the attributes of <photo-3d> that keep its place in a page before the photo has arrived.
+inline std::string element_size(const image<std::uint8_t>& photo, bool is_whole) {
+    return " width=\"" + std::to_string(photo.width()) + "\" height=\"" + std::to_string(photo.height()) + "\"" +
+           (is_whole ? "" : " frame=\"crop\"");
+}
+
+/// Returns the lines that show a 3D photo in any page beside its files.
+///
+/// glb, poster  names of the files, relative to the page
+inline std::string embedding_snippet(std::string_view title, const std::string& glb, const std::string& poster,
+                                     const image<std::uint8_t>& photo, bool is_whole) {
+    return "<script type=\"module\" src=\"photo-3d.js\"></script>\n<photo-3d src=\"" + escape_html(in_url(glb)) + "\" poster=\"" +
+           escape_html(in_url(poster)) + "\"" + element_size(photo, is_whole) + " alt=\"3D photo " + escape_html(title) +
+           "\"></photo-3d>\n";
+}
+
 inline std::string viewer_page::with_photo(std::string_view title, const image<std::uint8_t>& photo,
-                                           std::span<const std::byte> glb, bool is_whole) const {
+                                           std::span<const std::byte> glb, bool is_whole, std::string_view snippet) const {
     const std::size_t after_title = title_ + title_marker.size(), after_photo = photo_ + photo_marker.size();
     std::string page;
     page.reserve(text_.size() + (glb.size() + 2) / 3 * 4 + 200'000);  // growing, it would need three times its memory
-    page +=
-        text_.substr(0, title_) + "<title>" + escape_html(title) + "</title>" + text_.substr(after_title, photo_ - after_title);
-    page += "<style>:root { --photo-width: " + std::to_string(photo.width()) +
-            "; --photo-height: " + std::to_string(photo.height()) + (is_whole ? "; --hidden-border: 0" : "") +
-            " }</style>\n<img id=\"poster\" alt=\"\" src=\"data:image/jpeg;base64,";
+    const std::string shown = escape_html(title);
+    page += text_.substr(0, title_) + "<title>" + shown + "</title>" + text_.substr(after_title, photo_ - after_title) +
+            "<photo-3d standalone caption=\"" + shown + "\" alt=\"3D photo " + shown + "\"" + element_size(photo, is_whole) +
+            ">\n<img slot=\"poster\" alt=\"\" src=\"data:image/jpeg;base64,";
     append_base64(page, encode_poster(photo));
-    page += "\">\n<script id=\"photo\" type=\"model/gltf-binary;base64\">";
+    page += "\">\n</photo-3d>\n<script id=\"photo\" type=\"model/gltf-binary;base64\">";
     append_base64(page, glb);
     page += "</script>";
+    if (!snippet.empty()) page += "\n<template id=\"snippet\">" + escape_html(snippet) + "</template>";
     return page += text_.substr(after_photo);
 }
 

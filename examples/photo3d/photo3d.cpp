@@ -39,6 +39,22 @@ namespace {
 
 using namespace ldi::examples;
 
+/// The element's module, which lies beside every page of --embed.
+std::filesystem::path element_beside(const std::filesystem::path& page) { return page.parent_path() / "photo-3d.js"; }
+
+/// Raises file_access.
+std::vector<std::byte> read_element(const std::filesystem::path& viewer) {
+    return ldi::read_file(viewer.parent_path() / "photo-3d" / "photo-3d.js");
+}
+
+/// Names the files that a page of --embed refers to. Raises invalid_option.
+void name_embedded_files(photo_files& names) {
+    if (is_standard(names.html) || is_standard(names.glb))
+        ldi::raise(ldi::error_code::invalid_option, "--embed", "names of files for the page and the GLB", "standard output");
+    if (names.glb.empty()) names.glb = std::filesystem::path(names.html).replace_extension(".glb");
+    names.poster = std::filesystem::path(names.html).replace_extension(".poster.jpg");
+}
+
 /// Determines the names of a run over one photo. Raises invalid_option, file_access.
 photo_files names_of(const arguments& a) {
     std::error_code ignored;
@@ -49,6 +65,7 @@ photo_files names_of(const arguments& a) {
         ldi::raise(ldi::error_code::invalid_option, "PHOTO", "one photo, or --batch", std::to_string(a.photos.size()));
     photo_files names{a.photos.front(), a.depth, a.output, a.html, a.report, false};
     find_map_beside(names, a);
+    if (a.embed) name_embedded_files(names);
     if (!a.output.empty() || !a.html.empty() || !a.video.output.empty() || !a.video.depth_map.empty() ||
         !a.stereo_image.empty() || !a.usdz.empty())
         return names;
@@ -68,6 +85,7 @@ void check_files(const arguments& a, const photo_files& names, output_files& fil
         ldi::raise(ldi::error_code::invalid_option, "-", "one input that comes from standard input", "two: PHOTO and --depth");
     if (camera_paths().count(a.video.path) == 0) files.read_from(a.video.path);
     check_names(names, a, files);
+    if (a.embed) files.claim(element_beside(names.html));
     if (!a.stages.empty()) files.claim_folder(a.stages);
     check_stereo_image(a.stereo_image, files);
     check_usdz(a.usdz, files);
@@ -93,6 +111,7 @@ void print_files(const arguments& a, const photo_files& names, bool is_stdout_ta
         if (!file.empty() && !is_standard(file)) text += "wrote " + escaped(file.string()) + opened_by + "\n";
     };
     add(names.html, "   open it in a browser");
+    if (a.embed) add(names.poster, ""), add(element_beside(names.html), "   the element that shows the photo in other pages");
     add(names.glb, "   any viewer of glTF shows it: Blender, Windows' 3D Viewer, https://gltf-viewer.donmccurdy.com");
     add(a.usdz, "   Quick Look shows it on iPhones, iPads and Macs");
     add(a.stereo_image, "   a picture for each eye");
@@ -109,6 +128,7 @@ void run(const arguments& a, output_files& files) {
     stage_clock clock(a.quiet);
     std::optional<viewer_page> viewer;  // first: if it is missing, nothing needs to be computed
     if (!names.html.empty()) viewer.emplace(a.viewer);
+    const std::vector<std::byte> element = a.embed ? read_element(a.viewer) : std::vector<std::byte>();
     clock.begin("reading files");
     const std::vector<std::byte> photo = read_input(names.photo),
                                  depth = map_file(names).empty() ? std::vector<std::byte>() : read_input(map_file(names));
@@ -132,7 +152,11 @@ void run(const arguments& a, output_files& files) {
     save_video(made, texture, a.video, files, threads);
     save_stereo_image(made, texture, a.stereo_image, a.quality, a.depth_map.kind == ldi::depth_map_kind::meters, files, threads);
     if (!a.usdz.empty()) files.write(a.usdz, encode_usdz(texture.mesh(), encoded.textures.jpeg, encoded.facts));
-    if (viewer) files.write(names.html, make_page(*viewer, names, made, encoded));
+    if (viewer) files.write(names.html, make_page(*viewer, names, made, encoded, a.embed));
+    if (a.embed) {
+        files.write(names.poster, encode_poster(made.photo));
+        files.write(element_beside(names.html), element);
+    }
     if (!names.glb.empty()) files.write(names.glb, encoded.glb);
     files.commit();
     print_figures(a, report, report["depth"], files.uses_standard_output());

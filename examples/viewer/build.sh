@@ -9,4 +9,4 @@ source "$top/scripts/requirements.sh"
 
 require "${needs_viewer[@]}" >&2
 install_npm_packages "$here"
-node "$here/bundle.mjs" "$top/build/viewer/viewer.html"
+node "$here/bundle.mjs" "$top/build/viewer"

@@ -1,16 +1,29 @@
-// node bundle.mjs OUT.html
+// node bundle.mjs FOLDER
 //
-// Puts the style sheet and the bundled modules into the page, so that one file holds all. Needs `npm ci` in this folder, once.
+// Makes the viewer's page, FOLDER/viewer.html, the page of a batch, FOLDER/gallery.html, and the npm package of the element,
+// FOLDER/photo-3d/. Needs `npm ci` in this folder, once.
 
-import { mkdir, readFile, rename, writeFile } from "node:fs/promises";
+import { copyFile, mkdir, readFile, rename, writeFile } from "node:fs/promises";
 import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
-import { build } from "esbuild";
+import { build, transform } from "esbuild";
 
-const source = join(dirname(fileURLToPath(import.meta.url)), "source");
+const here = dirname(fileURLToPath(import.meta.url));
+const source = join(here, "source");
 
-/** The text that esbuild makes of a file and all that the file imports. */
-async function bundle(file, options) {
+/** Style sheets are texts of the modules that import them. */
+const styleSheets = {
+    name: "style sheets",
+    setup(builder) {
+        builder.onLoad({ filter: /\.css$/ }, async ({ path }) => {
+            const { code } = await transform(await readFile(path, "utf8"), { loader: "css", minify: true });
+            return { contents: code, loader: "text" };
+        });
+    },
+};
+
+/** The text that esbuild makes of a module and all that it imports. */
+async function bundle(file, format) {
     const result = await build({
         entryPoints: [join(source, file)],
         bundle: true,
@@ -18,7 +31,9 @@ async function bundle(file, options) {
         legalComments: "inline", // the license of three.js stays with its code
         write: false,
         logLevel: "warning",
-        ...options,
+        target: ["es2022"],
+        plugins: [styleSheets],
+        format,
     });
     return result.outputFiles[0].text;
 }
@@ -26,19 +41,32 @@ async function bundle(file, options) {
 /** Replaces a marker that stands in the page exactly once. */
 function fill(page, marker, content) {
     const parts = page.split(marker);
-    if (parts.length !== 2) throw new Error(`page.html: expected ${marker} once, found it ${parts.length - 1} times`);
+    if (parts.length !== 2) throw new Error(`page: expected ${marker} once, found it ${parts.length - 1} times`);
     return parts.join(content);
+}
+
+/** Writes a file that appears under its name when it is complete. */
+async function write(file, text) {
+    await mkdir(dirname(file), { recursive: true });
+    await writeFile(file + ".tmp", text);
+    await rename(file + ".tmp", file);
+    console.log(file);
 }
 
 const output = process.argv[2];
 if (!output) {
-    console.error("usage: node bundle.mjs OUT.html");
+    console.error("usage: node bundle.mjs FOLDER");
     process.exit(2);
 }
-let page = await readFile(join(source, "page.html"), "utf8");
-page = fill(page, "/* the style goes here */", await bundle("style.css"));
-page = fill(page, "/* the program goes here */", await bundle("main.js", { format: "iife", target: ["es2022"] }));
-await mkdir(dirname(output), { recursive: true });
-await writeFile(output + ".tmp", page);
-await rename(output + ".tmp", output);
-console.log(output);
+/** A page in one file, with its style sheet and its program. */
+async function makePage(name) {
+    const style = await transform(await readFile(join(source, `${name}.css`), "utf8"), { loader: "css", minify: true });
+    const page = fill(await readFile(join(source, `${name}.html`), "utf8"), "/* the style goes here */", style.code.trim());
+    return fill(page, "/* the program goes here */", await bundle(`${name}.js`, "iife"));
+}
+
+await write(join(output, "photo-3d/photo-3d.js"), await bundle("element.js", "esm"));
+for (const file of ["package.json", "README.md", "photo-3d.d.ts"]) await copyFile(join(here, "package", file), join(output, "photo-3d", file));
+await copyFile(join(here, "../../LICENSE"), join(output, "photo-3d/LICENSE"));
+await write(join(output, "gallery.html"), await makePage("gallery"));
+await write(join(output, "viewer.html"), await makePage("page"));

@@ -209,11 +209,15 @@ EMSCRIPTEN_KEEPALIVE int web_load(int kind, const void* data, std::size_t size) 
     });
 }
 
-/// Runs every stage once, so that the browser compiles its code before the first photo; returns 1, or 0 after an error.
-EMSCRIPTEN_KEEPALIVE int web_warm_up() {
-    return attempt([] {
+/// Runs a part of the program, so that the browser compiles and optimizes its code before the first photo; returns 1, or 0 after
+/// an error. Parts 0 to 2 together run everything; each takes a fraction of a second.
+EMSCRIPTEN_KEEPALIVE int web_warm_up(int part) {
+    return attempt([part] {
         photo_with_depth scene = scene_for_warm_up();
-        state().depth->disparity(scene.photo.color, {}, serial_executor());
+        if (part == 0)
+            for (int i = 0; i < 4; ++i) decode_photo(encode_texture(scene.photo.color, 85), {}, "warm-up");
+        if (part == 1) state().depth->disparity(scene.photo.color, {}, serial_executor());
+        if (part != 2) return;
         encode(make(std::move(scene)), "", false);
         state().glb = {}, state().poster = {};
     });

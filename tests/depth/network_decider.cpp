@@ -42,7 +42,7 @@ constexpr auto at_random = [](std::span<const std::uint8_t>, std::size_t i) {
 template <class Logit>
 decided_depth decide(Logit logit, image_view<const std::uint8_t> photo, const image<float>& estimated, image<float> disparity) {
     const network_like network{logit};
-    return network_decider(&network).decide({photo, estimated, std::move(disparity), {}, 1.0F}, serial_executor());
+    return network_decider(&network).decide({photo, estimated, std::move(disparity), {}, 1.2F}, serial_executor());
 }
 
 image<std::uint8_t> halves(std::size_t height, std::size_t width, std::size_t edge) {
@@ -109,17 +109,17 @@ TEST_CASE("both surfaces continue their slope up to the edge, and no value remai
     }
 }
 
-TEST_CASE("islands of 20 pixels are merged into the surface around them, and islands of 30 pixels are kept") {
-    const image<float> map = ramp(40, 80, 39, 40);
-    image<std::uint8_t> photo = halves(40, 80, 40);
-    for (std::size_t y = 10; y < 14; ++y)
-        for (std::size_t x = 32; x < 37; ++x) photo(y, x, 0) = 20, photo(y, x + 10, 0) = 220;  // 20 pixels each
-    for (std::size_t y = 25; y < 31; ++y)
-        for (std::size_t x = 44; x < 49; ++x) photo(y, x, 0) = 220;  // 30 pixels
+TEST_CASE("islands of 135 pixels are merged into the surface around them, and islands of 150 pixels are kept") {
+    const image<float> map = ramp(80, 80, 39, 40);
+    image<std::uint8_t> photo = halves(80, 80, 40);
+    for (std::size_t y = 5; y < 32; ++y)
+        for (std::size_t x = 32; x < 37; ++x) photo(y, x, 0) = 20, photo(y, x + 10, 0) = 220;  // 135 pixels each
+    for (std::size_t y = 40; y < 70; ++y)
+        for (std::size_t x = 44; x < 49; ++x) photo(y, x, 0) = 220;  // 150 pixels
     const decided_depth decided = decide(by_red, photo, map, map);
-    for (std::size_t y = 0; y < 40; ++y)
+    for (std::size_t y = 0; y < 80; ++y)
         for (std::size_t x = 0; x < 80; ++x) {
-            const bool is_kept = y >= 25 && y < 31 && x >= 44 && x < 49;
+            const bool is_kept = y >= 40 && y < 70 && x >= 44 && x < 49;
             CHECK(decided.disparity(y, x) == (x < 40 || is_kept ? 0.8F : map(0, 79)));
         }
 }
@@ -143,7 +143,32 @@ TEST_CASE("without a network, the decider aligns silhouettes as aligned_silhouet
     CHECK(by_hand.disparity == aligned_silhouettes{}.decide(depth, serial_executor()).disparity);
     CHECK(by_hand.disparity(30, 39) == 0.8F);
     CHECK(by_hand.shares.empty());
-    CHECK(network_decider(&network).decide(depth, serial_executor()).disparity(30, 39) == map(30, 39));
+    const undecided_depth coarse{photo, map, map, {}, 1.2F};
+    CHECK(network_decider(&network).decide(coarse, serial_executor()).disparity(30, 39) == map(30, 39));
+}
+
+TEST_CASE("with depth as fine as the photo, the decider aligns silhouettes and does not ask the network") {
+    const image<float> map = ramp(60, 80, 38, 39);
+    const image<std::uint8_t> photo = halves(60, 80, 40);
+    const undecided_depth depth{photo, map, map, {}, 1.0F};
+    bool is_asked = false;
+    const network_like network{[&is_asked](std::span<const std::uint8_t>, std::size_t) {
+        is_asked = true;
+        return 0.0F;
+    }};
+    CHECK(network_decider(&network).decide(depth, serial_executor()).disparity ==
+          aligned_silhouettes{}.decide(depth, serial_executor()).disparity);
+    CHECK(!is_asked);
+}
+
+TEST_CASE("the network decides beside steps of at least 0.1") {
+    for (const float step : {0.09F, 0.11F}) {
+        image<float> map(30, 80, 1, 0.3F);
+        for (std::size_t y = 0; y < 30; ++y) std::fill_n(map.row(y), 40, 0.3F + step);
+        const decided_depth decided = decide(by_red, halves(30, 80, 44), map, map);
+        CHECK((decided.disparity(15, 42) == 0.3F + step) == (step > 0.1F));
+        CHECK((decided.shares(15, 42) != 0) == (step > 0.1F));
+    }
 }
 
 TEST_CASE("the decider's memory is linear in the number of pixels, even for hard maps and random decisions") {

@@ -21,6 +21,8 @@ TEST_CASE("defaults for which the paper has no number equal the values in this t
     CHECK(o.passes_before_resampling == 2);
     CHECK(o.frame == ldi::photo_frame::grow);  // the paper's frame crops
     CHECK(o.expand.motion == 0.08F);           // the paper grows 50 pixels, for any step and camera
+    CHECK(o.level.radius == 4);
+    CHECK(o.level.max_depth == 0.35F);
     CHECK(o.sharpen.radius == 3);
     CHECK(o.sharpen.min_change == 3.0F);
     CHECK(o.sharpen.min_share == 0.7F);
@@ -37,6 +39,9 @@ TEST_CASE("defaults for which the paper has no number equal the values in this t
     CHECK(o.mixed_colors.reach == 4.0F / 1536.0F);
     CHECK(o.mixed_colors.contrast == 40.0F);
     CHECK(o.curves.tangent_length == 20);
+    CHECK(o.curves.max_density == 0.2F);
+    CHECK(o.curves.max_sides == 500'000);
+    CHECK(o.expand.max_hidden == 1.25F);
     CHECK(o.texture.strength == 1.0F);
     CHECK(o.texture.crest == 4.0F);
     CHECK(o.texture.reach == 32);
@@ -45,6 +50,7 @@ TEST_CASE("defaults for which the paper has no number equal the values in this t
     CHECK(o.grain.limit == 20.0F);
     CHECK(o.charts.max_side == 2048);
     CHECK(o.charts.filter_range == 4);
+    CHECK(o.charts.max_area == 3 << 24);
     CHECK(o.atlas.max_side == 8192);
     CHECK(ldi::diffusion_inpainter().rounds == 6);
     CHECK(o.normalize.clipped_share == 0.001F);

@@ -26,7 +26,7 @@ photo_layer random_layer(std::size_t rows, std::size_t columns) {
 TEST_CASE("expand() and close_spurious_discontinuities() refuse curves of another photo") {
     photo_layer small = random_layer(20, 20);
     for (const photo_layer& other : {random_layer(60, 50), random_layer(20, 19)}) {
-        const buffer<discontinuity_curve> curves = find_discontinuity_curves(other, {}, {.min_length = 2});
+        const buffer<discontinuity_curve> curves = find_discontinuity_curves(other, {}, {.min_length = 2, .max_density = 2.0F});
         REQUIRE_FALSE(curves.empty());
         CHECK_THROWS_AS(expand(small, {}, curves), error);
         CHECK_THROWS_AS(close_spurious_discontinuities(small, curves), error);
@@ -40,7 +40,7 @@ TEST_CASE("expand() and make_atlas() refuse curves and charts of a mirrored phot
     for (std::size_t y = 0; y < 40; ++y)
         for (std::size_t x = 0; x < 40; ++x) mirrored(y, x) = map(y, 39 - x);
     const photo_layer layer = testing::lift_disparity(map), other = testing::lift_disparity(mirrored);
-    const buffer<discontinuity_curve> curves = find_discontinuity_curves(other, {}, {.min_length = 2});
+    const buffer<discontinuity_curve> curves = find_discontinuity_curves(other, {}, {.min_length = 2, .max_density = 2.0F});
     REQUIRE_FALSE(curves.empty());
     CHECK_THROWS_AS(expand(layer, {}, curves), error);
 

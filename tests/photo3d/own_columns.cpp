@@ -46,11 +46,12 @@ TEST_CASE("custom columns pass through every stage from lift() to the vertices o
             }
 
         auto layer = lift(photo, disparity).with<normal_column>(normals).with<material_column>(materials);
-        const buffer<discontinuity_curve> curves = find_discontinuity_curves(layer, {}, {.min_length = 4});
+        const buffer<discontinuity_curve> curves = find_discontinuity_curves(layer, {}, {.min_length = 4, .max_density = 2.0F});
         close_spurious_discontinuities(layer, curves);
         unmix_colors(layer);
-        auto layers =
-            expand(std::move(layer), {}, std::span<const discontinuity_curve>(curves), {.motion = 1.0F, .iterations = 10}).layers;
+        auto layers = expand(std::move(layer), {}, std::span<const discontinuity_curve>(curves),
+                             {.motion = 1.0F, .iterations = 10, .max_hidden = 100.0F})
+                          .layers;
         const serial_executor threads;
         diffusion_inpainter().inpaint(layers, {}, threads);
         add_texture(layers);

@@ -352,7 +352,28 @@ def terminal():
         check("lines of JSON beside it", len([json.loads(line) for line in lines.splitlines()]) == 3)
 
 
-for part in (the_same_bytes, lists, bad_photos, links, formats, reader_goes_away, memory, memory_of_maps, kills, terminal):
+def galleries():
+    with folder_of_photos(3) as f:
+        f.write("gallery.html", b"before<!-- the photos go here -->after")
+        f.write("photos/c.png", b"this is </script> no picture")
+        arguments = ["photos", "-o", "out", "--gallery", "pages/all.html", "--formats", "png"]
+        os.mkdir(f / "pages")
+        lines = f.batch(*arguments, code=NEVER)
+        check("the small pictures are outputs", lines["photos/a.png"]["outputs"] == ["out/a.glb", "pages/all_posters/..__out__a.jpg"], lines)
+        page = f.read("pages/all.html").decode()
+        check("around the list is the viewer's page", page.startswith("before<script id=\"photos\"") and page.endswith("</script>after") and page.count("</script>") == 1, page)
+        entries = json.loads(page[page.index(">") + 1 : page.rindex("</script>")])
+        check("a photo", entries[0] == {"title": "a.png", "src": "../out/a.glb", "poster": "all_posters/..__out__a.jpg"}, entries)
+        check("a failure", entries[2]["title"] == "c.png" and "error" in entries[2] and len(entries) == 3, entries)
+        f.batch(*arguments, "--skip-existing", code=NEVER)
+        check("a second run skips, and lists all the same", "0 converted, 2 skipped" in f.said and f.read("pages/all.html").decode() == page, f.said)
+        f.write("gallery.html", b"another version")
+        result = f.run("--batch", "photos", "--depth", "depth", "-o", "other", "--gallery", "pages/other.html")
+        check("a gallery of another version", result.returncode == NEVER and b"gallery.html" in result.stderr, result.stderr)
+        check("a gallery without --batch", f.run("photos/a.png", "--gallery", "x.html").returncode == USAGE)
+
+
+for part in (the_same_bytes, lists, galleries, bad_photos, links, formats, reader_goes_away, memory, memory_of_maps, kills, terminal):
     begin = time.monotonic()
     part()
     print(f"{part.__name__}: {time.monotonic() - begin:.1f} s")

@@ -124,6 +124,16 @@ def names():
         check("the last words are the files and what opens them", [line.split()[:2] for line in end] == [["wrote", name] for name in ("a.html", "a.glb", "a.json")] and "browser" in end[0], end)
         for name in ("a.glb", "a.html", "a.json"):
             os.remove(f / name)
+        os.mkdir(f / "photo-3d")
+        f.write("photo-3d/photo-3d.js", b"the element")
+        expect("--embed without a page", f, ["me.png", "-o", "a.glb", "--embed"], USAGE, ["--html"])
+        f.given.add("photo-3d")
+        expect("--embed", f, ["me.png", "--html", "a b.html", "--embed", "--viewer", "viewer.html"], DONE, made=["a b.html", "a b.glb", "a b.poster.jpg", "photo-3d.js"])
+        page = f.read("a b.html").decode()
+        check("--embed: the lines to copy", "src=&quot;a%20b.glb&quot; poster=&quot;a%20b.poster.jpg&quot; width=&quot;" in page, page[-2000:])
+        check("--embed: the files", is_whole_glb(f.read("a b.glb")) and f.read("a b.poster.jpg")[:2] == b"\xff\xd8" and f.read("photo-3d.js") == b"the element")
+        for name in ("a b.html", "a b.glb", "a b.poster.jpg", "photo-3d.js"):
+            os.remove(f / name)
         result = expect("no viewer", f, ["me.png", "--viewer", "none.html"], DONE, ["examples/viewer/build.sh"], made=["me.glb"], quiet=False)
         check("no carriage return where no terminal is", b"\r" not in result.stderr + result.stdout)
         for name, arguments, words in (

@@ -49,7 +49,7 @@ def test_page():
         page = MADE.html(**options)
         inside = re.search(r'<script id="photo" type="model/gltf-binary;base64">([^<]*)</script>', page)[1]
         assert base64.b64decode(inside, validate=True) == MADE.glb(**options)
-        assert page.startswith("<!doctype html>") and "<title>3D photo</title>" in page and 'id="poster"' in page
+        assert page.startswith("<!doctype html>") and "<title>3D photo</title>" in page and 'slot="poster"' in page
 
 
 @needs_viewer

@@ -153,9 +153,14 @@ npm_imports() {
         [ -s node_modules/photo-3d/LICENSE ]
 }
 
-web_is_whole() { # every file that the page and the service worker name is there
-    [ -s "$unpacked/photo3d.html" ] && [ -s "$unpacked/site/index.html" ] && grep -q "<script" "$unpacked/photo3d.html" &&
-        [ "$(stat -c %s "$unpacked/photo3d.html")" -gt 3000000 ]
+web_is_whole() { # every file that the service worker names is there; tests/web/run.sh tries the page in browsers
+    local name names
+    names=$(grep -oE '"[A-Za-z0-9_.-]+\.(html|gz)"' "$unpacked/site/offline.js" | tr -d '"') && [ "$(wc -w <<<"$names")" -ge 5 ] || return
+    for name in $names; do
+        [ -s "$unpacked/site/$name" ] || { printf 'no site/%s\n' "$name" && return 1; }
+        [[ $name != *.gz ]] || gzip -t "$unpacked/site/$name" || return
+    done
+    grep -q 'id="asset depth.safetensors"' "$unpacked/photo3d.html"
 }
 
 checksums() { (cd "$release" && sha256sum --quiet -c SHA256SUMS && [ "$(wc -l <SHA256SUMS)" = "$(find . -type f ! -name SHA256SUMS | wc -l)" ]); }

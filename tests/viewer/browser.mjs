@@ -41,13 +41,15 @@ export async function startBrowser() {
  * @param {{width: number, height: number}} [options.size]  of the window
  * @param {boolean} [options.reducedMotion]
  * @param {(string | {path: string})[]} [options.scripts]  run before those of the page
+ * @param {boolean} [options.isBare]  without buttons, caption and hint, which would cover the photo
  */
-export async function openPage(context, file, { size = { width: 320, height: 400 }, reducedMotion = false, scripts = [] } = {}) {
+export async function openPage(context, file, { size = { width: 320, height: 400 }, reducedMotion = false, scripts = [], isBare = true } = {}) {
     const page = await context.newPage();
     page.setDefaultTimeout(20_000);
     await page.setViewportSize(size);
     await page.emulateMedia({ reducedMotion: reducedMotion ? "reduce" : "no-preference" });
     await page.addInitScript({ content: "window.turns = 0; addEventListener('deviceorientation', () => (window.turns += 1), true);" });
+    if (isBare) await page.addInitScript({ content: "localStorage.setItem('photo-3d-hint', 'seen');" });
     for (const script of scripts) await page.addInitScript(typeof script === "string" ? { content: script } : script);
     const address = pathToFileURL(file).href;
     page.errors = [];
@@ -61,6 +63,7 @@ export async function openPage(context, file, { size = { width: 320, height: 400
     });
     page.openingBegan = performance.now();
     await page.goto(address);
+    if (isBare) await page.addStyleTag({ content: "photo-3d::part(controls), photo-3d::part(caption) { display: none }" });
     return page;
 }
 
@@ -74,33 +77,33 @@ export async function openPhoto(context, file, options) {
 
 export async function waitUntilDrawn(page) {
     await page.waitForFunction(() => {
-        const isThere = (id) => document.getElementById(id)?.hidden === false;
-        return window.viewer && isThere("view") && !isThere("poster") && !isThere("message");
+        const shown = document.querySelector("photo-3d");
+        return shown?.complete && shown.shadowRoot.getElementById("message").hidden;
     });
 }
 
-export const stateOf = (page) => page.evaluate(() => window.viewer.state());
+export const stateOf = (page) => page.evaluate(() => document.querySelector("photo-3d").state());
 
 /** Waits until the viewer has come to rest, and returns the state there. */
 export function settle(page) {
     return page.evaluate(async () => {
         const nextFrame = () => new Promise(requestAnimationFrame);
-        const end = performance.now() + 20_000;
+        const end = performance.now() + 90_000; // a busy machine draws few frames
         let still = 0;
         let before = "";
         while (still < 3) {
             await nextFrame();
             if (performance.now() > end) throw new Error(`still moving: ${before}`);
-            const now = JSON.stringify(window.viewer.state());
+            const now = JSON.stringify(document.querySelector("photo-3d").state());
             still = now === before ? still + 1 : 0;
             before = now;
         }
-        return window.viewer.state();
+        return document.querySelector("photo-3d").state();
     });
 }
 
 /** What is on the screen where `selector` is, as a PNG in base64. */
-export async function picture(page, selector = "#frame") {
+export async function picture(page, selector = "photo-3d #photo") {
     return (await page.locator(selector).screenshot()).toString("base64");
 }
 

@@ -2,60 +2,57 @@
 
 import { settle } from "./browser.mjs";
 
-/** Has the page clear its canvas with `window.behind`, and keeps what was drawn until somebody reads it. */
+/** Has the page clear what it shows with `window.behind`, and keeps what was drawn for a headset until somebody reads it. */
 export const clearColorScript = `
     window.behind = [1, 0, 1, 1];
     window.clears = 0;
-    const { getContext } = HTMLCanvasElement.prototype;
+    const getAnyContext = HTMLCanvasElement.prototype.getContext;
     HTMLCanvasElement.prototype.getContext = function (kind, attributes) {
-        return getContext.call(this, kind, { ...attributes, preserveDrawingBuffer: true });
+        if (kind !== "webgl2") return getAnyContext.call(this, kind, attributes);
+        return (window.gl = getAnyContext.call(this, kind, { ...attributes, preserveDrawingBuffer: true }));
     };
     const { clear } = WebGL2RenderingContext.prototype;
     WebGL2RenderingContext.prototype.clear = function (buffers) {
         const color = this.getParameter(this.COLOR_CLEAR_VALUE);
-        if (buffers & this.COLOR_BUFFER_BIT && color[3] === 1) {
-            window.clears += 1;
+        const isShown = this.getParameter(this.FRAMEBUFFER_BINDING) === null || window.emulated?.activeSession;
+        if (buffers & this.COLOR_BUFFER_BIT && isShown) {
             this.clearColor(...window.behind);
+            window.clears += 1;
         }
         clear.call(this, buffers);
         this.clearColor(...color);
     };`;
 
-/** From the middle to all edges and corners, and as far as the wheel goes. */
+/** From the middle to all edges and corners, and as far as the viewer may go in and back. */
 export const places = [
     { right: 0, up: 0 },
     ...[-1, 0, 1].flatMap((right) => [-1, 0, 1].map((up) => ({ right, up }))).filter(({ right, up }) => right !== 0 || up !== 0),
-    ...[-1600, 1600].flatMap((wheel) => [-1, 0, 1].map((right) => ({ right, up: 0, wheel }))),
+    ...[-1, 1].flatMap((forward) => [-1, 0, 1].map((right) => ({ right, up: 0, forward }))),
 ];
 
-/** Takes the viewer to a place. The page was opened with reduced motion, where a mouse drags and nothing eases. */
-export async function goTo(page, { right, up, wheel = 0 }) {
-    await page.keyboard.press("Home");
-    const { x, y, width, height } = await page.locator("#frame").boundingBox();
-    const [middleX, middleY] = [x + width / 2, y + height / 2];
-    await page.mouse.move(middleX, middleY);
-    if (right !== 0 || up !== 0) {
-        await page.mouse.down();
-        await page.mouse.move(middleX - 0.4 * width * right, middleY + 0.4 * width * up); // a drag of 0.4 widths goes as far as one should
-        await page.mouse.up();
-    }
-    if (wheel !== 0) await page.mouse.wheel(0, wheel);
+/** Takes the viewer to a place. */
+export async function goTo(page, place) {
+    await page.evaluate((place) => document.querySelector("photo-3d").lookFrom(place), place);
     return settle(page);
 }
 
 /**
- * The number of pixels of the canvas that change with the clear color.
+ * The number of pixels of the canvas, or of both eyes' pictures, that change with the clear color.
  *
  * @param {boolean} hasBackdrop
  */
 export function countGaps(page, hasBackdrop) {
     return page.evaluate(async (hasBackdrop) => {
-        const gl = document.getElementById("view").getContext("webgl2");
+        const shown = document.querySelector("photo-3d");
         const drawn = async (behind) => {
             window.behind = behind;
             const before = window.clears;
-            window.viewer.setBackdrop(hasBackdrop);
+            shown.setBackdrop(hasBackdrop);
             while (window.clears === before) await new Promise(requestAnimationFrame);
+            if (!shown.state().isInHeadset) {
+                const { width, height } = shown.canvas;
+                return new Uint32Array(shown.canvas.getContext("2d").getImageData(0, 0, width, height).data.buffer);
+            }
             const pixels = new Uint32Array(gl.drawingBufferWidth * gl.drawingBufferHeight);
             gl.bindFramebuffer(gl.FRAMEBUFFER, null);
             gl.readPixels(0, 0, gl.drawingBufferWidth, gl.drawingBufferHeight, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(pixels.buffer));

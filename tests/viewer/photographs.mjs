@@ -26,7 +26,7 @@ for (const name of pages) {
         for (const hasBackdrop of [false, true]) {
             await countGaps(page, hasBackdrop);
             const file = join(pictures, name.replace(".html", hasBackdrop ? "_on.png" : "_off.png"));
-            await page.locator("#view").screenshot({ path: file });
+            await page.locator("photo-3d #photo").screenshot({ path: file });
         }
     }
     const isClosed = most.backdrop === 0 && page.errors.length === 0;

@@ -15,11 +15,11 @@ export class PictureDesk {
                 const image = new Image();
                 image.src = `data:image;base64,${base64}`;
                 await image.decode();
-                const border = hidden * Math.min(image.width, image.height);
+                const [left, top] = [hidden * image.width, hidden * image.height];
                 const canvas = new OffscreenCanvas(width || image.width, height || image.height);
                 const context = canvas.getContext("2d");
                 context.imageSmoothingQuality = "high";
-                context.drawImage(image, border, border, image.width - 2 * border, image.height - 2 * border, 0, 0, canvas.width, canvas.height);
+                context.drawImage(image, left, top, image.width - 2 * left, image.height - 2 * top, 0, 0, canvas.width, canvas.height);
                 return context.getImageData(0, 0, canvas.width, canvas.height);
             };
             window.brightness = ({ data }, i) => data[4 * i] + data[4 * i + 1] + data[4 * i + 2];
@@ -30,7 +30,7 @@ export class PictureDesk {
     /**
      * Peak signal to noise ratio, in dB, of a picture against another scaled to its size.
      *
-     * @param {number} hidden  share of the other's shorter side to leave out along every side
+     * @param {number} hidden  share of the other's width to leave out left and right, and of its height above and below
      */
     psnr(picture, other, hidden = 0) {
         return this.page.evaluate(
@@ -72,7 +72,7 @@ export class PictureDesk {
      * How a near and a far detail have moved between two pictures, in pixels to the right and down.
      *
      * @param {string} depth  the depth map, near is bright
-     * @param {number} hidden  share of the depth map's shorter side that the pictures don't show, along every side
+     * @param {number} hidden  share of the depth map's sides that the pictures don't show, at both ends
      */
     parallax(before, after, depth, hidden) {
         return this.page.evaluate(

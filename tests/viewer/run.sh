@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# run.sh [--photographs [PICTURES]]: the viewer in a real browser: the shipped sample and three photographs of ../shared/photos, made by
-# photo3d --html, in a headless Chromium. With --photographs, in place of the tests, all gaps of the 40 photographs of
+# run.sh [--photographs [PICTURES]]: the viewer in real browsers: the shipped sample and three photographs of ../shared/photos, made by
+# photo3d --html, in a headless Chromium; and the element <photo-3d> in pages of others, in Chromium and Firefox. With --photographs, in place of the tests, all gaps of the 40 photographs of
 # bench/quality/run.sh --only holes are counted, and what is seen at the worst place of each is written to the folder PICTURES.
 # Installs what is missing. Ends with "N passed, N failed".
 set -euo pipefail
@@ -9,7 +9,7 @@ top=$(cd "$here/../.." && pwd)
 # shellcheck source=scripts/requirements.sh
 source "$top/scripts/requirements.sh"
 
-require "${needs_viewer[@]}" "${needs_browser[@]}"
+require "${needs_viewer[@]}" "${needs_browser[@]}" "${needs_web_browsers[@]}"
 install_npm_packages "$here"
 "$top/examples/photo3d/run.sh" sample
 
@@ -47,4 +47,20 @@ sample=("$top/examples/photo3d/sample.jpg" --depth "$top/examples/photo3d/sample
     --quiet -o "$top/out/sample_cropped.glb" --html "$top/out/sample_cropped.html"
 # Worked on at a third of its size and shown at its own: several textures.
 "$top/build/photo3d/examples/photo3d" "${sample[@]}" --size full --geometry-size 320 --html "$top/out/sample_full.html" --usdz "$top/out/sample_full.usdz"
-node "$here/viewer.mjs"
+# For other pages: a small photo for a feed, what --embed writes, the npm package, and a batch with a failure.
+"$top/build/photo3d/examples/photo3d" "${sample[@]}" --size 640 -o "$top/out/feed.glb"
+mkdir -p "$top/out/embed"
+"$top/build/photo3d/examples/photo3d" "${sample[@]}" --html "$top/out/embed/sample.html" --embed
+batch=$top/out/gallery_in
+rm -rf "$batch" "$top/out/gallery" && mkdir -p "$batch" "$top/out/gallery"
+cp "$top/examples/photo3d/sample.jpg" "$batch/one.jpg"
+cp "$top/examples/photo3d/sample.jpg" "$batch/number two & more.jpg"
+head -c 2000 "$top/examples/photo3d/sample.jpg" >"$batch/broken.jpg"
+"$top/build/photo3d/examples/photo3d" --batch "$batch" -o "$top/out/gallery" --gallery "$top/out/gallery/index.html" --size 512 --quiet >/dev/null || true
+
+rc=0
+node "$here/viewer.mjs" | tee "$top/out/viewer.log" || rc=1
+node "$here/element.mjs" | tee "$top/out/element.log" || rc=1
+cat "$top/out/viewer.log" "$top/out/element.log" |
+    awk '/^[0-9]+ passed, [0-9]+ failed$/ { passed += $1; failed += $3 } END { printf "%d passed, %d failed\n", passed, failed }'
+exit "$rc"

@@ -151,9 +151,9 @@ const refused = {
 for (const [name, bytes] of Object.entries(refused)) await writeFile(join(made, name), bytes);
 
 const isInMotion = async (page) => {
-    const state = () => page.evaluate(() => JSON.stringify(document.getElementById("frame").contentWindow.viewer.state().reach));
+    const state = () => page.evaluate(() => JSON.stringify(document.getElementById("frame").contentDocument.querySelector("photo-3d").state().reach));
     const before = await state();
-    await page.waitForFunction((before) => JSON.stringify(document.getElementById("frame").contentWindow.viewer.state().reach) !== before, {}, before);
+    await page.waitForFunction((before) => JSON.stringify(document.getElementById("frame").contentDocument.querySelector("photo-3d").state().reach) !== before, {}, before);
 };
 
 for (const kind of ["chromium", "firefox"]) {
@@ -286,7 +286,7 @@ async function testsOfChromium(browser, open, openShared) {
         assert.ok(Number(facts.streams[0].nb_read_frames) > 10, "the video has pictures");
         const own = await browser.newPage();
         await own.goto(pathToFileURL(join(made, "saved.html")).href);
-        await own.waitForFunction(() => window.viewer?.state().reach.right > 0.05);
+        await own.waitForFunction(() => document.querySelector("photo-3d")?.state().reach.right > 0.05);
         assert.equal(await own.title(), "sample");
         await own.close();
     });

@@ -65,7 +65,7 @@ export class Backdrop extends Mesh {
         this.position.z = -farthest;
         this.scale.set(2 * farthest * halfHeight * aspect, 2 * farthest * halfHeight, 1);
         const [width, height] = aspect > 1 ? [longSide, longSide / aspect] : [longSide * aspect, longSide];
-        this.picture?.dispose();
+        this.release();
         this.picture = new WebGLRenderTarget(Math.ceil(width), Math.ceil(height), {
             type: renderer.extensions.has("EXT_color_buffer_float") ? HalfFloatType : UnsignedByteType,
             generateMipmaps: true,
@@ -90,6 +90,12 @@ export class Backdrop extends Mesh {
         renderer.setClearAlpha(clearAlpha);
         renderer.xr.enabled = true;
         for (const part of hidden) part.visible = true;
+    }
+
+    /** Frees the picture. */
+    release() {
+        this.picture?.dispose();
+        this.picture = null;
     }
 }
 

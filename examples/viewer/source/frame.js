@@ -1,6 +1,6 @@
-// The frame that hides the outer boundary of the photo, and what follows from it: how far the viewer may go, and the fading of the
-// model beyond ("Viewing 3D Photos" in the paper: "a 3D model viewed through a 2D frame"). Where surfaces go on past the photo's
-// border (include/ldi/occlusion/past_frame.hpp) it shows the whole photo, and the viewer may use the whole budget.
+// The frame that hides the outer boundary of the photo, and the limits that follow from it ("Viewing 3D Photos" in the paper: "a 3D
+// model viewed through a 2D frame"). Where surfaces go on past the photo's border (include/ldi/occlusion/past_frame.hpp) it shows the
+// whole photo, and the viewer may use the whole budget.
 //
 // On a flat screen the edge of the canvas is the frame. It is fixed to the photo at the distance of the *pivot*: what is as far as
 // the pivot stays where it is on the screen when the viewer moves sideways, nearer things move one way, farther things the other.
@@ -26,35 +26,31 @@ const sideways = 0.75;
 /** How far the viewer comes in at `forward` 1, as a share of the distance of the nearest surface. */
 const wayIn = 0.22;
 
-/** Between these lengths of the way the model fades: while a finger drags too far, and when a head leaves what there is to see. */
-const fading = { dragged: [1.05, 1.6], head: [0.7, 1] };
+/** The hidden share of each side of a photo whose surfaces end at its border: of its width left and right, of its height above and below. */
+export const croppedBorder = 0.034;
 
-/** @returns {number} 1: all there, 0: gone */
-function faded([begin, end], reach) {
-    const t = Math.min(Math.max((end - reach) / (end - begin), 0), 1);
+/** Between these lengths of the way the model fades when a head leaves what there is to see. A flat screen never goes so far. */
+const fading = { begin: 0.7, end: 1 };
+
+/** @param {number} reach  see headReach(). @returns {number} 1: all there, 0: gone */
+export function headVisibility(reach) {
+    const t = Math.min(Math.max((fading.end - reach) / (fading.end - fading.begin), 0), 1);
     return t * t * (3 - 2 * t);
 }
 
-/** @param {number} reach  length of the way, 1 is as far as the viewer should go. @returns {number} 1: all there, 0: gone */
-export const visibility = (reach) => faded(fading.dragged, reach);
-
-/** @param {number} reach  see headReach(). @returns {number} 1: all there, 0: gone */
-export const headVisibility = (reach) => faded(fading.head, reach);
-
 /** The window on a flat screen. Lengths are in the photo's units. */
 export class FlatFrame {
-    /**
-     * @param {Photo} photo
-     * @param {number} hiddenBorder  how much of the photo is hidden along every side, as a share of its shorter side, unless its
-     *   surfaces go on past its border
-     */
-    constructor(photo, hiddenBorder) {
+    /** @param {Photo} photo */
+    constructor(photo) {
         this.budget = photo.budget;
         const halfWidth = photo.halfHeight * photo.aspect;
-        const border = photo.isPastFrame ? 0 : 2 * hiddenBorder * Math.min(halfWidth, photo.halfHeight);
+        const hidden = photo.isPastFrame || !photo.fillsView ? 0 : croppedBorder;
+        /** The border along the longer sides, which limits the motion in every direction. */
+        const border = 2 * croppedBorder * Math.min(halfWidth, photo.halfHeight);
+        this.aspect = photo.aspect;
         /** Half the size of what is seen, at distance 1. */
-        this.halfWidth = halfWidth - border;
-        this.halfHeight = photo.halfHeight - border;
+        this.halfWidth = halfWidth * (1 - 2 * hidden);
+        this.halfHeight = photo.halfHeight * (1 - 2 * hidden);
         /** In the middle of the disparities, so that the nearest and the farthest move equally far. */
         const { nearest, farthest } = photo.isPastFrame ? photo.budget : photo;
         this.pivot = 2 / (1 / nearest + 1 / farthest);
@@ -95,8 +91,9 @@ export class FlatFrame {
      *
      * @param {import("three").PerspectiveCamera} camera
      * @param {Reach} reach
+     * @param {{left: number, right: number, bottom: number, top: number}} edges  the part of the window that is shown, see Pane
      */
-    aim(camera, reach) {
+    aim(camera, reach, edges) {
         const { x, y, z } = this.position(reach);
         const toPivot = this.pivot + z;
         const scale = this.near;
@@ -106,10 +103,10 @@ export class FlatFrame {
         camera.near = this.near;
         camera.far = this.far;
         camera.projectionMatrix.makePerspective(
-            scale * (-shown * this.halfWidth - x / toPivot),
-            scale * (shown * this.halfWidth - x / toPivot),
-            scale * (shown * this.halfHeight - y / toPivot),
-            scale * (-shown * this.halfHeight - y / toPivot),
+            scale * (shown * this.halfWidth * edges.left - x / toPivot),
+            scale * (shown * this.halfWidth * edges.right - x / toPivot),
+            scale * (shown * this.halfHeight * edges.top - y / toPivot),
+            scale * (shown * this.halfHeight * edges.bottom - y / toPivot),
             this.near,
             this.far,
         );

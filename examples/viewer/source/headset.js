@@ -47,25 +47,13 @@ export class Head {
     }
 }
 
-/**
- * Shows a button where there is a headset, and runs the session.
- *
- * @param {HTMLButtonElement} button
- * @param {import("./stage.js").Stage} stage
- * @param {(text: string) => void} say
- */
-export async function offerHeadset(button, stage, say) {
-    const isThere = await navigator.xr?.isSessionSupported("immersive-vr").catch(() => false);
-    button.hidden = !isThere;
-    button.addEventListener("click", async () => {
-        try {
-            const session = await navigator.xr.requestSession("immersive-vr", { optionalFeatures: ["local"] });
-            await stage.enterHeadset(session, new Head());
-        } catch (failure) {
-            say(`The headset can't be used: ${failure.message}`);
-        }
-    });
+/** @returns {Promise<boolean>} whether there is a headset */
+export async function hasHeadset() {
+    return (await navigator.xr?.isSessionSupported("immersive-vr").catch(() => false)) ?? false;
 }
+
+/** @returns {Promise<XRSession>} */
+export const requestHeadset = () => navigator.xr.requestSession("immersive-vr", { optionalFeatures: ["local"] });
 
 /**
  * How far the head has gone: at 1 an eye sees as much as the photo has hidden surfaces for. What two eyes use at rest counts as

@@ -1,77 +1,160 @@
-// Mouse, fingers, wheel and keys, handed on to the motion.
+// Mouse, fingers, wheel and keys, handed on to the motion and to the pane. In a page with other things the wheel, the vertical finger and
+// two fingers belong to the page; alone on the screen the photo takes them all.
 
 /** @typedef {import("./motion.js").Motion} Motion */
+/** @typedef {import("./pane.js").Pane} Pane */
 
-/** Pixels of wheel from where the photo was taken to the end. */
-const wheelPixels = 800;
-
-/** A drag over this share of the frame's width goes as far as one should. */
+/** A drag over this share of the photo's width goes as far as one should. */
 const dragShare = 0.4;
 
+/** Pixels of wheel for twice the size. */
+const wheelPixels = 400;
+
+/** Two taps within this time and distance are a double tap. */
+const doubleTap = { milliseconds: 300, pixels: 30, zoom: 2.5 };
+
 const keySteps = {
-    ArrowRight: (motion) => motion.step(0.2, 0),
-    ArrowLeft: (motion) => motion.step(-0.2, 0),
-    ArrowUp: (motion) => motion.step(0, 0.2),
-    ArrowDown: (motion) => motion.step(0, -0.2),
-    "+": (motion) => motion.scroll(0.2),
-    "=": (motion) => motion.scroll(0.2), // plus, without shift
-    "-": (motion) => motion.scroll(-0.2),
-    PageDown: (motion) => motion.scroll(0.5),
-    PageUp: (motion) => motion.scroll(-0.5),
-    Home: (motion) => {
-        motion.forget();
-        motion.isIdle = false;
-    },
+    ArrowRight: ({ motion }) => motion.drag(0.2, 0),
+    ArrowLeft: ({ motion }) => motion.drag(-0.2, 0),
+    ArrowUp: ({ motion }) => motion.drag(0, 0.2),
+    ArrowDown: ({ motion }) => motion.drag(0, -0.2),
+    "+": (input) => input.zoom(1.25, 0, 0),
+    "=": (input) => input.zoom(1.25, 0, 0), // plus, without shift
+    "-": (input) => input.zoom(0.8, 0, 0),
+    Home: (input) => input.reset(),
+    0: (input) => input.reset(),
 };
+const keyStepsAlone = { PageDown: (input) => input.zoom(0.5, 0, 0), PageUp: (input) => input.zoom(2, 0, 0) };
 
-/**
- * @param {HTMLElement} frame  where the photo is
- * @param {Motion} motion
- */
-export function listenToInput(frame, motion) {
-    let draggedFrom = null; // the last place of the finger that drags, in pixels
+export class Input {
+    /**
+     * @param {object} parts
+     * @param {HTMLElement} parts.photo  the element that shows the photo
+     * @param {Motion} parts.motion
+     * @param {Pane} parts.pane
+     * @param {() => boolean} parts.isAlone  whether the photo has the screen for itself
+     * @param {() => void} parts.changed  called after every input
+     */
+    constructor({ photo, motion, pane, isAlone, changed }) {
+        Object.assign(this, { photo, motion, pane, isAlone, changed });
+        /** Fingers and pressed mice, by their number. @type {Map<number, {x: number, y: number}>} */
+        this.held = new Map();
+        this.lastTap = { time: -Infinity, x: 0, y: 0 };
+    }
 
-    // A mouse looks around by where it is. A finger drags the scene: what is near goes with it, so the viewer goes the other way.
-    // With reduced motion the mouse drags too, since the picture must not move unless asked to.
-    addEventListener("pointermove", (event) => {
-        if (draggedFrom?.id === event.pointerId) {
-            const scale = dragShare * frame.clientWidth;
-            motion.drag((draggedFrom.x - event.clientX) / scale, (event.clientY - draggedFrom.y) / scale);
-            draggedFrom = { id: event.pointerId, x: event.clientX, y: event.clientY };
-        } else if (event.pointerType === "mouse" && !motion.isReduced()) {
-            const { left, top, width, height } = frame.getBoundingClientRect();
-            motion.hover((2 * (event.clientX - left)) / width - 1, 1 - (2 * (event.clientY - top)) / height);
-        }
-    });
-    frame.addEventListener("pointerdown", (event) => {
-        if (event.target.closest("button") || (event.pointerType === "mouse" && !motion.isReduced())) return;
-        if (draggedFrom) return; // a second finger
-        draggedFrom = { id: event.pointerId, x: event.clientX, y: event.clientY };
-        frame.setPointerCapture(event.pointerId);
-        motion.drag(0, 0); // the first touch ends the sway
-    });
-    const release = (event) => {
-        if (draggedFrom?.id !== event.pointerId) return;
-        draggedFrom = null;
-        motion.release();
-    };
-    frame.addEventListener("pointerup", release);
-    frame.addEventListener("pointercancel", release);
+    zoom(factor, right, up) {
+        this.motion.lead();
+        this.pane.zoomAt(factor, right, up);
+        this.motion.approach(this.pane.forward);
+    }
 
-    // Scrolling down moves the viewer up and into the scene, as for a photo in a feed.
-    addEventListener(
-        "wheel",
-        (event) => {
+    reset() {
+        this.motion.reset();
+        this.pane.reset();
+    }
+
+    /** The place of an event in the photo, -1 to 1 from the left and from below. */
+    placeOf({ clientX, clientY }) {
+        const { left, top, width, height } = this.photo.getBoundingClientRect();
+        return [(2 * (clientX - left)) / width - 1, 1 - (2 * (clientY - top)) / height];
+    }
+
+    /** @param {HTMLElement} area  where the pointer counts */
+    listen(area) {
+        area.addEventListener("pointermove", (event) => this.pointerMoved(event));
+        area.addEventListener("pointerdown", (event) => this.pointerPressed(event));
+        area.addEventListener("pointerup", (event) => this.pointerLifted(event));
+        area.addEventListener("pointercancel", (event) => this.pointerLifted(event));
+        area.addEventListener("pointerleave", (event) => {
+            if (event.pointerType !== "mouse" || this.held.size > 0) return;
+            this.motion.leave();
+            this.changed();
+        });
+        this.area = area;
+        this.wheel = (event) => {
             event.preventDefault();
             const unit = [1, 40, 800][event.deltaMode]; // pixels, lines, pages
-            motion.scroll((event.deltaY * unit) / wheelPixels);
-        },
-        { passive: false },
-    );
+            this.zoom(2 ** ((-event.deltaY * unit) / wheelPixels), ...this.placeOf(event));
+            this.changed();
+        };
+    }
 
-    addEventListener("keydown", (event) => {
-        if (event.altKey || event.ctrlKey || event.metaKey || !(event.key in keySteps)) return;
-        event.preventDefault();
-        keySteps[event.key](motion);
-    });
+    /** Takes the wheel while the photo is alone. A listener that could stop the wheel would slow every page down. */
+    setAlone(isAlone) {
+        this.area.removeEventListener("wheel", this.wheel);
+        if (isAlone) this.area.addEventListener("wheel", this.wheel, { passive: false });
+    }
+
+    /**
+     * A mouse looks around by its place. A finger drags the scene: near things follow it, so the viewer goes the other way. With reduced
+     * motion the mouse drags too, since the picture must not move unless asked to.
+     */
+    pointerMoved(event) {
+        const before = this.held.get(event.pointerId);
+        if (before) {
+            const now = { x: event.clientX, y: event.clientY };
+            const others = [...this.held.values()].filter((place) => place !== before);
+            this.held.set(event.pointerId, now);
+            if (others.length === 1) this.pinch(before, now, others[0]);
+            if (others.length === 0) this.drag(now.x - before.x, before.y - now.y);
+            this.changed();
+        } else if (event.pointerType === "mouse" && !this.motion.isReduced()) {
+            this.motion.hover(...this.placeOf(event));
+            this.changed();
+        }
+    }
+
+    /** @param {number} right  in pixels @param {number} up */
+    drag(right, up) {
+        const { clientWidth, clientHeight } = this.photo;
+        const scale = dragShare * clientWidth;
+        this.motion.drag(-right / scale, -up / scale);
+        this.pane.pan((-2 * right) / clientWidth, (-2 * up) / clientHeight);
+    }
+
+    pinch(before, now, other) {
+        const length = (place) => Math.max(Math.hypot(place.x - other.x, place.y - other.y), 1);
+        const middle = { clientX: (now.x + other.x) / 2, clientY: (now.y + other.y) / 2 };
+        this.zoom(length(now) / length(before), ...this.placeOf(middle));
+        const { clientWidth, clientHeight } = this.photo;
+        this.pane.pan((before.x - now.x) / clientWidth, (now.y - before.y) / clientHeight);
+    }
+
+    pointerPressed(event) {
+        const isMouse = event.pointerType === "mouse";
+        if (event.button !== 0 || event.composedPath().some((part) => part.localName === "button")) return;
+        this.findDoubleTap(event);
+        const canDrag = !isMouse || this.motion.isReduced() || this.pane.target.zoom > 1;
+        if (!canDrag || (this.held.size > 0 && !this.isAlone())) return;
+        this.held.set(event.pointerId, { x: event.clientX, y: event.clientY });
+        this.photo.setPointerCapture(event.pointerId);
+        this.motion.lead(); // the first touch ends the sway
+        this.changed();
+    }
+
+    pointerLifted(event) {
+        if (!this.held.delete(event.pointerId) || this.held.size > 0) return;
+        if (event.pointerType !== "mouse") this.motion.leave();
+        this.changed();
+    }
+
+    /** Two taps on one place magnify it, two more lead back. */
+    findDoubleTap({ timeStamp, clientX, clientY }) {
+        const { time, x, y } = this.lastTap;
+        const isSecond = timeStamp - time < doubleTap.milliseconds && Math.hypot(clientX - x, clientY - y) < doubleTap.pixels;
+        this.lastTap = { time: isSecond ? -Infinity : timeStamp, x: clientX, y: clientY };
+        if (!isSecond || !this.isAlone() || this.held.size > 0) return;
+        if (this.pane.target.zoom > 1) this.reset();
+        else this.zoom(doubleTap.zoom, ...this.placeOf({ clientX, clientY }));
+        this.changed();
+    }
+
+    /** @param {string} key @returns {boolean} whether it means something */
+    keyPressed(key) {
+        const step = keySteps[key] ?? (this.isAlone() ? keyStepsAlone[key] : undefined);
+        if (!step) return false;
+        step(this);
+        this.changed();
+        return true;
+    }
 }

@@ -3,19 +3,16 @@
 
 /** @typedef {import("./frame.js").Reach} Reach */
 
-/** Seconds in which the viewer covers two thirds of the way to where they should be. */
-const easeSeconds = 0.12;
+/** Seconds in which the viewer covers two thirds of the way: while an input leads, and back to rest. */
+const easeSeconds = { led: 0.12, resting: 0.35 };
 
-/** Less than this is not seen. */
+/** Less than this is invisible. */
 const nothing = 1e-3;
 
-/** Dragging goes on beyond 1, ever more slowly, and never beyond this. */
-const dragLimit = 1.6;
-
-/** What scrolling from the middle to one end does. */
+/** The effect of scrolling from the middle to one end. */
 const scrollReach = { right: 0.15, up: 0.6, forward: 1 };
 
-/** The idle sway: how far, and how many seconds there and back. */
+/** The idle sway: its size, the seconds of one turn, and the seconds in which it begins. */
 const sway = { right: 0.55, up: 0.25, seconds: 7, rampSeconds: 1.5 };
 
 const clamp = (value, low, high) => Math.min(Math.max(value, low), high);
@@ -30,25 +27,40 @@ export class Motion {
     /** @param {() => boolean} isReduced  whether the person asked for reduced motion: then nothing sways and nothing eases */
     constructor(isReduced) {
         this.isReduced = isReduced;
-        /** Where the viewer is now. @type {Reach} */
+        /** The viewer's place now. @type {Reach} */
         this.reach = { right: 0, up: 0, forward: 0 };
+        /** Turns of the sway, which ends at rest. */
+        this.turns = 3;
+        this.scrolled = 0; // -1 to 1: the place of the photo in the window of a page that scrolls
+        this.tilted = { right: 0, up: 0 };
         this.forget();
     }
 
-    /** Back to where the photo was taken, and idle. */
+    /** Leads back to the photo's viewpoint, where the sway begins again. */
     forget() {
         this.hovered = { right: 0, up: 0 };
-        this.tilted = { right: 0, up: 0 };
         this.dragged = { right: 0, up: 0 };
-        this.scrolled = 0; // -1 to 1
-        this.isDragging = false;
+        this.approached = 0;
         this.isIdle = true;
         this.idleSeconds = 0;
+        this.ease = easeSeconds.led;
+    }
+
+    /** Leads back to the photo's viewpoint, without a sway. */
+    reset() {
+        this.forget();
+        this.isIdle = false;
+    }
+
+    /** Every input ends the sway. */
+    lead() {
+        this.isIdle = false;
+        this.ease = easeSeconds.led;
     }
 
     /** The mouse is at (right, up) in the frame, each -1 to 1. */
     hover(right, up) {
-        this.isIdle = false;
+        this.lead();
         this.hovered = { right: clamp(right, -1, 1), up: clamp(up, -1, 1) };
     }
 
@@ -57,32 +69,31 @@ export class Motion {
         this.tilted = within(1, right, up);
     }
 
-    /** A finger pulls the viewer by (right, up). */
+    /** Moves the viewer by (right, up): a finger, or a key. */
     drag(right, up) {
-        this.isIdle = false;
-        this.isDragging = true;
-        this.dragged = within(3, this.dragged.right + right, this.dragged.up + up);
-    }
-
-    /** The finger is lifted; who went too far comes back. */
-    release() {
-        this.isDragging = false;
-        this.dragged = within(1, this.dragged.right, this.dragged.up);
-    }
-
-    /** One step with a key: like dragging, but never too far. */
-    step(right, up) {
-        this.isIdle = false;
+        this.lead();
         this.dragged = within(1, this.dragged.right + right, this.dragged.up + up);
     }
 
-    /** @param {number} amount  2 is from one end to the other */
-    scroll(amount) {
-        this.isIdle = false;
-        this.scrolled = clamp(this.scrolled + amount, -1, 1);
+    /** The pointer is gone: the viewer returns to rest. With reduced motion the viewer stays. */
+    leave() {
+        if (this.isReduced()) return;
+        this.hovered = { right: 0, up: 0 };
+        this.dragged = { right: 0, up: 0 };
+        this.ease = easeSeconds.resting;
     }
 
-    /** Where the viewer should be. @returns {Reach} */
+    /** @param {number} place  of the photo in the window: -1 at its lower edge, 1 at its upper edge */
+    scroll(place) {
+        this.scrolled = this.isReduced() ? 0 : clamp(place, -1, 1);
+    }
+
+    /** @param {number} forward  of the way into the scene, -1 to 1 */
+    approach(forward) {
+        this.approached = clamp(forward, -1, 1);
+    }
+
+    /** The place where the viewer should be. @returns {Reach} */
     target() {
         let right = this.hovered.right + this.tilted.right + scrollReach.right * this.scrolled;
         let up = this.hovered.up + this.tilted.up + scrollReach.up * this.scrolled;
@@ -92,16 +103,13 @@ export class Motion {
             right += strength * sway.right * Math.sin(phase);
             up += strength * sway.up * Math.sin(2 * phase);
         }
-        ({ right, up } = within(1, right, up));
-        right += this.dragged.right;
-        up += this.dragged.up;
-        const length = Math.hypot(right, up);
-        if (length > 1) {
-            const room = dragLimit - 1;
-            const kept = this.isDragging ? 1 + room * (1 - Math.exp((1 - length) / room)) : 1;
-            ({ right, up } = within(kept, right, up));
-        }
-        return { right, up, forward: scrollReach.forward * this.scrolled };
+        ({ right, up } = within(1, right + this.dragged.right, up + this.dragged.up));
+        return { right, up, forward: clamp(scrollReach.forward * this.scrolled + this.approached, -1, 1) };
+    }
+
+    /** The share of the way to a target that the viewer covers in a time. @param {number} seconds */
+    share(seconds) {
+        return this.isReduced() ? 1 : 1 - Math.exp(-seconds / this.ease);
     }
 
     /**
@@ -112,8 +120,9 @@ export class Motion {
      */
     advance(seconds) {
         if (this.isIdle) this.idleSeconds += seconds;
+        if (this.idleSeconds >= this.turns * sway.seconds) this.isIdle = false;
         const target = this.target();
-        const share = this.isReduced() ? 1 : 1 - Math.exp(-seconds / easeSeconds);
+        const share = this.share(seconds);
         let hasMoved = false;
         for (const axis of /** @type {(keyof Reach)[]} */ (["right", "up", "forward"])) {
             const way = target[axis] - this.reach[axis];
@@ -122,5 +131,10 @@ export class Motion {
             this.reach[axis] = Math.abs(way) < nothing ? target[axis] : this.reach[axis] + share * way;
         }
         return hasMoved;
+    }
+
+    /** Whether the sway goes on, even where it stands still for a moment. */
+    get isSwaying() {
+        return this.isIdle && !this.isReduced();
     }
 }

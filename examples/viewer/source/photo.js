@@ -4,6 +4,7 @@ import { Box3, Group, Matrix4, Vector3 } from "three";
 import { MeshoptDecoder } from "three/addons/libs/meshopt_decoder.module.js";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
 import { readBudget } from "./budget.js";
+import { checkGlb } from "./check_glb.js";
 
 /**
  * A model in the space of the camera that took the photo: the camera at the origin, looking along -z, y up.
@@ -24,10 +25,8 @@ import { readBudget } from "./budget.js";
  * @returns {Promise<Photo>}
  */
 export async function readPhoto(bytes) {
-    const isGlb = bytes.byteLength >= 12 && new DataView(bytes).getUint32(0) === 0x676c5446; // "glTF"
-    if (!isGlb) throw new Error("It is no GLB file.");
-    if (new DataView(bytes).getUint32(8, true) > bytes.byteLength) throw new Error("It is cut off.");
-    const file = await new GLTFLoader().setMeshoptDecoder(MeshoptDecoder).parseAsync(bytes, "");
+    checkGlb(bytes);
+    const file = await parse(bytes);
     const model = new Group();
     model.add(file.scene);
     file.scene.updateWorldMatrix(true, true);
@@ -46,12 +45,24 @@ export async function readPhoto(bytes) {
     return { model, aspect: camera.aspect, halfHeight, nearest, farthest, fillsView: camera.fillsView ?? true, isPastFrame, budget };
 }
 
+async function parse(bytes) {
+    try {
+        return await new GLTFLoader().setMeshoptDecoder(MeshoptDecoder).parseAsync(bytes, "");
+    } catch (failure) {
+        throw new Error(`It is broken: ${failure.message}`);
+    }
+}
+
 /** Frees what a photo holds on the graphics card. @param {Photo} photo */
 export function disposeOf(photo) {
     photo.model.traverse((part) => {
         part.geometry?.dispose();
         for (const material of [part.material ?? []].flat()) {
-            for (const value of Object.values(material)) if (value?.isTexture) value.dispose();
+            for (const value of Object.values(material)) {
+                if (!value?.isTexture) continue;
+                value.dispose();
+                value.image?.close?.(); // a decoded picture, which would wait for the garbage collection
+            }
             material.dispose();
         }
     });
@@ -76,7 +87,7 @@ function depthRange(model) {
             farthest = Math.max(farthest, -z);
         }
     });
-    if (!(farthest > 0)) throw new Error("It shows nothing in front of its camera.");
+    if (!(farthest > 0 && farthest < Infinity)) throw new Error("It shows nothing in front of its camera.");
     // A model without depth is a photo on a wall.
     return { nearest, farthest: Math.max(farthest, nearest * 1.001) };
 }

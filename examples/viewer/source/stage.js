@@ -1,164 +1,151 @@
-// Draws: the photo on the canvas or in a headset, from where the motion or the head says.
+// The one renderer of a page. It draws all photos in sight, one after the other, and each photo's canvas takes a copy. It draws only while
+// something moves, and comes back when the browser takes its context away.
 
-import { Color, Group, NoToneMapping, PerspectiveCamera, Scene, WebGLRenderer } from "three";
-import { Backdrop } from "./backdrop.js";
-import { FlatFrame, headsetFrame, headVisibility, Veil, visibility } from "./frame.js";
-import { headReach } from "./headset.js";
-import { disposeOf } from "./photo.js";
+import { NoToneMapping, WebGLRenderer } from "three";
 
-/** @typedef {import("./photo.js").Photo} Photo */
+/** @typedef {import("./view.js").View} View */
 
-const wallColor = new Color(0x08090b);
+/** Seconds until the first try to come back after the context was lost; each further try waits twice as long. */
+const retrySeconds = 0.25;
 
-/** Sharper screens than this cost more than they show. */
-const mostPixelsPerPixel = 2;
-
-export class Stage {
-    /**
-     * @param {HTMLCanvasElement} canvas
-     * @param {WebGL2RenderingContext} context
-     * @param {import("./motion.js").Motion} motion
-     */
-    constructor(canvas, context, motion) {
-        this.canvas = canvas;
-        this.motion = motion;
-        this.renderer = new WebGLRenderer({ canvas, context });
-        this.renderer.toneMapping = NoToneMapping; // the photo's colors reach the screen as they are
-        this.renderer.xr.enabled = true;
-        this.renderer.xr.setReferenceSpaceType("local");
-        this.camera = new PerspectiveCamera();
-        this.scene = new Scene();
-        this.scene.background = wallColor;
-        this.place = new Group(); // at the origin on a flat screen, in front of the head in a headset
-        this.veil = new Veil(wallColor);
-        this.backdrop = new Backdrop(wallColor);
-        this.scene.add(this.place, this.veil);
-        /** @type {Photo | null} */
-        this.photo = null;
-        /** The head, while there is a session. @type {import("./headset.js").Head | null} */
-        this.head = null;
-        this.needsDrawing = true;
-        this.lastTime = 0;
-        this.whenDrawn = () => {};
-        new ResizeObserver(() => this.fitCanvas()).observe(canvas);
-        canvas.addEventListener("webglcontextrestored", () => {
-            if (this.photo?.fillsView) this.backdrop.show(this.renderer, this.photo); // what was drawn before is lost
-            this.needsDrawing = true;
-        });
+class Stage {
+    constructor() {
+        /** @type {Set<View>} */
+        this.views = new Set();
+        /** @type {WebGLRenderer | null} */
+        this.renderer = null;
+        this.counts = { contexts: 0, frames: 0, drawings: 0 };
+        this.requested = 0;
+        this.lastTime = null;
+        this.isScrolled = true;
+        this.wait = retrySeconds;
+        this.hasSession = false;
     }
 
-    /**
-     * Shows a photo in place of the one before.
-     *
-     * @param {Photo} photo
-     * @param {number} hiddenBorder  see FlatFrame
-     * @returns {Promise<void>} when it is on the screen
-     */
-    show(photo, hiddenBorder) {
-        if (this.photo) {
-            this.place.clear();
-            disposeOf(this.photo);
-            disposeOf({ model: this.wall });
+    /** @param {View} view */
+    add(view) {
+        if (this.views.size === 0) {
+            this.whenScrolled = () => {
+                this.isScrolled = true;
+                this.scrollTime = performance.now();
+                this.request();
+            };
+            document.addEventListener("scroll", this.whenScrolled, { capture: true, passive: true });
         }
-        this.photo = photo;
-        this.flatFrame = new FlatFrame(photo, hiddenBorder);
-        this.wall = headsetFrame(photo, wallColor);
-        this.sharpenTextures();
-        if (photo.fillsView) {
-            this.backdrop.show(this.renderer, photo);
-            this.place.add(this.backdrop);
+        this.views.add(view);
+    }
+
+    /** @param {View} view */
+    remove(view) {
+        this.views.delete(view);
+        if (this.views.size === 0) document.removeEventListener("scroll", this.whenScrolled, { capture: true });
+    }
+
+    /** Asks for a picture of everything that has changed. */
+    request() {
+        if (this.requested === 0 && !this.hasSession) this.requested = requestAnimationFrame((time) => this.draw(time));
+    }
+
+    /** The renderer, which is made when it is first needed. Throws where there is no WebGL 2. */
+    need() {
+        if (this.renderer) return this.renderer;
+        const canvas = document.createElement("canvas");
+        const context = canvas.getContext("webgl2", { antialias: true, alpha: true });
+        if (!context) throw new DOMException("This browser can't show 3D: it has no WebGL 2, or it is switched off.", "NotSupportedError");
+        const renderer = new WebGLRenderer({ canvas, context });
+        renderer.toneMapping = NoToneMapping; // the photo's colors reach the screen as they are
+        renderer.setPixelRatio(1);
+        renderer.setClearColor(0, 0);
+        renderer.xr.enabled = true;
+        renderer.xr.setReferenceSpaceType("local");
+        this.counts.contexts += 1;
+        this.renderer = renderer;
+        canvas.addEventListener("webglcontextlost", () => this.comeBack(renderer), { once: true });
+        return renderer;
+    }
+
+    /** Takes a new context in place of a lost one, which the browser may never give back. */
+    comeBack(lost) {
+        if (this.renderer === lost) {
+            this.renderer = null;
+            lost.dispose();
         }
-        this.place.add(photo.model, this.wall);
-        this.motion.forget();
-        Object.assign(this.motion.reach, { right: 0, up: 0, forward: 0 });
-        this.fitCanvas();
-        return new Promise((resolve) => {
-            this.whenDrawn = resolve;
-            this.needsDrawing = true; // what fitCanvas() has drawn was before somebody waited
-            this.renderer.setAnimationLoop((time, frame) => this.draw(time, frame));
-        });
+        setTimeout(() => {
+            try {
+                this.need();
+            } catch {
+                this.wait *= 2;
+                return this.comeBack(null);
+            }
+            this.wait = retrySeconds;
+            for (const view of this.views) view.needsDrawing = true;
+            this.request();
+        }, 1000 * this.wait);
     }
 
-    /** Textures are seen at a slant where surfaces lead away from the viewer. */
-    sharpenTextures() {
-        const anisotropy = Math.min(4, this.renderer.capabilities.getMaxAnisotropy());
-        this.photo.model.traverse((part) => {
-            for (const material of [part.material ?? []].flat()) if (material.map) material.map.anisotropy = anisotropy;
-        });
+    /** @param {number} time  in milliseconds */
+    draw(time) {
+        this.requested = 0;
+        const seconds = this.lastTime === null ? 1 / 60 : Math.min(Math.max((time - this.lastTime) / 1000, 0), 0.1);
+        const shown = [...this.views].filter((view) => view.isInSight && view.photo);
+        if (this.isScrolled) for (const view of shown) view.follow();
+        this.isScrolled = false;
+        const due = shown.filter((view) => view.advance(seconds));
+        if (due.length > 0 && this.renderer) this.render(due, shown);
+        const goesOn = shown.some((view) => view.isMoving);
+        this.lastTime = goesOn ? time : null;
+        if (goesOn) this.request();
     }
 
-    fitCanvas() {
-        const { clientWidth, clientHeight } = this.canvas;
-        if (this.renderer.xr.isPresenting || clientWidth === 0) return;
-        this.renderer.setPixelRatio(Math.min(devicePixelRatio, mostPixelsPerPixel));
-        this.renderer.setSize(clientWidth, clientHeight, false);
-        this.needsDrawing = true;
-        this.draw(this.lastTime); // at once: a canvas of a new size is empty
+    /** @param {View[]} due @param {View[]} shown */
+    render(due, shown) {
+        this.fit(shown);
+        this.counts.frames += 1;
+        const { renderer } = this;
+        renderer.setScissorTest(true); // clears only what is drawn
+        for (const view of due) {
+            const { width, height } = view.canvas;
+            renderer.setViewport(0, 0, width, height);
+            renderer.setScissor(0, 0, width, height);
+            view.draw(renderer);
+            if (renderer.getContext().isContextLost()) return;
+            view.take(renderer.domElement);
+            this.counts.drawings += renderer.info.render.calls;
+        }
     }
 
-    /** @param {XRSession} session @param {import("./headset.js").Head} head */
-    async enterHeadset(session, head) {
+    /** Gives the renderer a canvas that is large enough for each photo in sight, and not much larger. @param {View[]} shown */
+    fit(shown) {
+        const width = Math.max(...shown.map((view) => view.canvas.width));
+        const height = Math.max(...shown.map((view) => view.canvas.height));
+        const drawn = this.renderer.domElement;
+        if (drawn.width >= width && drawn.height >= height && drawn.width * drawn.height <= 4 * width * height) return;
+        this.renderer.setSize(width, height, false);
+    }
+
+    /** @param {View} view @param {XRSession} session @param {import("./headset.js").Head} head */
+    async enterHeadset(view, session, head) {
+        const renderer = this.need();
+        this.hasSession = true;
         session.addEventListener("end", () => {
-            this.head = null;
-            this.place.position.set(0, 0, 0);
-            this.place.quaternion.identity();
-            this.fitCanvas();
-            this.needsDrawing = true;
+            this.hasSession = false;
+            renderer.setAnimationLoop(null);
+            view.leaveHeadset();
+            for (const other of this.views) other.needsDrawing = true;
+            this.request();
         });
-        await this.renderer.xr.setSession(session);
-        this.head = head;
+        renderer.setScissorTest(false);
+        await renderer.xr.setSession(session);
+        view.enterHeadset(head);
+        renderer.setAnimationLoop((_, frame) => view.head && view.drawInHeadset(renderer, frame));
     }
 
-    /** @param {number} time  in milliseconds @param {XRFrame} [frame]  in a session */
-    draw(time, frame) {
-        if (!this.photo) return;
-        const seconds = Math.min(Math.max((time - this.lastTime) / 1000, 0), 0.1); // a hidden page does not leap ahead
-        this.lastTime = time;
-        const isDue = this.head ? this.followHead(frame) : this.followMotion(seconds);
-        if (!isDue) return;
-        this.renderer.render(this.scene, this.camera);
-        this.needsDrawing = false;
-        this.whenDrawn();
-    }
-
-    followMotion(seconds) {
-        const hasMoved = this.motion.advance(this.needsDrawing ? 0 : seconds);
-        if (!hasMoved && !this.needsDrawing) return false;
-        this.wall.visible = false;
-        this.flatFrame.aim(this.camera, this.motion.reach);
-        this.veil.setVisibility(visibility(Math.hypot(this.motion.reach.right, this.motion.reach.up)));
-        return true;
-    }
-
-    followHead(frame) {
-        const pose = frame?.getViewerPose(this.renderer.xr.getReferenceSpace());
-        if (!pose) return false;
-        this.head.update(pose);
-        this.place.position.copy(this.head.photoPosition);
-        this.place.quaternion.copy(this.head.photoTurn);
-        this.wall.visible = true;
-        this.veil.setVisibility(headVisibility(headReach(this.head, this.photo)));
-        return true;
-    }
-
-    /** Shows or hides the backdrop, for tests and for the curious in the console. */
-    setBackdrop(isVisible) {
-        this.backdrop.visible = isVisible;
-        this.needsDrawing = true;
-    }
-
-    /** What is seen now, for tests and for the curious in the console. */
-    state() {
-        const { right, up, forward } = this.motion.reach;
-        return {
-            reach: { right, up, forward },
-            angles: this.flatFrame.angles(this.motion.reach),
-            motion: this.flatFrame.motion(this.motion.reach),
-            visibility: 1 - this.veil.material.uniforms.opacity.value,
-            isIdle: this.motion.isIdle,
-            isInHeadset: this.head !== null,
-            headDistance: this.head?.moved.length() ?? 0,
-            eyes: this.head ? this.renderer.xr.getCamera().cameras.map((eye) => this.place.worldToLocal(eye.position.clone()).toArray()) : [],
-        };
+    /** Work done so far, and memory in use on the graphics card. */
+    statistics() {
+        const { geometries = 0, textures = 0 } = this.renderer?.info.memory ?? {};
+        const photos = [...this.views].filter((view) => view.photo).length;
+        return { ...this.counts, geometries, textures, photos };
     }
 }
+
+export const stage = new Stage();

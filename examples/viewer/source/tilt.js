@@ -42,33 +42,42 @@ export class HeadDirection {
     }
 }
 
-/** Seconds without a word from the device after which it seems to want to be asked. */
-const patience = 1;
+/** Less than this is a hand that trembles. */
+const nothing = 0.004;
 
-/**
- * Listens to the device. Some tell how they are held only to pages that were allowed to know (iOS), and asking for that takes the
- * press of a button.
- *
- * @param {HTMLButtonElement} button  shown only where it is needed
- * @param {Motion} motion
- */
-export function listenToTilt(button, motion) {
-    if (typeof DeviceOrientationEvent === "undefined") return;
-    const direction = new HeadDirection();
-    let isHeard = false;
-    addEventListener("deviceorientation", ({ alpha, beta, gamma, timeStamp }) => {
-        if (alpha === null || beta === null || gamma === null) return; // a device without sensors
-        isHeard = true;
-        button.hidden = true;
-        if (motion.isReduced()) return;
-        const { right, up } = direction.update({ alpha, beta, gamma }, screen.orientation?.angle ?? 0, timeStamp / 1000);
-        motion.tilt(right / fullTilt, up / fullTilt);
-    });
-    const canBeAsked = typeof DeviceOrientationEvent.requestPermission === "function" && navigator.maxTouchPoints > 0;
-    if (!canBeAsked) return;
-    setTimeout(() => (button.hidden = isHeard || motion.isReduced()), 1000 * patience);
-    button.addEventListener("click", () => {
-        button.hidden = true;
-        DeviceOrientationEvent.requestPermission().catch(() => {}); // refused or not, the photo can be dragged
-    });
+/** Listens for all photos of a page. @type {Set<(right: number, up: number) => void>} */
+const listeners = new Set();
+const direction = new HeadDirection();
+let last = { right: 0, up: 0 };
+let isHeard = false;
+
+function turned({ alpha, beta, gamma, timeStamp }) {
+    if (alpha === null || beta === null || gamma === null) return; // a device without sensors
+    isHeard = true;
+    const { right, up } = direction.update({ alpha, beta, gamma }, screen.orientation?.angle ?? 0, timeStamp / 1000);
+    if (Math.hypot(right - last.right, up - last.up) < nothing * fullTilt) return;
+    last = { right, up };
+    for (const listener of listeners) listener(right / fullTilt, up / fullTilt);
+}
+
+/** @param {(right: number, up: number) => void} listener  gets the place of the head, in units of Reach (frame.js) */
+export function listenToTilt(listener) {
+    if (listeners.size === 0) addEventListener("deviceorientation", turned);
+    listeners.add(listener);
+}
+
+export function stopListeningToTilt(listener) {
+    listeners.delete(listener);
+    if (listeners.size === 0) removeEventListener("deviceorientation", turned);
+}
+
+/** Whether the device tells how it is held only to pages that ask for it, which takes the press of a button (iOS). */
+export function mustAskForTilt() {
+    const canBeAsked = typeof globalThis.DeviceOrientationEvent?.requestPermission === "function";
+    return canBeAsked && navigator.maxTouchPoints > 0 && !isHeard;
+}
+
+/** Asks for it. Refused or not, the photo can be dragged. @returns {Promise<void>} */
+export async function askForTilt() {
+    await DeviceOrientationEvent.requestPermission().catch(() => {});
 }

@@ -86,6 +86,7 @@ async function open() {
     inside.addEventListener("drop", (event) => event.stopImmediatePropagation(), true); // the viewer would open it as a GLB
     element("share").hidden = !canShare(pageFile());
     element("video").hidden = !canvas || !videoType() || matchMedia("(prefers-reduced-motion: reduce)").matches;
+    if (document.activeElement === document.body) element("frame").focus(); // the button that had the focus is gone: keys look around
     return canvas;
 }
 

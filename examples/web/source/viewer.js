@@ -9,7 +9,7 @@ const photoMarker = "<!-- the photo goes here -->";
 
 let template;
 
-const escapeHtml = (text) => text.replace(/&/g, "&amp;").replace(/</g, "&lt;");
+const escapeHtml = (text) => text.replace(/&/g, "&amp;").replace(/</g, "&lt;").replace(/"/g, "&quot;");
 
 /**
  * Returns a page of its own, without a reference to any other file.
@@ -19,17 +19,18 @@ const escapeHtml = (text) => text.replace(/&/g, "&amp;").replace(/</g, "&lt;");
  */
 export async function pageWith(photo, title) {
     template ??= readAsset("viewer.html").then((bytes) => new TextDecoder().decode(bytes));
-    const size = `--photo-width: ${photo.width}; --photo-height: ${photo.height}${photo.isPastFrame ? "; --hidden-border: 0" : ""}`;
+    const shown = escapeHtml(title);
     const content =
-        `<style>:root { ${size} }</style>\n<img id="poster" alt="" src="data:image/jpeg;base64,${toBase64(photo.poster)}">\n` +
+        `<photo-3d standalone caption="${shown}" alt="3D photo ${shown}" width="${photo.width}" height="${photo.height}"${photo.isPastFrame ? "" : ' frame="crop"'}>\n` +
+        `<img slot="poster" alt="" src="data:image/jpeg;base64,${toBase64(photo.poster)}">\n</photo-3d>\n` +
         `<script id="photo" type="model/gltf-binary;base64">${toBase64(photo.glb)}</script>`;
     const [beforeTitle, afterTitle] = (await template).split(titleMarker);
     const [head, tail] = afterTitle.split(photoMarker);
-    return `${beforeTitle}<title>${escapeHtml(title)}</title>${head}${content}${tail}`;
+    return `${beforeTitle}<title>${shown}</title>${head}${content}${tail}`;
 }
 
 /**
- * Shows a page of pageWith() in a frame. The viewer sways until the first touch.
+ * Shows a page of pageWith() in a frame. The 3D photo sways until the first touch.
  *
  * @param {HTMLIFrameElement} frame
  * @param {string} page
@@ -40,11 +41,11 @@ export async function showPhoto(frame, page) {
         frame.addEventListener("load", resolve, { once: true });
         frame.srcdoc = page;
     });
-    const { contentWindow: inside, contentDocument: content } = frame;
-    while (!inside.viewer) {
-        const message = content.getElementById("message");
-        if (message && !message.hidden && message.textContent !== "") return null;
+    const shown = frame.contentDocument.querySelector("photo-3d");
+    const message = shown.shadowRoot.getElementById("message");
+    while (!shown.complete) {
+        if (!message.hidden) return null;
         await new Promise((resolve) => setTimeout(resolve, 20));
     }
-    return content.getElementById("view");
+    return shown.canvas;
 }

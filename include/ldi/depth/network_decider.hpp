@@ -12,8 +12,6 @@
 #include <ldi/depth/step_band.hpp>
 
 #include <algorithm>
-#include <cmath>
-#include <cstddef>
 #include <cstdint>
 #include <utility>
 
@@ -33,11 +31,12 @@ public:
         : network_(network), by_hand_{alignment} {}
 
     /// Decides the silhouettes of a depth map. In the result, disparities in the band lie on one of the two surfaces, not between
-    /// them. Time and memory are linear in the number of pixels for any disparity.
+    /// them. If samples are as small as pixels, aligned_silhouettes decides instead, because such depth locates silhouettes
+    /// better than the network does. Time and memory are linear in the number of pixels for any disparity.
     template <executor Executor>
     decided_depth decide(undecided_depth depth, Executor&& threads) const {
-        if (network_ == nullptr) return by_hand_.decide(std::move(depth), threads);
-        const step_band band = find_step_band(depth.disparity);
+        if (network_ == nullptr || depth.sample_size <= 1.0F) return by_hand_.decide(std::move(depth), threads);
+        const step_band band = find_step_band(depth.disparity, {.min_step = min_step});
         decided_depth result;
         result.shares = image<std::uint8_t>(depth.disparity.height(), depth.disparity.width(), 1, std::uint8_t{0});
         if (band.region.count() > 0) {
@@ -58,8 +57,10 @@ public:
     }
 
 private:
+    /// Minimum difference between front and back. Lower steps of estimated depth are often inside an object, such as a face.
+    static constexpr float min_step = 0.1F;
     /// Minimum size of an island in pixels, relative to the side of a depth sample in pixels.
-    static constexpr double min_island_samples = 24;
+    static constexpr double min_island_samples = 120;
     /// Factor of the prior, which is added to the logit. The prior is the position of the pixel's disparity between back (0) and
     /// front (1), minus one half.
     static constexpr float prior = 6.0F;

@@ -9,6 +9,7 @@
 #include <ldi/core/image.hpp>
 #include <ldi/core/photo_facts.hpp>
 #include <ldi/depth/decided_depth.hpp>
+#include <ldi/depth/level_dips.hpp>
 #include <ldi/depth/middle_components.hpp>
 #include <ldi/depth/normalize.hpp>
 #include <ldi/depth/resample.hpp>
@@ -39,7 +40,7 @@ image<float> resample_estimate(const image<float>& estimated, const image<std::u
                                Executor& threads) {
     if (estimated.height() >= photo.height())
         return resample_to_photo(estimated, photo, options.surface, options.resample, threads);
-    image<float> sharpened = sharpen_edges(estimated, options.surface, options.sharpen, threads);
+    image<float> sharpened = sharpen_edges(level_dips(estimated, options.level), options.surface, options.sharpen, threads);
     for (int pass = 0; pass < options.passes_before_resampling; ++pass)
         sharpened = weighted_median(sharpened, options.surface, options.median, threads);
     return resample_to_photo(sharpened, photo, options.surface, options.resample, threads);

@@ -9,6 +9,7 @@
 #include <ldi/core/image.hpp>
 #include <ldi/core/surface.hpp>
 #include <ldi/depth/align_silhouettes.hpp>
+#include <ldi/depth/level_dips.hpp>
 #include <ldi/depth/middle_components.hpp>
 #include <ldi/depth/normalize.hpp>
 #include <ldi/depth/resample.hpp>
@@ -49,6 +50,7 @@ struct photo3d_options {
     float max_sample_size = 16.0F;
     surface_rule surface;
     normalize_options normalize;
+    level_options level;
     sharpen_options sharpen;
     resample_options resample;
     weighted_median_options median;

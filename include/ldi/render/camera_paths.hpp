@@ -16,7 +16,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <string>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 

@@ -47,7 +47,7 @@ unset(_cmake_expected_targets)
 
 
 # The installation prefix configured by this project.
-set(_IMPORT_PREFIX "/work/release/build/libraries/python")
+set(_IMPORT_PREFIX "/work/release/build/libraries/windows")
 
 # Create imported target libjpeg-turbo::jpeg-static
 add_library(libjpeg-turbo::jpeg-static STATIC IMPORTED)

@@ -12,7 +12,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <string>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
@@ -39,6 +38,12 @@ inline buffer<std::uint8_t> positions_near_other_surfaces(const graph_view& g, s
     }
     for (std::uint8_t& p : positions) p = static_cast<std::uint8_t>(p >> 1);
     return positions;
+}
+
+inline std::int64_t area_of_boxes(const chart_set& charts) {
+    std::int64_t area = 0;
+    for (const chart& c : charts.charts) area += std::int64_t{c.width} * c.height;
+    return area;
 }
 
 inline constexpr std::int32_t max_filter_range = 8;

@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 

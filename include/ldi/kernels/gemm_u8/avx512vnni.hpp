@@ -23,20 +23,10 @@ inline constexpr std::size_t gemm_lanes = 16, gemm_max_vectors = 4, gemm_tile_pi
 using detail::gemm_group;
 using gemm_panel = detail::panel_of_groups;
 
-/// Packs the weights of a layer with a single output in the order of the inputs, and pads each segment to whole vectors. The
-/// panel layout would use only one of 16 lanes.
-inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
-    const int sign = detail::is_negated(packed.fast) ? -1 : 1;
-    const std::size_t padded = (packed.inputs + 63) / 64 * 64;
-    for (std::size_t s = 0; s < packed.segments; ++s)
-        for (std::size_t i = 0; i < padded; ++i)
-            packed.narrow.push_back(static_cast<std::int8_t>(
-                i < packed.inputs ? sign * (weights[s * packed.inputs + i] - int{weight_zero_point}) : 0));
-}
-
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
-    if (packed.is_single_output()) return pack_single_output(packed, weights, weight_zero_point);
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
+    if (packed.is_single_output())
+        return detail::append_single_output(packed.narrow, packed, weights, weight_zero_point, sign, 64);
     detail::append_groups_of_four(packed, weights, weight_zero_point, sign, gemm_lanes, gemm_max_vectors);
 }
 

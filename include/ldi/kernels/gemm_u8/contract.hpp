@@ -70,6 +70,20 @@ struct panel_of_groups {
     void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
 };
 
+/// Appends the weights of a layer with a single output in the order of the inputs, and pads each segment with zeros to a multiple
+/// of `multiple`. The panel layout would use only one lane of each vector.
+///
+/// sign  -1 for negated weights
+template <class Stored>
+void append_single_output(buffer<Stored>& to, const gemm_u8_weights& packed, std::span<const std::uint8_t> weights,
+                          int weight_zero_point, int sign, std::size_t multiple) {
+    const std::size_t padded = (packed.inputs + multiple - 1) / multiple * multiple;
+    for (std::size_t s = 0; s < packed.segments; ++s)
+        for (std::size_t i = 0; i < padded; ++i)
+            to.push_back(
+                static_cast<Stored>(i < packed.inputs ? sign * (weights[s * packed.inputs + i] - weight_zero_point) : 0));
+}
+
 /// Appends weights panel by panel, segment by segment, in groups of four inputs: vectors of `lanes` outputs x 4 inputs, padded
 /// with zeros.
 ///

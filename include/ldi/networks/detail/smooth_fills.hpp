@@ -14,7 +14,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <mutex>
 #include <span>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {

@@ -42,6 +42,7 @@ public:
 
     std::int32_t width() const { return base_.width(); }
     std::int32_t height() const { return base_.height(); }
+    std::int32_t hidden_count() const { return hidden_.count(); }
     bool inside(std::int32_t x, std::int32_t y) const { return x >= 0 && y >= 0 && x < base_.width() && y < base_.height(); }
     /// Index of the visible pixel at (x, y), the first pixel of a walk over all pixels at this position.
     std::int32_t position(std::int32_t x, std::int32_t y) const { return y * base_.width() + x; }

@@ -1,0 +1,74 @@
+/** A place of the viewer: (0, 0, 0) is the photo's viewpoint, 1 is as far as the photo allows. */
+export interface Reach {
+    right: number;
+    up: number;
+    forward: number;
+}
+
+/** The state of one photo. */
+export interface PhotoState {
+    reach: Reach;
+    /** Magnification, 1 to 6. */
+    zoom: number;
+    /** Angles around the pivot, in degrees; null without a photo. */
+    angles: { horizontal: number; vertical: number } | null;
+    /** Parallax between the nearest and the farthest surface, as a share of the longer side; null where the file gives no limit. */
+    motion: number | null;
+    /** 1, and less in a headset that leaves the photo's range. */
+    visibility: number;
+    isSwaying: boolean;
+    isInHeadset: boolean;
+    eyes: number[][];
+}
+
+/** Work done for all photos of a page, and objects in graphics memory. */
+export interface Statistics {
+    /** WebGL contexts made so far; more than one only after a context was lost. */
+    contexts: number;
+    frames: number;
+    /** Draw calls. */
+    drawings: number;
+    geometries: number;
+    textures: number;
+    /** Photos in memory. */
+    photos: number;
+}
+
+/** `<photo-3d>`: a 3D photo. Fires `load`, `error` (an ErrorEvent) and `share` (cancelable). */
+export class Photo3D extends HTMLElement {
+    src: string;
+    poster: string;
+    alt: string;
+    caption: string;
+    fit: string;
+    loading: string;
+    /** Whether the photo has the screen for itself. */
+    readonly isAlone: boolean;
+    /** Whether the 3D photo is drawn, in place of its poster. */
+    readonly complete: boolean;
+    readonly canvas: HTMLCanvasElement;
+    /** Shows a GLB file from memory. Rejects if it can't be shown. */
+    show(bytes: ArrayBuffer): Promise<void>;
+    /** Shows a message over the photo; an empty one removes it. */
+    report(text: string): void;
+    /** Returns to the photo's viewpoint, without magnification. */
+    reset(): void;
+    /** Starts the sway again. */
+    sway(): void;
+    /** Moves the viewer. Missing values are 0. */
+    lookFrom(reach: Partial<Reach>): void;
+    enterFullscreen(): Promise<void>;
+    exitFullscreen(): Promise<void>;
+    /** Shares the page's address, or copies it. */
+    share(): Promise<void>;
+    state(): PhotoState;
+    /** Shows or hides the backdrop, to see the gaps of the mesh. */
+    setBackdrop(isVisible: boolean): void;
+    static statistics(): Statistics;
+}
+
+declare global {
+    interface HTMLElementTagNameMap {
+        "photo-3d": Photo3D;
+    }
+}

@@ -1,0 +1,73 @@
+// Refuses GLB files that would cost the page more than a photo should, or make it ask other servers for something.
+
+const limits = { nodes: 10_000, values: 60_000_000, side: 16_384, texels: 200_000_000 };
+
+/** @param {ArrayBuffer} bytes  a GLB file. Throws an error with a message for people. */
+export function checkGlb(bytes) {
+    const view = new DataView(bytes);
+    if (bytes.byteLength < 20 || view.getUint32(0) !== 0x676c5446) throw new Error("It is no GLB file."); // "glTF"
+    if (view.getUint32(4, true) !== 2) throw new Error("It is a GLB file of another version than 2.");
+    if (view.getUint32(8, true) > bytes.byteLength) throw new Error("It is cut off.");
+    const length = view.getUint32(12, true);
+    if (view.getUint32(16, true) !== 0x4e4f534a || 20 + length > bytes.byteLength) throw new Error("It has no JSON."); // "JSON"
+    let json;
+    try {
+        json = JSON.parse(new TextDecoder().decode(new Uint8Array(bytes, 20, length)));
+    } catch {
+        throw new Error("Its JSON is broken.");
+    }
+    const list = (name) => (Array.isArray(json?.[name]) ? json[name].map((entry) => entry ?? {}) : []);
+    if ([...list("buffers"), ...list("images")].some(({ uri }) => uri !== undefined && !String(uri).startsWith("data:")))
+        throw new Error("It refers to other files.");
+    const values = list("accessors").reduce((sum, { count }) => sum + (count >= 0 ? count : Infinity), 0);
+    const buffered = list("bufferViews").reduce((sum, { extensions }) => {
+        const compressed = Object.values(extensions ?? {})[0];
+        return sum + (compressed ? compressed.count * compressed.byteStride || 0 : 0);
+    }, 0);
+    if (!(values <= limits.values && buffered <= 16 * limits.values)) throw new Error("It has too many vertices.");
+    checkNodes(list("nodes"));
+    checkImages(list("images"), list("bufferViews"), new Uint8Array(bytes, Math.min(28 + length, bytes.byteLength)));
+}
+
+/** Every node has one parent at most, and none is its own ancestor. */
+function checkNodes(nodes) {
+    if (nodes.length > limits.nodes) throw new Error("It has too many nodes.");
+    const parents = new Map();
+    for (const [parent, { children }] of nodes.entries())
+        for (const child of Array.isArray(children) ? children : []) {
+            if (parents.has(child)) throw new Error("Its nodes are no tree.");
+            parents.set(child, parent);
+        }
+    for (let node = 0; node < nodes.length; ++node)
+        for (let [at, depth] = [node, 0]; parents.has(at); at = parents.get(at))
+            if (++depth > 64) throw new Error("Its nodes are no tree.");
+}
+
+function checkImages(images, bufferViews, binary) {
+    let texels = 0;
+    for (const { bufferView } of images) {
+        const { byteOffset = 0, byteLength = 0 } = bufferViews[bufferView] ?? {};
+        const [width, height] = sizeOfPicture(binary.subarray(byteOffset, byteOffset + byteLength));
+        texels += width * height;
+        if (Math.max(width, height) > limits.side || texels > limits.texels) throw new Error("Its textures are too large.");
+    }
+}
+
+/** The width and height that a PNG, JPEG or WebP file states; 0 of others, which the browser judges. */
+function sizeOfPicture(file) {
+    const view = new DataView(file.buffer, file.byteOffset, file.byteLength);
+    if (file.length >= 30 && view.getUint32(0) === 0x89504e47) return [view.getUint32(16), view.getUint32(20)];
+    if (file.length >= 30 && view.getUint32(0) === 0x52494646) {
+        const kind = String.fromCharCode(...file.subarray(12, 16));
+        const u24 = (at) => view.getUint16(at, true) + 65536 * file[at + 2];
+        if (kind === "VP8X") return [1 + u24(24), 1 + u24(27)];
+        return [0, 0]; // the other kinds reach 16,384 pixels at most
+    }
+    if (file.length >= 4 && view.getUint16(0) === 0xffd8)
+        for (let at = 2; at + 9 < file.length; at += 2 + view.getUint16(at + 2)) {
+            if (file[at] !== 0xff) break;
+            const isFrame = file[at + 1] >= 0xc0 && file[at + 1] <= 0xcf && ![0xc4, 0xc8, 0xcc].includes(file[at + 1]);
+            if (isFrame) return [view.getUint16(at + 7), view.getUint16(at + 5)];
+        }
+    return [0, 0];
+}

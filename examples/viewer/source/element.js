@@ -1,0 +1,502 @@
+// <photo-3d src="x.glb" poster="x.jpg" alt="...">: a 3D photo in any page. README.md lists attributes, properties, events, methods, parts.
+
+import sheetText from "./element.css";
+import { makeParts, setIcon } from "./dom.js";
+import { croppedBorder } from "./frame.js";
+import { hasHeadset, Head, requestHeadset } from "./headset.js";
+import { noteUse, offerHint } from "./hint.js";
+import { Input } from "./input.js";
+import { enqueue, unwatch, watch, withdraw } from "./loads.js";
+import { Motion } from "./motion.js";
+import { disposeOf, readPhoto } from "./photo.js";
+import { stage } from "./stage.js";
+import { askForTilt, listenToTilt, mustAskForTilt, stopListeningToTilt } from "./tilt.js";
+import { View } from "./view.js";
+
+/** Canvases of more pixels cost more than they show. */
+const maxPixels = 6_000_000;
+
+/** Seconds until the buttons over a photo that is alone on the screen disappear. */
+const quietSeconds = 3;
+
+/** An upright screen is covered by a photo that would fill less than this share of it. */
+const fillsEnough = 0.8;
+
+let sheet;
+const isReduced = () => matchMedia("(prefers-reduced-motion: reduce)").matches;
+const Base = globalThis.HTMLElement ?? class {}; // where there are no pages, the module can be imported all the same
+
+export class Photo3D extends Base {
+    static observedAttributes = ["src", "poster", "alt", "caption", "width", "height", "fit", "sway", "standalone", "frame", "loading"];
+
+    #parts;
+    #motion = new Motion(isReduced);
+    #view;
+    #input;
+    #sizes;
+    #tilted;
+    #pressed;
+    #fullscreenChanged;
+    #watcher;
+    #waiting;
+    /** The photo's width / height, once known. */
+    #aspect = 0;
+    #isNear = false;
+    /** The load that is under way or has ended; another one replaces it. @type {{source: string | null, abort: AbortController} | null} */
+    #load = null;
+    #swayedSource = "";
+    #isOver = false;
+    #coverChoice = null;
+    #quiet = 0;
+
+    constructor() {
+        super();
+        const root = this.attachShadow({ mode: "open" });
+        if (!sheet) (sheet = new CSSStyleSheet()).replaceSync(sheetText);
+        root.adoptedStyleSheets = [sheet];
+        this.#parts = makeParts(root);
+        const { photo, canvas, poster, box } = this.#parts;
+        this.#view = new View(canvas, this.#motion);
+        this.#view.follow = () => this.#follow();
+        this.#input = new Input({ photo, motion: this.#motion, pane: this.#view.pane, isAlone: () => this.isAlone, changed: () => this.#used() });
+        this.#input.listen(box);
+        this.#sizes = new ResizeObserver(() => this.#layout());
+        this.#tilted = (right, up) => {
+            if (isReduced()) return;
+            this.#motion.tilt(right, up);
+            if (this.#view.isInSight) stage.request();
+        };
+        poster.addEventListener("load", () => this.#layout());
+        root.querySelector("slot").addEventListener("slotchange", () => this.#layout());
+        this.#listenToButtons();
+        this.#pressed = (event) => this.#keyPressed(event);
+        this.#fullscreenChanged = () => this.#aloneChanged();
+        this.#watcher = {
+            sightChanged: (isInSight, share) => this.#sightChanged(isInSight, share),
+            nearnessChanged: (isNear) => this.#nearnessChanged(isNear),
+        };
+        this.#waiting = { distance: () => this.#distance(), load: () => this.#loadSource() };
+    }
+
+    connectedCallback() {
+        stage.add(this.#view);
+        this.#sizes.observe(this.#parts.box);
+        listenToTilt(this.#tilted);
+        document.addEventListener("fullscreenchange", this.#fullscreenChanged);
+        this.#aloneChanged();
+        watch(this, this.#watcher);
+    }
+
+    disconnectedCallback() {
+        unwatch(this);
+        this.#sizes.disconnect();
+        stopListeningToTilt(this.#tilted);
+        document.removeEventListener("fullscreenchange", this.#fullscreenChanged);
+        removeEventListener("keydown", this.#pressed);
+        this.#view.isInSight = this.#isNear = false;
+        stage.remove(this.#view);
+        this.#release();
+    }
+
+    attributeChangedCallback(name, before, value) {
+        const { poster, photo, caption } = this.#parts;
+        if (before === value) return;
+        if (name === "src") this.#sourceChanged();
+        if (name === "loading" && this.isConnected) this.#loadIfDue();
+        if (name === "poster") {
+            if (value === null) poster.removeAttribute("src");
+            else poster.src = value;
+            poster.hidden = value === null;
+        }
+        if (name === "alt") {
+            photo.setAttribute("aria-label", value || "3D photo");
+            photo.tabIndex = value === "" ? -1 : 0; // a decoration
+            photo.setAttribute("role", value === "" ? "presentation" : "img");
+        }
+        if (name === "caption") {
+            caption.textContent = value ?? "";
+            this.#aloneChanged();
+        }
+        if (name === "sway") this.#motion.turns = value === null ? 3 : Math.max(Number(value) || 0, 0);
+        if (name === "standalone") this.#aloneChanged();
+        this.#layout();
+    }
+
+    // Properties
+
+    /** Whether the photo has the screen for itself. */
+    get isAlone() {
+        return this.#isOver || this.hasAttribute("standalone") || this.matches(":fullscreen");
+    }
+
+    /** Whether the 3D photo is on the screen, in place of its poster. */
+    get complete() {
+        return this.#parts.box.classList.contains("drawn");
+    }
+
+    /** The canvas that shows the photo, for `captureStream()` and `toBlob()`. */
+    get canvas() {
+        return this.#parts.canvas;
+    }
+
+    // Methods
+
+    /**
+     * Shows a GLB file that the page has in memory.
+     *
+     * @param {ArrayBuffer} bytes
+     * @returns {Promise<void>} when it is on the screen. Rejects if it can't be shown.
+     */
+    async show(bytes) {
+        this.#load?.abort.abort();
+        const load = (this.#load = { source: null, abort: new AbortController() });
+        const photo = await readPhoto(bytes);
+        if (load.abort.signal.aborted) return disposeOf(photo);
+        await this.#show(photo);
+    }
+
+    /** Shows a message over the photo; an empty one removes it. @param {string} text */
+    report(text) {
+        this.#say(text);
+    }
+
+    focus(options) {
+        this.#parts.photo.focus(options);
+    }
+
+    /** Leads back to the photo's viewpoint, without magnification. */
+    reset() {
+        this.#input.reset();
+        stage.request();
+    }
+
+    /** Lets the sway begin again. */
+    sway() {
+        this.#motion.forget();
+        stage.request();
+    }
+
+    /** Moves the viewer; 1 is as far as the photo allows. @param {Partial<import("./frame.js").Reach>} reach */
+    lookFrom({ right = 0, up = 0, forward = 0 }) {
+        this.#motion.reset();
+        this.#motion.drag(right, up);
+        this.#motion.approach(forward);
+        stage.request();
+    }
+
+    /** Fills the screen. Where the browser can't (iPhones), the element covers the page. */
+    async enterFullscreen() {
+        if (this.requestFullscreen && document.fullscreenEnabled) return this.requestFullscreen();
+        this.#isOver = true;
+        this.#aloneChanged();
+    }
+
+    async exitFullscreen() {
+        if (document.fullscreenElement === this) return document.exitFullscreen();
+        this.#isOver = false;
+        this.#aloneChanged();
+    }
+
+    /** Offers the page's address to other programs, or copies it; a page from the disk saves its photo instead. */
+    async share() {
+        if (!this.dispatchEvent(new CustomEvent("share", { cancelable: true }))) return;
+        const url = location.href;
+        const title = this.getAttribute("caption") || document.title;
+        if (navigator.share && /^https?:/.test(url)) return navigator.share({ title, url }).catch(() => {}); // the person thought better of it
+        try {
+            await navigator.clipboard.writeText(url);
+            this.#say("The address is copied.", 3);
+        } catch {
+            this.#say(`The address is ${url}`, 10);
+        }
+    }
+
+    /** What is seen now. */
+    state() {
+        return this.#view.state();
+    }
+
+    /** Shows or hides the backdrop, to see the gaps of the mesh. */
+    setBackdrop(isVisible) {
+        this.#view.backdrop.visible = isVisible;
+        this.#view.needsDrawing = true;
+        stage.request();
+    }
+
+    /** Work done for all photos of the page, and memory in use on the graphics card. */
+    static statistics() {
+        return stage.statistics();
+    }
+
+    // Loading
+
+    #sightChanged(isInSight, share) {
+        if (isInSight && !this.#view.isInSight) this.#view.needsDrawing = true;
+        this.#view.isInSight = isInSight;
+        if (!isInSight) return;
+        this.#follow();
+        stage.request();
+        if (share >= 0.5 && this.complete) this.#offerHint();
+    }
+
+    #nearnessChanged(isNear) {
+        this.#isNear = isNear;
+        if (isNear || this.getAttribute("loading") === "eager") this.#loadIfDue();
+        else this.#release();
+    }
+
+    /** Forgets the photo, which src brings back. */
+    #release() {
+        withdraw(this.#waiting);
+        if (!this.#load || this.#load.source === null) return; // the page alone knows it
+        this.#load.abort.abort();
+        this.#load = null;
+        this.#view.release();
+        if (this.#hasPoster()) this.#hideCanvas();
+    }
+
+    #hasPoster() {
+        return this.hasAttribute("poster") || this.querySelector('[slot="poster"]') !== null;
+    }
+
+    #hideCanvas() {
+        this.#parts.box.classList.remove("drawn");
+        this.#parts.canvas.hidden = true;
+        this.#parts.canvas.width = this.#parts.canvas.height = 1;
+    }
+
+    #sourceChanged() {
+        withdraw(this.#waiting);
+        this.#load?.abort.abort();
+        this.#load = null;
+        this.#say("");
+        if (this.complete) this.#hideCanvas();
+        this.#view.release();
+        this.#loadIfDue();
+    }
+
+    #loadIfDue() {
+        const isDue = this.isConnected && !this.#load && (this.#isNear || this.getAttribute("loading") === "eager");
+        if (isDue && this.getAttribute("src")) enqueue(this.#waiting);
+    }
+
+    #distance() {
+        const { top, height } = this.getBoundingClientRect();
+        return Math.abs(top + height / 2 - innerHeight / 2);
+    }
+
+    async #loadSource() {
+        const source = this.getAttribute("src");
+        const load = (this.#load = { source, abort: new AbortController() });
+        const { signal } = load.abort;
+        try {
+            const photo = await readPhoto(await fetchGlb(source, signal));
+            if (signal.aborted) return disposeOf(photo);
+            await this.#show(photo);
+            if (source === this.#swayedSource) this.#motion.reset(); // a photo that comes back in sight sways no more
+            this.#swayedSource = source;
+        } catch (failure) {
+            if (!signal.aborted) this.#fail(failure);
+        }
+    }
+
+    #fail(error) {
+        const isPicture = error.name === "NotSupportedError" && this.#hasPoster() && !this.isAlone; // without WebGL, a page shows pictures
+        if (!isPicture) this.#say(`This 3D photo can't be shown. ${error.message}`);
+        this.dispatchEvent(new ErrorEvent("error", { error, message: error.message }));
+    }
+
+    /** @param {import("./photo.js").Photo} photo */
+    async #show(photo) {
+        const { box, canvas } = this.#parts;
+        try {
+            stage.need();
+        } catch (failure) {
+            disposeOf(photo);
+            throw failure;
+        }
+        const isDrawn = this.#view.show(photo);
+        this.#aspect = photo.aspect;
+        box.classList.toggle("cropped", !photo.isPastFrame);
+        canvas.hidden = false;
+        this.#layout();
+        stage.request();
+        await (this.#view.isInSight ? isDrawn : undefined);
+        isDrawn.then(() => {
+            box.classList.add("drawn");
+            this.#say("");
+            this.dispatchEvent(new Event("load"));
+            if (this.#view.isInSight) this.#offerHint();
+        });
+    }
+
+    #offerHint() {
+        offerHint(this.#parts.hint, { isAlone: this.isAlone, isReduced: isReduced() });
+    }
+
+    // Layout
+
+    #knownAspect() {
+        const { poster } = this.#parts;
+        const slotted = this.querySelector('img[slot="poster"]');
+        const given = Number(this.getAttribute("width")) / Number(this.getAttribute("height"));
+        return this.#aspect || (given > 0 && given < Infinity ? given : 0) || poster.naturalWidth / poster.naturalHeight || slotted?.naturalWidth / slotted?.naturalHeight || 4 / 3;
+    }
+
+    /** Whether the photo covers its box, and whether a button changes that. */
+    #cover(aspect, boxAspect) {
+        const fit = this.getAttribute("fit");
+        const filled = Math.min(aspect / boxAspect, boxAspect / aspect);
+        const isUsual = fit === "cover" || (fit !== "contain" && this.isAlone && boxAspect < 1 && filled < fillsEnough);
+        return { isCovered: this.#coverChoice ?? isUsual, isOffered: this.isAlone && filled < 0.98 };
+    }
+
+    /** Gives photo and canvas their places and sizes. */
+    #layout() {
+        if (!this.isConnected) return;
+        const { box, photo, fit } = this.#parts;
+        const aspect = this.#knownAspect();
+        box.style.aspectRatio = this.isAlone ? "" : String(aspect);
+        box.style.setProperty("--_shown", String(1 / (1 - 2 * croppedBorder)));
+        if (!this.#aspect) box.classList.toggle("cropped", this.getAttribute("frame") === "crop");
+        const { clientWidth, clientHeight } = box;
+        if (clientWidth === 0 || clientHeight === 0) return;
+        const { isCovered, isOffered } = this.#cover(aspect, clientWidth / clientHeight);
+        const width = isCovered ? clientWidth : Math.min(clientWidth, clientHeight * aspect);
+        const height = isCovered ? clientHeight : Math.min(clientHeight, clientWidth / aspect);
+        const [left, top] = [(clientWidth - width) / 2, (clientHeight - height) / 2];
+        Object.assign(photo.style, { left: `${left}px`, top: `${top}px`, width: `${width}px`, height: `${height}px` });
+        box.classList.toggle("beside", this.isAlone && left > 64 && top < 64);
+        box.classList.toggle("below", this.isAlone && top >= 64);
+        box.style.setProperty("--_room", `${Math.max(left, 120)}px`);
+        fit.hidden = !isOffered;
+        setIcon(fit, "fit", isCovered ? "Show the whole photo" : "Fill the screen");
+        const ratio = Math.min(devicePixelRatio, Math.sqrt(maxPixels / (width * height)));
+        if (this.#view.photo) this.#view.setSize(Math.max(Math.round(width * ratio), 1), Math.max(Math.round(height * ratio), 1));
+        this.#follow();
+        stage.request();
+    }
+
+    /** In a page that scrolls, the photo moves with its place in the window. */
+    #follow() {
+        if (this.isAlone) return this.#motion.scroll(0);
+        const { top, height } = this.#parts.box.getBoundingClientRect();
+        this.#motion.scroll((innerHeight / 2 - (top + height / 2)) / ((innerHeight + height) / 2));
+    }
+
+    #aloneChanged() {
+        const { box, caption, fullscreen, reset, share, headset, tilt } = this.#parts;
+        const { isAlone } = this;
+        box.classList.toggle("alone", isAlone);
+        box.classList.toggle("over", this.#isOver);
+        this.#input.setAlone(isAlone);
+        // Alone on the screen, the photo takes all keys; in a page, only those that are pressed on it.
+        box.removeEventListener("keydown", this.#pressed);
+        removeEventListener("keydown", this.#pressed);
+        if (this.isConnected) (isAlone ? globalThis : box).addEventListener("keydown", this.#pressed);
+        if (!isAlone) {
+            this.#coverChoice = null;
+            this.#view.pane.reset();
+            this.#motion.approach(0);
+        }
+        const isFull = this.#isOver || this.matches(":fullscreen");
+        setIcon(fullscreen, isFull ? "leave" : "fullscreen", isFull ? "Leave full screen" : "Full screen");
+        fullscreen.hidden = this.hasAttribute("standalone") && !document.fullscreenEnabled; // it fills all that it can have
+        reset.hidden = share.hidden = !isAlone;
+        caption.hidden = !isAlone || !caption.textContent;
+        tilt.hidden = !isAlone || !mustAskForTilt() || isReduced();
+        if (isAlone) hasHeadset().then((isThere) => (headset.hidden = !isThere || !this.isAlone));
+        else headset.hidden = true;
+        if (isAlone) this.#keepQuiet();
+        this.#layout();
+    }
+
+    // Input
+
+    #used() {
+        noteUse();
+        this.#parts.hint.hidden = true;
+        this.#keepQuiet();
+        stage.request();
+    }
+
+    /** Shows the buttons, for a while. */
+    #keepQuiet() {
+        clearTimeout(this.#quiet);
+        this.#parts.box.classList.remove("quiet");
+        if (this.isAlone) this.#quiet = setTimeout(() => this.#parts.box.classList.add("quiet"), 1000 * quietSeconds);
+    }
+
+    #keyPressed(event) {
+        if (event.altKey || event.ctrlKey || event.metaKey) return;
+        if (event.composedPath()[0].matches?.("input, textarea, select, [contenteditable]")) return;
+        if (event.key === "f") this.#toggleFullscreen();
+        else if (event.key === "Escape" && this.#isOver) this.exitFullscreen();
+        else if (!this.#input.keyPressed(event.key)) return;
+        event.preventDefault();
+    }
+
+    #toggleFullscreen() {
+        const isFull = this.#isOver || this.matches(":fullscreen");
+        return (isFull ? this.exitFullscreen() : this.enterFullscreen()).catch(() => {}); // the browser refused
+    }
+
+    #listenToButtons() {
+        const { tilt, headset, fit, reset, share, fullscreen } = this.#parts;
+        tilt.addEventListener("click", () => {
+            tilt.hidden = true;
+            askForTilt();
+        });
+        headset.addEventListener("click", async () => {
+            try {
+                await stage.enterHeadset(this.#view, await requestHeadset(), new Head());
+            } catch (failure) {
+                this.#say(`The headset can't be used: ${failure.message}`);
+            }
+        });
+        fit.addEventListener("click", () => {
+            const { clientWidth, clientHeight } = this.#parts.box;
+            this.#coverChoice = !this.#cover(this.#knownAspect(), clientWidth / clientHeight).isCovered;
+            this.#view.pane.reset();
+            this.#motion.approach(0);
+            this.#layout();
+        });
+        reset.addEventListener("click", () => this.reset());
+        share.addEventListener("click", () => this.share());
+        fullscreen.addEventListener("click", () => this.#toggleFullscreen());
+    }
+
+    /** @param {string} text @param {number} [seconds]  until it disappears */
+    #say(text, seconds) {
+        const { message } = this.#parts;
+        message.textContent = text;
+        message.hidden = text === "";
+        if (seconds) setTimeout(() => message.textContent === text && this.#say(""), 1000 * seconds);
+    }
+}
+
+/** Attributes that are properties, too. */
+for (const name of ["src", "poster", "alt", "caption", "fit", "loading"])
+    Object.defineProperty(Photo3D.prototype, name, {
+        get() {
+            return this.getAttribute(name) ?? "";
+        },
+        set(value) {
+            this.setAttribute(name, value);
+        },
+    });
+
+/** @param {string} source @param {AbortSignal} signal @returns {Promise<ArrayBuffer>} */
+async function fetchGlb(source, signal) {
+    let response;
+    try {
+        response = await fetch(source, { signal });
+    } catch (failure) {
+        if (signal.aborted) throw failure;
+        throw new Error("Its file can't be fetched.");
+    }
+    if (!response.ok) throw new Error(`The server has no such file: ${response.status}.`);
+    return response.arrayBuffer();
+}
+
+if (globalThis.customElements && !customElements.get("photo-3d")) customElements.define("photo-3d", Photo3D);

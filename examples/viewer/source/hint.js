@@ -1,0 +1,39 @@
+// The hint on first use: one photo of a page shows it, once per person.
+
+const key = "photo-3d-hint";
+const seconds = 6;
+let isShown = false;
+
+/** Storage is refused to some pages: sandboxed frames, private windows. */
+function wasSeen() {
+    try {
+        return localStorage.getItem(key) !== null;
+    } catch {
+        return false;
+    }
+}
+
+/** Notes that the person knows how to look around. */
+export function noteUse() {
+    if (isShown === "used") return;
+    isShown = "used";
+    try {
+        localStorage.setItem(key, "seen");
+    } catch {
+        // then the hint comes again
+    }
+}
+
+/**
+ * @param {HTMLElement} hint
+ * @param {{isAlone: boolean, isReduced: boolean}} how
+ */
+export function offerHint(hint, { isAlone, isReduced }) {
+    if (isShown || wasSeen()) return;
+    isShown = true;
+    const isTouched = matchMedia("(hover: none)").matches;
+    const looks = isTouched && !isReduced ? "Drag or tilt to look around" : isTouched || isReduced ? "Drag to look around" : "Move the mouse to look around";
+    hint.textContent = isAlone ? `${looks}, ${isTouched ? "pinch" : "scroll"} to zoom` : looks;
+    hint.hidden = false;
+    setTimeout(() => (hint.hidden = true), 1000 * seconds);
+}

@@ -1,0 +1,81 @@
+// Decides when the photos of a page are read: those near the window, the nearest first, one at a time, and not while the page scrolls.
+
+import { stage } from "./stage.js";
+
+/** Milliseconds after the last scrolling. */
+const calm = 120;
+
+/**
+ * An element that waits for its photo.
+ *
+ * @typedef {object} Waiting
+ * @property {() => number} distance  from the middle of the window, in pixels
+ * @property {() => Promise<void>} load  never rejects
+ */
+
+/** @type {Set<Waiting>} */
+const waiting = new Set();
+let isLoading = false;
+
+/** @param {Waiting} entry */
+export function enqueue(entry) {
+    waiting.add(entry);
+    next();
+}
+
+/** @param {Waiting} entry */
+export function withdraw(entry) {
+    waiting.delete(entry);
+}
+
+async function next() {
+    if (isLoading) return;
+    isLoading = true;
+    while (waiting.size > 0) {
+        const rest = calm - (performance.now() - (stage.scrollTime ?? -Infinity));
+        if (rest > 0) {
+            await new Promise((resolve) => setTimeout(resolve, rest));
+            continue;
+        }
+        const nearest = [...waiting].reduce((a, b) => (b.distance() < a.distance() ? b : a));
+        waiting.delete(nearest);
+        await nearest.load();
+        await new Promise((resolve) => setTimeout(resolve)); // lets the page do what else it has to
+    }
+    isLoading = false;
+}
+
+/**
+ * Listeners of an element.
+ *
+ * @typedef {object} Watcher
+ * @property {(isInSight: boolean, share: number) => void} sightChanged  share of the element in the window
+ * @property {(isNear: boolean) => void} nearnessChanged
+ */
+
+/** @type {WeakMap<Element, Watcher>} */
+const watchers = new WeakMap();
+
+/** @type {IntersectionObserver[]} */
+let observers;
+
+function makeObservers() {
+    const observe = (rootMargin, threshold, tell) =>
+        new IntersectionObserver((entries) => entries.forEach((entry) => tell(watchers.get(entry.target), entry)), { rootMargin, threshold });
+    return [
+        observe("0px", [0, 0.5], (watcher, { isIntersecting, intersectionRatio }) => watcher.sightChanged(isIntersecting, intersectionRatio)),
+        observe("60% 0px", 0, (watcher, { isIntersecting }) => watcher.nearnessChanged(isIntersecting)),
+    ];
+}
+
+/** @param {Element} element @param {Watcher} watcher */
+export function watch(element, watcher) {
+    watchers.set(element, watcher);
+    observers ??= makeObservers();
+    for (const observer of observers) observer.observe(element);
+}
+
+/** @param {Element} element */
+export function unwatch(element) {
+    for (const observer of observers) observer.unobserve(element);
+}

@@ -1,0 +1,95 @@
+// The page of photo3d --html: the element in full size, and files that are chosen or dropped.
+
+import "./element.js";
+
+const element = (id) => document.getElementById(id);
+const root = document.documentElement;
+
+/** The bytes of the GLB that photo3d has put into the page, or null. @returns {ArrayBuffer | null} */
+function photoInPage() {
+    const base64 = element("photo")?.textContent;
+    if (!base64) return null;
+    const text = atob(base64);
+    const bytes = new Uint8Array(text.length);
+    for (let i = 0; i < text.length; ++i) bytes[i] = text.charCodeAt(i);
+    return bytes.buffer;
+}
+
+/** The element that shows photos; a page without a photo gets one now. */
+function viewer() {
+    let found = document.querySelector("photo-3d");
+    if (!found) {
+        found = document.createElement("photo-3d");
+        found.setAttribute("standalone", "");
+        element("page").append(found);
+    }
+    return found;
+}
+
+/** @param {File | undefined} file */
+async function openFile(file) {
+    if (!file) return;
+    const shown = viewer();
+    try {
+        await shown.show(await file.arrayBuffer());
+    } catch (failure) {
+        shown.report(`${file.name} can't be shown. ${failure.message}`);
+        return;
+    }
+    element("empty").hidden = true;
+    document.title = file.name.replace(/\.glb$/i, "");
+    shown.setAttribute("caption", document.title);
+    shown.setAttribute("alt", `3D photo ${document.title}`);
+}
+
+function listenForFiles() {
+    addEventListener("dragover", (event) => {
+        event.preventDefault();
+        root.classList.add("is-dropping");
+    });
+    addEventListener("dragleave", (event) => {
+        if (!event.relatedTarget) root.classList.remove("is-dropping");
+    });
+    addEventListener("drop", (event) => {
+        event.preventDefault();
+        root.classList.remove("is-dropping");
+        openFile(event.dataTransfer.files[0]);
+    });
+    element("choose").addEventListener("click", () => element("file").click());
+    element("file").addEventListener("change", (event) => openFile(event.target.files[0]));
+    addEventListener("keydown", (event) => {
+        if (event.altKey || event.ctrlKey || event.metaKey) return;
+        if (event.key === "o") element("file").click();
+    });
+}
+
+/** Offers the lines that photo3d --embed has put into the page. */
+function offerEmbedding() {
+    const snippet = element("snippet");
+    if (!snippet) return;
+    const lines = element("lines");
+    lines.value = snippet.content.textContent;
+    element("embed").hidden = false;
+    element("embed").addEventListener("click", () => element("embedding").showModal());
+    element("copy").addEventListener("click", () => {
+        lines.select();
+        if (navigator.clipboard) navigator.clipboard.writeText(lines.value).catch(() => document.execCommand("copy"));
+        else document.execCommand("copy"); // a page from the disk, in some browsers
+    });
+}
+
+async function start() {
+    const bytes = photoInPage();
+    element("empty").hidden = bytes !== null;
+    listenForFiles();
+    offerEmbedding();
+    if (!bytes) return;
+    const shown = viewer();
+    try {
+        await shown.show(bytes);
+    } catch (failure) {
+        shown.report(`This 3D photo can't be shown. ${failure.message}`);
+    }
+}
+
+start();

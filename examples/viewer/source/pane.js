@@ -1,0 +1,85 @@
+// The part of the frame that the canvas shows: all of it, what covers a canvas of another shape, or a magnified part. Independent of the
+// page and of three.js. Places in the frame are -1 to 1 from its left and lower edges to its right and upper ones.
+
+const maxZoom = 6;
+const nothing = 1e-4;
+
+const clamp = (value, low, high) => Math.min(Math.max(value, low), high);
+
+export class Pane {
+    constructor() {
+        /** The share of the frame's width and height that is seen at zoom 1. */
+        this.covered = { x: 1, y: 1 };
+        this.target = { zoom: 1, x: 0, y: 0 };
+        this.now = { zoom: 1, x: 0, y: 0 };
+    }
+
+    /** Shows all of a frame as well as a canvas of this shape can: what is too wide or too high is cut off on both sides. */
+    fit(frameAspect, canvasAspect) {
+        this.covered = { x: Math.min(canvasAspect / frameAspect, 1), y: Math.min(frameAspect / canvasAspect, 1) };
+        this.target = this.limited(this.target);
+        this.now = this.limited(this.now);
+    }
+
+    reset() {
+        this.target = { zoom: 1, x: 0, y: 0 };
+    }
+
+    /** Half of what is seen, of the frame's halves. */
+    half({ zoom }) {
+        return { x: this.covered.x / zoom, y: this.covered.y / zoom };
+    }
+
+    /** Keeps the frame's edges out of sight. */
+    limited({ zoom, x, y }) {
+        const magnified = clamp(zoom, 1, maxZoom);
+        const half = this.half({ zoom: magnified });
+        return { zoom: magnified, x: clamp(x, half.x - 1, 1 - half.x), y: clamp(y, half.y - 1, 1 - half.y) };
+    }
+
+    /**
+     * Magnifies around a place of the canvas, which stays where it is.
+     *
+     * @param {number} factor
+     * @param {number} right  place in the canvas, -1 to 1
+     * @param {number} up
+     */
+    zoomAt(factor, right, up) {
+        const { zoom, x, y } = this.target;
+        const before = this.half(this.target);
+        const magnified = clamp(zoom * factor, 1, maxZoom);
+        const after = this.half({ zoom: magnified });
+        this.target = this.limited({ zoom: magnified, x: x + right * (before.x - after.x), y: y + up * (before.y - after.y) });
+    }
+
+    /** Moves what is seen by shares of the canvas's halves, at once: a finger holds it. */
+    pan(right, up) {
+        const half = this.half(this.target);
+        this.target = this.limited({ ...this.target, x: this.target.x + right * half.x, y: this.target.y + up * half.y });
+        Object.assign(this.now, { x: this.target.x, y: this.target.y });
+    }
+
+    /** The way into the scene that goes with the magnification: 0 to 1. */
+    get forward() {
+        return Math.min(Math.log2(this.target.zoom), 1);
+    }
+
+    /** @param {number} share  of the way to the target @returns {boolean} whether what is seen has changed */
+    advance(share) {
+        let hasMoved = false;
+        for (const axis of ["zoom", "x", "y"]) {
+            const way = this.target[axis] - this.now[axis];
+            if (way === 0) continue;
+            hasMoved = true;
+            this.now[axis] = Math.abs(way) < nothing ? this.target[axis] : this.now[axis] + share * way;
+        }
+        return hasMoved;
+    }
+
+    /** Edges of what is seen, in places of the frame. */
+    get edges() {
+        const half = this.half(this.now);
+        const { x, y } = this.now;
+        return { left: x - half.x, right: x + half.x, bottom: y - half.y, top: y + half.y };
+    }
+}

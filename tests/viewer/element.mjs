@@ -1,0 +1,400 @@
+// node element.mjs [chromium|firefox [WORD]]: the element <photo-3d> in pages of other people, in Chromium and Firefox: a feed of 50, hostile
+// files, the gallery of a batch. Needs what run.sh makes. Ends with "N passed, N failed".
+
+import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import { readFileSync } from "node:fs";
+import { mkdir, readFile } from "node:fs/promises";
+import { createServer } from "node:http";
+import { dirname, extname, join } from "node:path";
+import { fileURLToPath } from "node:url";
+import { gzipSync } from "node:zlib";
+import puppeteer from "puppeteer-core";
+import { putTogether, square, takeApart } from "./glb.mjs";
+
+const here = dirname(fileURLToPath(import.meta.url));
+const top = join(here, "../..");
+const pictures = join(top, "out/element");
+const moduleFile = join(top, "build/viewer/photo-3d/photo-3d.js");
+const axe = await readFile(join(here, "node_modules/axe-core/axe.min.js"), "utf8");
+const glb = await readFile(join(top, "out/feed.glb"));
+const sizes = { desktop: { width: 1280, height: 800 }, phone: { width: 390, height: 844, deviceScaleFactor: 3, isMobile: true, hasTouch: true } };
+const [onlyBrowser, onlyWord] = process.argv.slice(2);
+await mkdir(pictures, { recursive: true });
+
+/** Makes a page around its content, in which no hint appears and contexts are counted. */
+const pageAround = (content) => `<!doctype html><html lang="en"><head><meta charset="utf-8"><title>Feed</title><link rel="icon" href="data:,">
+<meta name="viewport" content="width=device-width, initial-scale=1"><style>body { margin: 0 auto; max-width: 600px } article { padding: 16px }
+img, photo-3d { display: block; width: 100% }</style><script>
+localStorage.setItem("photo-3d-hint", "seen");
+window.contexts = [];
+const { getContext } = HTMLCanvasElement.prototype;
+HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
+    const context = getContext.call(this, kind, ...rest);
+    if (kind === "webgl2") window.contexts.push(context);
+    return context;
+};</script><script type="module" src="/photo-3d.js"></script></head><body><main><h1>Feed</h1>${content}</main></body></html>`;
+const feedOf = (item) => pageAround(Array.from({ length: 50 }, (_, i) => `<article><h2>Photo ${i}</h2>${item(i)}</article>`).join(""));
+const element = (i) => `<photo-3d src="/feed.glb?${i}" poster="/poster.jpg" width="1152" height="1536" sway="0.1" alt="Toys, ${i}"></photo-3d>`;
+const flat = (i) => `<img src="/poster.jpg" width="1152" height="1536" style="height: auto" alt="Toys, ${i}">`;
+
+const hostile = hostileFiles();
+const files = {
+    "/photo-3d.js": readFileSync(moduleFile),
+    "/feed.glb": glb,
+    "/square.glb": square(),
+    "/poster.jpg": readFileSync(join(top, "out/embed/sample.poster.jpg")),
+    "/feed.html": feedOf(element),
+    "/flat.html": feedOf(flat),
+    "/one.html": pageAround(`<div id="place" style="width: 300px; background: rgb(0, 255, 0)"></div>`),
+    ...Object.fromEntries(Object.entries(hostile).map(([name, bytes]) => [`/${name}.glb`, bytes])),
+};
+const types = { ".js": "text/javascript", ".glb": "model/gltf-binary", ".jpg": "image/jpeg", ".html": "text/html; charset=utf-8" };
+const asked = [];
+const server = createServer((request, response) => {
+    const path = decodeURIComponent(request.url.split("?")[0]);
+    asked.push(path);
+    let body = files[path];
+    if (path.startsWith("/gallery/")) {
+        try {
+            body = readFileSync(join(top, "out", path));
+        } catch {
+            body = undefined;
+        }
+    }
+    response.writeHead(body === undefined ? 404 : 200, { "content-type": types[extname(path)] ?? "application/octet-stream" });
+    response.end(body);
+});
+await new Promise((resolve) => server.listen(0, "127.0.0.1", resolve));
+const site = `http://127.0.0.1:${server.address().port}`;
+
+/** GLB files that ask for too much, or are broken. */
+function hostileFiles() {
+    const changed = (change) => {
+        const { json, binary } = takeApart(glb);
+        change(json);
+        return putTogether({ json, binary });
+    };
+    const plain = (change) => {
+        const { json, binary } = takeApart(square());
+        change(json);
+        return putTogether({ json, binary });
+    };
+    const bomb = Buffer.alloc(64);
+    bomb.write("\x89PNG\r\n\x1a\n\0\0\0\rIHDR", "latin1");
+    bomb.writeUInt32BE(60000, 16);
+    bomb.writeUInt32BE(60000, 20);
+    const withImage = () => {
+        const { json, binary } = takeApart(square());
+        json.bufferViews.push({ buffer: 0, byteOffset: binary.length, byteLength: bomb.length });
+        json.images = [{ bufferView: json.bufferViews.length - 1, mimeType: "image/png" }];
+        json.textures = [{ source: 0 }];
+        json.materials[0].pbrMetallicRoughness = { baseColorTexture: { index: 0 } };
+        json.buffers[0].byteLength += bomb.length;
+        return putTogether({ json, binary: Buffer.concat([binary, bomb]) });
+    };
+    return {
+        empty: Buffer.alloc(0),
+        text: Buffer.from("this is no model at all, only text"),
+        cut: glb.subarray(0, 4000),
+        noJson: Buffer.concat([glb.subarray(0, 20), Buffer.from("{{{{"), glb.subarray(24)]),
+        elsewhere: plain((json) => (json.buffers[0].uri = "/secret.bin")),
+        elsewherePicture: plain((json) => (json.images = [{ uri: "/secret.png" }])),
+        cyclic: plain((json) => Object.assign(json.nodes[0], { children: [0] })),
+        deep: plain((json) => (json.nodes = Array.from({ length: 5000 }, (_, i) => (i < 4999 ? { children: [i + 1] } : { mesh: 0 })))),
+        huge: plain((json) => (json.accessors[0].count = 4_000_000_000)),
+        outside: plain((json) => (json.accessors[0].count = 1000)),
+        noVertices: plain((json) => (json.meshes[0].primitives[0].attributes = {})),
+        nothing: plain((json) => (json.scenes[0].nodes = [])),
+        strangeMesh: plain((json) => (json.meshes = [null])),
+        textureBomb: withImage(),
+        meshoptLies: changed((json) => json.bufferViews.forEach(({ extensions }) => extensions && Object.values(extensions).forEach((e) => (e.count = 1e7)))),
+    };
+}
+
+const pathOf = (name) => execFileSync("sh", ["-c", `command -v ${name}`], { encoding: "utf8" }).trim();
+function startBrowser(kind) {
+    if (kind === "firefox") return puppeteer.launch({ browser: "firefox", executablePath: pathOf("firefox-esr"), headless: true });
+    const args = ["--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"];
+    const software = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"];
+    return puppeteer.launch({ executablePath: pathOf("chromium"), headless: true, args: [...args, ...software] });
+}
+
+let [passed, failed] = [0, 0];
+let browser;
+let kind = "";
+let hasWebGl = true;
+
+/** Runs a test, unless it needs WebGL 2 and the browser has none: a headless Firefox on a machine without a display. */
+async function test(fact, check, needsWebGl = true) {
+    if (onlyWord && !fact.includes(onlyWord)) return;
+    if (needsWebGl && !hasWebGl) {
+        console.log(`skipped: ${kind}, which has no WebGL 2 here: ${fact}`);
+        return;
+    }
+    const page = await browser.newPage();
+    page.setDefaultTimeout(90_000);
+    page.errors = [];
+    page.on("pageerror", (error) => page.errors.push(error.message));
+    try {
+        await check(page);
+        assert.deepEqual(page.errors, [], "nothing went wrong on the page");
+        passed += 1;
+        console.log(`passed: ${kind}: ${fact}`);
+    } catch (failure) {
+        failed += 1;
+        console.log(`FAILED: ${kind}: ${fact}\n${failure.stack}`);
+    }
+    await page.close();
+}
+
+const open = async (page, path, size) => {
+    if (kind === "chromium") await page.setViewport(size);
+    else await page.setViewport({ width: size.width, height: size.height }); // Firefox emulates no phones
+    await page.goto(site + path);
+};
+const statistics = (page) => page.evaluate(() => customElements.get("photo-3d").statistics());
+const scrolled = (page) => page.evaluate(() => scrollY);
+/** Waits until the page stands still. */
+const calm = (page) =>
+    page.evaluate(async () => {
+        let [before, still] = [-1, 0];
+        while (still < 5) {
+            await new Promise((resolve) => setTimeout(resolve, 50));
+            still = scrollY === before ? still + 1 : 0;
+            before = scrollY;
+        }
+    });
+
+/** Scrolls by wheel over whatever is in the middle of the window. Returns the places that the page has come to. */
+async function scrollByWheel(page, steps, size) {
+    await page.mouse.move(size.width / 2, size.height / 2);
+    const places = [];
+    for (const step of steps) {
+        const before = await scrolled(page);
+        await page.mouse.wheel({ deltaY: step });
+        await page.waitForFunction((before) => scrollY !== before, {}, before); // the wheel arrives when the browser finds time
+        await calm(page);
+        places.push(await scrolled(page));
+    }
+    return places;
+}
+
+async function scrollByTouch(page, steps, size) {
+    const devtools = await page.createCDPSession();
+    const places = [];
+    for (const step of steps) {
+        await devtools.send("Input.synthesizeScrollGesture", { x: size.width / 2, y: size.height / 2, yDistance: -step, gestureSourceType: "touch", preventFling: true, speed: 4000 });
+        await calm(page);
+        places.push(await scrolled(page));
+    }
+    return places;
+}
+
+const inMiddle = () => {
+    const all = [...document.querySelectorAll("photo-3d")];
+    return all.find((shown) => Math.abs(shown.getBoundingClientRect().top + shown.offsetHeight / 2 - innerHeight / 2) < shown.offsetHeight / 2 + 40);
+};
+const waitForMiddle = (page) => page.waitForFunction(`(${inMiddle})()?.complete`);
+
+async function waitForRest(page) {
+    for (let [before, still] = [-1, 0]; still < 3; ) {
+        const { frames } = await statistics(page);
+        still = frames === before ? still + 1 : 0;
+        before = frames;
+        await new Promise((resolve) => setTimeout(resolve, 500));
+    }
+}
+
+async function testFeed(name, size, scroll, way) {
+    await test(`a feed of 50 scrolls by ${way} on a ${name} as pictures do`, async (page) => {
+        const steps = [300, 500, 700, 350, 200, -400, 600, 400];
+        await open(page, "/flat.html", size);
+        const expected = await scroll(page, steps, size);
+        await open(page, "/feed.html", size);
+        await waitForMiddle(page);
+        const found = await scroll(page, steps, size);
+        for (const [i, place] of expected.entries()) assert.ok(Math.abs(place - found[i]) <= 16, `${found} and not ${expected}`);
+        await page.screenshot({ path: join(pictures, `${kind}_${name}_${way}.png`) });
+        await page.evaluate(async () => {
+            for (let y = 0; y < document.body.scrollHeight; y += innerHeight) {
+                scrollTo(0, y);
+                await new Promise((resolve) => setTimeout(resolve, 60));
+            }
+        });
+        const { photos: most } = await statistics(page);
+        await waitForMiddle(page).catch(() => {});
+        await waitForRest(page);
+        const end = await statistics(page);
+        assert.equal(await page.evaluate(() => window.contexts.length), 1, "one context");
+        assert.ok(Math.max(most, end.photos) <= 6, `${most} and ${end.photos} photos in memory`);
+        await new Promise((resolve) => setTimeout(resolve, 500));
+        assert.equal((await statistics(page)).frames, end.frames, "at rest, nothing is drawn");
+        const heap = await page.evaluate(() => performance.memory?.usedJSHeapSize ?? 0);
+        console.log(`        ${JSON.stringify(end)}, JavaScript heap ${(heap / 1e6).toFixed(0)} MB`);
+    });
+}
+
+for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
+    browser = await startBrowser(kind);
+    const probe = await browser.newPage();
+    hasWebGl = await probe.evaluate(() => document.createElement("canvas").getContext("webgl2") !== null);
+    await probe.close();
+    assert.ok(hasWebGl || kind !== "chromium", "Chromium has WebGL 2 in software");
+    await testFeed("desktop", sizes.desktop, scrollByWheel, "wheel");
+    if (kind === "chromium") {
+        await testFeed("phone", sizes.phone, scrollByWheel, "wheel");
+        await testFeed("phone", sizes.phone, scrollByTouch, "touch");
+    }
+
+    if (!hasWebGl)
+        await test("without WebGL a feed is one of pictures, and scrolls as such", async (page) => {
+            const steps = [300, 500, 700, -400];
+            await open(page, "/flat.html", sizes.desktop);
+            const expected = await scrollByWheel(page, steps, sizes.desktop);
+            await open(page, "/feed.html", sizes.desktop);
+            assert.deepEqual(await scrollByWheel(page, steps, sizes.desktop), expected);
+            const shown = await page.evaluate(() => {
+                const { shadowRoot } = document.querySelector("photo-3d");
+                return [shadowRoot.getElementById("poster").naturalWidth > 0, shadowRoot.getElementById("message").hidden];
+            });
+            assert.deepEqual(shown, [true, true]);
+            await page.screenshot({ path: join(pictures, `${kind}_without_webgl.png`) });
+        }, false);
+
+    await test("the photo moves with the page's scrolling, and without it stays at rest", async (page) => {
+        await open(page, "/feed.html", sizes.desktop);
+        await waitForMiddle(page);
+        await page.evaluate(() => document.querySelectorAll("photo-3d")[1].scrollIntoView({ block: "center" }));
+        await page.waitForFunction(`document.querySelectorAll("photo-3d")[1].complete`);
+        await waitForRest(page);
+        const reach = () => page.evaluate(() => document.querySelectorAll("photo-3d")[1].state().reach);
+        const middle = await reach();
+        assert.ok(Math.hypot(middle.right, middle.up, middle.forward) < 0.1, JSON.stringify(middle));
+        await page.evaluate(() => scrollBy(0, 300));
+        await waitForRest(page);
+        const up = await reach();
+        assert.ok(up.up > 0.15 && up.forward > 0.25, JSON.stringify(up));
+    });
+
+    await test("axe finds nothing to complain of", async (page) => {
+        await open(page, "/feed.html", sizes.desktop);
+        if (hasWebGl) await waitForMiddle(page);
+        await page.evaluate(axe);
+        const { violations, passes } = await page.evaluate(() => window.axe.run());
+        assert.deepEqual(violations.map(({ id, nodes }) => `${id}: ${nodes[0].html}`), []);
+        assert.ok(passes.length > 5);
+    }, false);
+
+    await test("keys work on a focused photo alone", async (page) => {
+        await open(page, "/feed.html", sizes.desktop);
+        await waitForMiddle(page);
+        const right = () => page.evaluate(() => document.querySelector("photo-3d").state().reach.right);
+        await page.keyboard.press("Tab");
+        const focused = await page.evaluate(() => document.activeElement.shadowRoot?.activeElement.id);
+        assert.equal(focused, "photo");
+        for (let i = 0; i < 5; ++i) await page.keyboard.press("ArrowRight");
+        await waitForRest(page);
+        assert.ok((await right()) > 0.8, String(await right()));
+        await page.evaluate(() => document.querySelector("photo-3d").shadowRoot.activeElement.blur());
+        await page.keyboard.press("Home");
+        await waitForRest(page);
+        assert.ok((await right()) > 0.8, "a key on the page");
+    });
+
+    await test("a lost context comes back, though the browser does not restore it", async (page) => {
+        await open(page, "/feed.html", sizes.desktop);
+        await waitForMiddle(page);
+        await page.evaluate(() => window.contexts[0].getExtension("WEBGL_lose_context").loseContext());
+        await page.waitForFunction(() => window.contexts.length === 2);
+        await waitForRest(page);
+        const isDrawn = await page.evaluate(() => {
+            const { canvas } = document.querySelector("photo-3d");
+            const { data } = canvas.getContext("2d").getImageData(canvas.width / 2, canvas.height / 2, 1, 1);
+            return data[3] === 255 && data[0] + data[1] + data[2] > 30;
+        });
+        assert.ok(isDrawn);
+    });
+
+    for (const ratio of kind === "chromium" ? [1, 3] : [1])
+        await test(`transparent around a model, with smooth silhouettes at ${ratio} device pixels`, async (page) => {
+            await open(page, "/one.html", { width: 400, height: 400, deviceScaleFactor: ratio });
+            const levels = await page.evaluate(async () => {
+                const shown = document.createElement("photo-3d");
+                shown.setAttribute("sway", "0");
+                shown.setAttribute("src", "/square.glb");
+                document.getElementById("place").append(shown);
+                await new Promise((resolve) => shown.addEventListener("load", resolve, { once: true }));
+                shown.lookFrom({ right: 0.3, up: 0.55 });
+                await new Promise((resolve) => setTimeout(resolve, 1500));
+                const { canvas } = shown;
+                const { data, width } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+                const alphas = new Set();
+                for (let i = 3; i < data.length; i += 4) alphas.add(data[i]);
+                return { corner: data[3], between: [...alphas].filter((a) => a > 0 && a < 255).length, ratio: width / canvas.clientWidth };
+            });
+            assert.equal(levels.corner, 0);
+            assert.ok(levels.between >= 1, JSON.stringify(levels));
+            assert.ok(Math.abs(levels.ratio - ratio) < 0.02, JSON.stringify(levels));
+        });
+
+    await test("hostile files end in a message, and ask for nothing", async (page) => {
+        await open(page, "/one.html", sizes.desktop);
+        asked.length = 0;
+        for (const name of Object.keys(hostile)) {
+            const message = await page.evaluate(async (name) => {
+                const shown = document.createElement("photo-3d");
+                shown.setAttribute("src", `/${name}.glb`);
+                document.getElementById("place").replaceChildren(shown);
+                const happens = (event) => new Promise((resolve) => shown.addEventListener(event, () => resolve(event), { once: true }));
+                const what = await Promise.race([happens("error"), happens("load")]);
+                return `${what}: ${shown.shadowRoot.getElementById("message").textContent}`;
+            }, name);
+            console.log(`        ${name}: ${message}`);
+            assert.match(message, /^error: This 3D photo can't be shown\. ./, name);
+        }
+        assert.deepEqual(asked.filter((path) => path.includes("secret")), []);
+        await page.evaluate(() => document.querySelector("photo-3d").setAttribute("src", "/none.glb"));
+        await page.waitForFunction(() => document.querySelector("photo-3d").shadowRoot.getElementById("message").textContent.includes("404"));
+    });
+
+    await test("without full screen (iPhones) the element covers the page, and gives it back", async (page) => {
+        await open(page, "/feed.html", sizes.desktop);
+        await waitForMiddle(page);
+        const size = await page.evaluate(async () => {
+            const shown = document.querySelector("photo-3d");
+            shown.requestFullscreen = undefined;
+            await shown.enterFullscreen();
+            const { width, height } = shown.shadowRoot.getElementById("box").getBoundingClientRect();
+            return [width, height, innerWidth, innerHeight];
+        });
+        assert.ok(size[1] === size[3] && size[0] >= size[2] - 20, String(size));
+        await page.keyboard.press("Escape");
+        assert.equal(await page.evaluate(() => document.querySelector("photo-3d").isAlone), false);
+    });
+
+    await test("the gallery of a batch shows photos and failures, and finds them", async (page) => {
+        await open(page, "/gallery/index.html", sizes.desktop);
+        if (hasWebGl) await page.waitForFunction(() => document.querySelector("photo-3d")?.complete);
+        const text = () => page.$eval("#count", (count) => count.textContent);
+        assert.equal(await text(), "3 of 3 shown; 2 photos converted, 1 failed");
+        await page.screenshot({ path: join(pictures, `${kind}_gallery.png`) });
+        await page.evaluate(axe);
+        const { violations } = await page.evaluate(() => window.axe.run());
+        assert.deepEqual(violations.map(({ id, nodes }) => `${id}: ${nodes[0].html}`), []);
+        await page.click("#failures");
+        assert.match(await text(), /^1 of 3/);
+        assert.match(await page.$eval(".failed", (entry) => entry.innerText), /broken\.jpg/);
+        await page.click("#failures");
+        await page.type("#search", "two");
+        assert.match(await text(), /^1 of 3/);
+    }, false);
+    await browser.close();
+}
+server.close();
+
+const packed = gzipSync(readFileSync(moduleFile), { level: 9 }).length;
+console.log(`        the module: ${packed} bytes with gzip`);
+packed <= 250_000 ? (passed += 1) : (failed += 1);
+console.log(`${passed} passed, ${failed} failed`);
+process.exit(failed === 0 ? 0 : 1);
