@@ -169,7 +169,7 @@ for (const kind of ["chromium", "firefox"]) {
         if (hasWebgl) {
             await isInMotion(page);
         } else {
-            const message = await page.evaluate(() => document.getElementById("frame").contentDocument.getElementById("message").textContent);
+            const message = await page.evaluate(() => document.getElementById("frame").contentDocument.querySelector("photo-3d").shadowRoot.getElementById("message").textContent);
             assert.match(message, /^This browser can't show 3D/);
             page.errors = [];
         }
