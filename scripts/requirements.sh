@@ -36,7 +36,7 @@ readonly needs_validator=("command node;nodejs" "command npm;npm")
 readonly needs_viewer=("command node;nodejs" "command npm;npm")
 readonly needs_browser=("command chromium;chromium")
 readonly needs_web=("command em++;emscripten" "command node;nodejs" "command npm;npm" "header stb/stb_image.h;libstb-dev")
-readonly needs_web_browsers=("command chromium;chromium" "command firefox-esr;firefox-esr")
+readonly needs_web_browsers=("command chromium;chromium" "command firefox-esr;firefox-esr" "command ffprobe;ffmpeg")
 readonly needs_training=("command python3;python3" "module torch;python3-torch" "module cv2;python3-opencv" "module numpy;python3-numpy"
     "module flatbuffers;python3-flatbuffers" "shared libopenblas.so.0;libopenblas0-pthread")  # torch multiplies 30 times faster with it
 readonly needs_python=("command python3;python3" "header python3.11/Python.h|python3.12/Python.h|python3.13/Python.h;python3-dev" "header pybind11/pybind11.h;pybind11-dev"
@@ -55,6 +55,7 @@ readonly needs_hostile=("command python3;python3" "module numpy;python3-numpy" "
 readonly needs_neon=("command aarch64-linux-gnu-g++;g++-aarch64-linux-gnu" "command qemu-aarch64;qemu-user")
 readonly needs_webassembly=("command em++;emscripten" "command node;nodejs")
 readonly needs_windows=("command x86_64-w64-mingw32-g++-posix;g++-mingw-w64-x86-64-posix" "command wine;wine" "header catch2/catch.hpp;catch2")
+readonly needs_release=("command dpkg-source;dpkg-dev" "command patch;patch" "command gcc;gcc" "command strip;binutils" "command zip;zip" "command unzip;unzip")
 readonly needs_clang=("command clang++;clang" "command clang-format;clang-format" "library libclang_rt.fuzzer;libclang-rt-dev")
 
 # Prints those of the given needs that this machine does not meet.

@@ -3,6 +3,8 @@
 # python3-torch), one thread, pinned to one processor, in turns. Prints the median of each and ends with "ratio R": ours over the
 # fastest of them. The first run builds their models and installs onnxruntime-node in the folder PEERS_OUT.
 #
+# Skipped without the published network and its peers' models in ../shared: this is a comparison with that network.
+#
 #   bench/peers/tiefenrausch.sh [ROUNDS]          LDI_ISA forces an instruction set
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)

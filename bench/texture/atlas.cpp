@@ -4,6 +4,7 @@
 
 #include "tests/texture/photo_scene.hpp"
 
+#include <ldi/charts/charts.hpp>
 #include <ldi/texture/atlas.hpp>
 
 #include <benchmark/benchmark.h>

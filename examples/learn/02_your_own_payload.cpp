@@ -3,6 +3,7 @@
 #include "drawing.hpp"
 #include "sample.hpp"
 
+#include <ldi/charts/charts.hpp>
 #include <ldi/inpaint/diffusion_inpainter.hpp>
 #include <ldi/mesh/build_mesh.hpp>
 #include <ldi/mesh/gather.hpp>

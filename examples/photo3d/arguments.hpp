@@ -4,6 +4,7 @@
 #include "compression.hpp"
 #include "data_files.hpp"
 #include "option_checks.hpp"
+#include "parts.hpp"
 #include "photo_texture.hpp"
 #include "video.hpp"
 
@@ -91,7 +92,8 @@ inline void describe_batch(CLI::App& app, arguments& a) {
 /// Adds the options of the photo and the main outputs.
 inline void describe_files(CLI::App& app, arguments& a) {
     const CLI::Validator named = examples::named();
-    app.set_version_flag("--version", program_version, "print the version and exit");
+    app.set_version_flag("--version", program_version + parts_left_out(),
+                         "print the version, what it was built without, and exit");
     app.add_option(
            "PHOTO", a.photos,
            "JPEG, PNG, GIF or BMP; HEIC, AVIF, WebP and TIFF if ldi was built with their libraries; - for standard input. "
@@ -271,7 +273,10 @@ inline photo3d_options options_for(const arguments& a, const photo_with_depth& i
     options.long_side = std::min(a.long_side, a.geometry_side);
     options.texture.strength = a.texture;
     options.grain.strength = a.grain;
-    if (!a.is_paper) options.expand.motion = a.motion;
+    if (!a.is_paper) {
+        options.expand.max_hidden *= std::max(1.0F, a.motion / options.expand.motion);
+        options.expand.motion = a.motion;
+    }
     options.frame = a.frame;
     if (a.hard_edges) options.mesh.soft_edges.min_width = 0.0F;
     if (photo.focal_length_35mm) options.focal_length_35mm = *photo.focal_length_35mm;

@@ -2,22 +2,21 @@
 #pragma once
 
 #include "messages.hpp"
+#include "system.hpp"
 
 #include <ldi/io/system_error.hpp>
 
 #include <nlohmann/json.hpp>
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <chrono>
 #include <cmath>
 #include <cstddef>
 #include <cstdio>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -26,12 +25,8 @@ namespace ldi::examples {
 /// Writes a line of JSON to standard output in one piece. Raises file_access or unavailable if the reader has closed the pipe.
 inline void write_line(const nlohmann::ordered_json& line) {
     const std::string text = line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
-    for (std::string_view rest = text; !rest.empty();) {
-        const ssize_t written = ::write(STDOUT_FILENO, rest.data(), rest.size());
-        if (written < 0 && errno == EINTR) continue;
-        if (written < 0) raise_system_error(errno, "standard output", "a reader");
-        rest.remove_prefix(static_cast<std::size_t>(written));
-    }
+    if (const int failure = write_standard_output(std::as_bytes(std::span(text))); failure != 0)
+        raise_system_error(failure, "standard output", "a reader");
 }
 
 /// Selects the figures of a photo's line from its report.
@@ -60,12 +55,12 @@ class batch_log {
 public:
     /// total  number of photos, if known
     batch_log(std::optional<std::size_t> total, bool quiet)
-        : total_(total), quiet_(quiet), is_terminal_(!quiet && isatty(STDERR_FILENO) == 1) {}
+        : total_(total), quiet_(quiet), is_terminal_(!quiet && is_terminal(stderr)) {}
 
     /// Prints a photo's line. Raises the errors of write_line().
     void say_line(outcome what, const nlohmann::ordered_json& line) {
         const std::lock_guard lock(mutex_);
-        if (is_terminal_ && isatty(STDOUT_FILENO) == 1) std::fputs("\r\x1b[K", stderr);
+        if (is_terminal_ && is_terminal(stdout)) std::fputs("\r\x1b[K", stderr);
         write_line(line);
         ++counts_[static_cast<std::size_t>(what)];
         const clock::time_point now = clock::now();

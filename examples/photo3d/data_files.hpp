@@ -1,6 +1,8 @@
 // Locates the program's data: the weights of the networks, and the viewer.
 #pragma once
 
+#include "system.hpp"
+
 #include <ldi/base/error.hpp>
 
 #include <cstdlib>
@@ -12,16 +14,17 @@
 
 namespace ldi::examples {
 
-/// Returns the folder of the program's data. Its place relative to the program is fixed at installation, so both can be moved
-/// together; in a build tree, links in it lead to the sources.
+/// Returns the folder of the program's data: the folder that contains the program, or share/ldi in it, if the weights are there
+/// (an unpacked archive); otherwise the place relative to the program that is fixed at installation. So both can be moved
+/// together. In a build tree, links in it lead to the sources.
 ///
 /// program  the command that started the program
 inline std::filesystem::path data_folder(const char* program) {
-    std::error_code unknown;
-    std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", unknown);
-    // other systems than Linux: wrong if the program was found in the PATH
-    if (unknown) self = std::filesystem::absolute(program);
-    return (self.parent_path() / LDI_DATA_FROM_PROGRAM).lexically_normal();
+    const std::filesystem::path beside = path_of_program(program).parent_path();
+    std::error_code ignored;
+    for (const std::filesystem::path& folder : {beside, beside / "share" / "ldi"})
+        if (std::filesystem::is_directory(folder / "models", ignored)) return folder;
+    return (beside / LDI_DATA_FROM_PROGRAM).lexically_normal();
 }
 
 /// Folders that are searched for weights without an option.

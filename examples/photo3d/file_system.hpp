@@ -1,5 +1,5 @@
-// File functions beyond the standard library: locks that end with their process, and owners. They do nothing on systems without
-// POSIX.
+// File functions beyond the standard library: locks that end with their process, identities, and owners. On systems without POSIX
+// there are no locks: folders that killed processes leave stay, and two processes that write the same set of files may mix them.
 #pragma once
 
 #include <ldi/io/file.hpp>
@@ -25,6 +25,9 @@
 #include <unistd.h>
 #else
 #define LDI_HAS_POSIX_FILES 0
+#if defined(_WIN32)
+#include "windows_api.hpp"
+#endif
 #endif
 
 namespace ldi::examples {
@@ -119,7 +122,21 @@ public:
     explicit file_lock(const std::filesystem::path&) {}
 };
 
+#if defined(_WIN32)
+inline std::string file_identity(const std::filesystem::path& path) {
+    const HANDLE file = CreateFileW(path.c_str(), 0, FILE_SHARE_READ | FILE_SHARE_WRITE | FILE_SHARE_DELETE, nullptr,
+                                    OPEN_EXISTING, FILE_FLAG_BACKUP_SEMANTICS, nullptr);  // also opens folders
+    if (file == INVALID_HANDLE_VALUE) return {};
+    BY_HANDLE_FILE_INFORMATION found{};
+    const bool is_known = GetFileInformationByHandle(file, &found) != 0;
+    CloseHandle(file);
+    if (!is_known) return {};
+    return std::to_string(found.dwVolumeSerialNumber) + ":" + std::to_string(found.nFileIndexHigh) + ":" +
+           std::to_string(found.nFileIndexLow);
+}
+#else
 inline std::string file_identity(const std::filesystem::path&) { return {}; }
+#endif
 
 inline int check_writable(const std::filesystem::path&) { return 0; }
 

@@ -1,12 +1,16 @@
-// SIGINT, SIGTERM and SIGHUP end the program immediately and leave no unfinished files. One thread waits for the signals, so
-// that its code is not restricted as signal handlers are.
+// SIGINT, SIGTERM and SIGHUP, or Ctrl-C on Windows, end the program immediately and leave no unfinished files. One thread waits
+// for the signals, so that its code is not restricted as signal handlers are.
 #pragma once
 
 #include "file_set.hpp"
 
+#if defined(_WIN32)
+#include "windows_api.hpp"
+#else
 #include <pthread.h>
 #include <sys/types.h>
 #include <unistd.h>
+#endif
 
 #include <atomic>
 #include <csignal>
@@ -17,6 +21,39 @@
 #include <utility>
 
 namespace ldi::examples {
+
+#if defined(_WIN32)
+
+/// While this object exists, Ctrl-C and closing the console discard the unfinished files before they end the program. One object
+/// at a time.
+class interruption {
+public:
+    /// discard  called on a separate thread while others work; no file may be written after it
+    explicit interruption(std::function<void()> discard) {
+        discard_ = std::move(discard);
+        SetConsoleCtrlHandler(&interruption::end, TRUE);
+    }
+    interruption(const interruption&) = delete;
+    interruption& operator=(const interruption&) = delete;
+    ~interruption() { SetConsoleCtrlHandler(&interruption::end, FALSE); }
+
+    /// Does not return after Ctrl-C: failures after it are its consequence and need no message.
+    void end_if_signaled() const {
+        while (is_ending_) Sleep(INFINITE);
+    }
+
+private:
+    static BOOL WINAPI end(DWORD) {  // Windows calls it on a thread of its own
+        is_ending_ = true;
+        discard_();  // waits while files are put in place
+        ExitProcess(128 + SIGINT);
+    }
+
+    static inline std::function<void()> discard_;
+    static inline std::atomic<bool> is_ending_{false};
+};
+
+#else
 
 /// The program that currently writes a file for this one, or 0.
 inline std::atomic<pid_t> helping_process{0};
@@ -76,6 +113,8 @@ private:
     std::atomic<bool> is_ending_{false}, is_done_{false};
     std::thread thread_;
 };
+
+#endif
 
 /// Sets of files that are being written. A signal discards all of them.
 class sets_in_work {

@@ -7,13 +7,12 @@
 #pragma once
 
 #include "arguments.hpp"
+#include "system.hpp"
 
 #include <ldi/base/error.hpp>
 #include <ldi/base/memory.hpp>
 #include <ldi/io/depth_map.hpp>
 #include <ldi/io/photo_depth.hpp>
-
-#include <unistd.h>
 
 #if defined(__GLIBC__)
 #include <malloc.h>
@@ -23,24 +22,12 @@
 #include <condition_variable>
 #include <cstddef>
 #include <cstdint>
-#include <cstdio>
-#include <cstdlib>
 #include <mutex>
 #include <span>
 #include <string>
 #include <utility>
 
 namespace ldi::examples {
-
-/// Returns the memory of this process in bytes; 0 if the system does not report it.
-inline std::size_t memory_in_use() {
-    unsigned long all = 0, resident = 0;
-    std::FILE* const facts = std::fopen("/proc/self/statm", "r");
-    if (facts == nullptr) return 0;
-    if (std::fscanf(facts, "%lu %lu", &all, &resident) != 2) resident = 0;
-    std::fclose(facts);
-    return static_cast<std::size_t>(resident) * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
-}
 
 /// Bounds the bytes for showing a photo larger than its layered image: its pixels at that size, a sheet of them, and files.
 inline std::size_t memory_for_sheets(std::size_t pixels, double shown_share, const arguments& a) {
@@ -105,7 +92,7 @@ inline std::size_t memory_for(const decoding_cost& cost, std::size_t file_bytes,
 class memory_budget {
 public:
     /// bytes  0: half of the machine's memory
-    explicit memory_budget(std::size_t bytes) : limit_(bytes != 0 ? bytes : half_of_machine()), used_(memory_in_use()) {}
+    explicit memory_budget(std::size_t bytes) : limit_(bytes != 0 ? bytes : memory_of_machine() / 2), used_(memory_in_use()) {}
 
     /// Raises too_large for a request that exceeds the whole budget.
     void check(std::size_t bytes, const std::string& name) const {
@@ -152,9 +139,6 @@ public:
     }
 
 private:
-    static std::size_t half_of_machine() {
-        return static_cast<std::size_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<std::size_t>(sysconf(_SC_PAGESIZE)) / 2;
-    }
     std::string expected() const { return "a photo that " + megabytes(limit_) + " of memory hold (--memory)"; }
     static std::string megabytes(std::size_t bytes) { return std::to_string((bytes + 999'999) / 1'000'000) + " MB"; }
 
@@ -220,18 +204,19 @@ private:
             was_refused_ = true;
             return nullptr;
         }
-        void* const block = std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
+        void* const block = below_.allocate(below_.context, bytes, alignment);
         used_ += block == nullptr ? 0 : charge(bytes);
         return block;
     }
     void release(void* block, std::size_t bytes) {
-        std::free(block);
+        below_.release(below_.context, block, bytes);
         const std::lock_guard lock(mutex_);
         used_ -= charge(bytes);
     }
     /// Adds a quarter, for gaps between blocks and for allocations elsewhere, such as files being encoded (measured: 16 %).
     static std::size_t charge(std::size_t bytes) { return bytes + bytes / 4; }
 
+    const memory& below_ = current_memory();
     memory_share& share_;
     std::size_t used_;
     bool was_refused_ = false;

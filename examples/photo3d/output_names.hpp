@@ -4,10 +4,9 @@
 #include "file_set.hpp"
 #include "file_system.hpp"
 #include "outputs.hpp"
+#include "system.hpp"
 
 #include <ldi/base/error.hpp>
-
-#include <unistd.h>
 
 #include <cstddef>
 #include <filesystem>
@@ -48,8 +47,8 @@ private:
 
     /// Tests this with a temporary file.
     static bool tells_no_case(const std::filesystem::path& folder) {
-        const std::filesystem::path small = folder / (".ldi-case-" + std::to_string(::getpid()) + ".tmp"),
-                                    capital = folder / (".ldi-CASE-" + std::to_string(::getpid()) + ".tmp");
+        const std::filesystem::path small = folder / (".ldi-case-" + std::to_string(process_number()) + ".tmp"),
+                                    capital = folder / (".ldi-CASE-" + std::to_string(process_number()) + ".tmp");
         std::error_code failed;
         if (ldi::write_bytes(small, {}) != 0) return false;
         const bool result = std::filesystem::exists(capital, failed);

@@ -6,11 +6,10 @@
 #include "file_system.hpp"
 #include "html_page.hpp"
 #include "messages.hpp"
+#include "system.hpp"
 
 #include <ldi/base/error.hpp>
 #include <ldi/io/file.hpp>
-
-#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -44,9 +43,9 @@ inline std::vector<std::byte> read_input(const std::filesystem::path& name, std:
     for (;;) {
         const std::size_t used = bytes.size();
         bytes.resize(used + chunk);
-        const ssize_t got = ::read(STDIN_FILENO, bytes.data() + used, chunk);
-        if (got < 0 && errno != EINTR) raise_system_error(errno, "standard input", "readable input");
-        bytes.resize(used + static_cast<std::size_t>(std::max<ssize_t>(got, 0)));
+        const std::ptrdiff_t got = read_standard_input(std::span(bytes).subspan(used));
+        if (got < 0) raise_system_error(errno, "standard input", "readable input");
+        bytes.resize(used + static_cast<std::size_t>(got));
         if (bytes.size() > max_bytes)
             raise(error_code::too_large, "standard input", "at most " + std::to_string(max_bytes) + " bytes", "more");
         if (got == 0) return bytes;
@@ -78,7 +77,7 @@ public:
     void claim(const std::filesystem::path& output, bool is_text = false) {
         if (!is_standard(output)) return files_.claim(output);
         if (uses_standard_output_) raise(error_code::invalid_option, "-", "one output that goes to standard output", "two");
-        if (!is_text && isatty(STDOUT_FILENO) == 1)
+        if (!is_text && is_terminal(stdout))
             raise(error_code::invalid_option, "-", "standard output that goes to a file or a program", "a terminal");
         uses_standard_output_ = true;
     }
@@ -108,12 +107,8 @@ public:
 
     /// Puts all files in place and flushes them to the disk. Raises file_access, unavailable.
     void commit() {
-        for (std::span<const std::byte> rest = standard_output_; !rest.empty();) {
-            const ssize_t written = ::write(STDOUT_FILENO, rest.data(), rest.size());
-            if (written < 0 && errno == EINTR) continue;
-            if (written < 0) raise_system_error(errno, "standard output", "a reader");
-            rest = rest.subspan(static_cast<std::size_t>(written));
-        }
+        if (const int failure = write_standard_output(standard_output_); failure != 0)
+            raise_system_error(failure, "standard output", "a reader");
         files_.commit();
     }
 

@@ -12,6 +12,7 @@
 #include "spare_memory.hpp"
 #include "stage_pictures.hpp"
 #include "stereo_image.hpp"
+#include "system.hpp"
 #include "unknown_option.hpp"
 #include "usdz.hpp"
 #include "video.hpp"
@@ -194,8 +195,10 @@ int main(int count, char** values) {
     mallopt(M_TRIM_THRESHOLD, 1 << 30);
 #endif
     spare_memory::put_by();
+    prepare_standard_streams();
     try {
-        return run_program(count, values);
+        const command_line words(count, values);
+        return run_program(words.count(), words.values());
     } catch (...) {
         return say_failure();
     }

@@ -2,20 +2,16 @@
 #pragma once
 
 #include "messages.hpp"
+#include "system.hpp"
 
 #include <ldi/photo3d.hpp>
 
 #include <nlohmann/json.hpp>
 
-#include <sys/resource.h>
-#include <time.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cstddef>
 #include <cstdio>
-#include <fstream>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -33,7 +29,7 @@ struct stage_time {
 class stage_clock {
 public:
     /// quiet  print nothing during the run
-    explicit stage_clock(bool quiet) : quiet_(quiet), is_terminal_(isatty(STDERR_FILENO) == 1) {}
+    explicit stage_clock(bool quiet) : quiet_(quiet), is_terminal_(is_terminal(stderr)) {}
     ~stage_clock() {
         if (is_running_ && !quiet_ && is_terminal_) std::fputc('\n', stderr);  // ends the line of progress
     }
@@ -53,7 +49,7 @@ public:
     void begin(std::string_view stage) {
         finish();
         stages_.push_back({std::string(stage)});
-        processor_started_ = processor_time();
+        processor_started_ = processor_time_of_thread();
         started_ = clock::now();
         is_running_ = true;
         shown_tens_ = -1;
@@ -64,7 +60,7 @@ public:
         if (!is_running_) return;
         stage_time& last = stages_.back();
         last.elapsed = std::chrono::duration<double, std::milli>(clock::now() - started_).count();
-        last.processor = processor_time() - processor_started_;
+        last.processor = processor_time_of_thread() - processor_started_;
         is_running_ = false;
         if (!quiet_) std::fprintf(stderr, "%s%-22s %8.1f ms\n", is_terminal_ ? "\r" : "", last.stage.c_str(), last.elapsed);
     }
@@ -74,12 +70,6 @@ public:
 
 private:
     using clock = std::chrono::steady_clock;
-
-    static double processor_time() {
-        timespec now{};
-        clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-        return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
-    }
 
     void on_progress(std::string_view stage, float fraction) {
         if (!is_running_ || stages_.back().stage != stage) begin(stage);
@@ -102,9 +92,8 @@ private:
 
 /// Maximum number of pixels at one position.
 inline std::size_t layer_count(const graph_view& g) {
-    buffer<std::size_t> count(static_cast<std::size_t>(g.width()) * static_cast<std::size_t>(g.height()), 0);
-    for (std::size_t i = 0; i < g.size(); ++i)
-        ++count[static_cast<std::size_t>(g.y()[i]) * static_cast<std::size_t>(g.width()) + static_cast<std::size_t>(g.x()[i])];
+    buffer<std::uint16_t> count(g.position_count(), 0);  // the surface rule allows 1000 surfaces at one position
+    for (std::int32_t i = 0; i < g.count(); ++i) ++count[g.position_of(i)];
     return count.empty() ? 0 : *std::max_element(count.begin(), count.end());
 }
 
@@ -118,18 +107,6 @@ inline std::size_t pixels_past_frame(const photo3d& result) {
     std::size_t count = 0;
     for (std::int32_t i = 0; margin > 0 && i < g.count(); ++i) count += is_outside(i) ? 1U : 0U;
     return count;
-}
-
-/// Peak memory of this process in bytes.
-inline std::size_t peak_memory() {
-    std::ifstream facts("/proc/self/status");  // getrusage() would include the program that started this one
-    for (std::string name; facts >> name; std::getline(facts, name)) {
-        std::size_t kilobytes = 0;
-        if (name == "VmHWM:" && facts >> kilobytes) return kilobytes * 1024;
-    }
-    rusage usage{};
-    getrusage(RUSAGE_SELF, &usage);
-    return static_cast<std::size_t>(usage.ru_maxrss) * 1024;
 }
 
 /// Textures of a photo: size of the shown photo, and number and bytes of the pictures.

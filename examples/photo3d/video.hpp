@@ -1,11 +1,11 @@
 // Writes videos of a 3D photo: `photo3d --video FILE`. Frames go through a pipe to ffmpeg, or to a folder as PNG files.
 #pragma once
 
-#include "interruption.hpp"
 #include "key_frames.hpp"
 #include "option_checks.hpp"
 #include "outputs.hpp"
 #include "photo_texture.hpp"
+#include "pipe_to_program.hpp"
 
 #include <ldi/io/picture.hpp>
 #include <ldi/photo3d.hpp>
@@ -16,28 +16,16 @@
 
 #include <CLI/CLI.hpp>
 
-#include <fcntl.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cmath>
-#include <csignal>
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <map>
-#include <optional>
 #include <string>
-#include <utility>
 #include <vector>
-
-extern char** environ;
 
 namespace ldi::examples {
 
@@ -84,97 +72,6 @@ inline void describe_video(CLI::App& app, video_options& v) {
     app.add_option("--depth-map", v.depth_map, "16-bit PNG of the result's depth: white near, 0 in holes")->check(named());
 }
 
-/// Finds a program in the PATH, as the shell does.
-inline std::optional<std::filesystem::path> find_program(const std::string& name) {
-    const char* folders = std::getenv("PATH");
-    const std::string all = folders == nullptr ? "" : folders;
-    for (std::size_t first = 0; first <= all.size();) {
-        const std::size_t last = std::min(all.find(':', first), all.size());
-        const std::filesystem::path candidate = std::filesystem::path(all.substr(first, last - first)) / name;
-        if (access(candidate.c_str(), X_OK) == 0) return candidate;
-        first = last + 1;
-    }
-    return std::nullopt;
-}
-
-/// A program that reads from a pipe. Started without a shell, so that file names are never interpreted.
-class pipe_to_program {
-public:
-    explicit pipe_to_program(std::vector<std::string> command) : name_(command[0]) {
-        int ends[2];
-        if (pipe2(ends, O_CLOEXEC) != 0) fail("a pipe");
-        std::vector<char*> words;
-        for (std::string& word : command) words.push_back(word.data());
-        words.push_back(nullptr);
-        posix_spawn_file_actions_t actions;
-        posix_spawn_file_actions_init(&actions);
-        posix_spawn_file_actions_adddup2(&actions, ends[0], STDIN_FILENO);
-        posix_spawnattr_t attributes;  // gives it the signals that a shell would give it
-        posix_spawnattr_init(&attributes);
-        sigset_t none, piped;
-        sigemptyset(&none), sigemptyset(&piped);
-        sigaddset(&piped, SIGPIPE);
-        posix_spawnattr_setsigmask(&attributes, &none);
-        posix_spawnattr_setsigdefault(&attributes, &piped);
-        posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
-        const int failure = posix_spawnp(&process_, words[0], &actions, &attributes, words.data(), environ);
-        posix_spawnattr_destroy(&attributes);
-        posix_spawn_file_actions_destroy(&actions);
-        close(ends[0]);
-        input_ = ends[1];
-        if (failure != 0) {
-            close(input_);
-            errno = failure;
-            fail("a program that starts");
-        }
-        helping_process = process_;
-    }
-    pipe_to_program(const pipe_to_program&) = delete;
-    pipe_to_program& operator=(const pipe_to_program&) = delete;
-    ~pipe_to_program() {
-        if (input_ >= 0) wait();
-    }
-
-    void write(const image<std::uint8_t>& frame) {
-        const std::uint8_t* data = frame.data();
-        for (std::size_t left = frame.size(); left > 0;) {
-            const ssize_t written = ::write(input_, data, left);
-            if (written < 0 && errno == EINTR) continue;
-            if (written < 0) fail("to take all frames");
-            data += written, left -= static_cast<std::size_t>(written);
-        }
-    }
-
-    /// Waits for the program's end. Raises unavailable if it failed, mostly for lack of space; it has printed its own message
-    /// then.
-    void finish() {
-        const int status = wait();
-        if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)
-            raise(error_code::unavailable, name_, "success", "failure: its message is above");
-    }
-
-private:
-    int wait() {
-        close(std::exchange(input_, -1));
-        siginfo_t ended;
-        while (waitid(P_PID, static_cast<id_t>(process_), &ended, WEXITED | WNOWAIT) < 0 && errno == EINTR) {
-        }
-        helping_process = 0;  // before the system can reuse the number
-        int status = 0;
-        while (waitpid(process_, &status, 0) < 0 && errno == EINTR) {
-        }
-        return status;
-    }
-    [[noreturn]] void fail(const char* expected) const {
-        const int reason = errno;
-        raise(reason == EPIPE ? error_code::unavailable : error_code::file_access, name_, expected, system_reason(reason));
-    }
-
-    std::string name_;
-    int input_ = -1;
-    pid_t process_ = 0;
-};
-
 /// Returns the command line of ffmpeg, which reads raw frames and writes a file that loops if the format supports it.
 inline std::vector<std::string> ffmpeg_command(const video_options& v, std::size_t columns, std::size_t rows,
                                                int frames_per_second, const std::filesystem::path& file) {
@@ -211,6 +108,12 @@ inline void check_video(const video_options& v, output_files& files) {
         files.claim(v.output);
     else
         files.claim_folder(v.output);
+#if defined(_WIN32)
+    if (v.needs_ffmpeg())
+        raise(error_code::invalid_option, v.output.string(),
+              "the name of a folder, for PNG frames: on Windows photo3d does not start ffmpeg, which makes a video of them",
+              v.extension());
+#endif
     if (v.needs_ffmpeg() && !find_program("ffmpeg"))
         raise(error_code::file_access, v.output.string(),
               "the program ffmpeg, which writes videos (Debian: apt-get install ffmpeg); a folder's name gives PNG frames "

@@ -47,7 +47,9 @@ readers = {
     "LDI_WITH_LCMS2": ("lcms2.h", "lcms2"),
     "LDI_WITH_LIBJPEG": ("jpeglib.h", "jpeg"),
 }
-found = [(macro, library[1]) for macro, library in readers.items() if is_usable(*library)]
+# LDI_READERS in the environment: which of them to look for, as in CMake; separated by semicolons.
+wanted = os.environ.get("LDI_READERS", "libheif;libwebp;libtiff;lcms2;libjpeg").split(";")
+found = [(macro, library[1]) for macro, library in readers.items() if macro[9:].lower() in wanted and is_usable(*library)]
 if ("LDI_WITH_LIBWEBP", "webp") in found and is_usable("meshoptimizer.h", "meshoptimizer") and is_usable("nlohmann/json.hpp", "c"):
     found.append(("LDI_WITH_COMPRESSION", "meshoptimizer"))
 

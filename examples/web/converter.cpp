@@ -3,7 +3,6 @@
 // One thread calls all functions, one after the other. A function that can fail returns 0 and keeps the message for
 // web_message().
 
-#include <ldi/depth/align_silhouettes.hpp>
 #include <ldi/formats/farbrausch.hpp>
 #include <ldi/formats/glb.hpp>
 #include <ldi/formats/tiefenrausch.hpp>
@@ -136,17 +135,19 @@ void complete(photo_with_depth& input) {
     depth.source += ", black is near";
 }
 
-photo3d make(const photo_with_depth& input) {
+/// Makes the 3D photo. Releases the input as soon as it can: a phone's browser has little memory.
+photo3d make(photo_with_depth input) {
     photo3d_options options = state().options;
     options.progress = listener();
+    options.keeps_depth_maps = false;
     if (input.photo.focal_length_35mm) options.focal_length_35mm = *input.photo.focal_length_35mm;
     options.normalize.is_metric = input.depth && input.depth->is_metric;
     options.normalize.is_inverse_depth = !input.depth || input.depth->is_inverse_depth;
-    const aligned_silhouettes silhouettes{options.alignment};
-    const serial_executor threads;
-    return input.depth ? make_photo3d(input.photo.color, given_disparity{input.depth->disparity}, silhouettes,
-                                      *state().inpainting, options, threads)
-                       : make_photo3d(input.photo.color, *state().depth, silhouettes, *state().inpainting, options, threads);
+    cleaned_photo cleaned = input.depth
+                                ? clean_depth(input.photo.color, given_disparity{std::move(input.depth->disparity)}, options)
+                                : clean_depth(input.photo.color, *state().depth, options);
+    input = {};
+    return make_photo3d(std::move(cleaned), photo_columns<>(), *state().inpainting, options);
 }
 
 /// Writes the GLB. Keeps it with what the page must know.
@@ -208,12 +209,16 @@ EMSCRIPTEN_KEEPALIVE int web_load(int kind, const void* data, std::size_t size) 
     });
 }
 
-/// Runs every stage once, so that the browser compiles its code before the first photo; returns 1, or 0 after an error.
-EMSCRIPTEN_KEEPALIVE int web_warm_up() {
-    return attempt([] {
-        const photo_with_depth scene = scene_for_warm_up();
-        state().depth->disparity(scene.photo.color, {}, serial_executor());
-        encode(make(scene), "", false);
+/// Runs a part of the program, so that the browser compiles and optimizes its code before the first photo; returns 1, or 0 after
+/// an error. Parts 0 to 2 together run everything; each takes a fraction of a second.
+EMSCRIPTEN_KEEPALIVE int web_warm_up(int part) {
+    return attempt([part] {
+        photo_with_depth scene = scene_for_warm_up();
+        if (part == 0)
+            for (int i = 0; i < 4; ++i) decode_photo(encode_texture(scene.photo.color, 85), {}, "warm-up");
+        if (part == 1) state().depth->disparity(scene.photo.color, {}, serial_executor());
+        if (part != 2) return;
+        encode(make(std::move(scene)), "", false);
         state().glb = {}, state().poster = {};
     });
 }
@@ -252,12 +257,13 @@ EMSCRIPTEN_KEEPALIVE int web_refuse(const void* data, std::size_t size, const ch
 EMSCRIPTEN_KEEPALIVE int web_convert(const void* data, std::size_t size, const char* name, const std::uint8_t* rgba,
                                      std::size_t height, std::size_t width, int is_exact) {
     return attempt([&] {
+        state().glb = {}, state().poster = {};  // of the photo before
         listener().report("reading photo", 0);
         photo_with_depth input = decode(bytes_of(data, size), name, rgba, height, width);
         complete(input);
         state().depth_source = input.depth ? input.depth->source : input.refused;
         listener().report("reading photo", 1);
-        encode(make(input), name, is_exact != 0);
+        encode(make(std::move(input)), name, is_exact != 0);
     });
 }
 

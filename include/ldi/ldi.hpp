@@ -105,7 +105,6 @@
 #include <ldi/mesh/outlines.hpp>
 #include <ldi/mesh/polygon.hpp>
 #include <ldi/mesh/simplify.hpp>
-#include <ldi/mesh/soft_edges.hpp>
 #include <ldi/mesh/studs.hpp>
 #include <ldi/mesh/textured_mesh.hpp>
 #include <ldi/mesh/triangulate.hpp>

@@ -1,8 +1,8 @@
 // Converts a photo to a 3D photo: calls every stage in the paper's order with the paper's defaults. Stages beyond the paper
 // level dips beside depth edges (depth/level_dips.hpp) and sharpen them (depth/sharpen_edges.hpp), align silhouettes with the
 // photo's edges, unmix the colors beside them, add texture to hidden surfaces (inpaint/), and soften silhouettes
-// (mesh/soft_edges.hpp). Each stage is a separate function in the
-// headers below. Call these functions to run some stages only, or to insert your own.
+// (mesh/detail/soft_edges.hpp). Each stage is a separate function in the headers below. Call these functions to run some stages
+// only, or to insert your own.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -63,27 +63,23 @@ void inpaint_hidden(Layers& layers, std::span<const uncertain_rim> rims, const I
     restore_rims(layers, rims);
 }
 
-/// Converts a photo to a 3D photo.
+/// Makes a 3D photo of a photo whose depth is clean: the stages after clean_depth().
 ///
-/// photo      H x W x 3, at least one pixel
+/// photo      result of clean_depth() with the same options
 /// own        columns that accompany their pixels through all stages; gather() (mesh/gather.hpp) transfers them to the vertices
 /// inpainter  as for inpaint_hidden()
 ///
-/// Raises the errors of the stages. Memory and time are bounded for any depth map: each stage documents its bound, and
-/// bench/photo3d/README.md has the peaks.
-template <depth_estimator Estimator, silhouette_decider Decider, color_inpainter Inpainter, payload_column... Own,
-          executor Executor = const serial_executor>
-basic_photo3d<Own...> make_photo3d(image_view<const std::uint8_t> photo, const photo_columns<Own...>& own,
-                                   const Estimator& estimator, const Decider& decider, const Inpainter& inpainter,
+/// Raises the errors of the stages.
+template <color_inpainter Inpainter, payload_column... Own, executor Executor = const serial_executor>
+basic_photo3d<Own...> make_photo3d(cleaned_photo photo, const photo_columns<Own...>& own, const Inpainter& inpainter,
                                    const photo3d_options& options = {}, Executor&& threads = {}) {
     const progress_listener& progress = options.progress;
-    cleaned_photo cleaned = clean_depth(photo, estimator, decider, options, threads);
-
     progress.report("occluded geometry", 0.0F);
-    lifted_photo<Own...> lifted = lift_photo(cleaned, own, options, threads);
+    lifted_photo<Own...> lifted = lift_photo(photo, own, options, threads);
+    if (!options.keeps_depth_maps) photo.resampled = {}, photo.disparity = {};
     basic_photo3d<Own...> result;
-    result.photo = std::move(cleaned.photo), result.estimated = std::move(cleaned.estimated);
-    result.resampled = std::move(cleaned.resampled), result.disparity = std::move(cleaned.disparity);
+    result.photo = std::move(photo.photo), result.estimated = std::move(photo.estimated);
+    result.resampled = std::move(photo.resampled), result.disparity = std::move(photo.disparity);
     result.curves = std::move(lifted.curves), result.facts = lifted.facts;
     auto [layers, motion] = expand(std::move(lifted.layer), options.surface, result.curves, options.expand, progress);
     result.facts.motion = motion;
@@ -106,6 +102,21 @@ basic_photo3d<Own...> make_photo3d(image_view<const std::uint8_t> photo, const p
     result.mesh = build_mesh(result.layers, result.facts, result.charts, result.atlas, options.mesh, threads);
     progress.report("meshing", 1.0F);
     return result;
+}
+
+/// Converts a photo to a 3D photo.
+///
+/// photo           H x W x 3, at least one pixel
+/// own, inpainter  as above
+///
+/// Raises the errors of the stages. Memory and time are bounded for any depth map: each stage documents its bound, and
+/// bench/photo3d/README.md has the peaks.
+template <depth_estimator Estimator, silhouette_decider Decider, color_inpainter Inpainter, payload_column... Own,
+          executor Executor = const serial_executor>
+basic_photo3d<Own...> make_photo3d(image_view<const std::uint8_t> photo, const photo_columns<Own...>& own,
+                                   const Estimator& estimator, const Decider& decider, const Inpainter& inpainter,
+                                   const photo3d_options& options = {}, Executor&& threads = {}) {
+    return make_photo3d(clean_depth(photo, estimator, decider, options, threads), own, inpainter, options, threads);
 }
 template <depth_estimator Estimator, silhouette_decider Decider, color_inpainter Inpainter,
           executor Executor = const serial_executor>

@@ -1,3 +1,5 @@
+#include "tests/support/hard_maps.hpp"
+#include "tests/support/lifted_scene.hpp"
 #include "tests/support/surfaces.hpp"
 #include "tests/texture/photo_scene.hpp"
 
@@ -216,6 +218,29 @@ TEST_CASE("a helix that overlaps itself is cut into flat charts") {
     const chart_set set = make_charts(testing::surfaces_of(g, disparity), {});
     check_partition(g, set, {});
     CHECK(set.charts.size() >= 3);
+}
+
+TEST_CASE("charts of rings get smaller boxes if the boxes have more than the maximum area together") {
+    const photo_layer layer = testing::lift_disparity(testing::hard_map("rings", 300, 400, 12));
+    const auto area = [](const chart_set& set) {
+        std::int64_t sum = 0;
+        for (const chart& c : set.charts) sum += std::int64_t{c.width} * c.height;
+        return sum;
+    };
+    chart_options options;
+    const chart_set large = make_charts(layer, {}, options);
+    CHECK(large.charts.size() == 13);  // one per ring
+    CHECK(area(large) > 4 * 300 * 400);
+    options.max_area = area(large);
+    CHECK(make_charts(layer, {}, options).chart_of == large.chart_of);
+    options.max_area = 2 * 300 * 400;
+    const chart_set small = make_charts(layer, {}, options);
+    CHECK(area(small) <= options.max_area);
+    check_partition(layer.topology(), small, options);
+    options.max_area = 1;  // out of reach
+    const chart_set smallest = make_charts(layer, {}, options);
+    options.max_side = 64;
+    check_partition(layer.topology(), smallest, options);
 }
 
 TEST_CASE("an empty graph has no charts") {

@@ -90,14 +90,15 @@ TEST_CASE("image sizes beyond the address space are refused, even if their produ
         return false;
     };
     float value = 0;
-    for (const auto& [height, width, channels] : {std::array{2 * half, 2 * half, std::size_t{1}},
-                                                  {half + 1, half, 1},
-                                                  {1, half, half},
-                                                  {half, 1, half},
-                                                  {1, most, 1},
-                                                  {most / 4, 1, 1},
-                                                  {3, most / 8, 2},
-                                                  {0, half, half}}) {
+    for (const std::array<std::size_t, 3>& size : {std::array{2 * half, 2 * half, std::size_t{1}},
+                                                   {half + 1, half, 1},
+                                                   {1, half, half},
+                                                   {half, 1, half},
+                                                   {1, most, 1},
+                                                   {most / 4, 1, 1},
+                                                   {3, most / 8, 2},
+                                                   {0, half, half}}) {
+        const std::size_t height = size[0], width = size[1], channels = size[2];
         CAPTURE(height, width, channels);
         CHECK(is_refused([&] { image<float>(height, width, channels); }));
         CHECK(is_refused([&] { image<float>(height, width, channels, unset); }));

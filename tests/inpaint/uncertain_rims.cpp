@@ -78,9 +78,10 @@ TEST_CASE("rim pixels with the foreground's color are restored only if the color
         CAPTURE(difference);
         layer_with_rims layer = fuzzy_scene(2);
         // Only red distinguishes the object and its fuzz from the wall.
+        const int object_red = 100 + difference;
         const auto repaint = [&](std::int32_t i) {
             const auto color = layer.at<ldi::color_column>(i);
-            color[0] = static_cast<std::uint8_t>(color[0] == 200 ? 100 + difference : 100), color[1] = 50;
+            color[0] = static_cast<std::uint8_t>(color[0] == 200 ? object_red : 100), color[1] = 50;
         };
         for (std::int32_t i = 0; i < layer.topology().count(); ++i) repaint(i);
         const layer_with_rims before = layer;

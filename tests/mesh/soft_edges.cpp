@@ -1,4 +1,4 @@
-#include <ldi/mesh/soft_edges.hpp>
+#include <ldi/mesh/detail/soft_edges.hpp>
 
 #include <ldi/charts/charts.hpp>
 #include <ldi/core/layered_view.hpp>

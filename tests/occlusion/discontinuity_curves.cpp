@@ -4,15 +4,19 @@
 
 #include <catch2/catch.hpp>
 
+#include <algorithm>
+#include <limits>
 #include <map>
 #include <random>
 #include <set>
+#include <vector>
 
 namespace {
 
 ldi::buffer<ldi::discontinuity_curve> curves_of(const ldi::photo_layer& layers, std::size_t min_length = 1) {
     ldi::curve_options options;
     options.min_length = min_length;
+    options.max_density = 2.0F;  // all sides
     return ldi::find_discontinuity_curves(layers, {}, options);
 }
 
@@ -166,4 +170,41 @@ TEST_CASE("a short curve between two junctions of long curves is kept") {
     REQUIRE(curves.size() == 5);
     CHECK(std::count_if(curves.begin(), curves.end(), [](const ldi::discontinuity_curve& c) { return c.sides.size() == 6; }) ==
           1);
+}
+
+TEST_CASE("on a map that is too dense, the longest curves that fit remain, and none shorter than the minimum") {
+    ldi::image<float> map(60, 100, 1, 0.1F);
+    for (std::size_t size = 1; size <= 10; ++size)
+        for (std::size_t i = 0; i < size * size; ++i)
+            map((size % 2 == 0 ? 40 : 25) + i / size, 8 * size + i % size, 0) = 0.7F;  // 4 * size sides
+    for (std::size_t x = 0; x < 100; ++x) map(10, x, 0) = 0.7F;                        // two of 100 sides
+    const ldi::photo_layer layers = ldi::testing::lift_disparity(map);
+    const auto lengths = [&](ldi::curve_options options) {
+        std::vector<std::size_t> found;
+        for (const ldi::discontinuity_curve& c : ldi::find_discontinuity_curves(layers, {}, options))
+            found.push_back(c.sides.size());
+        std::sort(found.begin(), found.end());
+        return found;
+    };
+    using sizes = std::vector<std::size_t>;
+    CHECK(lengths({}) == sizes{20, 24, 28, 32, 36, 40, 100, 100});
+    CHECK(lengths({.max_sides = 420}) == sizes{20, 24, 28, 32, 36, 40, 100, 100});
+    CHECK(lengths({.min_length = 4, .max_sides = 420}) == sizes{4, 8, 12, 16, 20, 24, 28, 32, 36, 40, 100, 100});
+    CHECK(lengths({.min_length = 4, .max_sides = 419}) == sizes{8, 12, 16, 20, 24, 28, 32, 36, 40, 100, 100});
+    CHECK(lengths({.max_sides = 300}) == sizes{36, 40, 100, 100});
+    CHECK(lengths({.max_density = 0.05F}) == sizes{36, 40, 100, 100});  // of 6000 pixels
+    for (const float density : {-0.1F, 2.1F, std::numeric_limits<float>::quiet_NaN()})
+        CHECK_THROWS_AS(lengths({.max_density = density}), ldi::error);
+    CHECK(lengths({.max_sides = 199}).empty());  // both or neither
+}
+
+TEST_CASE("on noise, no curve is shorter than the minimum") {
+    std::mt19937 random(5);
+    const ldi::photo_layer layers = ldi::testing::lift_disparity(ldi::testing::random_disparity(random, 120, 160));
+    std::size_t sides = 0;
+    for (const ldi::discontinuity_curve& c : ldi::find_discontinuity_curves(layers, {})) {
+        CHECK(c.sides.size() >= ldi::curve_options().min_length);
+        sides += c.sides.size();
+    }
+    CHECK(sides <= 0.2 * 120 * 160);
 }

@@ -31,11 +31,12 @@ struct mark {
 ldi::expanded_layers<ldi::color_column, ldi::disparity_column, ldi::known_column, ldi::matte_column> expanded(
     const ldi::photo_layer& lifted, int iterations, std::size_t min_length = 20) {
     ldi::curve_options curve_options;
-    curve_options.min_length = min_length;
+    curve_options.min_length = min_length, curve_options.max_density = 2.0F;
     const auto curves = ldi::find_discontinuity_curves(lifted, {}, curve_options);
     ldi::expand_options options;
     options.motion = 1.0F;  // so that iterations decide
     options.iterations = iterations;
+    options.max_hidden = 100.0F;
     return ldi::expand(lifted, {}, std::span<const ldi::discontinuity_curve>(curves), options);
 }
 
@@ -76,11 +77,12 @@ TEST_CASE("after every iteration, the graph is valid and every new pixel is hidd
         const ldi::photo_layer lifted =
             ldi::testing::lift_disparity(ldi::testing::random_disparity(random, 8 + random() % 50, 8 + random() % 50));
         ldi::curve_options curve_options;
-        curve_options.min_length = 1 + random() % 20;
+        curve_options.min_length = 1 + random() % 20, curve_options.max_density = 2.0F;
         const auto curves = ldi::find_discontinuity_curves(lifted, {}, curve_options);
         ldi::expand_options options;
         options.motion = 0.01F * static_cast<float>(random() % 100);
         options.iterations = 12;
+        options.max_hidden = 100.0F;
         int iterations = 0;
         const ldi::photo_layers expanded =
             ldi::expand(lifted, {}, std::span<const ldi::discontinuity_curve>(curves), options, {},
@@ -359,9 +361,39 @@ TEST_CASE("expand() can be canceled and refuses options outside their range") {
     ldi::expand_options options;
     options.iterations = -1;
     CHECK_THROWS_AS(ldi::expand(lifted, {}, {}, options), ldi::error);
+    for (const float max_hidden : {-1.0F, std::numeric_limits<float>::quiet_NaN()}) {
+        options = {};
+        options.max_hidden = max_hidden;
+        CHECK_THROWS_AS(ldi::expand(lifted, {}, {}, options), ldi::error);
+    }
     for (const float motion : {-0.1F, 1.1F, std::numeric_limits<float>::quiet_NaN()}) {
         options = {};
         options.motion = motion;
         CHECK_THROWS_AS(ldi::expand(lifted, {}, {}, options), ldi::error);
     }
+}
+
+TEST_CASE("growth ends at the maximum number of hidden pixels, and the result's motion says how far it got") {
+    ldi::image<float> map(120, 160, 1, 0.1F);
+    for (std::size_t y = 0; y < 120; ++y)
+        for (std::size_t x = 0; x < 160; ++x) map(y, x, 0) = 0.1F + 0.1F * static_cast<float>(x / 20);  // a staircase
+    const ldi::photo_layer lifted = ldi::testing::lift_disparity(map);
+    const auto curves = ldi::find_discontinuity_curves(lifted, {});
+    const auto expanded = [&](float max_hidden) {
+        ldi::expand_options options;
+        options.motion = 0.5F, options.max_hidden = max_hidden;
+        auto result = ldi::expand(lifted, {}, std::span<const ldi::discontinuity_curve>(curves), options);
+        const double hidden = static_cast<double>(result.layers.size()) / static_cast<double>(lifted.size()) - 1;
+        return std::pair(hidden, result.motion);
+    };
+    const auto [all, whole_motion] = expanded(100.0F);
+    CHECK(all > 0.3);
+    CHECK(whole_motion == 0.5F);
+    CHECK(expanded(static_cast<float>(all) + 0.01F) == std::pair(all, 0.5F));
+    const auto [half, less_motion] = expanded(static_cast<float>(all) / 2);
+    CHECK(half >= all / 2);
+    CHECK(half < all / 2 + 0.1);  // the pixels of one iteration
+    CHECK(less_motion > 0.0F);
+    CHECK(less_motion < 0.5F);
+    CHECK(expanded(0.0F) == std::pair(0.0, 0.0F));
 }

@@ -34,7 +34,7 @@ constexpr std::pair<std::size_t, std::size_t> map_sizes[] = {{16, 1}, {32, 1}, {
 
 struct cost {
     std::vector<ldi::testing::stage_peaks::stage> stages;
-    double pixels = 0, hidden = 0;
+    double pixels = 0, hidden = 0, charts = 0, sides = 0;
 
     double hidden_per_pixel() const { return hidden / pixels; }
     /// Per pixel of the layers.
@@ -65,16 +65,22 @@ cost cost_of(std::string_view name, std::size_t photo_columns, std::size_t colum
     result.stages = peaks.stages;
     result.pixels = static_cast<double>(photo_rows * photo_columns);
     result.hidden = static_cast<double>(made.layers.size()) - result.pixels;
+    result.charts = static_cast<double>(made.charts.charts.size());
+    for (const ldi::discontinuity_curve& curve : made.curves) result.sides += static_cast<double>(curve.sides.size());
     return result;
 }
 
 }  // namespace
 
-TEST_CASE("on difficult depth maps, the memory of each stage stays within its bound per pixel") {
+TEST_CASE("on difficult depth maps, silhouettes, hidden pixels, charts and the memory of each stage are bounded per pixel") {
     for (const std::string_view name : ldi::testing::hard_maps)
         for (const auto& [columns, unit] : map_sizes) {
             const cost c = cost_of(name, 128, columns, unit);
             REQUIRE(c.stages.size() == std::size(bounds));
+            CAPTURE(name, columns, unit, c.sides, c.hidden, c.charts);
+            CHECK(c.sides <= ldi::curve_options().max_density * c.pixels);
+            CHECK(c.hidden_per_pixel() < 1.5);   // max_hidden, and surfaces past the frame; noise had 7
+            CHECK(c.charts < 0.025 * c.pixels);  // noise had 0.25
             for (std::size_t i = 0; i < c.stages.size(); ++i) {
                 CAPTURE(name, columns, unit, c.stages[i].name, c.hidden_per_pixel());
                 REQUIRE(c.stages[i].name == bounds[i].stage);

@@ -39,6 +39,9 @@ TEST_CASE("defaults for which the paper has no number equal the values in this t
     CHECK(o.mixed_colors.reach == 4.0F / 1536.0F);
     CHECK(o.mixed_colors.contrast == 40.0F);
     CHECK(o.curves.tangent_length == 20);
+    CHECK(o.curves.max_density == 0.2F);
+    CHECK(o.curves.max_sides == 500'000);
+    CHECK(o.expand.max_hidden == 1.25F);
     CHECK(o.texture.strength == 1.0F);
     CHECK(o.texture.crest == 4.0F);
     CHECK(o.texture.reach == 32);
@@ -47,6 +50,7 @@ TEST_CASE("defaults for which the paper has no number equal the values in this t
     CHECK(o.grain.limit == 20.0F);
     CHECK(o.charts.max_side == 2048);
     CHECK(o.charts.filter_range == 4);
+    CHECK(o.charts.max_area == 3 << 24);
     CHECK(o.atlas.max_side == 8192);
     CHECK(ldi::diffusion_inpainter().rounds == 6);
     CHECK(o.normalize.clipped_share == 0.001F);

@@ -53,6 +53,12 @@ TEST_CASE("expand() and make_atlas() refuse curves and charts of a mirrored phot
     REQUIRE(charts.charts.size() > 1);
     std::swap(charts.charts.front(), charts.charts.back());
     CHECK_THROWS_AS(make_atlas(layers, charts), error);
+    std::swap(charts.charts.front(), charts.charts.back());
+    CHECK_NOTHROW(make_atlas(layers, charts));
+    buffer<std::int32_t>& pixels = charts.charts.front().pixels;
+    REQUIRE(pixels.size() > 1);
+    pixels[1] = pixels[0];  // one pixel twice, another one never
+    CHECK_THROWS_AS(make_atlas(layers, charts), error);
 }
 
 TEST_CASE("build_mesh() refuses disparities that are not finite") {

@@ -63,6 +63,23 @@ double psnr(const ldi::image<std::uint8_t>& a, const ldi::image<std::uint8_t>& b
 
 }  // namespace
 
+TEST_CASE("a photo whose depth is clean becomes the same 3D photo, also without its depth maps") {
+    const ldi::scenes::picture picture = ldi::scenes::render(ldi::scenes::scene_by_name("t_junction", 96, 72));
+    const ldi::given_disparity depth{picture.disparity};
+    const ldi::diffusion_inpainter inpainter;
+    ldi::photo3d_options options;
+    options.normalize.is_inverse_depth = false;
+    const ldi::photo3d whole = ldi::make_photo3d(picture.color, depth, inpainter, options);
+    options.keeps_depth_maps = GENERATE(true, false);
+    const ldi::photo3d made =
+        ldi::make_photo3d(ldi::clean_depth(picture.color, depth, options), ldi::photo_columns<>(), inpainter, options);
+    CHECK(made.disparity.empty() == !options.keeps_depth_maps);
+    CHECK(made.resampled.empty() == !options.keeps_depth_maps);
+    CHECK(std::equal(made.mesh.positions.begin(), made.mesh.positions.end(), whole.mesh.positions.begin(),
+                     whole.mesh.positions.end()));
+    CHECK(std::equal(made.atlas.color.begin(), made.atlas.color.end(), whole.atlas.color.begin(), whole.atlas.color.end()));
+}
+
 TEST_CASE("cameras within the supported motion see no hole at a T-junction, and almost none in other scenes") {
     ldi::serial_executor threads;
     for (const auto& [name, most] : {std::pair{"t_junction", 0.0}, {"rods", 0.001}, {"random3", 0.0005}})

@@ -4,6 +4,8 @@
 
 #include "tests/support/lifted_scene.hpp"
 
+#include <ldi/charts/charts.hpp>
+
 #include <catch2/catch.hpp>
 
 #include <algorithm>

@@ -16,8 +16,8 @@
 namespace {
 
 const ldi::graph& photo() {
-    static const ldi::graph g = ldi_bench::converted_photo().layers.topology();
-    return g;
+    static const ldi::photo3d made = ldi_bench::converted_photo();
+    return made.layers.topology();
 }
 
 const ldi::coarsened& coarse_photo() {

@@ -1,11 +1,19 @@
 // The files that the page needs besides itself: in the page as base64 text, or on the server beside it. Both are compressed.
 
-/** Reads a file. @param {string} name @returns {Promise<Uint8Array>} */
+/** Reads a file. Where its name ends in "halves", joins the bytes that bundle.mjs has split. @param {string} name @returns {Promise<Uint8Array>} */
 export async function readAsset(name) {
     const inPage = document.getElementById(`asset ${name}`);
     const packed = inPage ? fromBase64(inPage.textContent) : await download(`${name}.gz`);
     const unpacked = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
-    return new Uint8Array(await new Response(unpacked).arrayBuffer());
+    const bytes = new Uint8Array(await new Response(unpacked).arrayBuffer());
+    return name.endsWith("halves") ? joinHalves(bytes) : bytes;
+}
+
+function joinHalves(halves) {
+    const bytes = new Uint8Array(halves.length);
+    const low = Math.ceil(halves.length / 2);
+    for (let i = 0; i < bytes.length; ++i) bytes[i] = halves[i % 2 === 0 ? i / 2 : low + (i - 1) / 2];
+    return bytes;
 }
 
 async function download(name) {

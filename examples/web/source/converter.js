@@ -18,14 +18,16 @@ export class Converter {
     constructor() {
         this.pending = new Map();
         this.lastId = 0;
-        /** Settles when the networks are loaded and every stage has run once. @type {Promise<{milliseconds: number}>} */
+        /** Settles when the networks are loaded. @type {Promise<{milliseconds: number}>} */
         this.ready = this.start();
+        /** Settles when the browser has seen all of the code, or a photo has come first. @type {Promise<{milliseconds: number}>} */
+        this.warm = new Promise((resolve) => (this.whenWarm = resolve));
         this.ready.catch(() => {}); // convert() reports it
     }
 
     async start() {
         const [program, wasm, depth, inpainting] = await Promise.all(
-            ["worker.js", "converter.wasm", "depth.safetensors", "inpainting.safetensors"].map(readAsset),
+            ["worker.js", "converter.wasm", "depth.safetensors", "inpainting.halves"].map(readAsset),
         );
         const address = URL.createObjectURL(new Blob([program], { type: "text/javascript" }));
         this.worker = new Worker(address);
@@ -33,6 +35,7 @@ export class Converter {
             this.worker.onerror = (event) => reject(new Error(event.message || "The converter can't start in this browser."));
             this.worker.onmessage = ({ data }) => {
                 if (data.ready) resolve(data.ready);
+                else if (data.warm) this.whenWarm(data.warm);
                 else if (data.id === null) reject(new Error(data.failure));
                 else this.receive(data);
             };

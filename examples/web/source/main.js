@@ -85,7 +85,8 @@ async function open() {
     listenForFiles(inside);
     inside.addEventListener("drop", (event) => event.stopImmediatePropagation(), true); // the viewer would open it as a GLB
     element("share").hidden = !canShare(pageFile());
-    element("video").hidden = videoType() === undefined || matchMedia("(prefers-reduced-motion: reduce)").matches;
+    element("video").hidden = !canvas || !videoType() || matchMedia("(prefers-reduced-motion: reduce)").matches;
+    if (document.activeElement === document.body) element("frame").focus(); // the button that had the focus is gone: keys look around
     return canvas;
 }
 
@@ -96,6 +97,7 @@ async function saveVideo() {
     showProgress("Recording the video", 0);
     try {
         const canvas = await open();
+        if (!canvas) throw new Error("The 3D photo can't be shown, and so not be recorded.");
         root.dataset.view = "recording";
         const video = await record(canvas, videoSeconds, (fraction) => showProgress("Recording the video", fraction));
         save(video, `${shown.name}.${video.type.startsWith("video/mp4") ? "mp4" : "webm"}`);

@@ -20,5 +20,5 @@ addEventListener("activate", (event) => {
 });
 
 addEventListener("fetch", (event) => {
-    event.respondWith(caches.open(version).then((cache) => cache.match(event.request)).then((kept) => kept ?? fetch(event.request)));
+    event.respondWith(caches.open(version).then((cache) => cache.match(event.request, { ignoreSearch: true })).then((kept) => kept ?? fetch(event.request)));
 });

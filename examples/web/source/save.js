@@ -44,11 +44,14 @@ export async function record(canvas, seconds, onProgress) {
         recorder.onerror = (event) => reject(event.error ?? new Error("The video could not be recorded."));
     });
     recorder.start(1000);
+    const size = `${canvas.width} x ${canvas.height}`;
     const start = performance.now();
     const timer = setInterval(() => {
         const fraction = (performance.now() - start) / 1000 / seconds;
         onProgress(Math.min(fraction, 1));
-        if (fraction >= 1 && recorder.state === "recording") recorder.stop();
+        const isWhole = `${canvas.width} x ${canvas.height}` === size; // players refuse videos whose size changes
+        if (!isWhole) recorder.onerror({ error: new Error("The window has changed its size during the recording. Please record again.") });
+        if ((!isWhole || fraction >= 1) && recorder.state === "recording") recorder.stop();
     }, 100);
     try {
         await isDone;

@@ -33,7 +33,7 @@ export async function pageWith(photo, title) {
  *
  * @param {HTMLIFrameElement} frame
  * @param {string} page
- * @returns {Promise<HTMLCanvasElement>} when the 3D photo is drawn
+ * @returns {Promise<HTMLCanvasElement | null>} when the 3D photo is drawn; null if the viewer shows a message instead
  */
 export async function showPhoto(frame, page) {
     await new Promise((resolve) => {
@@ -43,7 +43,7 @@ export async function showPhoto(frame, page) {
     const { contentWindow: inside, contentDocument: content } = frame;
     while (!inside.viewer) {
         const message = content.getElementById("message");
-        if (message && !message.hidden && message.textContent !== "") throw new Error(message.textContent);
+        if (message && !message.hidden && message.textContent !== "") return null;
         await new Promise((resolve) => setTimeout(resolve, 20));
     }
     return content.getElementById("view");

@@ -2,7 +2,7 @@
 // bundle.mjs puts in front of this text.
 //
 // Messages in:   {load: {wasm, depth, inpainting}}, once; {convert: {bytes, name, isExact}, id}
-// Messages out:  {ready: {milliseconds}}; {stage, fraction, id}; {result: {glb, poster, width, height, isPastFrame, depthSource, stages,
+// Messages out:  {ready: {milliseconds}}; {warm: {milliseconds}}; {stage, fraction, id}; {result: {glb, poster, width, height, isPastFrame, depthSource, stages,
 //                heap}, id}; {failure, id}
 /* global createConverter */
 
@@ -13,8 +13,11 @@ let converter;
 let clock = () => {};
 let job = null;
 let queue = Promise.resolve();
+/** Conversions that have been asked for. */
+let wanted = 0;
 
 onmessage = ({ data }) => {
+    if (data.convert) wanted += 1;
     queue = queue.then(() => (data.load ? load(data.load) : convert(data.convert, data.id))).catch((failure) => {
         postMessage({ failure: messageOf(failure), id: data.id ?? null });
     });
@@ -29,8 +32,18 @@ async function load({ wasm, depth, inpainting }) {
     const start = performance.now();
     converter = await createConverter({ wasmBinary: wasm, onProgress: (stage, fraction) => clock(stage, fraction) });
     for (const [kind, weights] of [depth, inpainting].entries()) within([weights], ([data]) => check(converter._web_load(kind, data, weights.length)));
-    check(converter._web_warm_up());
     postMessage({ ready: { milliseconds: performance.now() - start } });
+    warmUp(performance.now()).catch(() => {}); // the first photo will say what is wrong
+}
+
+/** Runs everything a few times while the person chooses a photo; stops when there is one. */
+async function warmUp(start) {
+    for (const part of [0, 1, 2, 1, 2, 1, 2]) {
+        await new Promise((resolve) => setTimeout(resolve)); // lets messages in
+        if (wanted > 0) break;
+        check(converter._web_warm_up(part));
+    }
+    postMessage({ warm: { milliseconds: performance.now() - start } });
 }
 
 async function convert({ bytes, name, isExact = false }, id) {

@@ -11,7 +11,6 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include <cstddef>
 #include <cstdint>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {

@@ -11,8 +11,6 @@
 #include <cstddef>
 #include <exception>
 #include <mutex>
-#include <string>
-#include <string_view>
 #include <thread>
 #include <type_traits>
 #include <utility>

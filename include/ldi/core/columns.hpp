@@ -81,6 +81,11 @@ std::array<Scalar, channels> averaged(pixel_values<Scalar, channels> pixels) {
 
 namespace detail {
 
+template <class...>
+inline constexpr bool are_distinct = true;
+template <class First, class... Rest>
+inline constexpr bool are_distinct<First, Rest...> = !(std::is_same_v<First, Rest> || ...) && are_distinct<Rest...>;
+
 template <payload_column Column>
 typename Column::scalar new_pixel_value(typename Column::scalar origin) {
     if constexpr (requires { Column::new_pixel(origin); })

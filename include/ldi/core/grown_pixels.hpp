@@ -32,16 +32,29 @@ inline bool is_complete(const grown_pixels& grown, std::size_t old_count) {
     if (grown.topology.size() != old_count + new_count) return false;
     for (const std::int32_t origin : grown.origins)
         if (origin < 0 || static_cast<std::size_t>(origin) >= old_count) return false;
-    buffer<bool> seen(old_count + new_count);  // one entry per old pixel, then one per entry of `origins`
-    std::size_t total = 0;
+    // Per entry of `origins`, then per old pixel: whether a piece contains it. Old pixels need it only from the first piece that
+    // does not continue the previous piece of old pixels: pieces are usually in the order of the photo.
+    buffer<bool> seen(new_count);
+    std::size_t total = 0, continued = 0;
+    bool is_in_order = true;
     for (const grown_piece& p : grown.pieces) {
-        if (p.first < 0 || p.count < 0 ||
-            static_cast<std::size_t>(p.first) + static_cast<std::size_t>(p.count) > (p.is_new ? new_count : old_count))
-            return false;
-        for (std::int32_t i = p.first; i < p.first + p.count; ++i, ++total)
-            if (std::exchange(seen[static_cast<std::size_t>(i) + (p.is_new ? old_count : 0)], true)) return false;
+        if (p.first < 0 || p.count < 0) return false;
+        const auto first = static_cast<std::size_t>(p.first), count = static_cast<std::size_t>(p.count);
+        if (first + count > (p.is_new ? new_count : old_count)) return false;
+        total += count;
+        if (!p.is_new && is_in_order && first == continued) {
+            continued += count;
+            continue;
+        }
+        if (!p.is_new && is_in_order) {
+            seen.resize(new_count + continued, true);
+            seen.resize(new_count + old_count);
+            is_in_order = false;
+        }
+        for (std::size_t i = first; i < first + count; ++i)
+            if (std::exchange(seen[i + (p.is_new ? 0 : new_count)], true)) return false;
     }
-    return total == seen.size();
+    return total == old_count + new_count;
 }
 
 }  // namespace detail

@@ -58,6 +58,8 @@ private:
 ///     surfaces.column<normal>()[3 * i + 2]
 template <payload_column... Columns>
 class layered_image {
+    static_assert(detail::are_distinct<Columns...>, "a layered image has each column once");
+
 public:
     /// Whether the layered image has this column.
     template <class Column>

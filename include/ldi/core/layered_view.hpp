@@ -17,6 +17,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// Non-owning view of a layered image, or of some of its columns. Stages that only read layers accept it.
 template <payload_column... Columns>
 class layered_view {
+    static_assert(detail::are_distinct<Columns...>, "a view shows each column once");
+
 public:
     template <class Column>
     static constexpr bool has = (std::is_same_v<Column, Columns> || ...);

@@ -6,8 +6,8 @@
 // much deeper, and remains.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
-#include <ldi/base/printable.hpp>
 #include <ldi/core/image.hpp>
 
 #include <algorithm>

@@ -12,8 +12,6 @@
 #include <ldi/depth/step_band.hpp>
 
 #include <algorithm>
-#include <cmath>
-#include <cstddef>
 #include <cstdint>
 #include <utility>
 

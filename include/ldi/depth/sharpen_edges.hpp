@@ -16,10 +16,8 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <string>
-#include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 

@@ -13,7 +13,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
-#include <limits>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 

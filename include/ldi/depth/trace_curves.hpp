@@ -26,11 +26,13 @@ public:
         const std::int32_t other = next(corner, towards);
         if (present_[other] == 0) used_.push_back(other);
         present_[other] |= bit(opposite(towards));
+        ++side_count_;
     }
 
     std::int32_t width() const { return width_; }
     std::int32_t height() const { return height_; }
     const buffer<std::int32_t>& used() const { return used_; }
+    std::size_t side_count() const { return side_count_; }
     std::int32_t corner(std::int32_t x, std::int32_t y) const { return y * stride_ + x; }
     std::int32_t x(std::int32_t c) const { return c % stride_; }
     std::int32_t y(std::int32_t c) const { return c / stride_; }
@@ -47,6 +49,7 @@ public:
         LDI_ASSERT(has(c, towards));
         present_[c] ^= bit(towards);
         present_[next(c, towards)] ^= bit(opposite(towards));
+        --side_count_;
     }
 
 private:
@@ -55,6 +58,7 @@ private:
     std::int32_t stride_, width_, height_;
     buffer<std::uint8_t> present_;
     buffer<std::int32_t> used_;
+    std::size_t side_count_ = 0;
 };
 
 // A traced curve: its sides, and its corners, one more than its sides.

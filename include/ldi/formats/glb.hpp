@@ -14,7 +14,6 @@
 #include <ldi/mesh/textured_mesh.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <concepts>
 #include <cstddef>
@@ -25,7 +24,6 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <type_traits>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 

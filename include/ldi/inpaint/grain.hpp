@@ -15,6 +15,7 @@
 #include <ldi/core/columns.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/core/layered_image.hpp>
+#include <ldi/core/other_bytes.hpp>
 #include <ldi/inpaint/detail/diffuse_unknown.hpp>
 #include <ldi/inpaint/detail/hash.hpp>
 
@@ -143,11 +144,10 @@ void add_grain(Layers& layers, const grain_options& options = {}) {
     const auto& g = layers.topology();
     const buffer<float> around = detail::detail_around_unknown(layers, options.limit, options.rounds);
     std::int32_t next = 0;
-    for (std::int32_t i = 0; i < g.count(); ++i) {
-        if (layers.template column<known_column>()[i] != 0) continue;
+    detail::for_each_unknown(layers.template column<known_column>(), [&](std::int32_t i) {
         const float grain = options.strength * around[next++] * detail::grain_at(g.x()[i], g.y()[i]);
         for (std::uint8_t& value : layers.template at<color_column>(i)) value = detail::rounded_to_byte(value + grain);
-    }
+    });
 }
 
 }}  // namespace ldi

@@ -12,8 +12,8 @@
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/core/photo_facts.hpp>
+#include <ldi/mesh/detail/soft_edges.hpp>
 #include <ldi/mesh/flat_mesh.hpp>
-#include <ldi/mesh/soft_edges.hpp>
 #include <ldi/mesh/textured_mesh.hpp>
 #include <ldi/texture/atlas.hpp>
 
@@ -22,7 +22,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <string>
 #include <utility>
 
@@ -33,13 +32,14 @@ namespace detail {
 /// Finds the pixel of a chart that touches a corner of the lattice.
 class pixel_finder {
 public:
-    pixel_finder(const graph_view& g, array_view<const float> disparity)
-        : graph_(g), disparity_(disparity), shown_(g.position_count(), {-1, no_pixel}) {}
+    /// chart_of  chart_set::chart_of
+    pixel_finder(const graph_view& g, array_view<const float> disparity, array_view<const std::int32_t> chart_of)
+        : graph_(g), disparity_(disparity), chart_of_(chart_of), shown_(g.position_count(), no_pixel) {}
 
     /// Selects the chart to search.
     void show(const chart& c) {
-        ++chart_;
-        for (const std::int32_t pixel : c.pixels) shown_[graph_.position_of(pixel)] = {chart_, pixel};
+        for (const std::int32_t pixel : c.pixels) shown_[graph_.position_of(pixel)] = pixel;
+        chart_ = c.pixels.empty() ? -1 : chart_of_[c.pixels.front()];
     }
 
     /// Returns the pixel of the selected chart that touches corner (x, y); among several, the one closest to `disparity`.
@@ -49,8 +49,8 @@ public:
         float best_difference = 0;
         for (std::int32_t v = std::max<std::int32_t>(y - 1, 0); v <= std::min<std::int32_t>(y, graph_.height() - 1); ++v)
             for (std::int32_t u = std::max<std::int32_t>(x - 1, 0); u <= std::min<std::int32_t>(x, graph_.width() - 1); ++u) {
-                const auto [of_chart, pixel] = shown_[graph_.position(u, v)];
-                if (of_chart != chart_) continue;
+                const std::int32_t pixel = shown_[graph_.position(u, v)];
+                if (pixel == no_pixel || chart_of_[pixel] != chart_) continue;
                 const float difference = std::abs(disparity_[pixel] - disparity);
                 if (best == no_pixel || difference < best_difference) best = pixel, best_difference = difference;
             }
@@ -58,28 +58,26 @@ public:
     }
 
 private:
-    struct occupant {
-        std::int32_t chart, pixel;
-    };
-
     graph_view graph_;
     array_view<const float> disparity_;
+    array_view<const std::int32_t> chart_of_;
     std::int32_t chart_ = -1;
-    buffer<occupant> shown_;
+    buffer<std::int32_t> shown_;  // per position: pixel of the last chart shown there
 };
 
 /// Lifts the vertices of all charts and appends the charts to one mesh.
 class mesh_assembler {
 public:
     template <class Layers>
-    mesh_assembler(const Layers& layers, const photo_facts& facts, const flat_mesh& flat, const texture_atlas& atlas)
+    mesh_assembler(const Layers& layers, const photo_facts& facts, const chart_set& charts, const flat_mesh& flat,
+                   const texture_atlas& atlas)
         : facts_(facts),
           camera_(facts.layers_camera()),
           flat_(flat),
           u_scale_(1.0F / nearest_float(atlas.color.width())),
           v_scale_(1.0F / nearest_float(atlas.color.height())),
           first_coordinate_(flat.outlines.corners.size(), -1),
-          finder_(layers.topology(), layers.template column<disparity_column>()) {
+          finder_(layers.topology(), layers.template column<disparity_column>(), charts.chart_of) {
         std::size_t vertex_count = 0, index_count = 0;
         for (const chart_mesh& c : flat.charts) {
             vertex_count += c.outline.size() + static_cast<std::size_t>(c.stud_vertex_count);
@@ -216,7 +214,7 @@ textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const c
             detail::to_text(soft.min_width) + ", " + detail::to_text(soft.max_width) + " and " + detail::to_text(soft.max_share));
     const flat_mesh flat = build_flat_mesh(layers, facts.range, charts, options, threads);
 
-    detail::mesh_assembler assembler(layers, facts, flat, atlas);
+    detail::mesh_assembler assembler(layers, facts, charts, flat, atlas);
     for (std::size_t c = 0; c < flat.charts.size(); ++c) assembler.add_chart(flat.charts[c], charts.charts[c], placements[c]);
     if constexpr (has_column<Layers, matte_column>)
         if (soft.min_width > 0) assembler.add_soft_edges(charts, atlas, detail::find_visible(layers), soft);

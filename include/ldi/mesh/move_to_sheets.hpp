@@ -14,7 +14,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <string>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 

@@ -15,7 +15,6 @@
 #include <cstdint>
 #include <cstdlib>
 #include <span>
-#include <string>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {

@@ -12,6 +12,7 @@
 #include <ldi/core/columns.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
+#include <ldi/core/other_bytes.hpp>
 #include <ldi/kernels/isa.hpp>
 #include <ldi/networks/detail/farbrausch_weights.hpp>
 #include <ldi/networks/detail/farbrausch_work.hpp>
@@ -26,7 +27,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <string>
 #include <utility>
 #include <variant>
 
@@ -182,9 +182,10 @@ void farbrausch::inpaint(Layers& layers, const progress_listener& progress, Exec
     const buffer<float> values = colors(layers, wanted, progress, threads);
     const auto color = layers.template column<color_column>();
     std::size_t next = 0;
-    for (std::size_t i = 0; i < wanted.size(); ++i)
-        for (std::size_t c = 0; wanted[i] != 0 && c < output_channels; ++c)
-            color[3 * i + c] = detail::rounded_to_byte(255.0F * values[next++]);
+    detail::for_each_unknown(known, [&](std::int32_t i) {
+        for (std::size_t c = 0; c < output_channels; ++c)
+            color[3 * static_cast<std::size_t>(i) + c] = detail::rounded_to_byte(255.0F * values[next++]);
+    });
 }
 
 template <executor Executor>

@@ -32,6 +32,12 @@ struct curve_options {
     std::size_t min_length = 20;
     /// Number of pixel sides over which the direction of a curve at its end is measured.
     std::size_t tangent_length = 20;
+    /// Maximum number of pixel sides in all curves, per pixel of the photo. A denser depth map, such as noise, is not a picture
+    /// of surfaces. Curves shorter than min_length are then dropped, and the shortest of the others until the rest fits, so that
+    /// such a map costs a few times as much as a photo's. 117 photographs and sensor depth maps had at most 0.05.
+    float max_density = 0.2F;
+    /// Maximum number of pixel sides in all curves. Bounds the number of charts of photos of more than 2.5 megapixels.
+    std::size_t max_sides = 500'000;
 };
 
 /// A half line that the hidden surface behind a curve must not cross. It starts at the curve's end, is perpendicular to the
@@ -66,6 +72,20 @@ inline buffer<std::size_t> group_lengths(const buffer<trace>& traces) {
     return lengths;
 }
 
+// Returns the smallest length, at least `min_length`, for which all curves of at least this length have at most `max_sides` sides
+// together; 0 if all curves fit.
+inline std::size_t min_length_within(const tracer& tracer, std::size_t max_sides, std::size_t min_length) {
+    if (tracer.corners().side_count() <= max_sides) return 0;
+    buffer<std::size_t> sides;  // per length of a curve: sides of all such curves
+    tracer.for_each_curve([&](const trace& t) {
+        if (t.sides.size() >= sides.size()) sides.resize(t.sides.size() + 1);
+        sides[t.sides.size()] += t.sides.size();
+    });
+    std::size_t shortest = sides.size(), total = 0;
+    while (shortest > min_length && total + sides[shortest - 1] <= max_sides) total += sides[--shortest];
+    return shortest;
+}
+
 }  // namespace detail::curves
 
 namespace detail {
@@ -87,6 +107,8 @@ inline void check_curves(std::span<const discontinuity_curve> curves, const grap
 ///
 /// surface  the rule by which lift() linked the layer
 ///
+/// Raises invalid_option for a density outside [0, 2].
+///
 /// A curve between a midground and the surface in front of it is constrained where it ends in a junction, so that the farthest
 /// of the meeting surfaces can grow under all others. Other ends are not constrained, unlike in the paper: the step at a curve's
 /// end is as large as the threshold, and a camera that moves along the curve sees past the end. Time is linear, except for
@@ -95,6 +117,8 @@ template <payload_column... Columns>
 buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns...>& layer, surface_rule surface = {},
                                                       const curve_options& options = {}) {
     static_assert(has_columns<single_layer<Columns...>, disparity_column>);
+    if (!(options.max_density >= 0.0F && options.max_density <= 2.0F))
+        raise(error_code::invalid_option, "curve_options::max_density", "0 to 2", detail::to_text(options.max_density));
     const auto disparity = layer.template column<disparity_column>();
     buffer<discontinuity_curve> curves;
     const auto& g = layer.topology();
@@ -127,8 +151,13 @@ buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns
         return c;
     };
 
+    const std::size_t max_sides = (std::min)(
+        options.max_sides, static_cast<std::size_t>(options.max_density * detail::nearest_float(layer.topology().size())));
+    const std::size_t shortest = detail::curves::min_length_within(tracer, max_sides, options.min_length);
     buffer<detail::curves::trace> traces;
-    tracer.for_each_curve([&](detail::curves::trace t) { traces.push_back(std::move(t)); });
+    tracer.for_each_curve([&](detail::curves::trace t) {
+        if (t.sides.size() >= shortest) traces.push_back(std::move(t));
+    });
     const buffer<std::size_t> lengths = detail::curves::group_lengths(traces);
     for (std::size_t i = 0; i < traces.size(); ++i) {
         if (lengths[i] < options.min_length) continue;

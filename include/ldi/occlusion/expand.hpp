@@ -34,6 +34,9 @@ struct expand_options {
     float motion = 0.08F;
     /// Maximum growth of a surface in pixels. If this is the tighter limit, views within `motion` show gaps.
     int iterations = 4096;
+    /// Growth ends when this many hidden pixels exist per pixel of the photo. 117 photographs and sensor depth maps need at most
+    /// 1 with the default motion; noise and staircases would need six.
+    float max_hidden = 1.25F;
 };
 
 /// A layered image with its hidden surfaces.
@@ -41,7 +44,7 @@ template <payload_column... Columns>
 struct expanded_layers {
     layered_image<Columns...> layers;
     /// Camera motion for which the hidden surfaces suffice (photo_facts::motion): expand_options::motion, or less if
-    /// expand_options::iterations is the tighter limit.
+    /// expand_options::iterations or max_hidden is the tighter limit.
     float motion = 0.0F;
 };
 
@@ -61,8 +64,8 @@ struct expanded_layers {
 /// tests and pictures.
 ///
 /// At most 1 / surface_rule::max_step surfaces lie at one position. Per pixel of the photo, most photos need less than half a
-/// hidden pixel; noise at all scales needs six. Time is linear in the number of pixels of the result; memory is up to 110 bytes
-/// per pixel.
+/// hidden pixel; expand_options::max_hidden is the limit. Time is linear in the number of pixels of the result; memory is up to
+/// 110 bytes per pixel.
 template <payload_column... Columns, class AfterIteration = std::nullptr_t>
 expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule surface,
                                    std::span<const discontinuity_curve> curves, const expand_options& options = {},
@@ -71,6 +74,8 @@ expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule 
     if (options.iterations < 0)
         raise(error_code::invalid_option, "expand_options::iterations", "0 or more", std::to_string(options.iterations));
     detail::check_curves(curves, layer.topology(), "expand");
+    if (!(options.max_hidden >= 0.0F))
+        raise(error_code::invalid_option, "expand_options::max_hidden", "0 or more", detail::to_text(options.max_hidden));
     if (!(options.motion >= 0 && options.motion <= 1))
         raise(error_code::invalid_option, "expand_options::motion", "0 to 1", detail::to_text(options.motion));
     expanded_layers<Columns...> result{detail::expansion_access::layers_of(std::move(layer)), options.motion};
@@ -80,15 +85,17 @@ expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule 
     const buffer<grown_piece> pieces = layers.grow([&](graph_builder base) {
         expansion.emplace(std::move(base), disparity, surface, curves, options.motion);
         const int last = (std::min)(options.iterations, expansion->max_iterations());
-        for (int i = 0; i < last; ++i) {
-            expansion->run_iteration(i);
+        const double max_hidden = double{options.max_hidden} * detail::nearest_double(disparity.size());
+        int done = 0;
+        while (done < last && detail::nearest_double(expansion->pixels().hidden_count()) < max_hidden) {
+            expansion->run_iteration(done++);
             if constexpr (!std::is_same_v<std::remove_cvref_t<AfterIteration>, std::nullptr_t>)
                 expansion->pixels().show(after_iteration);
-            progress.report("occluded geometry", detail::nearest_float(i) / detail::nearest_float(last));
+            progress.report("occluded geometry", detail::nearest_float(done - 1) / detail::nearest_float(last));
         }
         const int all = expansion->max_iterations();
-        if (last < all) result.motion *= detail::nearest_float(last) / detail::nearest_float(all);
-        return expansion->pixels().merge();
+        if (done < all) result.motion *= detail::nearest_float(done) / detail::nearest_float(all);
+        return expansion->merge();
     });
     expansion->pixels().write_disparity(layers.template column<disparity_column>(), pieces);
     progress.report("occluded geometry", 1.0F);

@@ -73,13 +73,17 @@ std::array<std::uint8_t, 3> softened_color(const Layers& layers, std::int32_t ma
         count += weight;
     };
     add(pixel, 2);
+    const std::int32_t x = g.x()[pixel], y = g.y()[pixel];
     for (const side s : all_sides) {
-        const std::int32_t i = g.neighbor(pixel, s);
-        if (i == no_pixel || (std::min)(g.x()[i], g.y()[i]) < margin) continue;
-        if (g.x()[i] < g.width() - margin && g.y()[i] < g.height() - margin) add(i, 1);
+        const std::int32_t u = x + step_x(s), v = y + step_y(s);
+        if ((std::min)(u, v) < margin || u >= g.width() - margin || v >= g.height() - margin) continue;
+        if (const std::int32_t i = g.neighbor(pixel, s); i != no_pixel) add(i, 1);
     }
+    // (sum + count / 2) / count, exact for sums of six bytes
+    static constexpr std::array<int, 7> reciprocals{0, 0, 32768, 21846, 16384, 13108, 10923};
     std::array<std::uint8_t, 3> result{};
-    for (std::size_t c = 0; c < 3; ++c) result[c] = static_cast<std::uint8_t>((sum[c] + count / 2) / count);
+    for (std::size_t c = 0; c < 3; ++c)
+        result[c] = static_cast<std::uint8_t>((sum[c] + count / 2) * reciprocals[static_cast<std::size_t>(count)] >> 16);
     return result;
 }
 

@@ -16,8 +16,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <string>
-#include <vector>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 

@@ -13,7 +13,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <string>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 

@@ -8,6 +8,7 @@
 #include <ldi/core/columns.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
+#include <ldi/core/other_bytes.hpp>
 #include <ldi/texture/packing.hpp>
 #include <ldi/texture/padding.hpp>
 
@@ -44,11 +45,10 @@ buffer<texel_kind> pixel_kinds(const Layers& layers) {
         float& nearest = front[g.position_of(i)];
         nearest = (std::max)(nearest, disparity[i]);
     }
-    buffer<texel_kind> kinds(g.size());
-    for (std::int32_t i = 0; i < g.count(); ++i) {
-        const bool is_hidden = disparity[i] < front[g.position_of(i)];
-        kinds[i] = known[i] != 0 ? texel_kind::photo : is_hidden ? texel_kind::occluded : texel_kind::refilled;
-    }
+    buffer<texel_kind> kinds(g.size(), texel_kind::photo);
+    for_each_unknown(known, [&](std::int32_t i) {
+        kinds[i] = disparity[i] < front[g.position_of(i)] ? texel_kind::occluded : texel_kind::refilled;
+    });
     return kinds;
 }
 

@@ -6,7 +6,6 @@
 #include <ldi/texture/packing.hpp>
 #include <ldi/texture/padding.hpp>
 
-#include <cstddef>
 #include <cstdint>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {

@@ -38,9 +38,9 @@ int main() {
     std::atomic<std::size_t> covered{0};
     ldi::parallel_for(pool, 1000, 1, [&](std::size_t first, std::size_t last) { covered += last - first; });
     if (covered != 1000) fail("the pool left something out");
-    if (ldi::connected_components(ldi::coarsen(ldi::make_grid(9, 9), ldi::orphan_rule::adopt_nearest).topology).size.front() !=
-        25)
-        fail("wrong graph");
+    const ldi::graph grid = ldi::make_grid(9, 9);
+    const ldi::coarsened coarse = ldi::coarsen(grid, ldi::orphan_rule::adopt_nearest);
+    if (ldi::connected_components(coarse.topology).size.front() != 25) fail("wrong graph");
 
     ldi::progress_listener stop;
     stop.is_canceled = [](void*) { return true; };

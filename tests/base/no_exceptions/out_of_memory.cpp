@@ -53,7 +53,8 @@ bool is_enough(std::size_t calls) {
     }
     const ldi::memory_scope scope(source);
     const ldi::image<float> picture(40, 50);
-    const ldi::coarsened coarse = ldi::coarsen(ldi::make_grid(9, 9), ldi::orphan_rule::adopt_nearest);
+    const ldi::graph grid = ldi::make_grid(9, 9);
+    const ldi::coarsened coarse = ldi::coarsen(grid, ldi::orphan_rule::adopt_nearest);
     return picture.size() == 2000 && coarse.topology.size() == 25;
 }
 

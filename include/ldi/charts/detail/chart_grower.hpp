@@ -12,7 +12,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <string>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
@@ -39,6 +38,12 @@ inline buffer<std::uint8_t> positions_near_other_surfaces(const graph_view& g, s
     }
     for (std::uint8_t& p : positions) p = static_cast<std::uint8_t>(p >> 1);
     return positions;
+}
+
+inline std::int64_t area_of_boxes(const chart_set& charts) {
+    std::int64_t area = 0;
+    for (const chart& c : charts.charts) area += std::int64_t{c.width} * c.height;
+    return area;
 }
 
 inline constexpr std::int32_t max_filter_range = 8;
@@ -156,8 +161,8 @@ private:
     bool may_join(std::int32_t pixel, std::int32_t x, std::int32_t y) {
         if (pixel == no_pixel || chart_of(pixel) >= 0) return false;
         if (right_ - x >= cap_x_ || x - left_ >= cap_x_ || bottom_ - y >= cap_y_ || y - top_ >= cap_y_) return false;
-        if (occupant(x, y) != no_pixel) return false;
-        return near_other_[at(x, y)] == 0 || is_clear_of_other_surfaces(pixel, x, y);
+        if (near_other_[at(x, y)] == 0) return true;  // the only pixel at its position
+        return occupant(x, y) == no_pixel && is_clear_of_other_surfaces(pixel, x, y);
     }
 
     void accept(std::int32_t pixel, std::int32_t x, std::int32_t y) {

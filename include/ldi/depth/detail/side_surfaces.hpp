@@ -9,7 +9,6 @@
 #include <ldi/depth/step_band.hpp>
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 

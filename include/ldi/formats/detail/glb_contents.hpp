@@ -12,15 +12,12 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <cstdio>
 #include <limits>
 #include <span>
 #include <string>
 #include <string_view>
 #include <utility>
-#if !defined(__cpp_lib_to_chars)
-#include <locale>
-#include <sstream>
-#endif
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespace glb {
 
@@ -48,13 +45,12 @@ private:
         std::array<char, 32> digits;
         const std::string_view text(digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), number).ptr);
 #else  // Emscripten has no std::to_chars for double; 17 digits also read back as the same number
-        std::ostringstream stream;
-        stream.imbue(std::locale::classic());
-        stream.precision(std::numeric_limits<double>::max_digits10);
-        stream << number;
-        const std::string text = stream.str();
+        std::array<char, 32> digits;
+        std::snprintf(digits.data(), digits.size(), "%.17g", number);
+        std::replace(digits.begin(), digits.end(), ',', '.');  // the C library's locale may have a decimal comma
+        const std::string_view text(digits.data());
 #endif
-        add(std::string_view(text), text.find_first_of(".e") == text.npos ? ".0" : "");
+        add(text, text.find_first_of(".e") == text.npos ? ".0" : "");
     }
     template <std::integral Integer>
     void add_part(Integer number) {

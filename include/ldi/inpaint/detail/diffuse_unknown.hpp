@@ -4,6 +4,7 @@
 #include <ldi/base/buffer.hpp>
 #include <ldi/core/diffusion.hpp>
 #include <ldi/core/graph.hpp>
+#include <ldi/core/other_bytes.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -28,8 +29,7 @@ void diffuse_unknown(const graph_view& g, array_view<const std::uint8_t> known, 
     solver.start();
     solver.reserve(static_cast<std::size_t>(std::count(known.begin(), known.end(), std::uint8_t{0})));
     buffer<std::int32_t> cell_of(g.size(), unset);  // per unknown pixel; not set for known pixels
-    for (std::int32_t i = 0; i < g.count(); ++i) {
-        if (known[i] != 0) continue;
+    for_each_unknown(known, [&](std::int32_t i) {
         const std::int32_t cell = cell_of[i] = solver.add_cell(g.x()[i], g.y()[i]);
         for (side s : all_sides) {
             const std::int32_t neighbor = g.neighbor(i, s);
@@ -41,12 +41,11 @@ void diffuse_unknown(const graph_view& g, array_view<const std::uint8_t> known, 
             else if (s == side::up)
                 solver.link_up(cell, cell_of[neighbor]);
         }
-    }
+    });
     before_solving();
     solver.solve(rounds);
     std::int32_t cell = 0;
-    for (std::int32_t i = 0; i < g.count(); ++i)
-        if (known[i] == 0) store(i, solver.value(++cell));
+    for_each_unknown(known, [&](std::int32_t i) { store(i, solver.value(++cell)); });
 }
 
 }}}  // namespace ldi::detail

@@ -5,10 +5,10 @@
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/config.hpp>
 #include <ldi/core/graph.hpp>
+#include <ldi/core/other_bytes.hpp>
 
 #include <algorithm>
 #include <cstdint>
-#include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -71,8 +71,7 @@ inline buffer<std::uint8_t> steps_to_unknown(const graph_view& g, array_view<con
             reached.push_back(n);
         }
     };
-    for (std::int32_t i = 0; i < g.count(); ++i)
-        if (steps[i] == 0) visit_around(i, 1, wave);
+    for_each_unknown(known, [&](std::int32_t i) { visit_around(i, 1, wave); });
     for (int distance = 2; distance <= most && !wave.empty(); ++distance) {
         further.clear();
         for (std::int32_t pixel : wave) visit_around(pixel, distance, further);
@@ -116,14 +115,13 @@ inline texture_cells find_texture_cells(const graph_view& g, array_view<const st
     cells.pixel.resize(count, unset), cells.kinds.resize(count, unset);
     buffer<std::int32_t> cell_of(g.size(), unset);  // set only for pixels with a cell
     std::int32_t next = 0;
-    for (std::int32_t i = 0; i < g.count(); ++i) {
-        if (steps[i] == 255) continue;
+    for_each_other_byte(steps, 255, [&](std::int32_t i) {
         cells.pixel[next] = i;
         cells.kinds[next] = steps[i] == 0       ? texture_cells::kind::unknown
                             : steps[i] <= reach ? texture_cells::kind::source
                                                 : texture_cells::kind::margin;
         cell_of[i] = next++;
-    }
+    });
     count_steps(cells, [&](std::int32_t cell) {
         const std::int32_t left = g.left()[cells.pixel[cell]];
         LDI_ASSERT(left == no_pixel || left == cells.pixel[cell] - 1);

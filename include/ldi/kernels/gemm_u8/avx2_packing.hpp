@@ -21,17 +21,6 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 inline constexpr std::size_t gemm_lanes = 8, gemm_max_vectors = 2, gemm_tile_pixels[] = {8, 4};
 using detail::gemm_group;
 
-/// Packs the weights of a layer with a single output in the order of the inputs, and pads each segment to whole vectors. The
-/// panel layout would use only one of 8 lanes.
-inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
-    const int sign = detail::is_negated(packed.fast) ? -1 : 1;
-    const std::size_t padded = (packed.inputs + 15) / 16 * 16;
-    for (std::size_t s = 0; s < packed.segments; ++s)
-        for (std::size_t i = 0; i < padded; ++i)
-            packed.wide.push_back(static_cast<std::int16_t>(
-                i < packed.inputs ? sign * (weights[s * packed.inputs + i] - int{weight_zero_point}) : 0));
-}
-
 /// Weights of four inputs for all outputs of a panel, so small that they cannot saturate a 16-bit sum. The weights of a group
 /// are the sum of one or more terms.
 struct gemm_term {
@@ -117,9 +106,9 @@ private:
 /// Packs weights panel by panel, segment by segment. Appends to `order` the number of pairs of terms, the number of single
 /// terms, and the first input of each term. Appends to `narrow` vectors of 8 outputs x 4 inputs, term by term.
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
-    if (packed.is_single_output()) return pack_single_output(packed, weights, weight_zero_point);
-    const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_max_vectors);
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
+    if (packed.is_single_output()) return detail::append_single_output(packed.wide, packed, weights, weight_zero_point, sign, 16);
+    const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_max_vectors);
     buffer<gemm_term> terms;
     std::size_t first = 0;
     for (std::size_t panel = 0; panel < cut.panels; ++panel) {

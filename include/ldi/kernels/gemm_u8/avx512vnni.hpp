@@ -21,37 +21,16 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 
 inline constexpr std::size_t gemm_lanes = 16, gemm_max_vectors = 4, gemm_tile_pixels[] = {12, 6, 4, 4};
 using detail::gemm_group;
-
-/// Packs the weights of a layer with a single output in the order of the inputs, and pads each segment to whole vectors. The
-/// panel layout would use only one of 16 lanes.
-inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
-    const int sign = detail::is_negated(packed.fast) ? -1 : 1;
-    const std::size_t padded = (packed.inputs + 63) / 64 * 64;
-    for (std::size_t s = 0; s < packed.segments; ++s)
-        for (std::size_t i = 0; i < padded; ++i)
-            packed.narrow.push_back(static_cast<std::int8_t>(
-                i < packed.inputs ? sign * (weights[s * packed.inputs + i] - int{weight_zero_point}) : 0));
-}
+using gemm_panel = detail::panel_of_groups;
 
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
-    if (packed.is_single_output()) return pack_single_output(packed, weights, weight_zero_point);
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
+    if (packed.is_single_output())
+        return detail::append_single_output(packed.narrow, packed, weights, weight_zero_point, sign, 64);
     detail::append_groups_of_four(packed, weights, weight_zero_point, sign, gemm_lanes, gemm_max_vectors);
 }
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
-
-/// Arguments of gemm_u8() for one panel.
-struct gemm_panel {
-    const std::uint8_t* const* segments;
-    std::size_t segment_count, groups, pixel_stride, pixels;
-    const std::int8_t* weights;
-    const std::int32_t* bias;
-    std::uint8_t* result;
-    std::size_t outputs, held = 0;  ///< number of outputs of the layer, and of the panel
-
-    void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
-};
 
 [[gnu::always_inline]] inline __m512i spread_four(const std::uint8_t* inputs) {
     std::int32_t four = 0;

@@ -20,6 +20,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx_vnni {
 
 inline constexpr std::size_t gemm_lanes = 8, gemm_max_vectors = 2, gemm_tile_pixels[] = {12, 6};
 using detail::gemm_group;
+using gemm_panel = detail::panel_of_groups;
 
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
@@ -27,18 +28,6 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
 }
 
 LDI_BEGIN_TARGET(LDI_AVX_VNNI_FEATURES)
-
-/// Arguments of gemm_u8() for one panel.
-struct gemm_panel {
-    const std::uint8_t* const* segments;
-    std::size_t segment_count, groups, pixel_stride, pixels;
-    const std::int8_t* weights;
-    const std::int32_t* bias;
-    std::uint8_t* result;
-    std::size_t outputs, held = 0;  ///< number of outputs of the layer, and of the panel
-
-    void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
-};
 
 template <std::size_t... v>
 [[gnu::always_inline]] inline void multiply_add(std::index_sequence<v...>, __m256i* sums, __m256i inputs,

@@ -58,6 +58,32 @@ inline constexpr std::size_t gemm_group = 4;
 /// Number of groups of four inputs, rounded up.
 constexpr std::size_t groups_of_four(std::size_t inputs) { return (inputs + gemm_group - 1) / gemm_group; }
 
+/// Arguments of gemm_u8() for one panel of weights in groups of four inputs.
+struct panel_of_groups {
+    const std::uint8_t* const* segments;
+    std::size_t segment_count, groups, pixel_stride, pixels;
+    const std::int8_t* weights;
+    const std::int32_t* bias;
+    std::uint8_t* result;
+    std::size_t outputs, held = 0;  ///< number of outputs of the layer, and of the panel
+
+    void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
+};
+
+/// Appends the weights of a layer with a single output in the order of the inputs, and pads each segment with zeros to a multiple
+/// of `multiple`. The panel layout would use only one lane of each vector.
+///
+/// sign  -1 for negated weights
+template <class Stored>
+void append_single_output(buffer<Stored>& to, const gemm_u8_weights& packed, std::span<const std::uint8_t> weights,
+                          int weight_zero_point, int sign, std::size_t multiple) {
+    const std::size_t padded = (packed.inputs + multiple - 1) / multiple * multiple;
+    for (std::size_t s = 0; s < packed.segments; ++s)
+        for (std::size_t i = 0; i < padded; ++i)
+            to.push_back(
+                static_cast<Stored>(i < packed.inputs ? sign * (weights[s * packed.inputs + i] - weight_zero_point) : 0));
+}
+
 /// Appends weights panel by panel, segment by segment, in groups of four inputs: vectors of `lanes` outputs x 4 inputs, padded
 /// with zeros.
 ///

@@ -21,19 +21,9 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 inline constexpr std::size_t gemm_lanes = 4, gemm_max_vectors = 2, gemm_tile_pixels[] = {4, 4}, gemm_group = 2;
 inline constexpr std::size_t gemm_widened = 4 * detail::max_unfused_inputs;  // values widened at a time
 
-/// Packs the weights of a layer with a single output in the order of the inputs, and pads each segment to whole vectors. The
-/// panel layout would use only one of 4 lanes.
-inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
-    const std::size_t padded = (packed.inputs + 7) / 8 * 8;
-    for (std::size_t s = 0; s < packed.segments; ++s)
-        for (std::size_t i = 0; i < padded; ++i)
-            packed.wide.push_back(
-                static_cast<std::int16_t>(i < packed.inputs ? weights[s * packed.inputs + i] - int{weight_zero_point} : 0));
-}
-
 /// Packs weights panel by panel, segment by segment, in pairs of inputs: vectors of 4 outputs x 2 inputs.
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
-    if (packed.is_single_output()) return pack_single_output(packed, weights, weight_zero_point);
+    if (packed.is_single_output()) return detail::append_single_output(packed.wide, packed, weights, weight_zero_point, 1, 8);
     const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_max_vectors);
     std::size_t first = 0;
     for (std::size_t panel = 0; panel < cut.panels; ++panel) {

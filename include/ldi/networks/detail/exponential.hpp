@@ -6,7 +6,6 @@
 #include <ldi/base/numbers.hpp>
 
 #include <cmath>
-#include <initializer_list>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 

@@ -12,7 +12,6 @@
 #include <ldi/nn/ldi/weights.hpp>
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <string>

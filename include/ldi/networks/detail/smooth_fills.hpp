@@ -14,7 +14,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <mutex>
 #include <span>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
@@ -46,6 +45,7 @@ public:
             else
                 average_windows(
                     levels_[i].average_coarse, threads_, [&](std::int32_t p) { return known[i][p]; }, store);
+            levels_[i].average_coarse = {};
         }
         masked_colors fill = known[depth];
         spread(fill, levels_[depth].average, known[depth], growth_);

@@ -16,7 +16,6 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <variant>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {

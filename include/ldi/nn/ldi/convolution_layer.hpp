@@ -15,7 +15,6 @@
 #include <ldi/nn/ldi/convolution_plan.hpp>
 #include <ldi/nn/ldi/feature_map.hpp>
 
-#include <cstddef>
 #include <cstdint>
 #include <initializer_list>
 #include <span>

@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cmath>
 #include <concepts>
-#include <cstddef>
 #include <limits>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {

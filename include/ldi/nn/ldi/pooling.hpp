@@ -14,7 +14,6 @@
 #include <algorithm>
 #include <concepts>
 #include <cstddef>
-#include <cstdint>
 #include <span>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {

@@ -5,6 +5,7 @@
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/core/graph_builder.hpp>
+#include <ldi/core/grown_pixels.hpp>
 #include <ldi/core/surface.hpp>
 #include <ldi/occlusion/detail/hidden_pixels.hpp>
 #include <ldi/occlusion/discontinuity_curves.hpp>
@@ -74,6 +75,12 @@ public:
                 for (side s : all_sides) grow(f.curve, f.pixel, s);
         }
         front_.swap(created_);
+    }
+
+    /// Merges all pixels; see hidden_pixels::merge().
+    grown_pixels merge() {
+        reach_ = {}, dives_ = {};
+        return pixels_.merge();
     }
 
 private:

@@ -42,6 +42,7 @@ public:
 
     std::int32_t width() const { return base_.width(); }
     std::int32_t height() const { return base_.height(); }
+    std::int32_t hidden_count() const { return hidden_.count(); }
     bool inside(std::int32_t x, std::int32_t y) const { return x >= 0 && y >= 0 && x < base_.width() && y < base_.height(); }
     /// Index of the visible pixel at (x, y), the first pixel of a walk over all pixels at this position.
     std::int32_t position(std::int32_t x, std::int32_t y) const { return y * base_.width() + x; }
@@ -92,11 +93,13 @@ public:
         see(graph_view(topology), std::span<const float>(disparity), base_.size());
     }
 
-    /// Merges all pixels into canonical order.
+    /// Merges all pixels into canonical order. Releases memory as early as it can, because the peak of a conversion is here; only
+    /// write_disparity() may follow.
     grown_pixels merge() {
+        newest_ = {}, older_ = {};
         grown_pixels result;
         result.pieces = order();
-        buffer<std::int32_t> new_index(base_.size() + hidden_.size());
+        buffer<std::int32_t> new_index(base_.size() + hidden_.size(), unset);
         std::int32_t placed = 0;
         for (const grown_piece& p : result.pieces)
             for (std::int32_t i = 0; i < p.count; ++i) new_index[p.first + (p.is_new ? base_count_ : 0) + i] = placed++;
@@ -121,6 +124,7 @@ public:
         }
         result.topology = std::move(g).build();
         result.origins = std::move(origin_);
+        base_ = graph_builder(0, 0), hidden_ = graph_builder(0, 0);
         return result;
     }
 

@@ -8,7 +8,6 @@
 #include <ldi/nn/dense/detail/check_network.hpp>
 #include <ldi/nn/dense/network_description.hpp>
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <string>

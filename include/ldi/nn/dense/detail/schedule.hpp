@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <cstdint>
 #include <variant>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {

@@ -1,0 +1,22 @@
+#!/usr/bin/env bash
+# run.sh [ROUNDS]: the page of examples/web in headless Chromium and Firefox: the first photo after the page is ready, the photos after
+# it, the stages, the memory and the download. Then the depth network in WebAssembly beside ONNX Runtime Web and TensorFlow.js
+# (bench/peers/tiefenrausch_webassembly.sh), if ../shared has the published network. Installs what is missing. Ends with
+# "photo to 3D photo D ms, depth ratio D.DD": the photos after the first in Chromium, and ours over the faster peer; 0 if there is none.
+set -euo pipefail
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+top=$(cd "$here/../.." && pwd)
+rounds=${1:-5}
+# shellcheck source=scripts/requirements.sh
+source "$top/scripts/requirements.sh"
+
+require "${needs_web[@]}" "${needs_web_browsers[@]}"
+install_npm_packages "$top/tests/web"
+"$top/examples/web/build.sh" >/dev/null
+log=$(mktemp)
+trap 'rm -f "$log"' EXIT
+node "$here/page.mjs" "$rounds" | tee "$log"
+photo=$(tail -n 1 "$log")
+"$top/bench/peers/tiefenrausch_webassembly.sh" "$rounds" | tee "$log"
+ratio=$(sed -n 's/^ratio //p' "$log")
+printf 'photo to 3D photo %.0f ms, depth ratio %.2f\n' "${photo##* }" "${ratio:-0}"

@@ -1,0 +1,12 @@
+// Windows' functions without the macros that collide with names of C++: min, max, near, far.
+#pragma once
+
+#define WIN32_LEAN_AND_MEAN
+#if !defined(NOMINMAX)  // libstdc++ defines it
+#define NOMINMAX
+#endif
+#define PSAPI_VERSION 2
+#include <windows.h>
+#undef near
+#undef far
+#undef ERROR

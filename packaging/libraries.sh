@@ -1,0 +1,110 @@
+#!/usr/bin/env bash
+# Builds static libraries from Debian's sources, with Debian's patches: those that Debian itself offers only as shared ones, and those for
+# Windows. Changes nothing on this machine: apt-get keeps its list of sources in build/libraries.
+#
+#   packaging/libraries.sh TARGET NAME...     prints the folder with include/ and lib/; NAME: a build_NAME below. TARGET: linux,
+#                                             windows, or python (for Linux, of which shared libraries can be linked)
+set -euo pipefail
+top=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+# shellcheck source=scripts/requirements.sh
+source "$top/scripts/requirements.sh"
+
+require "${needs_release[@]}" >&2
+target=$1
+build=$top/build/libraries
+prefix=$build/$target
+shared=OFF
+[ "$target" != python ] || shared=ON
+mkdir -p "$build/apt/parts" "$build/apt/lists/partial" "$build/apt/cache/archives/partial" "$build/sources" "$prefix"
+
+sources_of_debian() {
+    apt-get -qq -o Dir::Etc::sourcelist=/dev/null -o Dir::Etc::sourceparts="$build/apt/parts" -o Dir::State::lists="$build/apt/lists" \
+        -o Dir::Cache="$build/apt/cache" -o APT::Sandbox::User=root "$@"
+}
+
+# A machine's lists of packages, read as lists of sources.
+fetch_lists() {
+    [ ! -e "$build/apt/parts/all.list" ] && [ ! -e "$build/apt/parts/all.sources" ] || return 0
+    sed -n 's/^deb /deb-src /p' /etc/apt/sources.list /etc/apt/sources.list.d/*.list >"$build/apt/parts/all.list" 2>/dev/null || true
+    sed 's/^Types:.*/Types: deb-src/' /etc/apt/sources.list.d/*.sources >"$build/apt/parts/all.sources" 2>/dev/null || true
+    sources_of_debian update >&2
+}
+
+# source_of NAME: unpacks a source package, the newest version that the mirror still has, and prints its folder.
+source_of() {
+    local folder=$build/sources/$1 version
+    if [ ! -e "$folder/unpacked" ]; then
+        fetch_lists
+        rm -rf "$folder" && mkdir -p "$folder"
+        for version in $(apt_versions "$1"); do
+            (cd "$folder" && sources_of_debian source --download-only "$1=$version" && dpkg-source -x ./*.dsc unpacked) >&2 && break
+            rm -f "$folder"/*
+        done
+    fi
+    [ -e "$folder/unpacked" ] && printf '%s\n' "$folder/unpacked"
+}
+apt_versions() {
+    apt-cache -o Dir::Etc::sourcelist=/dev/null -o Dir::Etc::sourceparts="$build/apt/parts" -o Dir::State::lists="$build/apt/lists" \
+        -o Dir::Cache="$build/apt/cache" showsrc "$1" | sed -n 's/^Version: //p' | sort -rVu
+}
+
+# with_cmake SOURCE OPTION...: configures, builds and installs to the prefix. Debian's flags for security, as far as both compilers know them.
+with_cmake() {
+    local source=$1 folder system=() launcher=()
+    folder=$build/$target-build/$(basename "$(dirname "$source")")
+    [ "$target" != windows ] || system=(-DCMAKE_TOOLCHAIN_FILE="$top/packaging/mingw.cmake")
+    ! command -v ccache >/dev/null || launcher=(-DCMAKE_C_COMPILER_LAUNCHER=ccache -DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
+    cmake -S "$source" -B "$folder" -G Ninja -DCMAKE_BUILD_TYPE=Release -DBUILD_SHARED_LIBS=OFF -DCMAKE_INSTALL_PREFIX="$prefix" \
+        -DCMAKE_INSTALL_LIBDIR=lib -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_POSITION_INDEPENDENT_CODE="$shared" "${launcher[@]}" "${system[@]}" "${@:2}" >&2 &&
+        cmake --build "$folder" --parallel "$(nproc)" >&2 && cmake --install "$folder" >&2
+}
+
+# archive NAME FOLDER FLAG... -- FILE...: compiles files of C that have no build system for CMake.
+archive() {
+    local name=$1 folder=$build/$target-build/$1 flags=() file compiler=(gcc) ar=ar
+    [ "$shared" = OFF ] || flags+=(-fPIC)
+    [ "$target" != windows ] || compiler=(x86_64-w64-mingw32-gcc-posix) ar=x86_64-w64-mingw32-ar
+    ! command -v ccache >/dev/null || compiler=(ccache "${compiler[@]}")
+    mkdir -p "$folder" "$prefix/lib" && rm -f "$folder"/*
+    while shift && [ "$1" != -- ]; do flags+=("$1"); done
+    for file in "${@:2}"; do
+        "${compiler[@]}" -O2 -w "${flags[@]}" -c "$file" -o "$folder/$(basename "$file").o" || return
+    done
+    rm -f "$prefix/lib/lib$name.a" && "$ar" rcs "$prefix/lib/lib$name.a" "$folder"/*.o
+}
+
+build_lcms2() {
+    local source
+    source=$(source_of lcms2) && archive lcms2 -I"$source/include" -- "$source"/src/*.c && mkdir -p "$prefix/include" &&
+        cp "$source"/include/*.h "$prefix/include"
+}
+build_libexif() {
+    local source made=$build/libexif  # what its configure makes
+    source=$(source_of libexif) && mkdir -p "$made/libexif" "$prefix/include/libexif" && : >"$made/config.h" &&
+        printf '#include <stdint.h>\n' >"$made/libexif/_stdint.h" &&
+        archive exif -I"$source" -I"$made" '-DGETTEXT_PACKAGE="libexif"' '-DLOCALEDIR=""' -- "$source"/libexif/*.c "$source"/libexif/*/*.c &&
+        cp "$source"/libexif/*.h "$made/libexif/_stdint.h" "$prefix/include/libexif"
+}
+build_meshoptimizer() { with_cmake "$(source_of meshoptimizer)"; }
+build_pugixml() { with_cmake "$(source_of pugixml)"; }
+build_zlib() {
+    local source
+    source=$(source_of zlib) && archive z -- "$source"/*.c && mkdir -p "$prefix/include" && cp "$source"/{zlib,zconf}.h "$prefix/include"
+}
+build_libpng() { with_cmake "$(source_of libpng1.6)" -DPNG_SHARED=OFF -DPNG_TESTS=OFF; }
+build_libwebp() {
+    local tools=() tool
+    for tool in ANIM_UTILS CWEBP DWEBP GIF2WEBP IMG2WEBP VWEBP WEBPINFO WEBPMUX EXTRAS; do tools+=(-DWEBP_BUILD_$tool=OFF); done
+    with_cmake "$(source_of libwebp)" "${tools[@]}"
+}
+build_libjpeg() {
+    with_cmake "$(source_of libjpeg-turbo)" -DENABLE_SHARED=OFF -DWITH_TURBOJPEG=OFF &&
+        cp "$build/$target-build/libjpeg-turbo/libjpeg.a" "$prefix/lib"  # which its installation forgets
+}
+
+for library in "${@:2}"; do
+    # Built once for each version of its function.
+    stamp=$prefix/.$library.$(declare -f "build_$library" | md5sum | cut -c 1-8)
+    [ -e "$stamp" ] || { "build_$library" >&2 && touch "$stamp"; } || { printf '%s does not build for %s\n' "$library" "$target" >&2 && exit 1; }
+done
+printf '%s\n' "$prefix"

@@ -1,0 +1,202 @@
+#!/usr/bin/env bash
+# Tries what packaging/release.sh makes, as people do who have no compiler: each file unpacked in a clean folder, with an empty environment.
+# The GLB has the bytes of the ordinary program's. Makes the files first. Takes ten minutes or more; not part of tests/run.sh.
+# Ends with "N passed, N failed".
+#
+#   tests/release/run.sh [--made] [PART...]     --made: tries the files that are in out/release; PART: as for packaging/release.sh
+set -euo pipefail
+repository=$(realpath "$(dirname "${BASH_SOURCE[0]}")/../..")
+cd "$repository"
+# shellcheck source=scripts/requirements.sh
+source scripts/requirements.sh
+# shellcheck source=scripts/tally.sh
+source scripts/tally.sh
+
+made=0
+while [ $# -gt 0 ] && [[ $1 == -* ]]; do
+    case $1 in
+        --made) made=1 ;;
+        -h | --help) sed -n '2,/^set /s/^# \{0,1\}//p' "${BASH_SOURCE[0]}" && exit 0 ;;
+        *) printf 'unknown option %s; --help lists the options\n' "$1" >&2 && exit 2 ;;
+    esac
+    shift
+done
+parts=("$@")
+[ "${#parts[@]}" -gt 0 ] || parts=(linux windows python npm web)
+
+release=$repository/out/release
+clean=$repository/build/release_test
+sample=$repository/examples/photo3d/sample.jpg
+rm -rf "$clean" && mkdir -p "$clean"
+
+# From a clone, so that files that are not committed don't help.
+make_files() {
+    local clone=$repository/build/release_clone
+    if [ -d "$clone" ]; then
+        git -C "$clone" fetch -q "$repository" HEAD && git -C "$clone" checkout -q --detach FETCH_HEAD
+    else
+        git clone -q --no-hardlinks "$repository" "$clone"
+    fi && "$clone/packaging/release.sh" "${parts[@]}" | tee "$clean/made" && ! grep '^missing' "$clean/made" &&
+        rm -rf "$release" && mkdir -p "$release" && cp "$clone"/out/release/* "$release"
+}
+
+# The ordinary program, with this machine's shared libraries.
+ordinary=${PROGRAM:-$repository/build/photo3d/examples/photo3d}
+build_ordinary() {
+    [ -x "$ordinary" ] || { cmake --preset release -B build/photo3d -DLDI_BUILD_TESTS=OFF -DLDI_BUILD_BENCH=OFF >/dev/null &&
+        cmake --build build/photo3d --target photo3d; }
+}
+# same_glb FILE [OPTION...]: whether FILE has the bytes that the ordinary program makes of the sample under that name, which is part of them.
+same_glb() {
+    local folder=$clean/expected name
+    name=$(basename "$1" .glb)
+    rm -rf "$folder" && mkdir -p "$folder" && cp "$sample" "$folder/$name.jpg" &&
+        (cd "$folder" && "$ordinary" "$name.jpg" -o "$name.glb" --quiet "${@:2}") && cmp "$folder/$name.glb" "$1"
+}
+# The same for files that were made of bytes without a name.
+same_nameless_glb() { "$ordinary" - -o - --quiet <"$sample" | cmp - "$1"; }
+
+unpacked=
+unpack() {
+    local archive
+    archive=$(compgen -G "$release/$1") && mkdir -p "$clean/$2" || return
+    case $archive in
+        *.zip) unzip -q "$archive" -d "$clean/$2" ;;
+        *) tar -xf "$archive" -C "$clean/$2" ;;
+    esac
+    unpacked=$(echo "$clean/$2"/*)
+}
+
+# In a root folder with nothing but the archive: no library, no shell, no /proc.
+linux_alone() {
+    local root=$clean/linux inside
+    inside=/$(basename "$unpacked")
+    cp "$sample" "$root/photo.jpg"
+    if [ "$(id -u)" = 0 ]; then
+        env -i "$(command -v chroot)" "$root" "$inside/photo3d" /photo.jpg "$@"
+    else
+        env -i "$unpacked/photo3d" "$root/photo.jpg" "$@"
+    fi
+}
+linux_converts() { linux_alone && same_glb "$clean/linux/photo.glb" && grep -q model/gltf-binary "$clean/linux/photo.html"; }
+linux_is_static() { ! readelf -d "$unpacked/photo3d" | grep NEEDED; }
+says_what_is_left_out() { linux_alone --version | grep "built without HEIC and AVIF (libheif)$"; }
+linux_compresses() {
+    linux_alone -o /photo.glb --compress --quiet && same_glb "$clean/linux/photo.glb" --compress
+}
+moved() { # another name, another folder, another working folder, a link: it still finds its weights
+    mv "$unpacked" "$clean/elsewhere" && ln -s "$clean/elsewhere/photo3d" "$clean/link" &&
+        (cd / && env -i "$clean/link" "$clean/linux/photo.jpg" -o "$clean/photo.glb" --quiet) && same_glb "$clean/photo.glb"
+}
+
+wine64=$(command -v wine64 || echo /usr/lib/wine/wine64)
+on_windows() { env -i HOME="$clean" WINEPREFIX="$clean/wine" WINEDEBUG=-all WINEDLLOVERRIDES="mscoree,mshtml=" "$wine64" "$@"; }
+windows_converts() {
+    cp "$sample" "$unpacked/../photo.jpg" && (cd "$unpacked/.." && on_windows "$unpacked/photo3d.exe" photo.jpg) &&
+        same_glb "$unpacked/../photo.glb" && grep -q model/gltf-binary "$unpacked/../photo.html"
+}
+windows_names() { # names that no code page of Windows has together, and no file left behind
+    local folder=$clean/names
+    mkdir -p "$folder/Фото 写真" && cp "$sample" "$folder/Фото 写真/é.jpg" &&
+        (cd "$folder" && on_windows "$unpacked/photo3d.exe" "Фото 写真/é.jpg" --quiet) && same_glb "$folder/Фото 写真/é.glb" &&
+        [ "$(find "$folder" -type f | wc -l)" = 3 ]
+}
+windows_streams() { # bytes pass unchanged: no line ends are converted
+    on_windows "$unpacked/photo3d.exe" - -o - --quiet <"$sample" >"$clean/stream.glb" && same_nameless_glb "$clean/stream.glb"
+}
+windows_frames() {
+    cp "$sample" "$clean" && (cd "$clean" && on_windows "$unpacked/photo3d.exe" sample.jpg --depth none --size 256 --video frames --seconds 0.2 --fps 10 --quiet) &&
+        [ "$(find "$clean/frames" -name '*.png' | wc -l)" = 2 ]
+}
+windows_refuses_videos() {
+    local said status=0
+    said=$(on_windows "$unpacked/photo3d.exe" "$sample" --video "$clean/a.mp4" 2>&1) || status=$?
+    [ "$status" = 2 ] && grep "PNG frames" <<<"$said" && [ ! -e "$clean/a.mp4" ]
+}
+windows_version() { on_windows "$unpacked/photo3d.exe" --version | grep "built without HEIC"; }
+windows_batch() {
+    local folder=$clean/batch
+    mkdir -p "$folder" && cp "$sample" "$folder/one.jpg" && cp "$sample" "$folder/two.jpg" &&
+        (cd "$folder" && on_windows "$unpacked/photo3d.exe" --batch . -o made --quiet >lines) &&
+        same_glb "$folder/made/one.glb" && same_glb "$folder/made/two.glb" && [ "$(grep -c '^{' "$folder/lines")" = 2 ]
+}
+
+python_installs() {
+    /usr/bin/python3 -m venv --system-site-packages "$clean/venv" &&
+        env -i "$clean/venv/bin/python" -m pip install -q --no-index --no-deps --disable-pip-version-check "$release"/ldi-*.whl
+}
+python_converts() {
+    (cd "$clean" && env -i "$clean/venv/bin/python" -c '
+import sys, ldi
+assert ldi.__file__.startswith(sys.argv[2]), ldi.__file__
+made = ldi.photo3d(ldi.read_photo(sys.argv[1]))
+open("python.glb", "wb").write(made.glb())
+made.glb(compress=True)
+assert "model/gltf-binary" in made.html("photo")' "$sample" "$clean/venv") && same_nameless_glb "$clean/python.glb"
+}
+python_needs() { # nothing but glibc, and of that no newer symbols than the name says
+    local extension wanted newest
+    extension=$(compgen -G "$clean/venv/lib/python*/site-packages/ldi/_ldi*.so") &&
+        ! readelf -d "$extension" | sed -n 's/.*NEEDED.*\[\(.*\)\]/\1/p' | grep -vE '^(libc|libm|ld-linux-x86-64)\.so\.[0-9]$' &&
+        wanted=$(compgen -G "$release/ldi-*.whl" | sed -E 's/.*manylinux_([0-9]+)_([0-9]+)_.*/\1.\2/') &&
+        newest=$(objdump -T "$extension" | grep -oE 'GLIBC_[0-9.]+' | sed 's/GLIBC_//' | sort -Vu | tail -n 1) &&
+        printf 'needs glibc %s, says %s\n' "$newest" "$wanted" &&
+        [ "$(printf '%s\n' "$newest" "$wanted" | sort -V | tail -n 1)" = "$wanted" ]
+}
+
+npm_imports() {
+    mkdir -p "$clean/npm" && cd "$clean/npm" && printf '{"private": true, "type": "module"}\n' >package.json &&
+        npm install --silent --offline --no-audit --no-fund "$release"/photo-3d-*.tgz &&
+        # Outside a browser the module resolves, and says nothing until an element is made.
+        node -e 'const url = import.meta.resolve ? import.meta.resolve("photo-3d") : require.resolve("photo-3d"); if (!url.endsWith("photo-3d.js")) process.exit(1)' &&
+        node --check node_modules/photo-3d/photo-3d.js && [ -s node_modules/photo-3d/photo-3d.d.ts ] && [ -s node_modules/photo-3d/README.md ] &&
+        [ -s node_modules/photo-3d/LICENSE ]
+}
+
+web_is_whole() { # every file that the service worker names is there; tests/web/run.sh tries the page in browsers
+    local name names
+    names=$(grep -oE '"[A-Za-z0-9_.-]+\.(html|gz)"' "$unpacked/site/offline.js" | tr -d '"') && [ "$(wc -w <<<"$names")" -ge 5 ] || return
+    for name in $names; do
+        [ -s "$unpacked/site/$name" ] || { printf 'no site/%s\n' "$name" && return 1; }
+        [[ $name != *.gz ]] || gzip -t "$unpacked/site/$name" || return
+    done
+    grep -q 'id="asset depth.safetensors"' "$unpacked/photo3d.html"
+}
+
+checksums() { (cd "$release" && sha256sum --quiet -c SHA256SUMS && [ "$(wc -l <SHA256SUMS)" = "$(find . -type f ! -name SHA256SUMS | wc -l)" ]); }
+
+try_linux() {
+    count_step "the Linux archive unpacks" unpack "photo3d-*-linux-x86_64.tar.gz" linux
+    count_step "its program links nothing" linux_is_static
+    count_step "it converts a photo in a folder that has nothing else" linux_converts
+    count_step "it says what it was built without" says_what_is_left_out
+    count_step "--compress makes the ordinary program's bytes" linux_compresses
+    count_step "it works where it was moved to" moved
+}
+try_windows() {
+    count_step "the Windows archive unpacks" unpack "photo3d-*-windows-x86_64.zip" windows
+    count_step "Wine starts" on_windows cmd /c "exit 0"
+    count_step "it converts a photo" windows_converts
+    count_step "it takes names in any script" windows_names
+    count_step "standard input and output carry bytes" windows_streams
+    count_step "it writes frames" windows_frames
+    count_step "it refuses video files in words" windows_refuses_videos
+    count_step "it converts a batch" windows_batch
+    count_step "it says what it was built without" windows_version
+}
+try_python() {
+    count_step "the wheel installs without an index" python_installs
+    count_step "its package makes the ordinary program's bytes" python_converts
+    count_step "it needs no library but glibc" python_needs
+}
+try_npm() { count_step "the npm package installs and resolves" npm_imports; }
+try_web() {
+    count_step "the web folder unpacks" unpack "photo3d-*-web.zip" web
+    count_step "the web folder is whole" web_is_whole
+}
+
+[ "$made" = 1 ] || count_step "packaging/release.sh ${parts[*]}" make_files
+count_step "checksums" checksums
+count_step "the ordinary program builds" build_ordinary
+for part in "${parts[@]}"; do "try_$part"; done
+print_tally
