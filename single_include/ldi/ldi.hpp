@@ -13587,11 +13587,11 @@ struct aligned_silhouettes {
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Defaults tuned by experiment on photographs.
+/// The defaults were chosen on a few photographs with a depth network's estimate.
 struct level_options {
     /// Half the width of the widest dip, in samples, from 0 to 64. 0 disables leveling.
     int radius = 4;
-    /// Maximum depth of a dip, relative to the step beside it.
+    /// Maximum depth of a dip, relative to the step beside it, from 0 to 1.
     float max_depth = 0.35F;
 };
 
@@ -13644,10 +13644,13 @@ inline image<float> padded(image_view<const float> map, std::size_t margin) {
 ///
 /// disparity  h x w x 1, finite, larger is nearer
 ///
-/// Raises error_code::invalid_option if the radius is not in [0, 64]. Time grows with samples times radius; 20 bytes per sample.
+/// Raises error_code::invalid_option if the radius is not in [0, 64], or max_depth not in [0, 1]. Time grows with samples times
+/// radius; 20 bytes per sample.
 inline image<float> level_dips(image_view<const float> disparity, const level_options& options = {}) {
     if (options.radius < 0 || options.radius > 64)
         raise(error_code::invalid_option, "level_options::radius", "0 to 64", std::to_string(options.radius));
+    if (!(options.max_depth >= 0.0F && options.max_depth <= 1.0F))
+        raise(error_code::invalid_option, "level_options::max_depth", "0 to 1", detail::to_text(options.max_depth));
     image<float> result(disparity);
     if (options.radius == 0 || disparity.empty()) return result;
     const std::size_t radius = static_cast<std::size_t>(options.radius);
@@ -16611,14 +16614,16 @@ std::array<std::uint8_t, 3> softened_color(const Layers& layers, std::int32_t ma
 /// New pixels are unknown. The columns' new_pixel rules compute their values from the pixels that they show; their disparity is
 /// that of the border pixel. A rim of one color along a side, such as the edge of a scanned slide, would become a line across the
 /// picture. The colors inside the rim replace it, and its pixels become unknown. The result is in canonical order. Raises
-/// invalid_option for a motion that is not 0 or more, too_large for 2^31 pixels or positions, which leaves the layers empty.
-/// Linear time.
+/// invalid_option for a motion that is not 0 or more, invalid_data for disparities that are not finite, too_large for 2^31 pixels
+/// or positions, which leaves the layers empty. Linear time.
 template <payload_column... Columns>
 std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_facts& facts) {
     static_assert(has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>);
     if (!(facts.motion >= 0))
         raise(error_code::invalid_option, "photo_facts::motion", "0 or more", detail::to_text(facts.motion));
     if (layers.size() == 0) return 0;
+    for (const float d : layers.template column<disparity_column>())
+        if (!std::isfinite(d)) raise(error_code::invalid_data, "grow_past_frame", "finite disparities", detail::to_text(d));
     std::optional<detail::frame_growth> growth;
     std::int32_t margin = 0;
     // Inside grow() the layers are empty, but these views are valid.
@@ -18027,26 +18032,38 @@ struct chart_placement {
 
 namespace detail {
 
+/// Whether a chart's pixels are ascending, belong to chart `c`, and lie in the chart's bounding box.
+inline bool fits_box(const chart& box, std::int32_t c, array_view<const std::int32_t> chart_of, const graph_view& g) {
+    const auto last_of = [](std::int32_t first, std::int32_t length, std::int32_t lattice) {
+        return static_cast<std::int32_t>(std::clamp(std::int64_t{first} + length, std::int64_t{0}, std::int64_t{lattice}) - 1);
+    };
+    const std::int32_t left = (std::max)(box.x, 0), right = last_of(box.x, box.width, g.width());
+    const std::int32_t top = (std::max)(box.y, 0), bottom = last_of(box.y, box.height, g.height());
+    const std::int32_t *const x = g.x().data(), *const y = g.y().data();
+    std::int32_t previous = no_pixel, different = 0, outside = 0;  // outside: negative if a pixel is
+    for (std::size_t i = 0; i < box.pixels.size();) {
+        // Pixels adjacent in memory are checked with vector instructions, because this runs over all pixels.
+        const std::int32_t first = box.pixels[i];
+        const std::uint32_t start = static_cast<std::uint32_t>(first) - static_cast<std::uint32_t>(i);
+        while (i < box.pixels.size() && static_cast<std::uint32_t>(box.pixels[i]) == start + static_cast<std::uint32_t>(i)) ++i;
+        const std::int32_t last = box.pixels[i - 1];
+        if (first <= previous || last < first || last >= g.count()) return false;
+        for (std::int32_t p = first; p <= last; ++p) {
+            different |= chart_of[p] ^ c;
+            outside |= (x[p] - left) | (right - x[p]) | (y[p] - top) | (bottom - y[p]);
+        }
+        previous = last;
+    }
+    return different == 0 && outside >= 0;
+}
+
 /// Raises mismatch unless the charts are a partition of the graph's pixels, and each pixel lies in the bounding box of its chart.
 inline void check_charts(const chart_set& charts, const graph_view& g, const char* where) {
     std::size_t count = 0;
     bool fits = charts.chart_of.size() == g.size();
     for (std::int32_t c = 0; fits && c < charts.charts.count(); ++c) {
-        const chart& box = charts.charts[c];
-        count += box.pixels.size();
-        const auto is_inside = [](std::int32_t value, std::int32_t first, std::int32_t length) {
-            return static_cast<std::uint32_t>(value) - static_cast<std::uint32_t>(first) < static_cast<std::uint32_t>(length);
-        };
-        const std::int32_t *const x = g.x().data(), *const y = g.y().data(), *const chart_of = charts.chart_of.data();
-        std::int32_t previous = no_pixel;
-        if (g.size() == 0) break;
-        for (const std::int32_t pixel : box.pixels) {  // without branches, because this runs over all pixels
-            const bool is_pixel = is_inside(pixel, 0, g.count());
-            const std::int32_t p = is_pixel ? pixel : 0;
-            fits &= is_pixel & (pixel > previous) & (chart_of[p] == c) & is_inside(x[p], box.x, box.width) &
-                    is_inside(y[p], box.y, box.height);
-            previous = pixel;
-        }
+        count += charts.charts[c].pixels.size();
+        fits = fits_box(charts.charts[c], c, charts.chart_of, g);
     }
     if (!fits || count != g.size())
         raise(error_code::mismatch, where, "charts of these " + std::to_string(g.size()) + " pixels", "charts of other pixels");
@@ -25918,9 +25935,10 @@ inline photo3d_options paper_options() {
 
 // ---- ldi/photo3d.hpp
 // Converts a photo to a 3D photo: calls every stage in the paper's order with the paper's defaults. Stages beyond the paper
-// sharpen depth edges (depth/sharpen_edges.hpp), align silhouettes with the photo's edges, unmix the colors beside them, add
-// texture to hidden surfaces (inpaint/), and soften silhouettes (mesh/detail/soft_edges.hpp). Each stage is a separate function
-// in the headers below. Call these functions to run some stages only, or to insert your own.
+// level dips beside depth edges (depth/level_dips.hpp) and sharpen them (depth/sharpen_edges.hpp), align silhouettes with the
+// photo's edges, unmix the colors beside them, add texture to hidden surfaces (inpaint/), and soften silhouettes
+// (mesh/detail/soft_edges.hpp). Each stage is a separate function in the headers below. Call these functions to run some stages
+// only, or to insert your own.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
