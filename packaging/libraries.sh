@@ -68,7 +68,7 @@ archive() {
     mkdir -p "$folder" "$prefix/lib" && rm -f "$folder"/*
     while shift && [ "$1" != -- ]; do flags+=("$1"); done
     for file in "${@:2}"; do
-        "${compiler[@]}" -O2 -w "${flags[@]}" -c "$file" -o "$folder/$(basename "$file").o" || return
+        "${compiler[@]}" -O2 -w -ffile-prefix-map="$build/sources/=" "${flags[@]}" -c "$file" -o "$folder/$(basename "$file").o" || return
     done
     rm -f "$prefix/lib/lib$name.a" && "$ar" rcs "$prefix/lib/lib$name.a" "$folder"/*.o
 }

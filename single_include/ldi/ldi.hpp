@@ -438,10 +438,10 @@ public:
         LDI_ASSERT(static_cast<std::size_t>(i) < size());
         return data()[static_cast<std::size_t>(i)];
     }
-    T& front() { return *data(); }
-    const T& front() const { return *data(); }
-    T& back() { return end()[-1]; }
-    const T& back() const { return end()[-1]; }
+    T& front() { return (*this)[0]; }
+    const T& front() const { return (*this)[0]; }
+    T& back() { return (*this)[size() - 1]; }
+    const T& back() const { return (*this)[size() - 1]; }
 
     /// Initializes new values to zero.
     void resize(std::size_t count) {
@@ -489,7 +489,10 @@ public:
         }
         return data()[block_.size++];  // only now, so that a value whose constructor throws is not destroyed
     }
-    void pop_back() { destroy_from(size() - 1); }
+    void pop_back() {
+        LDI_ASSERT(!empty());
+        destroy_from(size() - 1);
+    }
     /// The range must not lie in this buffer.
     template <detail::element_iterator Iterator>
     void append(Iterator first, Iterator last) {
@@ -877,7 +880,8 @@ inline std::uint8_t rounded_to_byte(float value) {
     return static_cast<std::uint8_t>(whole + (clamped - nearest_float(whole) >= 0.5F ? 1 : 0));  // the difference is exact
 }
 
-/// Rounds to the nearest byte for values between 0 and 255, such as means of bytes. The addition of 0.5 may round, too.
+/// Rounds to the nearest byte for values between 0 and 255, such as means of bytes. Near halves, `mean + 0.5F` may itself
+/// round up, so that 0.49999997 becomes 1.
 constexpr std::uint8_t rounded_mean(float mean) { return static_cast<std::uint8_t>(mean + 0.5F); }
 
 /// Returns a * b + c with one rounding, as std::fma does. Some C libraries (MinGW's) round std::fma wrongly, and results must
@@ -1401,7 +1405,7 @@ concept payload_column = requires {
     typename T::scalar;
     requires std::default_initializable<typename T::scalar> && std::copyable<typename T::scalar>;
     { T::channels } -> std::convertible_to<std::size_t>;
-    requires(T::channels > 0);
+    requires(T::channels > 0 && T::channels <= 65536);
 };
 
 /// Rules for new pixels: the value of the pixel whose surface continues, or zero.
@@ -1431,9 +1435,11 @@ std::array<Scalar, channels> first_of(pixel_values<Scalar, channels> pixels) {
     for (std::size_t c = 0; c < channels; ++c) result[c] = pixels(0, c);
     return result;
 }
-/// Returns the mean of each channel. For integers, rounds it to the nearest, halves away from zero.
+/// Returns the mean of each channel. For integers of up to 32 bits, rounds it to the nearest, halves away from zero.
 template <class Scalar, std::size_t channels>
 std::array<Scalar, channels> averaged(pixel_values<Scalar, channels> pixels) {
+    static_assert(!std::is_integral_v<Scalar> || sizeof(Scalar) <= 4,
+                  "64-bit integers need a rule of their own, such as first_of");
     std::array<Scalar, channels> result{};
     for (std::size_t c = 0; c < channels; ++c) {
         double sum = 0;
@@ -1739,9 +1745,10 @@ public:
     /// Removes the pixels whose entry in `kept` is 0, and their links. The other pixels keep their order. If memory runs out,
     /// nothing changes.
     ///
-    /// kept  K, one per pixel
+    /// kept  K, one per pixel; raises mismatch for another number
     void keep(std::span<const std::uint8_t> kept) {
-        LDI_ASSERT(kept.size() == size());
+        if (kept.size() != size())
+            raise(error_code::mismatch, "keep", std::to_string(size()) + " entries", std::to_string(kept.size()));
         buffer<std::int32_t> old_index, new_index(size(), no_pixel);
         for (std::int32_t i = 0; i < graph_.count(); ++i)
             if (kept.data()[i] != 0) new_index[i] = old_index.count(), old_index.push_back(i);
@@ -1759,8 +1766,8 @@ public:
 
     /// Adds pixels: make(graph_builder) edits the topology that it receives and returns grown_pixels. The columns' rules compute
     /// the values of new pixels from the values of the pixels that they continue. Returns grown_pixels::pieces. During the call
-    /// the image is empty, but views of its columns stay valid. The image remains empty if `make` throws, if memory runs out, or
-    /// if grown_pixels don't describe every pixel, which raises mismatch.
+    /// the image is empty, but views of its columns stay valid. The image remains empty if `make` or a column's rule throws, if
+    /// memory runs out, or if grown_pixels don't describe every pixel, which raises mismatch.
     template <class Make>
     buffer<grown_piece> grow(Make&& make) {
         layered_image old = std::move(*this);
@@ -1810,6 +1817,7 @@ private:
         buffer<typename Column::scalar> result(grown.topology.size() * Column::channels, unset);
         typename Column::scalar* to = result.data();
         for (const grown_piece& p : grown.pieces) {
+            if (p.count == 0) continue;
             if (!p.is_new) {
                 to = std::copy_n(at<Column>(p.first).data(), static_cast<std::size_t>(p.count) * Column::channels, to);
                 continue;
@@ -6622,9 +6630,9 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 
 inline constexpr std::size_t depthwise_max_channels = 64;  ///< maximum per unit
 
-/// Packs weights unit by unit, column by column of the window, in 4 vectors of 16 channels x 4 rows. Of the 16 channels in a
-/// 128-bit lane, each vector contains 4: interleaving produces this order, and packing four vectors of sums restores the
-/// original order.
+/// Packs weights by unit (up to 64 channels), then by column of the window: 4 vectors of 16 channels x 4 rows each. Vector i
+/// contains channels 4 i to 4 i + 3 of every 16, because unpacking interleaves the inputs in this order. Packing the four vectors
+/// of sums restores the channels' order.
 inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     for (std::size_t done = 0; done < packed.channels;) {
@@ -9880,12 +9888,15 @@ basic_feature_map<Value> from_column(const Layers& layers, float scale = 1.0F) {
 /// Writes a feature map to a column. Values for integer scalars are rounded to nearest and clamped to the range of the scalar;
 /// NaN becomes 0.
 ///
-/// map    as many pixels as the layers, as many channels as the column
+/// map    as many pixels as the layers, as many channels as the column; raises mismatch otherwise
 /// scale  factor of every value before rounding, for float maps
 template <payload_column Column, class Value, has_column<Column> Layers>
 void to_column(const basic_feature_map<Value>& map, Layers& layers, float scale = 1.0F) {
     using scalar = typename Column::scalar;
-    LDI_ASSERT(map.pixels() == layers.size() && map.channels == Column::channels);
+    if (map.pixels() != layers.size() || map.channels != Column::channels)
+        raise(error_code::mismatch, "to_column",
+              std::to_string(layers.size()) + " pixels of " + std::to_string(Column::channels) + " channels",
+              std::to_string(map.pixels()) + " of " + std::to_string(map.channels));
     const auto column = layers.template column<Column>();
     std::transform(map.values.begin(), map.values.end(), column.begin(), [scale](Value value) {
         if constexpr (std::same_as<Value, scalar> && std::integral<scalar>) {
@@ -15243,15 +15254,23 @@ inline std::size_t min_length_within(const tracer& tracer, std::size_t max_sides
 
 namespace detail {
 
-/// Raises mismatch unless the curves separate neighboring pixels of this layer that are not linked.
-inline void check_curves(std::span<const discontinuity_curve> curves, const graph_view& g, const char* where) {
-    for (const discontinuity_curve& c : curves)
+/// Raises mismatch unless the curves separate neighboring pixels of this layer that are not linked, the front is not the farther
+/// one, and constraints start inside the lattice.
+inline void check_curves(std::span<const discontinuity_curve> curves, const graph_view& g, array_view<const float> disparity,
+                         const char* where) {
+    const auto fail = [where] { raise(error_code::mismatch, where, "curves of this layer", "curves of another one"); };
+    const float width = nearest_float(g.width()), height = nearest_float(g.height());
+    for (const discontinuity_curve& c : curves) {
         for (const discontinuity& d : c.sides) {
             const bool is_inside = d.back >= 0 && d.front >= 0 && d.back < g.count() && d.front < g.count();
             if (!is_inside || g.x()[d.back] + step_x(d.towards_front) != g.x()[d.front] ||
-                g.y()[d.back] + step_y(d.towards_front) != g.y()[d.front] || g.neighbor(d.back, d.towards_front) != no_pixel)
-                raise(error_code::mismatch, where, "curves of this layer", "curves of another one");
+                g.y()[d.back] + step_y(d.towards_front) != g.y()[d.front] || g.neighbor(d.back, d.towards_front) != no_pixel ||
+                disparity[d.front] < disparity[d.back])
+                fail();
         }
+        for (const growth_constraint& e : c.constraints)
+            if (!(e.x >= 1.0F && e.y >= 1.0F && e.x < width && e.y < height)) fail();
+    }
 }
 
 }  // namespace detail
@@ -15781,6 +15800,8 @@ struct expanded_layers {
 /// surface  rule by which lift() linked the layer
 /// curves   discontinuity curves of this layer; raises mismatch for curves of another layer
 ///
+/// Raises invalid_data for disparities outside [-1, 1], and invalid_option for options or a step outside their ranges.
+///
 /// Returns the same image with hidden pixels added, in canonical order. The disparity of a new pixel is the average of the pixels
 /// that it grew from, but farther than the photo's pixel at that position by more than surface_rule::max_step. All other columns
 /// follow their own rules (new_pixel in core/columns.hpp). New links join pixels whose disparities differ by up to about twice
@@ -15800,7 +15821,11 @@ expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule 
     static_assert(has_columns<single_layer<Columns...>, disparity_column>);
     if (options.iterations < 0)
         raise(error_code::invalid_option, "expand_options::iterations", "0 or more", std::to_string(options.iterations));
-    detail::check_curves(curves, layer.topology(), "expand");
+    if (!(surface.max_step >= 0.001F && surface.max_step <= 1.0F))
+        raise(error_code::invalid_option, "expand, surface", "a max_step from 0.001 to 1", detail::to_text(surface.max_step));
+    for (const float d : layer.template column<disparity_column>())
+        if (!(d >= -1.0F && d <= 1.0F)) raise(error_code::invalid_data, "expand", "disparities in [-1, 1]", detail::to_text(d));
+    detail::check_curves(curves, layer.topology(), layer.template column<disparity_column>(), "expand");
     if (!(options.max_hidden >= 0.0F))
         raise(error_code::invalid_option, "expand_options::max_hidden", "0 or more", detail::to_text(options.max_hidden));
     if (!(options.motion >= 0 && options.motion <= 1))
@@ -16654,7 +16679,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// curves  the discontinuities to keep; raises mismatch for curves of another layer
 template <payload_column... Columns>
 std::size_t close_spurious_discontinuities(single_layer<Columns...>& layer, std::span<const discontinuity_curve> curves) {
-    detail::check_curves(curves, layer.topology(), "close_spurious_discontinuities");
+    static_assert(has_columns<single_layer<Columns...>, disparity_column>);
+    detail::check_curves(curves, layer.topology(), layer.template column<disparity_column>(), "close_spurious_discontinuities");
     buffer<std::pair<std::int32_t, std::int32_t>> kept;  // pairs across curves: left or upper pixel, right or lower pixel
     for (const discontinuity_curve& c : curves)
         for (const discontinuity& d : c.sides) kept.emplace_back((std::min)(d.back, d.front), (std::max)(d.back, d.front));
@@ -20897,8 +20923,8 @@ inline void triangulator::start_edge(const polygon& shape, std::int32_t from, st
     starting_.insert(starting_.begin() + place, e);
 }
 
-/// Finds the edges that end at this point. In the status, the nearest edges that pass the point on its left and right must
-/// enclose exactly these edges.
+/// Finds the edges that end at this point. Returns false if they are not adjacent in status_, or if the next edge to the right
+/// does not pass the point: then edges cross.
 inline bool triangulator::find_ending_edges(swept_point& p) const {
     const active_edge* const first =
         std::partition_point(status_.begin(), status_.end(), [&](const active_edge& e) { return is_right_of(p.at, e); });

@@ -67,7 +67,7 @@ TEST_CASE("the ring around an object of any shape is gone: no step remains betwe
     for (std::size_t i = 0; i < map.size(); ++i) REQUIRE(leveled.data()[i] == std::max(map.data()[i], 0.2F));
 }
 
-TEST_CASE("maps smaller than the window, and empty maps, are accepted; radii out of range are refused") {
+TEST_CASE("maps smaller than the window, and empty maps, are accepted; options out of range are refused") {
     for (const std::size_t side : {std::size_t{1}, std::size_t{2}, std::size_t{5}}) {
         const ldi::image<float> flat(side, 1, 1, 0.5F);
         CHECK(ldi::level_dips(flat) == flat);
@@ -75,4 +75,5 @@ TEST_CASE("maps smaller than the window, and empty maps, are accepted; radii out
     CHECK(ldi::level_dips(ldi::image<float>()).empty());
     CHECK_THROWS_AS(ldi::level_dips(ldi::image<float>(3, 3), {.radius = -1}), ldi::error);
     CHECK_THROWS_AS(ldi::level_dips(ldi::image<float>(3, 3), {.radius = 65}), ldi::error);
+    CHECK_THROWS_AS(ldi::level_dips(ldi::image<float>(3, 3), {.max_depth = 1.5F}), ldi::error);
 }

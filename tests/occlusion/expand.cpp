@@ -4,6 +4,7 @@
 #include "tests/support/lifted_scene.hpp"
 
 #include <ldi/core/validate.hpp>
+#include <ldi/occlusion/past_frame.hpp>
 
 #include <catch2/catch.hpp>
 
@@ -12,6 +13,7 @@
 #include <limits>
 #include <random>
 #include <set>
+#include <span>
 
 namespace {
 
@@ -353,7 +355,7 @@ TEST_CASE("surfaces do not grow past the line at the end of a silhouette, at any
     }
 }
 
-TEST_CASE("expand() can be canceled and refuses options outside their range") {
+TEST_CASE("expand() can be canceled and refuses options and disparities outside their range") {
     const ldi::photo_layer lifted = ldi::testing::lift_disparity(ldi::image<float>(5, 5, 1, 0.5F));
     ldi::progress_listener watcher;
     watcher.is_canceled = [](void*) { return true; };
@@ -361,6 +363,15 @@ TEST_CASE("expand() can be canceled and refuses options outside their range") {
     ldi::expand_options options;
     options.iterations = -1;
     CHECK_THROWS_AS(ldi::expand(lifted, {}, {}, options), ldi::error);
+    for (const float disparity : {1.5F, -1.5F, std::numeric_limits<float>::infinity(), std::numeric_limits<float>::quiet_NaN()}) {
+        ldi::photo_layer changed = lifted;
+        changed.column<ldi::disparity_column>()[7] = disparity;
+        CHECK_THROWS_AS(ldi::expand(changed, {}, {}), ldi::error);
+        ldi::photo_layers layers = ldi::expand(lifted, {}, {}).layers;
+        layers.column<ldi::disparity_column>()[7] = disparity;
+        if (!std::isfinite(disparity)) CHECK_THROWS_AS(ldi::grow_past_frame(layers, ldi::photo_facts()), ldi::error);
+        CHECK(layers.size() == 25);
+    }
     for (const float max_hidden : {-1.0F, std::numeric_limits<float>::quiet_NaN()}) {
         options = {};
         options.max_hidden = max_hidden;
@@ -396,4 +407,40 @@ TEST_CASE("growth ends at the maximum number of hidden pixels, and the result's 
     CHECK(less_motion > 0.0F);
     CHECK(less_motion < 0.5F);
     CHECK(expanded(0.0F) == std::pair(0.0, 0.0F));
+}
+
+TEST_CASE("expand() refuses curves whose front is the farther pixel, and constraints outside the lattice") {
+    ldi::image<float> map(20, 20);
+    for (std::size_t y = 0; y < 20; ++y)
+        for (std::size_t x = 0; x < 20; ++x) map(y, x) = x < 10 ? 0.1F : 0.9F;
+    const ldi::photo_layer lifted = ldi::testing::lift_disparity(map);
+    const auto curves = ldi::find_discontinuity_curves(lifted, {});
+    REQUIRE(curves.size() == 1);
+    const auto expand = [&](const ldi::photo_layer& layer, const ldi::discontinuity_curve& curve) {
+        return ldi::expand(layer, {}, std::span(&curve, 1));
+    };
+    CHECK_NOTHROW(expand(lifted, curves[0]));
+
+    ldi::photo_layer inverted = lifted;
+    for (float& d : inverted.column<ldi::disparity_column>()) d = 1.0F - d;
+    CHECK_THROWS_AS(expand(inverted, curves[0]), ldi::error);
+
+    for (const float outside : {0.0F, -5.0F, 20.0F, 1e9F, std::nanf("")}) {
+        ldi::discontinuity_curve curve = curves[0];
+        curve.constraints = {{outside, 10.0F, 1.0F, 0.0F, 0.0F, 1.0F}};
+        CHECK_THROWS_AS(expand(lifted, curve), ldi::error);
+        curve.constraints = {{10.0F, outside, 1.0F, 0.0F, 0.0F, 1.0F}};
+        CHECK_THROWS_AS(expand(lifted, curve), ldi::error);
+    }
+}
+
+TEST_CASE("expand() refuses disparities outside [-1, 1] and surface rules outside [0.001, 1]") {
+    const ldi::photo_layer lifted = ldi::testing::lift_disparity(ldi::image<float>(8, 8));
+    for (const float wild : {std::numeric_limits<float>::infinity(), std::nanf(""), 1.5F, -1.5F}) {
+        ldi::photo_layer layer = lifted;
+        layer.column<ldi::disparity_column>()[9] = wild;
+        CHECK_THROWS_AS(ldi::expand(layer, {}, {}), ldi::error);
+    }
+    for (const float step : {0.0F, std::nanf(""), 1e30F}) CHECK_THROWS_AS(ldi::expand(lifted, {step}, {}), ldi::error);
+    CHECK_NOTHROW(ldi::expand(lifted, {}, {}));
 }

@@ -19,8 +19,8 @@ const maxPixels = 6_000_000;
 /** Seconds until the buttons over a photo that is alone on the screen disappear. */
 const quietSeconds = 3;
 
-/** An upright screen is covered by a photo that would fill less than this share of it. */
-const fillsEnough = 0.8;
+/** A screen of at most this width / height is covered by a photo that would fill less than a share of it. */
+const upright = { aspect: 0.7, share: 0.8 };
 
 let sheet;
 const isReduced = () => matchMedia("(prefers-reduced-motion: reduce)").matches;
@@ -347,7 +347,7 @@ export class Photo3D extends Base {
     #cover(aspect, boxAspect) {
         const fit = this.getAttribute("fit");
         const filled = Math.min(aspect / boxAspect, boxAspect / aspect);
-        const isUsual = fit === "cover" || (fit !== "contain" && this.isAlone && boxAspect < 1 && filled < fillsEnough);
+        const isUsual = fit === "cover" || (fit !== "contain" && this.isAlone && boxAspect <= upright.aspect && filled < upright.share);
         return { isCovered: this.#coverChoice ?? isUsual, isOffered: this.isAlone && filled < 0.98 };
     }
 

@@ -88,7 +88,8 @@ async function start() {
     try {
         await shown.show(bytes);
     } catch (failure) {
-        shown.report(`This 3D photo can't be shown. ${failure.message}`);
+        const isFlat = failure.name === "NotSupportedError";
+        shown.report(isFlat ? `${failure.message} This is the photo without it.` : `This 3D photo can't be shown. ${failure.message}`);
     }
 }
 

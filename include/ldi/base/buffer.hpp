@@ -145,10 +145,10 @@ public:
         LDI_ASSERT(static_cast<std::size_t>(i) < size());
         return data()[static_cast<std::size_t>(i)];
     }
-    T& front() { return *data(); }
-    const T& front() const { return *data(); }
-    T& back() { return end()[-1]; }
-    const T& back() const { return end()[-1]; }
+    T& front() { return (*this)[0]; }
+    const T& front() const { return (*this)[0]; }
+    T& back() { return (*this)[size() - 1]; }
+    const T& back() const { return (*this)[size() - 1]; }
 
     /// Initializes new values to zero.
     void resize(std::size_t count) {
@@ -196,7 +196,10 @@ public:
         }
         return data()[block_.size++];  // only now, so that a value whose constructor throws is not destroyed
     }
-    void pop_back() { destroy_from(size() - 1); }
+    void pop_back() {
+        LDI_ASSERT(!empty());
+        destroy_from(size() - 1);
+    }
     /// The range must not lie in this buffer.
     template <detail::element_iterator Iterator>
     void append(Iterator first, Iterator last) {

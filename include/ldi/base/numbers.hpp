@@ -40,7 +40,8 @@ inline std::uint8_t rounded_to_byte(float value) {
     return static_cast<std::uint8_t>(whole + (clamped - nearest_float(whole) >= 0.5F ? 1 : 0));  // the difference is exact
 }
 
-/// Rounds to the nearest byte for values between 0 and 255, such as means of bytes. The addition of 0.5 may round, too.
+/// Rounds to the nearest byte for values between 0 and 255, such as means of bytes. Near halves, `mean + 0.5F` may itself
+/// round up, so that 0.49999997 becomes 1.
 constexpr std::uint8_t rounded_mean(float mean) { return static_cast<std::uint8_t>(mean + 0.5F); }
 
 /// Returns a * b + c with one rounding, as std::fma does. Some C libraries (MinGW's) round std::fma wrongly, and results must

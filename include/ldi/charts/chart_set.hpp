@@ -1,10 +1,12 @@
 // Charts: flat pieces of a layered image (charts/charts.hpp divides one), and their positions in an atlas.
 #pragma once
 
+#include <ldi/base/array_view.hpp>
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/core/graph.hpp>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -32,26 +34,38 @@ struct chart_placement {
 
 namespace detail {
 
+/// Whether a chart's pixels are ascending, belong to chart `c`, and lie in the chart's bounding box.
+inline bool fits_box(const chart& box, std::int32_t c, array_view<const std::int32_t> chart_of, const graph_view& g) {
+    const auto last_of = [](std::int32_t first, std::int32_t length, std::int32_t lattice) {
+        return static_cast<std::int32_t>(std::clamp(std::int64_t{first} + length, std::int64_t{0}, std::int64_t{lattice}) - 1);
+    };
+    const std::int32_t left = (std::max)(box.x, 0), right = last_of(box.x, box.width, g.width());
+    const std::int32_t top = (std::max)(box.y, 0), bottom = last_of(box.y, box.height, g.height());
+    const std::int32_t *const x = g.x().data(), *const y = g.y().data();
+    std::int32_t previous = no_pixel, different = 0, outside = 0;  // outside: negative if a pixel is
+    for (std::size_t i = 0; i < box.pixels.size();) {
+        // Pixels adjacent in memory are checked with vector instructions, because this runs over all pixels.
+        const std::int32_t first = box.pixels[i];
+        const std::uint32_t start = static_cast<std::uint32_t>(first) - static_cast<std::uint32_t>(i);
+        while (i < box.pixels.size() && static_cast<std::uint32_t>(box.pixels[i]) == start + static_cast<std::uint32_t>(i)) ++i;
+        const std::int32_t last = box.pixels[i - 1];
+        if (first <= previous || last < first || last >= g.count()) return false;
+        for (std::int32_t p = first; p <= last; ++p) {
+            different |= chart_of[p] ^ c;
+            outside |= (x[p] - left) | (right - x[p]) | (y[p] - top) | (bottom - y[p]);
+        }
+        previous = last;
+    }
+    return different == 0 && outside >= 0;
+}
+
 /// Raises mismatch unless the charts are a partition of the graph's pixels, and each pixel lies in the bounding box of its chart.
 inline void check_charts(const chart_set& charts, const graph_view& g, const char* where) {
     std::size_t count = 0;
     bool fits = charts.chart_of.size() == g.size();
     for (std::int32_t c = 0; fits && c < charts.charts.count(); ++c) {
-        const chart& box = charts.charts[c];
-        count += box.pixels.size();
-        const auto is_inside = [](std::int32_t value, std::int32_t first, std::int32_t length) {
-            return static_cast<std::uint32_t>(value) - static_cast<std::uint32_t>(first) < static_cast<std::uint32_t>(length);
-        };
-        const std::int32_t *const x = g.x().data(), *const y = g.y().data(), *const chart_of = charts.chart_of.data();
-        std::int32_t previous = no_pixel;
-        if (g.size() == 0) break;
-        for (const std::int32_t pixel : box.pixels) {  // without branches, because this runs over all pixels
-            const bool is_pixel = is_inside(pixel, 0, g.count());
-            const std::int32_t p = is_pixel ? pixel : 0;
-            fits &= is_pixel & (pixel > previous) & (chart_of[p] == c) & is_inside(x[p], box.x, box.width) &
-                    is_inside(y[p], box.y, box.height);
-            previous = pixel;
-        }
+        count += charts.charts[c].pixels.size();
+        fits = fits_box(charts.charts[c], c, charts.chart_of, g);
     }
     if (!fits || count != g.size())
         raise(error_code::mismatch, where, "charts of these " + std::to_string(g.size()) + " pixels", "charts of other pixels");

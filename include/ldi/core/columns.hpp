@@ -36,7 +36,7 @@ concept payload_column = requires {
     typename T::scalar;
     requires std::default_initializable<typename T::scalar> && std::copyable<typename T::scalar>;
     { T::channels } -> std::convertible_to<std::size_t>;
-    requires(T::channels > 0);
+    requires(T::channels > 0 && T::channels <= 65536);
 };
 
 /// Rules for new pixels: the value of the pixel whose surface continues, or zero.
@@ -66,9 +66,11 @@ std::array<Scalar, channels> first_of(pixel_values<Scalar, channels> pixels) {
     for (std::size_t c = 0; c < channels; ++c) result[c] = pixels(0, c);
     return result;
 }
-/// Returns the mean of each channel. For integers, rounds it to the nearest, halves away from zero.
+/// Returns the mean of each channel. For integers of up to 32 bits, rounds it to the nearest, halves away from zero.
 template <class Scalar, std::size_t channels>
 std::array<Scalar, channels> averaged(pixel_values<Scalar, channels> pixels) {
+    static_assert(!std::is_integral_v<Scalar> || sizeof(Scalar) <= 4,
+                  "64-bit integers need a rule of their own, such as first_of");
     std::array<Scalar, channels> result{};
     for (std::size_t c = 0; c < channels; ++c) {
         double sum = 0;

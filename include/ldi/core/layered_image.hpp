@@ -21,6 +21,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 #include <tuple>
 #include <type_traits>
 #include <utility>
@@ -157,9 +158,10 @@ public:
     /// Removes the pixels whose entry in `kept` is 0, and their links. The other pixels keep their order. If memory runs out,
     /// nothing changes.
     ///
-    /// kept  K, one per pixel
+    /// kept  K, one per pixel; raises mismatch for another number
     void keep(std::span<const std::uint8_t> kept) {
-        LDI_ASSERT(kept.size() == size());
+        if (kept.size() != size())
+            raise(error_code::mismatch, "keep", std::to_string(size()) + " entries", std::to_string(kept.size()));
         buffer<std::int32_t> old_index, new_index(size(), no_pixel);
         for (std::int32_t i = 0; i < graph_.count(); ++i)
             if (kept.data()[i] != 0) new_index[i] = old_index.count(), old_index.push_back(i);
@@ -177,8 +179,8 @@ public:
 
     /// Adds pixels: make(graph_builder) edits the topology that it receives and returns grown_pixels. The columns' rules compute
     /// the values of new pixels from the values of the pixels that they continue. Returns grown_pixels::pieces. During the call
-    /// the image is empty, but views of its columns stay valid. The image remains empty if `make` throws, if memory runs out, or
-    /// if grown_pixels don't describe every pixel, which raises mismatch.
+    /// the image is empty, but views of its columns stay valid. The image remains empty if `make` or a column's rule throws, if
+    /// memory runs out, or if grown_pixels don't describe every pixel, which raises mismatch.
     template <class Make>
     buffer<grown_piece> grow(Make&& make) {
         layered_image old = std::move(*this);
@@ -228,6 +230,7 @@ private:
         buffer<typename Column::scalar> result(grown.topology.size() * Column::channels, unset);
         typename Column::scalar* to = result.data();
         for (const grown_piece& p : grown.pieces) {
+            if (p.count == 0) continue;
             if (!p.is_new) {
                 to = std::copy_n(at<Column>(p.first).data(), static_cast<std::size_t>(p.count) * Column::channels, to);
                 continue;

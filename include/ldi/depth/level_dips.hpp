@@ -6,6 +6,7 @@
 // much deeper, and remains.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/base/printable.hpp>
 #include <ldi/core/image.hpp>
@@ -16,11 +17,11 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// Defaults tuned by experiment on photographs.
+/// The defaults were chosen on a few photographs with a depth network's estimate.
 struct level_options {
     /// Half the width of the widest dip, in samples, from 0 to 64. 0 disables leveling.
     int radius = 4;
-    /// Maximum depth of a dip, relative to the step beside it.
+    /// Maximum depth of a dip, relative to the step beside it, from 0 to 1.
     float max_depth = 0.35F;
 };
 
@@ -73,10 +74,13 @@ inline image<float> padded(image_view<const float> map, std::size_t margin) {
 ///
 /// disparity  h x w x 1, finite, larger is nearer
 ///
-/// Raises error_code::invalid_option if the radius is not in [0, 64]. Time grows with samples times radius; 20 bytes per sample.
+/// Raises error_code::invalid_option if the radius is not in [0, 64], or max_depth not in [0, 1]. Time grows with samples times
+/// radius; 20 bytes per sample.
 inline image<float> level_dips(image_view<const float> disparity, const level_options& options = {}) {
     if (options.radius < 0 || options.radius > 64)
         raise(error_code::invalid_option, "level_options::radius", "0 to 64", std::to_string(options.radius));
+    if (!(options.max_depth >= 0.0F && options.max_depth <= 1.0F))
+        raise(error_code::invalid_option, "level_options::max_depth", "0 to 1", detail::to_text(options.max_depth));
     image<float> result(disparity);
     if (options.radius == 0 || disparity.empty()) return result;
     const std::size_t radius = static_cast<std::size_t>(options.radius);

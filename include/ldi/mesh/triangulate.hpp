@@ -143,8 +143,8 @@ inline void triangulator::start_edge(const polygon& shape, std::int32_t from, st
     starting_.insert(starting_.begin() + place, e);
 }
 
-/// Finds the edges that end at this point. In the status, the nearest edges that pass the point on its left and right must
-/// enclose exactly these edges.
+/// Finds the edges that end at this point. Returns false if they are not adjacent in status_, or if the next edge to the right
+/// does not pass the point: then edges cross.
 inline bool triangulator::find_ending_edges(swept_point& p) const {
     const active_edge* const first =
         std::partition_point(status_.begin(), status_.end(), [&](const active_edge& e) { return is_right_of(p.at, e); });

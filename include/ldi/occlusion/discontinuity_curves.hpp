@@ -6,6 +6,7 @@
 // other instead.
 #pragma once
 
+#include <ldi/base/array_view.hpp>
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/disjoint_sets.hpp>
 #include <ldi/base/error.hpp>
@@ -91,15 +92,23 @@ inline std::size_t min_length_within(const tracer& tracer, std::size_t max_sides
 
 namespace detail {
 
-/// Raises mismatch unless the curves separate neighboring pixels of this layer that are not linked.
-inline void check_curves(std::span<const discontinuity_curve> curves, const graph_view& g, const char* where) {
-    for (const discontinuity_curve& c : curves)
+/// Raises mismatch unless the curves separate neighboring pixels of this layer that are not linked, the front is not the farther
+/// one, and constraints start inside the lattice.
+inline void check_curves(std::span<const discontinuity_curve> curves, const graph_view& g, array_view<const float> disparity,
+                         const char* where) {
+    const auto fail = [where] { raise(error_code::mismatch, where, "curves of this layer", "curves of another one"); };
+    const float width = nearest_float(g.width()), height = nearest_float(g.height());
+    for (const discontinuity_curve& c : curves) {
         for (const discontinuity& d : c.sides) {
             const bool is_inside = d.back >= 0 && d.front >= 0 && d.back < g.count() && d.front < g.count();
             if (!is_inside || g.x()[d.back] + step_x(d.towards_front) != g.x()[d.front] ||
-                g.y()[d.back] + step_y(d.towards_front) != g.y()[d.front] || g.neighbor(d.back, d.towards_front) != no_pixel)
-                raise(error_code::mismatch, where, "curves of this layer", "curves of another one");
+                g.y()[d.back] + step_y(d.towards_front) != g.y()[d.front] || g.neighbor(d.back, d.towards_front) != no_pixel ||
+                disparity[d.front] < disparity[d.back])
+                fail();
         }
+        for (const growth_constraint& e : c.constraints)
+            if (!(e.x >= 1.0F && e.y >= 1.0F && e.x < width && e.y < height)) fail();
+    }
 }
 
 }  // namespace detail

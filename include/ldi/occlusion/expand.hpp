@@ -54,6 +54,8 @@ struct expanded_layers {
 /// surface  rule by which lift() linked the layer
 /// curves   discontinuity curves of this layer; raises mismatch for curves of another layer
 ///
+/// Raises invalid_data for disparities outside [-1, 1], and invalid_option for options or a step outside their ranges.
+///
 /// Returns the same image with hidden pixels added, in canonical order. The disparity of a new pixel is the average of the pixels
 /// that it grew from, but farther than the photo's pixel at that position by more than surface_rule::max_step. All other columns
 /// follow their own rules (new_pixel in core/columns.hpp). New links join pixels whose disparities differ by up to about twice
@@ -73,7 +75,11 @@ expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule 
     static_assert(has_columns<single_layer<Columns...>, disparity_column>);
     if (options.iterations < 0)
         raise(error_code::invalid_option, "expand_options::iterations", "0 or more", std::to_string(options.iterations));
-    detail::check_curves(curves, layer.topology(), "expand");
+    if (!(surface.max_step >= 0.001F && surface.max_step <= 1.0F))
+        raise(error_code::invalid_option, "expand, surface", "a max_step from 0.001 to 1", detail::to_text(surface.max_step));
+    for (const float d : layer.template column<disparity_column>())
+        if (!(d >= -1.0F && d <= 1.0F)) raise(error_code::invalid_data, "expand", "disparities in [-1, 1]", detail::to_text(d));
+    detail::check_curves(curves, layer.topology(), layer.template column<disparity_column>(), "expand");
     if (!(options.max_hidden >= 0.0F))
         raise(error_code::invalid_option, "expand_options::max_hidden", "0 or more", detail::to_text(options.max_hidden));
     if (!(options.motion >= 0 && options.motion <= 1))

@@ -97,14 +97,16 @@ std::array<std::uint8_t, 3> softened_color(const Layers& layers, std::int32_t ma
 /// New pixels are unknown. The columns' new_pixel rules compute their values from the pixels that they show; their disparity is
 /// that of the border pixel. A rim of one color along a side, such as the edge of a scanned slide, would become a line across the
 /// picture. The colors inside the rim replace it, and its pixels become unknown. The result is in canonical order. Raises
-/// invalid_option for a motion that is not 0 or more, too_large for 2^31 pixels or positions, which leaves the layers empty.
-/// Linear time.
+/// invalid_option for a motion that is not 0 or more, invalid_data for disparities that are not finite, too_large for 2^31 pixels
+/// or positions, which leaves the layers empty. Linear time.
 template <payload_column... Columns>
 std::int32_t grow_past_frame(layered_image<Columns...>& layers, const photo_facts& facts) {
     static_assert(has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>);
     if (!(facts.motion >= 0))
         raise(error_code::invalid_option, "photo_facts::motion", "0 or more", detail::to_text(facts.motion));
     if (layers.size() == 0) return 0;
+    for (const float d : layers.template column<disparity_column>())
+        if (!std::isfinite(d)) raise(error_code::invalid_data, "grow_past_frame", "finite disparities", detail::to_text(d));
     std::optional<detail::frame_growth> growth;
     std::int32_t margin = 0;
     // Inside grow() the layers are empty, but these views are valid.

@@ -21,7 +21,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// curves  the discontinuities to keep; raises mismatch for curves of another layer
 template <payload_column... Columns>
 std::size_t close_spurious_discontinuities(single_layer<Columns...>& layer, std::span<const discontinuity_curve> curves) {
-    detail::check_curves(curves, layer.topology(), "close_spurious_discontinuities");
+    static_assert(has_columns<single_layer<Columns...>, disparity_column>);
+    detail::check_curves(curves, layer.topology(), layer.template column<disparity_column>(), "close_spurious_discontinuities");
     buffer<std::pair<std::int32_t, std::int32_t>> kept;  // pairs across curves: left or upper pixel, right or lower pixel
     for (const discontinuity_curve& c : curves)
         for (const discontinuity& d : c.sides) kept.emplace_back((std::min)(d.back, d.front), (std::max)(d.back, d.front));

@@ -42,3 +42,10 @@ TEST_CASE("values outside a column's range are clamped, and NaN becomes 0") {
     to_column<known_column>(map, layers);
     CHECK(layers.column<known_column>() == buffer<std::uint8_t>{0, 255, 255, 0, 0});
 }
+
+TEST_CASE("to_column() refuses maps of other pixels or channels") {
+    layered_image<color_column> layers(make_grid(4, 4));
+    CHECK_THROWS_AS(to_column<color_column>(feature_map(17, 3), layers), error);
+    CHECK_THROWS_AS(to_column<color_column>(feature_map(16, 4), layers), error);
+    CHECK_NOTHROW(to_column<color_column>(feature_map(16, 3), layers));
+}

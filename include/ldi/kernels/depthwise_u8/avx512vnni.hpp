@@ -22,9 +22,9 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 
 inline constexpr std::size_t depthwise_max_channels = 64;  ///< maximum per unit
 
-/// Packs weights unit by unit, column by column of the window, in 4 vectors of 16 channels x 4 rows. Of the 16 channels in a
-/// 128-bit lane, each vector contains 4: interleaving produces this order, and packing four vectors of sums restores the
-/// original order.
+/// Packs weights by unit (up to 64 channels), then by column of the window: 4 vectors of 16 channels x 4 rows each. Vector i
+/// contains channels 4 i to 4 i + 3 of every 16, because unpacking interleaves the inputs in this order. Packing the four vectors
+/// of sums restores the channels' order.
 inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     for (std::size_t done = 0; done < packed.channels;) {

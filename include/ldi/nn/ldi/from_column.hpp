@@ -2,6 +2,7 @@
 #pragma once
 
 #include <ldi/base/array_view.hpp>
+#include <ldi/base/error.hpp>
 #include <ldi/core/columns.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/nn/ldi/feature_map.hpp>
@@ -10,6 +11,7 @@
 #include <cmath>
 #include <concepts>
 #include <limits>
+#include <string>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -36,12 +38,15 @@ basic_feature_map<Value> from_column(const Layers& layers, float scale = 1.0F) {
 /// Writes a feature map to a column. Values for integer scalars are rounded to nearest and clamped to the range of the scalar;
 /// NaN becomes 0.
 ///
-/// map    as many pixels as the layers, as many channels as the column
+/// map    as many pixels as the layers, as many channels as the column; raises mismatch otherwise
 /// scale  factor of every value before rounding, for float maps
 template <payload_column Column, class Value, has_column<Column> Layers>
 void to_column(const basic_feature_map<Value>& map, Layers& layers, float scale = 1.0F) {
     using scalar = typename Column::scalar;
-    LDI_ASSERT(map.pixels() == layers.size() && map.channels == Column::channels);
+    if (map.pixels() != layers.size() || map.channels != Column::channels)
+        raise(error_code::mismatch, "to_column",
+              std::to_string(layers.size()) + " pixels of " + std::to_string(Column::channels) + " channels",
+              std::to_string(map.pixels()) + " of " + std::to_string(map.channels));
     const auto column = layers.template column<Column>();
     std::transform(map.values.begin(), map.values.end(), column.begin(), [scale](Value value) {
         if constexpr (std::same_as<Value, scalar> && std::integral<scalar>) {
