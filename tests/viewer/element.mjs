@@ -202,7 +202,7 @@ async function waitForRest(page) {
     await page.waitForFunction(() =>
         [...document.querySelectorAll("photo-3d")].every((shown) => {
             const { top, bottom } = shown.getBoundingClientRect();
-            return bottom <= 0 || top >= innerHeight || (shown.complete && !shown.state().isSwaying);
+            return bottom <= 0 || top >= innerHeight || (shown.complete && !shown.state().isMoving);
         }),
     );
     for (let [before, still] = [-1, 0]; still < 3; ) {
