@@ -197,7 +197,14 @@ const inMiddle = () => {
 };
 const waitForMiddle = (page) => page.waitForFunction(`(${inMiddle})()?.complete`);
 
+/** Waits until all photos in sight are there, have ended their sway, and nothing is drawn. */
 async function waitForRest(page) {
+    await page.waitForFunction(() =>
+        [...document.querySelectorAll("photo-3d")].every((shown) => {
+            const { top, bottom } = shown.getBoundingClientRect();
+            return bottom <= 0 || top >= innerHeight || (shown.complete && !shown.state().isMoving);
+        }),
+    );
     for (let [before, still] = [-1, 0]; still < 3; ) {
         const { frames } = await statistics(page);
         still = frames === before ? still + 1 : 0;

@@ -17,6 +17,8 @@ export interface PhotoState {
     /** 1, and less in a headset that leaves the photo's range. */
     visibility: number;
     isSwaying: boolean;
+    /** Whether the next frame draws the photo. */
+    isMoving: boolean;
     isInHeadset: boolean;
     eyes: number[][];
 }

@@ -32,7 +32,7 @@ export class View {
         /** The head, while there is a session. @type {import("./headset.js").Head | null} */
         this.head = null;
         this.isInSight = false;
-        this.needsDrawing = false;
+        this.needsDrawing = this.isMoving = false;
         /** The renderer that has drawn the backdrop's picture. */
         this.preparedBy = null;
         this.whenDrawn = () => {};
@@ -150,6 +150,7 @@ export class View {
             motion: this.flatFrame?.motion(this.motion.reach) ?? null,
             visibility: 1 - this.veil.material.uniforms.opacity.value,
             isSwaying: this.motion.isSwaying,
+            isMoving: this.isMoving || this.needsDrawing,
             isInHeadset: this.head !== null,
             eyes: this.head ? (this.eyes ?? []) : [],
         };
