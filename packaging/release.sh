@@ -153,10 +153,10 @@ make_python() {
     libraries=$(packaging/libraries.sh python zlib libpng libexif lcms2 pugixml meshoptimizer libjpeg libwebp)
     viewer
     rm -f "$out"/ldi-*.whl
-    # The newest symbols of glibc that the wheel needs are those of 2.34; tests/release/run.sh checks it.
+    # The newest symbols of glibc that the wheel needs are those of 2.36; tests/release/run.sh checks it.
     (cd examples/python && rm -rf build && CPATH="$libraries/include" LIBRARY_PATH="$libraries/lib" \
         LDFLAGS="-L$libraries/lib -static-libstdc++ -static-libgcc -Wl,--exclude-libs,ALL -s" LDI_READERS="libwebp;lcms2;pugixml;libjpeg" \
-        _PYTHON_HOST_PLATFORM=manylinux_2_34_x86_64 /usr/bin/python3 -m pip wheel -q --no-build-isolation --no-deps --no-index --wheel-dir "$out" .) >&2
+        _PYTHON_HOST_PLATFORM=manylinux_2_36_x86_64 /usr/bin/python3 -m pip wheel -q --no-build-isolation --no-deps --no-index --wheel-dir "$out" .) >&2
     printf '%s\n' "$out"/ldi-*.whl
 }
 

@@ -1,6 +1,7 @@
 # Included after project(): links nothing but static libraries. -DCMAKE_PROJECT_ldi_INCLUDE=packaging/static.cmake
 set(CMAKE_FIND_LIBRARY_SUFFIXES .a)
 if(WIN32)
+    add_link_options(-Wl,--allow-multiple-definition)  # mbrtowc() of photo3d/windows_utf8.cpp comes before the C library's
     # Headers of this machine, without its C library beside them: build/release_headers has links to their folders.
     foreach(name IN ITEMS CLI11::CLI11 nlohmann_json::nlohmann_json)
         add_library(${name} INTERFACE IMPORTED GLOBAL)
