@@ -13589,7 +13589,8 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The defaults were chosen on a few photographs with a depth network's estimate.
 struct level_options {
-    /// Half the width of the widest dip, in samples, from 0 to 64. 0 disables leveling.
+    /// Maximum distance of a raised sample from the step, in samples, and half the width of the widest dip, from 0 to 64. 0
+    /// disables leveling.
     int radius = 4;
     /// Maximum depth of a dip, relative to the step beside it, from 0 to 1.
     float max_depth = 0.35F;
@@ -13645,7 +13646,7 @@ inline image<float> padded(image_view<const float> map, std::size_t margin) {
 /// disparity  h x w x 1, finite, larger is nearer
 ///
 /// Raises error_code::invalid_option if the radius is not in [0, 64], or max_depth not in [0, 1]. Time grows with samples times
-/// radius; 20 bytes per sample.
+/// radius; 16 bytes per sample.
 inline image<float> level_dips(image_view<const float> disparity, const level_options& options = {}) {
     if (options.radius < 0 || options.radius > 64)
         raise(error_code::invalid_option, "level_options::radius", "0 to 64", std::to_string(options.radius));
@@ -13656,9 +13657,8 @@ inline image<float> level_dips(image_view<const float> disparity, const level_op
     const std::size_t radius = static_cast<std::size_t>(options.radius);
     const auto larger = [](float a, float b) { return a < b ? b : a; };
     const auto smaller = [](float a, float b) { return b < a ? b : a; };
-    image<float> high = detail::leveling::combined(detail::leveling::padded(disparity, radius), radius, larger);
+    const image<float> high = detail::leveling::combined(detail::leveling::padded(disparity, radius), radius, larger);
     const image<float> closed = detail::leveling::combined(high, radius, smaller);
-    high = detail::leveling::combined(high, radius, larger);  // beyond both ends of a dip, from each of its samples
     for (std::size_t y = 0; y < result.height(); ++y) {
         const float *const closed_row = closed.row(y + radius) + radius, *const high_row = high.row(y + radius) + radius;
         float* const to = result.row(y);
