@@ -73,8 +73,7 @@ TEST_CASE("checksums match zlib's") {
         const unsigned char* const data = reinterpret_cast<const unsigned char*>(bytes.data());
         CHECK(crc32(bytes) == ::crc32_z(0, data, size));
         CHECK(adler32(bytes) == ::adler32_z(1, data, size));
-        if (size > 5)
-            CHECK(crc32(std::span(bytes).subspan(5), crc32(std::span(bytes).first(5))) == crc32(bytes));
+        if (size > 5) CHECK(crc32(std::span(bytes).subspan(5), crc32(std::span(bytes).first(5))) == crc32(bytes));
     }
     const byte_string ones(200000, std::byte{255});
     CHECK(adler32(ones) == ::adler32_z(1, reinterpret_cast<const unsigned char*>(ones.data()), ones.size()));

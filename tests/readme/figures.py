@@ -115,7 +115,7 @@ if program:
     check(size and defaults.get("size") == size[1], f"examples/photo3d/README.md: --size is {defaults.get('size')}")
     for option, values in re.findall(r"^ *--([a-z-]+) TEXT:\{([^}]*)\}", help_text, re.MULTILINE):
         for page, text in (("README.md", readme), (PROGRAM_PAGE, program_page)):
-            for value in re.findall(rf"(?<!cmake )`?--{option} ([a-z0-9-]+)", text):
+            for value in re.findall(rf"(?<!cmake )(?<!build )`?--{option} ([a-z0-9-]+)", text):
                 check(value in values.split(","), f"{page}: --{option} has no {value}")
     for path in re.findall(r"`([\w-]+)`", (found(r"`--path` is ((?:`[\w-]+`, )+)", program_page, "values of --path", PROGRAM_PAGE) or [""])[0]):
         check(path in help_text, f"{PROGRAM_PAGE}: --path has no {path}")
