@@ -18,20 +18,19 @@ struct normal {  // a unit vector toward the camera
 
 /// Computes the normal of each pixel from its neighbors.
 ldi::buffer<float> normals_of(const ldi::photo_layer& layer, const ldi::photo_facts& facts) {
+    using enum ldi::side;
     const ldi::graph& g = layer.topology();
     const auto place = [&](std::int32_t i) {
         const learn::spot s = learn::spot_of(layer, i);
         return facts.camera.unproject(s.x, s.y, facts.range.depth(s.disparity));
     };
     ldi::buffer<float> normals;
-    for (std::int32_t i = 0; i < static_cast<std::int32_t>(g.size()); ++i) {
+    for (std::int32_t i = 0; i < g.count(); ++i) {
         const auto towards = [&](ldi::side s) { return place(g.neighbor(i, s) == ldi::no_pixel ? i : g.neighbor(i, s)); };
-        const auto l = towards(ldi::side::left), r = towards(ldi::side::right);
-        const auto u = towards(ldi::side::up), d = towards(ldi::side::down);
+        const auto l = towards(left), r = towards(right), u = towards(up), d = towards(down);
         const float a[] = {r[0] - l[0], r[1] - l[1], r[2] - l[2]}, b[] = {u[0] - d[0], u[1] - d[1], u[2] - d[2]};
         const float n[] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-        const float length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
-        for (const float c : n) normals.push_back(length > 0 ? c / length : 0);
+        for (const float c : n) normals.push_back(c / (std::max)(std::hypot(n[0], n[1], n[2]), 1e-20F));
     }
     return normals;
 }

@@ -306,7 +306,7 @@ def main():
         page, odd_name = os.path.join(folder, "page.html"), file(folder, "a<b&c.png", png(60, 80))
         run("a page", [odd_name, *depth, "--html", page, "--viewer", viewer])
         text = open(page, encoding="utf-8").read() if os.path.exists(page) else ""
-        parts = re.fullmatch(r'1<title>(.*)</title>2<style>.*width: 60; .*height: 80; --hidden-border: 0 }</style>\s*<img .*base64,([^"]*)">\s*<script .*>([^<]*)</script>3', text)
+        parts = re.fullmatch(r'1<title>(.*)</title>2<photo-3d .*width="60" height="80">\s*<img .*base64,([^"]*)">\s*</photo-3d>\s*<script .*>([^<]*)</script>3\s*', text)
         check("the parts of a page", parts and parts[1] == "a&lt;b&amp;c" and base64.b64decode(parts[2])[:2] == b"\xff\xd8" and is_whole_glb(base64.b64decode(parts[3])))
         run("no viewer", [small, *depth, "--html", page, "--viewer", os.path.join(folder, "none.html")], ["none.html", "examples/viewer/build.sh"])
         run("a viewer that is none", [small, *depth, "--html", page, "--viewer", SAMPLE], ["sample.jpg", "examples/viewer/build.sh"])
