@@ -145,8 +145,8 @@ TEST_CASE("errors state the byte position and what was expected there") {
     CHECK_THAT(complaint("{\"a\":nil}"), Contains("byte 5") && Contains("a JSON value"));
     CHECK_THAT(complaint("{\"a"), Contains("byte 3") && Contains("a quote") && Contains("found the end"));
     CHECK_THAT(complaint("{\"\\x\":1}"), Contains("byte 3") && Contains("a valid escape"));
-    CHECK_THAT(complaint("{\"\\ud800\":1}"), Contains("second half"));
-    CHECK_THAT(complaint("{\"\\ude00\":1}"), Contains("first half"));
+    CHECK_THAT(complaint("{\"\\ud800\":1}"), Contains("low surrogate"));
+    CHECK_THAT(complaint("{\"\\ude00\":1}"), Contains("high surrogate"));
     CHECK_THAT(complaint("{\"\xC0\x80\":1}"), Contains("byte 2") && Contains("UTF-8"));
     CHECK_THAT(complaint("{} {}"), Contains("byte 3") && Contains("nothing after"));
     CHECK_THAT(complaint("{\"a\":1,\"\\u0061\":2}"), Contains("a twice"));
