@@ -95,7 +95,7 @@ TEST_CASE("on a photo with four times the pixels, peak and total memory per pixe
         for (const auto& [columns, unit] : map_sizes) {
             CAPTURE(name, columns, unit);
             const cost small = cost_of(name, 128, columns, unit), large = cost_of(name, 256, 2 * columns, unit);
-            // The same steps hide more of a larger photo: its margins are narrower, and its smallest curves longer.
+            // A hidden pixel costs more than one of the photo, and the larger photo may have a larger share of them.
             const double growth = (1 + large.hidden_per_pixel()) / (1 + small.hidden_per_pixel());
             CHECK(large.allocated_per_pixel() < 1.25 * growth * small.allocated_per_pixel());
             CHECK(large.peak_per_pixel() < 1.25 * growth * small.peak_per_pixel());
