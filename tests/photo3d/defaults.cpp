@@ -21,8 +21,7 @@ TEST_CASE("defaults for which the paper has no number equal the values in this t
     CHECK(o.passes_before_resampling == 2);
     CHECK(o.frame == ldi::photo_frame::grow);  // the paper's frame crops
     CHECK(o.expand.motion == 0.08F);           // the paper grows 50 pixels, for any step and camera
-    CHECK(o.level.radius == 4);
-    CHECK(o.level.max_depth == 0.35F);
+    CHECK(o.level.radius == 0);
     CHECK(o.sharpen.radius == 3);
     CHECK(o.sharpen.min_change == 3.0F);
     CHECK(o.sharpen.min_share == 0.7F);

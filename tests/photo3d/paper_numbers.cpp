@@ -122,7 +122,7 @@ TEST_CASE("components of fewer than 20 pixels with disparities between foregroun
 TEST_CASE("the median is applied twice before the depth map is resampled to the photo, and once after") {
     const ldi::image<std::uint8_t> photo(96, 128, 3);
     ldi::photo3d_options options;  // without stages beyond the paper
-    options.level.radius = 0, options.sharpen.radius = 0, options.alignment.uncertainty = 0;
+    options.sharpen.radius = 0, options.alignment.uncertainty = 0;
     const ldi::photo3d made = ldi::make_photo3d(photo, washed_out{}, ldi::diffusion_inpainter{}, options);
     const auto resampled_after = [&](int passes) {
         ldi::image<float> map = made.estimated;

@@ -13,7 +13,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 ///   photo_facts::motion is then the largest motion without gaps, for most photos less than the default.
 /// - Thresholds in pixels are not scaled, even if the depth map is coarser than the photo.
 /// - The median filter runs once, at the photo's resolution.
-/// - Dips beside depth edges are not leveled, depth edges are not sharpened, and silhouettes stay where the depth map has them.
+/// - Depth edges are not sharpened, and silhouettes stay where the depth map has them.
 /// - Colors beside silhouettes are not unmixed. A margin of the foreground, two pixels wide, is inpainted; the paper does not
 ///   state its width.
 /// - Inpainted surfaces get no texture and no grain, and silhouettes are hard.
@@ -25,7 +25,6 @@ inline photo3d_options paper_options() {
     photo3d_options options;
     options.max_sample_size = 1.0F;
     options.passes_before_resampling = 0;
-    options.level.radius = 0;
     options.sharpen.radius = 0;
     options.alignment.uncertainty = 0.0F;
     options.mixed_colors.background_margin = 0;
