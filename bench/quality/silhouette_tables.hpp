@@ -79,7 +79,8 @@ silhouette_row measure_silhouettes(const subject& s, const std::string& depth, c
     const mask band = in_frame(silhouette_band(s, truth));
     ldi::raster_options raster;
     raster.z_near = 1e-3F;
-    const ldi::photo3d_options options = true_depth_options(s, static_cast<int>(std::ceil(s.parallax())) + 2);
+    ldi::photo3d_options options = true_depth_options(s, static_cast<int>(std::ceil(s.parallax())) + 2);
+    if (network != nullptr) options.level = ldi::level_options();
 
     const ldi::photo3d made = ldi::make_photo3d(s.photo, ldi::given_disparity{inverse_depth}, ldi::network_decider(network),
                                                 ldi::diffusion_inpainter(), options, threads);

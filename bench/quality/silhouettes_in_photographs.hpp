@@ -88,6 +88,7 @@ void measure_photographs(const ldi::tiefenrausch& network, const ldi::silhouette
     double band = 0, of_neither = 0;
     ldi::photo3d_options of_photos;
     of_photos.frame = ldi::photo_frame::crop;  // the layers' lattice is the photo's
+    if (silhouettes != nullptr) of_photos.level = ldi::level_options();
     std::size_t views_with_holes = 0;
     std::printf(
         "\n### Silhouettes: %zu photographs without true depth\n\n| photo | islands | charts | layers | fits neither surface "
