@@ -10,8 +10,8 @@ const dragShare = 0.4;
 /** Pixels of wheel for twice the size. */
 const wheelPixels = 400;
 
-/** Two taps within this time and distance are a double tap. */
-const doubleTap = { milliseconds: 300, pixels: 30, zoom: 2.5 };
+/** Two taps within this time and distance are a double tap. A finger that moves by more than `moved` pixels does not tap. */
+const doubleTap = { milliseconds: 300, pixels: 30, moved: 8, zoom: 2.5 };
 
 const keySteps = {
     ArrowRight: ({ motion }) => motion.drag(0.2, 0),
@@ -95,6 +95,7 @@ export class Input {
             const now = { x: event.clientX, y: event.clientY };
             const others = [...this.held.values()].filter((place) => place !== before);
             this.held.set(event.pointerId, now);
+            if (Math.hypot(now.x - this.lastTap.x, now.y - this.lastTap.y) > doubleTap.moved) this.forgetTap();
             if (others.length === 1) this.pinch(before, now, others[0]);
             if (others.length === 0) this.drag(now.x - before.x, before.y - now.y);
             this.changed();
@@ -123,7 +124,8 @@ export class Input {
     pointerPressed(event) {
         const isMouse = event.pointerType === "mouse";
         if (event.button !== 0 || event.composedPath().some((part) => part.localName === "button")) return;
-        this.findDoubleTap(event);
+        if (this.held.size === 0) this.findDoubleTap(event);
+        else this.forgetTap();
         const canDrag = !isMouse || this.motion.isReduced() || this.pane.target.zoom > 1;
         if (!canDrag || (this.held.size > 0 && !this.isAlone())) return;
         this.held.set(event.pointerId, { x: event.clientX, y: event.clientY });
@@ -143,10 +145,14 @@ export class Input {
         const { time, x, y } = this.lastTap;
         const isSecond = timeStamp - time < doubleTap.milliseconds && Math.hypot(clientX - x, clientY - y) < doubleTap.pixels;
         this.lastTap = { time: isSecond ? -Infinity : timeStamp, x: clientX, y: clientY };
-        if (!isSecond || !this.isAlone() || this.held.size > 0) return;
+        if (!isSecond || !this.isAlone()) return;
         if (this.pane.target.zoom > 1) this.reset();
         else this.zoom(doubleTap.zoom, ...this.placeOf({ clientX, clientY }));
         this.changed();
+    }
+
+    forgetTap() {
+        this.lastTap.time = -Infinity;
     }
 
     /** @param {string} key @returns {boolean} whether it means something */
