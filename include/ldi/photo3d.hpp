@@ -1,7 +1,7 @@
 // Converts a photo to a 3D photo: calls every stage in the paper's order with the paper's defaults. Stages beyond the paper
 // sharpen depth edges (depth/sharpen_edges.hpp), align silhouettes with the photo's edges, unmix the colors beside them, add
-// texture to hidden surfaces (inpaint/), and soften silhouettes (mesh/detail/soft_edges.hpp). Each stage is a separate function in
-// the headers below. Call these functions to run some stages only, or to insert your own.
+// texture to hidden surfaces (inpaint/), and soften silhouettes (mesh/detail/soft_edges.hpp). Each stage is a separate function
+// in the headers below. Call these functions to run some stages only, or to insert your own.
 #pragma once
 
 #include <ldi/base/buffer.hpp>

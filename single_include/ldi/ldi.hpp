@@ -25937,8 +25937,8 @@ inline photo3d_options paper_options() {
 // ---- ldi/photo3d.hpp
 // Converts a photo to a 3D photo: calls every stage in the paper's order with the paper's defaults. Stages beyond the paper
 // sharpen depth edges (depth/sharpen_edges.hpp), align silhouettes with the photo's edges, unmix the colors beside them, add
-// texture to hidden surfaces (inpaint/), and soften silhouettes (mesh/detail/soft_edges.hpp). Each stage is a separate function in
-// the headers below. Call these functions to run some stages only, or to insert your own.
+// texture to hidden surfaces (inpaint/), and soften silhouettes (mesh/detail/soft_edges.hpp). Each stage is a separate function
+// in the headers below. Call these functions to run some stages only, or to insert your own.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
