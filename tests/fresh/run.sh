@@ -126,7 +126,9 @@ run_block() {
         return
     fi
     [ -d "$fresh/machines/$machine" ] || new_machine "$machine"
-    git -C "$fresh/machines/$machine$repository" pull -q --ff-only "$fresh/source" HEAD 2>>"$log" || true
+    # The copy there has one commit, which an earlier run may have left behind.
+    git -C "$fresh/machines/$machine$repository" fetch -q --depth 1 "file://$fresh/source" HEAD
+    git -C "$fresh/machines/$machine$repository" reset -q --hard FETCH_HEAD
     if in_machine "$machine" "$script" >"$log" 2>&1; then
         passed=$((passed + 1))
         printf '%s\n' "$key" >>"$done_before"
