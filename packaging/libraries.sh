@@ -48,14 +48,15 @@ apt_versions() {
         -o Dir::Cache="$build/apt/cache" showsrc "$1" | sed -n 's/^Version: //p' | sort -rVu
 }
 
-# with_cmake SOURCE OPTION...: configures, builds and installs to the prefix. Debian's flags for security, as far as both compilers know them.
+# with_cmake SOURCE OPTION...: configures, builds and installs to the prefix. LIBDIR has a type: where a project declares it as a path, as
+# libjpeg-turbo does, CMake reads a value without a type relative to the current folder.
 with_cmake() {
     local source=$1 folder system=() launcher=()
     folder=$build/$target-build/$(basename "$(dirname "$source")")
     [ "$target" != windows ] || system=(-DCMAKE_TOOLCHAIN_FILE="$top/packaging/mingw.cmake")
     ! command -v ccache >/dev/null || launcher=(-DCMAKE_C_COMPILER_LAUNCHER=ccache -DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
     cmake -S "$source" -B "$folder" -G Ninja -DCMAKE_BUILD_TYPE=Release -DBUILD_SHARED_LIBS=OFF -DCMAKE_INSTALL_PREFIX="$prefix" \
-        -DCMAKE_INSTALL_LIBDIR=lib -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_POSITION_INDEPENDENT_CODE="$shared" "${launcher[@]}" "${system[@]}" "${@:2}" >&2 &&
+        -DCMAKE_INSTALL_LIBDIR:STRING=lib -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_POSITION_INDEPENDENT_CODE="$shared" "${launcher[@]}" "${system[@]}" "${@:2}" >&2 &&
         cmake --build "$folder" --parallel "$(nproc)" >&2 && cmake --install "$folder" >&2
 }
 
@@ -78,13 +79,6 @@ build_lcms2() {
     source=$(source_of lcms2) && archive lcms2 -I"$source/include" -- "$source"/src/*.c && mkdir -p "$prefix/include" &&
         cp "$source"/include/*.h "$prefix/include"
 }
-build_libexif() {
-    local source made=$build/libexif  # what its configure makes
-    source=$(source_of libexif) && mkdir -p "$made/libexif" "$prefix/include/libexif" && : >"$made/config.h" &&
-        printf '#include <stdint.h>\n' >"$made/libexif/_stdint.h" &&
-        archive exif -I"$source" -I"$made" '-DGETTEXT_PACKAGE="libexif"' '-DLOCALEDIR=""' -- "$source"/libexif/*.c "$source"/libexif/*/*.c &&
-        cp "$source"/libexif/*.h "$made/libexif/_stdint.h" "$prefix/include/libexif"
-}
 build_meshoptimizer() { with_cmake "$(source_of meshoptimizer)"; }
 build_pugixml() { with_cmake "$(source_of pugixml)"; }
 build_zlib() {
@@ -97,10 +91,7 @@ build_libwebp() {
     for tool in ANIM_UTILS CWEBP DWEBP GIF2WEBP IMG2WEBP VWEBP WEBPINFO WEBPMUX EXTRAS; do tools+=(-DWEBP_BUILD_$tool=OFF); done
     with_cmake "$(source_of libwebp)" "${tools[@]}"
 }
-build_libjpeg() {
-    with_cmake "$(source_of libjpeg-turbo)" -DENABLE_SHARED=OFF -DWITH_TURBOJPEG=OFF &&
-        cp "$build/$target-build/libjpeg-turbo/libjpeg.a" "$prefix/lib"  # which its installation forgets
-}
+build_libjpeg() { with_cmake "$(source_of libjpeg-turbo)" -DENABLE_SHARED=OFF -DWITH_TURBOJPEG=OFF; }
 
 for library in "${@:2}"; do
     # Built once for each version of its function.

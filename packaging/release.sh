@@ -75,7 +75,7 @@ make_linux() {
     "$folder/photo3d" --generate bash >"$folder/photo3d.bash"
     write_readme "$folder" ./photo3d >"$folder/README.txt"
     copy_licenses "$folder/licenses" $(installed libjpeg-turbo libjpeg62-turbo) $(installed libpng libpng-dev) \
-        $(installed libexif libexif-dev) $(installed libwebp libwebp-dev) $(installed libtiff libtiff-dev) $(installed pugixml libpugixml-dev) \
+        $(installed libwebp libwebp-dev) $(installed libtiff libtiff-dev) $(installed pugixml libpugixml-dev) \
         $(installed lerc liblerc-dev) $(installed jbigkit libjbig-dev) $(installed zstd libzstd-dev) $(installed xz liblzma-dev) \
         $(installed libdeflate libdeflate-dev) $(installed zlib zlib1g-dev) $(installed stb libstb-dev) $(installed CLI11 libcli11-dev) \
         $(installed nlohmann-json nlohmann-json3-dev) $(installed protozero libprotozero-dev) $(installed glibc libc6-dev) \
@@ -88,7 +88,7 @@ make_linux() {
 make_windows() {
     local libraries name=photo3d-$version-windows-x86_64 folder
     require "${needs_build[@]}" "${needs_io[@]}" "${needs_photo3d[@]}" "${needs_release[@]}" "${needs_windows[@]}" >&2
-    libraries=$(packaging/libraries.sh windows zlib libpng libexif lcms2 pugixml meshoptimizer libjpeg libwebp)
+    libraries=$(packaging/libraries.sh windows zlib libpng lcms2 pugixml meshoptimizer libjpeg libwebp)
     # Headers alone, without this machine's C library.
     mkdir -p build/release_headers
     local library
@@ -101,7 +101,7 @@ make_windows() {
     common "$folder" build/release_windows/examples/photo3d.exe
     x86_64-w64-mingw32-strip "$folder/photo3d.exe"
     write_readme "$folder" photo3d.exe | sed 's/$/\r/' >"$folder/README.txt"
-    copy_licenses "$folder/licenses" $(from_source zlib zlib) $(from_source libpng libpng1.6) $(from_source libexif libexif) \
+    copy_licenses "$folder/licenses" $(from_source zlib zlib) $(from_source libpng libpng1.6) \
         $(from_source lcms2 lcms2) $(from_source pugixml pugixml) $(from_source meshoptimizer meshoptimizer) \
         $(from_source libjpeg-turbo libjpeg-turbo) $(from_source libwebp libwebp) $(installed stb libstb-dev) $(installed CLI11 libcli11-dev) \
         $(installed nlohmann-json nlohmann-json3-dev) $(installed protozero libprotozero-dev) $(installed gcc gcc-mingw-w64-base) \
@@ -150,7 +150,7 @@ EOF
 make_python() {
     local libraries
     require "${needs_compiler[@]}" "${needs_io[@]}" "${needs_photo3d[@]}" "${needs_python[@]}" "${needs_release[@]}" >&2
-    libraries=$(packaging/libraries.sh python zlib libpng libexif lcms2 pugixml meshoptimizer libjpeg libwebp)
+    libraries=$(packaging/libraries.sh python zlib libpng lcms2 pugixml meshoptimizer libjpeg libwebp)
     viewer
     rm -f "$out"/ldi-*.whl
     # The newest symbols of glibc that the wheel needs are those of 2.36; tests/release/run.sh checks it.
