@@ -8,6 +8,7 @@ import { fileURLToPath } from "node:url";
 import { openPage, openPhoto, picture, settle, startBrowser, stateOf, touch, turnDevice, waitUntilDrawn } from "./browser.mjs";
 import { clearColorScript, countGaps, goTo, places } from "./gaps.mjs";
 import { putTogether, square, takeApart, withHoles, withoutCamera } from "./glb.mjs";
+import { PageTests } from "./page_tests.mjs";
 import { PictureDesk } from "./pictures.mjs";
 import { makeUsdPage } from "./usd.mjs";
 
@@ -29,37 +30,11 @@ const headsetScripts = [
 // A headset that knows only how it is turned.
 const rotationOnlyScripts = [...headsetScripts, "Object.defineProperty(XRPose.prototype, 'emulatedPosition', { get: () => true });"];
 
-const only = process.argv[2]; // a word of the tests to run, for those who work on one of them
-
 const usdPage = await makeUsdPage(join(top, "out/usd.html"));
 const { context, stop } = await startBrowser();
 const desk = await PictureDesk.open(context);
-let passed = 0;
-let failed = 0;
-
-/**
- * Opens a page, runs a test on it, and checks that nothing went wrong on the page meanwhile.
- *
- * @param {string} fact  what the test shows
- * @param {() => Promise<import("playwright-core").Page>} open
- * @param {(page: import("playwright-core").Page) => Promise<void>} check
- */
-async function test(fact, open, check) {
-    if (only && !fact.includes(only)) return;
-    const start = performance.now();
-    let page;
-    try {
-        page = await open();
-        await check(page);
-        assert.deepEqual(page.errors, [], "nothing on the console, nothing asked for");
-        passed += 1;
-        console.log(`passed: ${fact} (${Math.round(performance.now() - start)} ms)`);
-    } catch (failure) {
-        failed += 1;
-        console.log(`FAILED: ${fact}\n${failure.stack}\n${page?.errors.join("\n") ?? ""}`);
-    }
-    await page?.close();
-}
+const tests = new PageTests(process.argv[2]);
+const test = (fact, open, check) => tests.run(fact, open, check);
 
 const opened = (options) => () => openPhoto(context, samplePage, options);
 const still = { reducedMotion: true };
@@ -643,5 +618,4 @@ await test("without WebGL there is a message, and the flat photo", () => openPag
 });
 
 await stop();
-console.log(`${passed} passed, ${failed} failed`);
-process.exit(failed === 0 ? 0 : 1);
+tests.end();

@@ -9,6 +9,7 @@ import { dirname, extname, join } from "node:path";
 import { fileURLToPath, pathToFileURL } from "node:url";
 import { crc32 } from "node:zlib";
 import { takeApart } from "../viewer/glb.mjs";
+import { PageTests } from "../viewer/page_tests.mjs";
 import { choose, convert, openPage, startBrowser, waitForResult } from "./browsers.mjs";
 
 const here = dirname(fileURLToPath(import.meta.url));
@@ -21,31 +22,8 @@ await mkdir(made, { recursive: true });
 const sample = join(top, "examples/photo3d/sample.jpg");
 const sampleBytes = await readFile(sample);
 
-const only = process.argv[2]; // a word of the tests to run
-let passed = 0;
-let failed = 0;
-
-/**
- * @param {string} fact  what the test shows
- * @param {() => Promise<import("puppeteer-core").Page>} open
- * @param {(page: import("puppeteer-core").Page) => Promise<void>} check
- */
-async function test(fact, open, check) {
-    if (only && !fact.includes(only)) return;
-    const start = performance.now();
-    let page;
-    try {
-        page = await open();
-        await check(page);
-        assert.deepEqual(page.errors, [], "nothing on the console");
-        passed += 1;
-        console.log(`passed: ${fact} (${Math.round(performance.now() - start)} ms)`);
-    } catch (failure) {
-        failed += 1;
-        console.log(`FAILED: ${fact}\n${failure.stack}\n${page?.errors.join("\n") ?? ""}`);
-    }
-    if (page !== shared) await page?.close();
-}
+const tests = new PageTests(process.argv[2]);
+const test = (fact, open, check) => tests.run(fact, open, check, (page) => page === shared);
 
 /** A page for tests that only convert: opening one takes longer than most of them. */
 let shared = null;
@@ -364,5 +342,4 @@ function besideDepth(page) {
     }, sampleBytes.toString("base64"));
 }
 
-console.log(`${passed} passed, ${failed} failed`);
-process.exit(failed === 0 && passed > 0 ? 0 : 1);
+tests.end();

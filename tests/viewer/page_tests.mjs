@@ -1,0 +1,45 @@
+// Runs tests of pages one after the other, prints a line for each, and counts them. Used here and by ../web.
+
+import assert from "node:assert/strict";
+
+export class PageTests {
+    passed = 0;
+    failed = 0;
+
+    /** @param {string} [only]  a word of the tests to run, for those who work on one of them */
+    constructor(only) {
+        this.only = only;
+    }
+
+    /**
+     * Opens a page, runs a test on it, and checks that nothing went wrong on the page meanwhile.
+     *
+     * @template {{errors: string[], close(): Promise<void>}} Page
+     * @param {string} fact  what the test shows
+     * @param {() => Promise<Page>} open
+     * @param {(page: Page) => Promise<void>} check
+     * @param {(page: Page) => boolean} isKept  whether the page stays open for other tests
+     */
+    async run(fact, open, check, isKept = () => false) {
+        if (this.only && !fact.includes(this.only)) return;
+        const start = performance.now();
+        let page;
+        try {
+            page = await open();
+            await check(page);
+            assert.deepEqual(page.errors, [], "nothing on the console, nothing asked for");
+            this.passed += 1;
+            console.log(`passed: ${fact} (${Math.round(performance.now() - start)} ms)`);
+        } catch (failure) {
+            this.failed += 1;
+            console.log(`FAILED: ${fact}\n${failure.stack}\n${page?.errors.join("\n") ?? ""}`);
+        }
+        if (page && !isKept(page)) await page.close();
+    }
+
+    /** Prints the counts and ends the process: with 0 if a test ran and none failed. */
+    end() {
+        console.log(`${this.passed} passed, ${this.failed} failed`);
+        process.exit(this.failed === 0 && this.passed > 0 ? 0 : 1);
+    }
+}
