@@ -206,10 +206,12 @@ await test("at the limits the frame shows surfaces alone: next to nothing is unc
     }
 });
 
-/** Drops a file with another motion. */
+let drops = 0;
+
+/** Drops a file with another motion, under a name that no file before had: the page's title then shows when it is loaded. */
 async function dropWith(page, file, motion) {
     const { json, binary } = takeApart(file);
-    const name = `motion of ${motion}`;
+    const name = `drop ${(drops += 1)}, motion of ${motion}`;
     const scene = { ...json.scenes[0], extras: { ...json.scenes[0].extras, motion } };
     await drop(page, `${name}.glb`, putTogether({ json: { ...json, scenes: [scene] }, binary }));
     await page.waitForFunction((title) => document.title === title, name);
