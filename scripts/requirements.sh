@@ -26,7 +26,7 @@ readonly needs_lessons=("header nlohmann/json.hpp;nlohmann-json3-dev" "header ei
     "header xtensor/xtensor.hpp;libxtensor-dev" "header benchmark/benchmark.h;libbenchmark-dev" "command python3;python3")
 readonly needs_tests=("header catch2/catch.hpp|catch2/catch_all.hpp;catch2" "header eigen3/Eigen/Core;libeigen3-dev" "header xtensor/xtensor.hpp;libxtensor-dev"
     "header tiny_gltf.h;libtinygltf-dev" "header zlib.h;zlib1g-dev" "header benchmark/benchmark.h;libbenchmark-dev"
-    "command python3;python3" "command ffmpeg;ffmpeg" "command pkg-config;pkg-config")
+    "command python3;python3" "command ffmpeg;ffmpeg" "command pkg-config;pkg-config" "command git;git")
 readonly needs_peers=("module torch;python3-torch" "module onnx;python3-onnx" "module cv2;python3-opencv" "command node;nodejs"
     "command npm;npm" "command taskset;util-linux" "header benchmark/benchmark.h;libbenchmark-dev")
 readonly needs_fresh=("command mmdebstrap;mmdebstrap" "command python3;python3" "command git;git")
@@ -55,7 +55,7 @@ readonly needs_hostile=("command python3;python3" "module numpy;python3-numpy" "
 readonly needs_neon=("command aarch64-linux-gnu-g++;g++-aarch64-linux-gnu" "command qemu-aarch64;qemu-user")
 readonly needs_webassembly=("command em++;emscripten" "command node;nodejs")
 readonly needs_windows=("command x86_64-w64-mingw32-g++-posix;g++-mingw-w64-x86-64-posix" "command wine;wine" "header catch2/catch.hpp;catch2")
-readonly needs_release=("command dpkg-source;dpkg-dev" "command patch;patch" "command gcc;gcc" "command strip;binutils" "command zip;zip" "command unzip;unzip")
+readonly needs_release=("command git;git" "command dpkg-source;dpkg-dev" "command patch;patch" "command gcc;gcc" "command strip;binutils" "command zip;zip" "command unzip;unzip")
 readonly needs_clang=("command clang++;clang" "command clang-format;clang-format" "library libclang_rt.fuzzer;libclang-rt-dev")
 
 # Prints those of the given needs that this machine does not meet.
