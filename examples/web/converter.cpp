@@ -1,7 +1,9 @@
 // The converter of the page: a file's bytes in, a 3D photo as GLB out. build.sh compiles it to WebAssembly; worker.js calls it.
 //
 // One thread calls all functions, one after the other. A function that can fail returns 0 and keeps the message for
-// web_message().
+// web_message(). With -pthread, the functions use all processors.
+
+#include "landing_pads.hpp"
 
 #include <ldi/formats/farbrausch.hpp>
 #include <ldi/formats/glb.hpp>
@@ -33,8 +35,17 @@ namespace {
 
 using namespace ldi;
 
+#if defined(__EMSCRIPTEN_PTHREADS__)
+struct executor_of_page : thread_pool {
+    executor_of_page() : thread_pool((std::min)(std::thread::hardware_concurrency(), LDI_MAX_THREADS)) {}
+};
+#else
+using executor_of_page = serial_executor;
+#endif
+
 /// Everything that lasts longer than a call.
 struct converter {
+    executor_of_page threads;
     std::optional<tiefenrausch> depth;
     std::optional<farbrausch> inpainting;
     std::vector<std::byte> poster;
@@ -93,8 +104,7 @@ std::vector<std::byte> encode_texture(image_view<const std::uint8_t> picture, in
 std::vector<std::byte> encode_poster(const image<std::uint8_t>& photo) {
     constexpr std::size_t long_side = 512;
     constexpr int quality = 70;
-    const serial_executor threads;
-    return encode_texture(ldi::shrink_photo(photo, long_side, threads), quality);
+    return encode_texture(ldi::shrink_photo(photo, long_side, state().threads), quality);
 }
 
 /// Composites the browser's pixels, red green blue alpha, on white.
@@ -129,7 +139,7 @@ void complete(photo_with_depth& input) {
     photo_depth& depth = *input.depth;
     depth.disparity = fill_invalid(shrink_depth_map(std::move(depth.disparity)), depth.source);
     if (!depth.is_white_near_a_guess) return;
-    const image<float> estimate = state().depth->disparity(input.photo.color, {}, serial_executor());
+    const image<float> estimate = state().depth->disparity(input.photo.color, {}, state().threads);
     if (agreement(depth.disparity, estimate) > -0.2F) return;
     turn_round(depth.disparity);
     depth.source += ", black is near";
@@ -144,10 +154,10 @@ photo3d make(photo_with_depth input) {
     options.normalize.is_metric = input.depth && input.depth->is_metric;
     options.normalize.is_inverse_depth = !input.depth || input.depth->is_inverse_depth;
     cleaned_photo cleaned = input.depth
-                                ? clean_depth(input.photo.color, given_disparity{std::move(input.depth->disparity)}, options)
-                                : clean_depth(input.photo.color, *state().depth, options);
+                                ? clean_depth(input.photo.color, given_disparity{std::move(input.depth->disparity)}, options, state().threads)
+                                : clean_depth(input.photo.color, *state().depth, options, state().threads);
     input = {};
-    return make_photo3d(std::move(cleaned), photo_columns<>(), *state().inpainting, options);
+    return make_photo3d(std::move(cleaned), photo_columns<>(), *state().inpainting, options, state().threads);
 }
 
 /// Writes the GLB. Keeps it with what the page must know.
@@ -216,7 +226,7 @@ EMSCRIPTEN_KEEPALIVE int web_warm_up(int part) {
         photo_with_depth scene = scene_for_warm_up();
         if (part == 0)
             for (int i = 0; i < 4; ++i) decode_photo(encode_texture(scene.photo.color, 85), {}, "warm-up");
-        if (part == 1) state().depth->disparity(scene.photo.color, {}, serial_executor());
+        if (part == 1) state().depth->disparity(scene.photo.color, {}, state().threads);
         if (part != 2) return;
         encode(make(std::move(scene)), "", false);
         state().glb = {}, state().poster = {};
@@ -274,6 +284,7 @@ EMSCRIPTEN_KEEPALIVE const void* web_poster() { return state().poster.data(); }
 EMSCRIPTEN_KEEPALIVE std::size_t web_poster_size() { return state().poster.size(); }
 EMSCRIPTEN_KEEPALIVE std::size_t web_width() { return state().width; }
 EMSCRIPTEN_KEEPALIVE std::size_t web_height() { return state().height; }
+EMSCRIPTEN_KEEPALIVE std::size_t web_threads() { return state().threads.concurrency(); }
 EMSCRIPTEN_KEEPALIVE int web_is_past_frame() { return state().is_past_frame ? 1 : 0; }
 /// Source of the depth in the file, the reason why that depth was not used, or an empty text.
 EMSCRIPTEN_KEEPALIVE const char* web_depth_source() { return state().depth_source.c_str(); }
