@@ -153,9 +153,9 @@ photo3d make(photo_with_depth input) {
     if (input.photo.focal_length_35mm) options.focal_length_35mm = *input.photo.focal_length_35mm;
     options.normalize.is_metric = input.depth && input.depth->is_metric;
     options.normalize.is_inverse_depth = !input.depth || input.depth->is_inverse_depth;
-    cleaned_photo cleaned = input.depth
-                                ? clean_depth(input.photo.color, given_disparity{std::move(input.depth->disparity)}, options, state().threads)
-                                : clean_depth(input.photo.color, *state().depth, options, state().threads);
+    cleaned_photo cleaned =
+        input.depth ? clean_depth(input.photo.color, given_disparity{std::move(input.depth->disparity)}, options, state().threads)
+                    : clean_depth(input.photo.color, *state().depth, options, state().threads);
     input = {};
     return make_photo3d(std::move(cleaned), photo_columns<>(), *state().inpainting, options, state().threads);
 }
@@ -219,6 +219,9 @@ EMSCRIPTEN_KEEPALIVE int web_load(int kind, const void* data, std::size_t size) 
     });
 }
 
+/// Frees the GLB and the poster, so that every photo finds the memory in the same state.
+EMSCRIPTEN_KEEPALIVE void web_release() { state().glb = {}, state().poster = {}; }
+
 /// Runs a part of the program, so that the browser compiles and optimizes its code before the first photo; returns 1, or 0 after
 /// an error. Parts 0 to 2 together run everything; each takes a fraction of a second.
 EMSCRIPTEN_KEEPALIVE int web_warm_up(int part) {
@@ -229,7 +232,7 @@ EMSCRIPTEN_KEEPALIVE int web_warm_up(int part) {
         if (part == 1) state().depth->disparity(scene.photo.color, {}, state().threads);
         if (part != 2) return;
         encode(make(std::move(scene)), "", false);
-        state().glb = {}, state().poster = {};
+        web_release();
     });
 }
 
@@ -261,13 +264,12 @@ EMSCRIPTEN_KEEPALIVE int web_refuse(const void* data, std::size_t size, const ch
     });
 }
 
-/// Converts a photo; returns 1, or 0 after an error. web_glb() and web_poster() have the results.
+/// Converts a photo; returns 1, or 0 after an error. web_glb() and web_poster() have the results, until web_release().
 ///
 /// rgba  the browser's pixels, or null
 EMSCRIPTEN_KEEPALIVE int web_convert(const void* data, std::size_t size, const char* name, const std::uint8_t* rgba,
                                      std::size_t height, std::size_t width, int is_exact) {
     return attempt([&] {
-        state().glb = {}, state().poster = {};  // of the photo before
         listener().report("reading photo", 0);
         photo_with_depth input = decode(bytes_of(data, size), name, rgba, height, width);
         complete(input);

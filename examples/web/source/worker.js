@@ -75,6 +75,7 @@ async function convert({ bytes, name, isExact = false }, id) {
     });
     const glb = copyOf(converter._web_glb(), converter._web_glb_size());
     const poster = copyOf(converter._web_poster(), converter._web_poster_size());
+    converter._web_release();
     const result = {
         glb,
         poster,
