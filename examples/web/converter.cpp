@@ -48,6 +48,7 @@ struct converter {
     executor_of_page threads;
     std::optional<tiefenrausch> depth;
     std::optional<farbrausch> inpainting;
+    std::optional<photo_with_depth> input;
     std::vector<std::byte> poster;
     buffer<std::byte> glb;
     photo3d_options options;
@@ -236,7 +237,7 @@ EMSCRIPTEN_KEEPALIVE int web_warm_up(int part) {
     });
 }
 
-/// Checks a file's header; returns 1 if web_convert() decodes it, 2 if the browser must (formats of other libraries, color
+/// Checks a file's header; returns 1 if web_open() decodes it, 2 if the browser must (formats of other libraries, color
 /// profiles), or 0 after an error.
 EMSCRIPTEN_KEEPALIVE int web_inspect(const void* data, std::size_t size, const char* name) {
     int decoder = 1;
@@ -264,14 +265,24 @@ EMSCRIPTEN_KEEPALIVE int web_refuse(const void* data, std::size_t size, const ch
     });
 }
 
-/// Converts a photo; returns 1, or 0 after an error. web_glb() and web_poster() have the results, until web_release().
+/// Decodes a photo and the depth inside it for web_convert(); returns 1, or 0 after an error.
 ///
 /// rgba  the browser's pixels, or null
-EMSCRIPTEN_KEEPALIVE int web_convert(const void* data, std::size_t size, const char* name, const std::uint8_t* rgba,
-                                     std::size_t height, std::size_t width, int is_exact) {
+EMSCRIPTEN_KEEPALIVE int web_open(const void* data, std::size_t size, const char* name, const std::uint8_t* rgba,
+                                  std::size_t height, std::size_t width) {
     return attempt([&] {
+        state().input.reset();
         listener().report("reading photo", 0);
-        photo_with_depth input = decode(bytes_of(data, size), name, rgba, height, width);
+        state().input = decode(bytes_of(data, size), name, rgba, height, width);
+    });
+}
+
+/// Converts the photo of web_open(); returns 1, or 0 after an error. web_glb() and web_poster() have the results, until
+/// web_release().
+EMSCRIPTEN_KEEPALIVE int web_convert(const char* name, int is_exact) {
+    return attempt([&] {
+        photo_with_depth input = std::move(state().input.value());
+        state().input.reset();
         complete(input);
         state().depth_source = input.depth ? input.depth->source : input.refused;
         listener().report("reading photo", 1);

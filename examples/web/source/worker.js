@@ -71,8 +71,9 @@ async function convert({ bytes, name, isExact = false }, id) {
     const decoder = within([bytes, text], ([data, where]) => check(converter._web_inspect(data, bytes.length, where)));
     const pixels = decoder === 2 ? await decodeInBrowser(bytes, text) : null;
     within([bytes, text, pixels?.data], ([data, where, rgba]) => {
-        check(converter._web_convert(data, bytes.length, where, rgba, pixels?.height ?? 0, pixels?.width ?? 0, Number(isExact)));
+        check(converter._web_open(data, bytes.length, where, rgba, pixels?.height ?? 0, pixels?.width ?? 0));
     });
+    within([text], ([where]) => check(converter._web_convert(where, Number(isExact))));
     const glb = copyOf(converter._web_glb(), converter._web_glb_size());
     const poster = copyOf(converter._web_poster(), converter._web_poster_size());
     converter._web_release();
