@@ -55,7 +55,8 @@ readonly needs_hostile=("command python3;python3" "module numpy;python3-numpy" "
 readonly needs_neon=("command aarch64-linux-gnu-g++;g++-aarch64-linux-gnu" "command qemu-aarch64;qemu-user")
 readonly needs_webassembly=("command em++;emscripten" "command node;nodejs")
 readonly needs_windows=("command x86_64-w64-mingw32-g++-posix;g++-mingw-w64-x86-64-posix" "command wine;wine" "header catch2/catch.hpp;catch2")
-readonly needs_release=("command git;git" "command dpkg-source;dpkg-dev" "command patch;patch" "command gcc;gcc" "command strip;binutils" "command zip;zip" "command unzip;unzip")
+readonly needs_sources=("command dpkg-source;dpkg-dev" "command patch;patch")
+readonly needs_release=("${needs_sources[@]}" "command git;git" "command gcc;gcc" "command strip;binutils" "command zip;zip" "command unzip;unzip")
 readonly needs_clang=("command clang++;clang" "command clang-format;clang-format" "library libclang_rt.fuzzer;libclang-rt-dev")
 
 # Prints those of the given needs that this machine does not meet.
