@@ -12,8 +12,10 @@
 #include <ldi/core/layered_view.hpp>
 #include <ldi/core/pixel_region.hpp>
 #include <ldi/core/runs.hpp>
+#include <ldi/core/single_layer.hpp>
 #include <ldi/core/validate.hpp>
 #include <ldi/core/window.hpp>
+#include <ldi/inpaint/uncertain_rims.hpp>
 
 #include <algorithm>
 #include <cstdint>
@@ -91,6 +93,12 @@ void add_graphs() {
 /// new ones can be faster.
 void add_layered_images() {
     constexpr double layer_bytes = (graph_bytes + 9) * width * height;
+    add("core/layered_image/construct, two columns", [](benchmark::State& state) {
+        const ldi::graph g = ldi::make_grid(width, height);
+        using layers = ldi::layered_image<ldi::color_column, ldi::disparity_column>;
+        measure(state, size_text(width, height), {.bytes = (2 * graph_bytes + 7) * width * height},
+                [&] { return layers(ldi::graph(g)).size(); });
+    });
     add("core/layered_image/copy", [](benchmark::State& state) {
         const ldi::photo_layers original = grid_layers();
         measure(state, size_text(width, height), {.bytes = 2 * layer_bytes}, [&] {
@@ -131,6 +139,14 @@ void add_layered_images() {
                            layers.edit_links([](ldi::link_editor& links) {
                                for (std::int32_t i = 0; i < width * height; i += 10) links.unlink(i, ldi::side::right);
                            });
+                       });
+    });
+    add("core/single_layer/check order and add a column", [](benchmark::State& state) {
+        measure_change(state, size_text(width, height), {.bytes = (8.0 + 4) * width * height}, grid_layers(),
+                       [](ldi::photo_layers& layers) {
+                           ldi::single_layer one(std::move(layers));
+                           ldi::buffer<std::int32_t> rims(one.size(), 0);
+                           return std::move(one).with<ldi::rim_column>(std::move(rims)).size();
                        });
     });
     add("core/layered_view/construct", [](benchmark::State& state) {
@@ -224,6 +240,9 @@ ldi::pixel_region disks() {
 }
 
 void add_regions() {
+    add("core/pixel_region/add runs of 1 pixel", [](benchmark::State& state) {
+        measure(state, pixels_text(disks().size()), {.pixels = static_cast<double>(disks().size())}, [] { return disks(); });
+    });
     add("core/halved", [](benchmark::State& state) {
         const ldi::pixel_region region = disks();
         measure(state, pixels_text(region.size()), {.pixels = static_cast<double>(region.size())},

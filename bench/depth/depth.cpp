@@ -56,11 +56,9 @@ const bool registered = [] {
               [](const ldi::image<float>& map) { return ldi::find_step_band(map).region.count(); });
     add_change("depth/merge_middle_components", [](ldi::image<float>& map) { return ldi::merge_middle_components(map); });
     add_change("depth/align_silhouettes", [](ldi::image<float>& map) {
-        // As for an estimate of a quarter of the resolution: aligned_silhouettes multiplies the lengths by 4.
-        const ldi::serial_executor one_thread;
-        return ldi::aligned_silhouettes{}
-            .decide({sample().photo, sample().estimate, std::move(map), {}, 4.0F}, one_thread)
-            .disparity;
+        ldi::alignment_options options;  // lengths as for an estimate of a quarter of the resolution
+        options.uncertainty *= 4, options.min_length *= 4;
+        ldi::align_silhouettes(map, sample().photo, {}, options);
     });
     add("photo3d/clean_depth", [](benchmark::State& state) {
         const sample_stages& s = sample();

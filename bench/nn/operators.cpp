@@ -193,6 +193,7 @@ void add_plans() {
                 plan = halves ? ldi::plan_convolution(g, kernel_size, coarse) : ldi::plan_convolution(g, kernel_size);
             });
             state.SetLabel(size_of(plan));
+            state.counters["pixels"] = count(g);
         });
     };
     for (const std::int32_t kernel_size : {3, 5, 7}) add_plan("ldi", on_sample, kernel_size, false);

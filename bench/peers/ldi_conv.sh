@@ -48,7 +48,7 @@ cp "$here/dense_convolution.mjs" "$PEERS_OUT/"
 ldi() {
     pinned "$ours" --benchmark_filter='^nn/convolve/ldi 3x3 .*, float32$' --benchmark_min_time=0 --benchmark_repetitions=5 \
         --benchmark_report_aggregates_only=true --benchmark_format=csv 2>/dev/null |
-        sed -n 's/^"nn\/convolve\/ldi 3x3 \([0-9]*\)->.*_median",[^,]*,[^,]*,\([^,]*\),.*/\1 \2/p'
+        sed -n 's/^"nn\/convolve\/ldi 3x3 \([0-9]*\)->.*_median",[^,]*,[^,]*,\([^,]*\),.*/\1 \2/p' | awk '{ print $1, $2 / 1000 }'
 }
 one_dnn() {  # it keeps its memory, so that it does not pay for new pages
     MALLOC_MMAP_THRESHOLD_=8000000000 MALLOC_TRIM_THRESHOLD_=16000000000 MALLOC_TOP_PAD_=67108864 \
