@@ -4,8 +4,8 @@
 #   scripts/requirements.sh GROUP...      build io photo3d video viewer lessons bench tests clang ...: the packages of needs_GROUP below
 #
 #   require NEED...   each NEED is "what it is;Debian package", where what it is reads "command NAME", "header NAME" (or
-#                     "header NAME|OTHER"), "module NAME" for one of the system's Python, "shared NAME" for a shared library, or
-#                     "library NAME" for one that belongs to clang.
+#                     "header NAME|OTHER"), "module NAME" for one of the system's Python, "shared NAME" for a shared library,
+#                     "library NAME" for one that belongs to clang, or "file PATH".
 #                     Installs missing packages where there is apt-get, else names what is needed and ends the script.
 #   install_npm_packages FOLDER   what the folder's package-lock.json says, if that is not there yet
 
@@ -32,6 +32,7 @@ readonly needs_peers=("module torch;python3-torch" "module onnx;python3-onnx" "m
 readonly needs_fresh=("command mmdebstrap;mmdebstrap" "command python3;python3" "command git;git")
 readonly needs_bench=("header benchmark/benchmark.h;libbenchmark-dev" "header CGAL/version.h;libcgal-dev"
     "header eigen3/Eigen/Core;libeigen3-dev" "header xtensor/xtensor.hpp;libxtensor-dev" "command python3;python3")
+readonly needs_bench_comparison=("file /usr/share/benchmark/compare.py;libbenchmark-tools" "module scipy;python3-scipy")
 readonly needs_validator=("command node;nodejs" "command npm;npm")
 readonly needs_viewer=("command node;nodejs" "command npm;npm")
 readonly needs_browser=("command chromium;chromium")
@@ -68,6 +69,7 @@ missing_needs() {
             command) command -v "$name" >/dev/null || printf '%s\n' "$need" ;;
             header) headers+="#if !(__has_include(<${name//|/>) || __has_include(<}>))"$'\n'"$need"$'\n'"#endif"$'\n' ;;
             module) /usr/bin/python3 -c "import $name" 2>/dev/null || printf '%s\n' "$need" ;;
+            file) [ -e "$name" ] || printf '%s\n' "$need" ;;
             shared) compgen -G "/usr/lib/*/$name*" >/dev/null || printf '%s\n' "$need" ;;
             library) compgen -G "/usr/lib/llvm-*/lib/clang/*/lib/*/$name*" >/dev/null || printf '%s\n' "$need" ;;
         esac
