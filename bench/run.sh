@@ -52,7 +52,7 @@ mv build/bench/new_results.json build/bench/results.json
 python3 bench/table.py build/bench/results.json >build/bench/table.md
 if [ "$readme" = 1 ]; then
     python3 bench/table.py build/bench/results.json --readme bench/README.md
-    { printf '# All benchmarks\n\nWritten by `bench/run.sh --readme`. %s' ""; cat build/bench/table.md; } >bench/notes/table.md
+    { printf '# All benchmarks\n\nWritten by `bench/run.sh --readme`. [How to read it](../README.md).\n\n'; cat build/bench/table.md; } >bench/notes/table.md
 fi
 if [ -n "$before" ]; then
     compare=$(command -v compare.py || printf '%s' /usr/share/benchmark/compare.py)

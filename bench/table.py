@@ -47,16 +47,21 @@ def read(path):
     return content["context"], rows
 
 
+def number(value):
+    """Three digits, never as a power of ten."""
+    return f"{value:.0f}" if value >= 100 else f"{value:.3g}"
+
+
 def time_text(microseconds):
     for limit, unit, factor in ((1, "ns", 1e3), (1000, "µs", 1), (float("inf"), "ms", 1e-3)):
         if microseconds < limit:
-            return f"{microseconds * factor:.3g} {unit}"
+            return f"{number(microseconds * factor)} {unit}"
 
 
 def rate_text(row):
     for rate in ("GMAC/s", "GB/s", "Mpixel/s"):
         if rate in row:
-            return f"{row[rate]:.3g} {rate}"
+            return f"{number(row[rate])} {rate}"
     return ""
 
 
@@ -69,7 +74,7 @@ def allocations_text(row):
     if count == 0:
         return "0" if "allocations" in row else ""
     megabytes = row["peak_bytes"] / 1e6
-    return f"{count}, {megabytes:.2g} MB" if megabytes >= 0.001 else str(count)
+    return f"{count}, {number(megabytes)} MB" if megabytes >= 0.001 else str(count)
 
 
 def heading(context, rows):
@@ -104,11 +109,15 @@ def by_instruction_set(rows, sets):
 
 
 # Rows that a page has no room for: one kernel has its own table, others are variants or take microseconds.
-LEFT_OUT = re.compile("^(steps|scaling|kernels)/|^nn/(pack|renumber|restrict|mark|needed|on_subsets|pixel_subset|convolution_layer)|"
-                      "^core/(layered_view|for_each_run|reordered|halved|parents|pixels_below)|^formats/(adler|crc)|read and pack|"
-                      "^texture/(pack_on|packing_tree)|^networks/(quantized|read)|has_gaps|squares of (96|8) |fill_invalid")
+LEFT_OUT = re.compile("|".join((
+    "^(steps|scaling|kernels)/", "read and pack",
+    "^core/(layered_view|single_layer|link_editor|graph_builder|pixel_region|for_each_run|reordered|halved|parents|pixels_below)",
+    "^core/validate_canonical", "image, orphans adopt",
+    "^nn/(pack|renumber|restrict|mark|needed|on_subsets|pixel_subset|convolution_layer|dequantize)", "squares of (96|8) ", "partial [57]x",
+    "^texture/(pack_on|packing_tree|lay_out)", "^mesh/move_to_sheets", "^networks/(quantized|read)", "rims$",
+    "^render/(has_gaps|side_by_side|disparity_map)", "^formats/(adler|crc|decode|encode_plain)", "fill_invalid")))
 # Functions with more than one row on the page.
-COMPLETE = ("nn/convolve/", "nn/convolve_partially/", "networks/farbrausch/", "core/coarsen/orphans", "core/layered_image/", "mesh/build_mesh")
+COMPLETE = ("nn/convolve/", "nn/convolve_partially/", "networks/farbrausch/", "core/coarsen/", "mesh/build_mesh")
 
 
 def short(rows, sets):
