@@ -113,9 +113,9 @@ LEFT_OUT = re.compile("|".join((
     "^(steps|scaling|kernels)/", "read and pack",
     "^core/(layered_view|single_layer|link_editor|graph_builder|pixel_region|for_each_run|reordered|halved|parents|pixels_below)",
     "^core/validate_canonical", "image, orphans adopt",
-    "^nn/(pack|renumber|restrict|mark|needed|on_subsets|pixel_subset|convolution_layer|dequantize)", "squares of (96|8) ", "partial [57]x",
+    "^nn/(pack|renumber|restrict|mark|needed|on_subsets|pixel_subset|convolution_layer|dequantize|max_pool)", "squares of (96|8) ", "partial [57]x",
     "^texture/(pack_on|packing_tree|lay_out)", "^mesh/move_to_sheets", "^networks/(quantized|read)", "rims$",
-    "^render/(has_gaps|side_by_side|disparity_map)", "^formats/(adler|crc|decode|encode_plain)", "fill_invalid")))
+    "^render/(has_gaps|side_by_side|disparity_map|anaglyph)", "^formats/(adler|crc|decode|encode_plain)", "fill_invalid")))
 # Functions with more than one row on the page.
 COMPLETE = ("nn/convolve/", "nn/convolve_partially/", "networks/farbrausch/", "core/coarsen/", "mesh/build_mesh")
 

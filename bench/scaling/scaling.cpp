@@ -92,7 +92,7 @@ void add_layers() {
 
 /// An image of 1152 x 1024, whole and cut into ever smaller squares.
 void add_irregular() {
-    for (const std::int32_t side : {0, 512, 128, 64, 32, 16, 12, 8, 7, 6, 5, 2})
+    for (const std::int32_t side : {0, 512, 128, 64, 32, 16, 12, 8, 7, 6, 5})
         add_graph("irregular", "ldi", side, [=] { return cut_graph(1152, 1024, side); });
 }
 
