@@ -117,6 +117,10 @@ static_assert(!std::is_constructible_v<array_view<const float>, const buffer<flo
 static_assert(std::is_convertible_v<buffer<float>&, array_view<float>>);
 static_assert(std::is_convertible_v<const buffer<float>&, array_view<const float>>);
 
+enum class material : std::uint8_t { wood, stone };
+static_assert(averageable<float> && averageable<std::uint8_t> && averageable<std::int32_t>);
+static_assert(!averageable<std::int64_t> && !averageable<material>, "a mean of identifiers has no meaning");
+
 /// Checks that every column has one row per pixel, and that the topology is valid.
 template <class... Columns>
 bool is_sound(const layered_image<Columns...>& layers) {
