@@ -430,7 +430,7 @@ TEST_CASE("keep() removes the other pixels and their links, and keeps the order,
 
 TEST_CASE("keep() refuses a number of entries that is not the number of pixels, and changes nothing") {
     layered_image<known_column> layers(make_grid(3, 2));
-    for (const std::size_t count : {0, 5, 7}) {
+    for (const std::size_t count : {std::size_t{0}, std::size_t{5}, std::size_t{7}}) {
         const buffer<std::uint8_t> kept(count);
         CHECK_THROWS_AS(layers.keep(kept), error);
         CHECK(layers.size() == 6);
