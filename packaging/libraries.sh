@@ -3,14 +3,19 @@
 # Windows. Changes nothing on this machine: apt-get keeps its list of sources in build/libraries.
 #
 #   packaging/libraries.sh TARGET NAME...     prints the folder with include/ and lib/; NAME: a build_NAME below. TARGET: linux,
-#                                             windows, or python (for Linux, of which shared libraries can be linked)
+#                                             windows, python (for Linux, of which shared libraries can be linked), or web
+#                                             (WebAssembly, optimized for size; pugixml alone)
 set -euo pipefail
 top=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 # shellcheck source=scripts/requirements.sh
 source "$top/scripts/requirements.sh"
 
-require "${needs_release[@]}" >&2
 target=$1
+if [ "$target" = web ]; then
+    require "${needs_sources[@]}" "${needs_web[@]}" >&2
+else
+    require "${needs_release[@]}" >&2
+fi
 build=$top/build/libraries
 prefix=$build/$target
 shared=OFF
@@ -60,12 +65,17 @@ with_cmake() {
         cmake --build "$folder" --parallel "$(nproc)" >&2 && cmake --install "$folder" >&2
 }
 
-# archive NAME FOLDER FLAG... -- FILE...: compiles files of C that have no build system for CMake.
+# archive NAME FLAG... -- FILE...: compiles files without a build system.
 archive() {
     local name=$1 folder=$build/$target-build/$1 flags=() file compiler=(gcc) ar=ar
     [ "$shared" = OFF ] || flags+=(-fPIC)
     [ "$target" != windows ] || compiler=(x86_64-w64-mingw32-gcc-posix) ar=x86_64-w64-mingw32-ar
-    ! command -v ccache >/dev/null || compiler=(ccache "${compiler[@]}")
+    if [ "$target" = web ]; then
+        compiler=(em++) ar=emar
+        export NODE_PATH=/usr/share/nodejs:/usr/lib/nodejs  # where Debian keeps what Emscripten's own scripts need
+    elif command -v ccache >/dev/null; then
+        compiler=(ccache "${compiler[@]}")
+    fi
     mkdir -p "$folder" "$prefix/lib" && rm -f "$folder"/*
     while shift && [ "$1" != -- ]; do flags+=("$1"); done
     for file in "${@:2}"; do
@@ -80,7 +90,17 @@ build_lcms2() {
         cp "$source"/include/*.h "$prefix/include"
 }
 build_meshoptimizer() { with_cmake "$(source_of meshoptimizer)"; }
-build_pugixml() { with_cmake "$(source_of pugixml)"; }
+build_pugixml() {
+    local source
+    source=$(source_of pugixml) || return
+    if [ "$target" != web ]; then
+        with_cmake "$source"
+        return
+    fi
+    # With -pthread, programs can link it whether they have threads or not.
+    archive pugixml -Oz -pthread -DPUGIXML_NO_XPATH -DPUGIXML_NO_EXCEPTIONS -- "$source/src/pugixml.cpp" && mkdir -p "$prefix/include" &&
+        cp "$source"/src/pugi*.hpp "$prefix/include"
+}
 build_zlib() {
     local source
     source=$(source_of zlib) && archive z -- "$source"/*.c && mkdir -p "$prefix/include" && cp "$source"/{zlib,zconf}.h "$prefix/include"

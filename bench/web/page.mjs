@@ -17,8 +17,9 @@ const address = pathToFileURL(join(top, "build/web/photo3d.html")).href;
 const median = (values) => [...values].sort((a, b) => a - b)[values.length >> 1];
 const print = (name, value, unit = "ms") => console.log(`${name.padEnd(44)} ${value.toFixed(0).padStart(7)} ${unit}`);
 
-const sizes = await Promise.all((await readdir(site)).map((name) => stat(join(site, name))));
-print("download", sizes.reduce((sum, { size }) => sum + size, 0) / 1000, "kB");
+const isOfThreads = (name) => name.startsWith("converter_threads");
+const sizes = await Promise.all((await readdir(site)).filter((name) => !isOfThreads(name)).map((name) => stat(join(site, name))));
+print("download, one thread", sizes.reduce((sum, { size }) => sum + size, 0) / 1000, "kB");
 const results = {};
 
 /** Processor time of a process and all that it has started, in milliseconds. */
@@ -67,4 +68,11 @@ for (const kind of ["chromium", "firefox"]) {
     print(`${kind}: memory of the converter`, heap / 1e6, "MB");
     results[kind] = median(times.next);
 }
+const browser = await startBrowser("chromium");
+const page = await openPage(browser, address);
+await page.evaluate(() => window.photo3d.converter.warm);
+const heaps = [];
+for (let i = 0; i < 100; ++i) heaps.push((await convert(page, "sample.jpg", sample)).facts.heap / 1e6);
+await browser.close();
+for (const count of [1, 5, 10, 100]) print(`chromium: memory after ${count} photos`, heaps[count - 1], "MB");
 console.log(`chromium, next photo: ${results.chromium.toFixed(1)}`);

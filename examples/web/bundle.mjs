@@ -3,14 +3,14 @@
 //   OUT/photo3d.html   one file that works by double click
 //   OUT/site/          a folder for a server: index.html, its files, and a service worker
 //
-// BUILT has converter.js and converter.wasm as Emscripten made them, MODELS the weights.
+// BUILT has what Emscripten made: converter.js and converter.wasm, and converter_threads with threads. MODELS has the weights.
 
 import { createHash } from "node:crypto";
 import { mkdir, readFile, rm, writeFile } from "node:fs/promises";
 import { createRequire } from "node:module";
 import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
-import { constants, gzipSync } from "node:zlib";
+import zopfli from "@gfx/zopfli";
 
 const here = dirname(fileURLToPath(import.meta.url));
 const { build } = createRequire(join(here, "../viewer/package.json"))("esbuild");
@@ -45,25 +45,29 @@ function splitHalves(bytes) {
     return halves;
 }
 
-/** Compresses a file. Weights have no repetitions, so that searching for them only costs bytes. */
-function pack(bytes) {
-    const strategies = [constants.Z_DEFAULT_STRATEGY, constants.Z_HUFFMAN_ONLY];
-    const packed = strategies.map((strategy) => gzipSync(bytes, { level: 9, strategy }));
-    return packed.sort((a, b) => a.length - b.length)[0];
-}
+/** Compresses a file with gzip, in the fewest bytes: all browsers unpack it. */
+const pack = async (bytes) => Buffer.from(await zopfli.gzipAsync(bytes, { numiterations: 3 }));
+
+/** Minifies a file of Emscripten. */
+const minify = async (name) => Buffer.from(await bundle({ stdin: { contents: await readFile(join(built, name), "utf8"), loader: "js" } }, { bundle: false }));
 
 const viewerPage = await readFile(viewer, "utf8");
 const viewerScripts = [...viewerPage.matchAll(/<script>([^]*?)<\/script>/g)].map(([, script]) => script);
-const worker = `${await readFile(join(built, "converter.js"), "utf8")}\n${await readFile(join(source, "worker.js"), "utf8")}`;
-const assets = new Map(
-    Object.entries({
-        "worker.js": Buffer.from(await bundle({ stdin: { contents: worker, loader: "js" } }, { bundle: false })),
-        "converter.wasm": await readFile(join(built, "converter.wasm")),
-        "depth.safetensors": await readFile(join(models, "tiefenrausch_small.safetensors")),
-        "inpainting.halves": splitHalves(await readFile(join(models, "farbrausch.safetensors"))),
-        "viewer.html": Buffer.from(viewerPage),
-    }).map(([name, bytes]) => [name, pack(bytes)]),
-);
+const assets = {
+    "worker.js": Buffer.from(await bundleFile("worker.js")),
+    "converter.js": await minify("converter.js"),
+    "converter.wasm": await readFile(join(built, "converter.wasm")),
+    "depth.safetensors": await readFile(join(models, "tiefenrausch_small.safetensors")),
+    "inpainting.halves": splitHalves(await readFile(join(models, "farbrausch.safetensors"))),
+    "viewer.html": Buffer.from(viewerPage),
+};
+/** In place of the converter, where the page may have threads: only a server can allow it. */
+const assetsOfThreads = {
+    "converter_threads.js": await minify("converter_threads.js"),
+    "converter_threads.worker.js": await minify("converter_threads.worker.js"),
+    "converter_threads.wasm": await readFile(join(built, "converter_threads.wasm")),
+};
+for (const group of [assets, assetsOfThreads]) for (const name of Object.keys(group)) group[name] = await pack(group[name]);
 
 const style = await bundleFile("style.css");
 const program = (await bundleFile("main.js", { format: "iife" })).replace(/<\/script/g, "<\\/script");
@@ -81,14 +85,14 @@ function makePage(assetsText, server) {
     return fill(page, "/* the program goes here */", program);
 }
 
-const inPage = [...assets].map(([name, bytes]) => `<script id="asset ${name}" type="application/gzip;base64">${bytes.toString("base64")}</script>`);
+const inPage = Object.entries(assets).map(([name, bytes]) => `<script id="asset ${name}" type="application/gzip;base64">${bytes.toString("base64")}</script>`);
 const site = join(output, "site");
 await rm(site, { recursive: true, force: true });
 await mkdir(site, { recursive: true });
 await writeFile(join(output, "photo3d.html"), makePage(inPage.join("\n"), ""));
 
 const files = new Map([["index.html", Buffer.from(makePage("", " 'self'"))]]);
-for (const [name, bytes] of assets) files.set(`${name}.gz`, bytes);
+for (const [name, bytes] of Object.entries({ ...assets, ...assetsOfThreads })) files.set(`${name}.gz`, bytes);
 const version = createHash("sha256");
 for (const bytes of files.values()) version.update(bytes);
 let offline = await readFile(join(source, "offline.js"), "utf8");
@@ -99,5 +103,7 @@ for (const [name, bytes] of files) await writeFile(join(site, name), bytes);
 
 const kilobytes = (bytes) => `${(bytes / 1000).toFixed(0)} kB`;
 for (const [name, bytes] of files) console.error(`${name}: ${kilobytes(bytes.length)}`);
-console.error(`download: ${kilobytes([...files.values()].reduce((sum, bytes) => sum + bytes.length, 0))}`);
+const sum = (isRead) => [...files].reduce((total, [name, bytes]) => total + (isRead(name) ? bytes.length : 0), 0);
+const isOfThreads = (name) => name.startsWith("converter_threads");
+console.error(`download: ${kilobytes(sum((name) => !isOfThreads(name)))}, with threads ${kilobytes(sum((name) => !/^converter[.]/.test(name)))}`);
 console.log(join(output, "photo3d.html"));

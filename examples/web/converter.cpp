@@ -1,7 +1,9 @@
 // The converter of the page: a file's bytes in, a 3D photo as GLB out. build.sh compiles it to WebAssembly; worker.js calls it.
 //
 // One thread calls all functions, one after the other. A function that can fail returns 0 and keeps the message for
-// web_message().
+// web_message(). With -pthread, the functions use all processors.
+
+#include "landing_pads.hpp"
 
 #include <ldi/formats/farbrausch.hpp>
 #include <ldi/formats/glb.hpp>
@@ -33,10 +35,20 @@ namespace {
 
 using namespace ldi;
 
+#if defined(__EMSCRIPTEN_PTHREADS__)
+struct executor_of_page : thread_pool {
+    executor_of_page() : thread_pool((std::min)(std::thread::hardware_concurrency(), LDI_MAX_THREADS)) {}
+};
+#else
+using executor_of_page = serial_executor;
+#endif
+
 /// Everything that lasts longer than a call.
 struct converter {
+    executor_of_page threads;
     std::optional<tiefenrausch> depth;
     std::optional<farbrausch> inpainting;
+    std::optional<photo_with_depth> input;
     std::vector<std::byte> poster;
     buffer<std::byte> glb;
     photo3d_options options;
@@ -93,8 +105,7 @@ std::vector<std::byte> encode_texture(image_view<const std::uint8_t> picture, in
 std::vector<std::byte> encode_poster(const image<std::uint8_t>& photo) {
     constexpr std::size_t long_side = 512;
     constexpr int quality = 70;
-    const serial_executor threads;
-    return encode_texture(ldi::shrink_photo(photo, long_side, threads), quality);
+    return encode_texture(ldi::shrink_photo(photo, long_side, state().threads), quality);
 }
 
 /// Composites the browser's pixels, red green blue alpha, on white.
@@ -129,7 +140,7 @@ void complete(photo_with_depth& input) {
     photo_depth& depth = *input.depth;
     depth.disparity = fill_invalid(shrink_depth_map(std::move(depth.disparity)), depth.source);
     if (!depth.is_white_near_a_guess) return;
-    const image<float> estimate = state().depth->disparity(input.photo.color, {}, serial_executor());
+    const image<float> estimate = state().depth->disparity(input.photo.color, {}, state().threads);
     if (agreement(depth.disparity, estimate) > -0.2F) return;
     turn_round(depth.disparity);
     depth.source += ", black is near";
@@ -143,11 +154,11 @@ photo3d make(photo_with_depth input) {
     if (input.photo.focal_length_35mm) options.focal_length_35mm = *input.photo.focal_length_35mm;
     options.normalize.is_metric = input.depth && input.depth->is_metric;
     options.normalize.is_inverse_depth = !input.depth || input.depth->is_inverse_depth;
-    cleaned_photo cleaned = input.depth
-                                ? clean_depth(input.photo.color, given_disparity{std::move(input.depth->disparity)}, options)
-                                : clean_depth(input.photo.color, *state().depth, options);
+    cleaned_photo cleaned =
+        input.depth ? clean_depth(input.photo.color, given_disparity{std::move(input.depth->disparity)}, options, state().threads)
+                    : clean_depth(input.photo.color, *state().depth, options, state().threads);
     input = {};
-    return make_photo3d(std::move(cleaned), photo_columns<>(), *state().inpainting, options);
+    return make_photo3d(std::move(cleaned), photo_columns<>(), *state().inpainting, options, state().threads);
 }
 
 /// Writes the GLB. Keeps it with what the page must know.
@@ -209,6 +220,9 @@ EMSCRIPTEN_KEEPALIVE int web_load(int kind, const void* data, std::size_t size) 
     });
 }
 
+/// Frees the GLB and the poster, so that every photo finds the memory in the same state.
+EMSCRIPTEN_KEEPALIVE void web_release() { state().glb = {}, state().poster = {}; }
+
 /// Runs a part of the program, so that the browser compiles and optimizes its code before the first photo; returns 1, or 0 after
 /// an error. Parts 0 to 2 together run everything; each takes a fraction of a second.
 EMSCRIPTEN_KEEPALIVE int web_warm_up(int part) {
@@ -216,14 +230,14 @@ EMSCRIPTEN_KEEPALIVE int web_warm_up(int part) {
         photo_with_depth scene = scene_for_warm_up();
         if (part == 0)
             for (int i = 0; i < 4; ++i) decode_photo(encode_texture(scene.photo.color, 85), {}, "warm-up");
-        if (part == 1) state().depth->disparity(scene.photo.color, {}, serial_executor());
+        if (part == 1) state().depth->disparity(scene.photo.color, {}, state().threads);
         if (part != 2) return;
         encode(make(std::move(scene)), "", false);
-        state().glb = {}, state().poster = {};
+        web_release();
     });
 }
 
-/// Checks a file's header; returns 1 if web_convert() decodes it, 2 if the browser must (formats of other libraries, color
+/// Checks a file's header; returns 1 if web_open() decodes it, 2 if the browser must (formats of other libraries, color
 /// profiles), or 0 after an error.
 EMSCRIPTEN_KEEPALIVE int web_inspect(const void* data, std::size_t size, const char* name) {
     int decoder = 1;
@@ -251,15 +265,24 @@ EMSCRIPTEN_KEEPALIVE int web_refuse(const void* data, std::size_t size, const ch
     });
 }
 
-/// Converts a photo; returns 1, or 0 after an error. web_glb() and web_poster() have the results.
+/// Decodes a photo and the depth inside it for web_convert(); returns 1, or 0 after an error.
 ///
 /// rgba  the browser's pixels, or null
-EMSCRIPTEN_KEEPALIVE int web_convert(const void* data, std::size_t size, const char* name, const std::uint8_t* rgba,
-                                     std::size_t height, std::size_t width, int is_exact) {
+EMSCRIPTEN_KEEPALIVE int web_open(const void* data, std::size_t size, const char* name, const std::uint8_t* rgba,
+                                  std::size_t height, std::size_t width) {
     return attempt([&] {
-        state().glb = {}, state().poster = {};  // of the photo before
+        state().input.reset();
         listener().report("reading photo", 0);
-        photo_with_depth input = decode(bytes_of(data, size), name, rgba, height, width);
+        state().input = decode(bytes_of(data, size), name, rgba, height, width);
+    });
+}
+
+/// Converts the photo of web_open(); returns 1, or 0 after an error. web_glb() and web_poster() have the results, until
+/// web_release().
+EMSCRIPTEN_KEEPALIVE int web_convert(const char* name, int is_exact) {
+    return attempt([&] {
+        photo_with_depth input = std::move(state().input.value());
+        state().input.reset();
         complete(input);
         state().depth_source = input.depth ? input.depth->source : input.refused;
         listener().report("reading photo", 1);
@@ -274,6 +297,7 @@ EMSCRIPTEN_KEEPALIVE const void* web_poster() { return state().poster.data(); }
 EMSCRIPTEN_KEEPALIVE std::size_t web_poster_size() { return state().poster.size(); }
 EMSCRIPTEN_KEEPALIVE std::size_t web_width() { return state().width; }
 EMSCRIPTEN_KEEPALIVE std::size_t web_height() { return state().height; }
+EMSCRIPTEN_KEEPALIVE std::size_t web_threads() { return state().threads.concurrency(); }
 EMSCRIPTEN_KEEPALIVE int web_is_past_frame() { return state().is_past_frame ? 1 : 0; }
 /// Source of the depth in the file, the reason why that depth was not used, or an empty text.
 EMSCRIPTEN_KEEPALIVE const char* web_depth_source() { return state().depth_source.c_str(); }

@@ -44,11 +44,9 @@ compile_tests() {
     # The tests start threads, and wait for them in main().
     emscripten "$build"/*.o -sNODERAWFS=1 -sINITIAL_MEMORY=512MB -sPROXY_TO_PTHREAD=1 -sEXIT_RUNTIME=1 -o "$build/tests.js"
 }
-# Skips one test of the inpainting network. With -fexceptions, a function that is not inlined and returns a vector cannot be called if an
-# exception would have to destroy an object; the smooth fills contain such calls with several threads.
 run_file() {
     node --no-experimental-fetch "$build/tests.js" --filenames-as-tags --warn NoTests \
-        "[#$1]~\"the published output is the same on every*\"~\"inpainting gives the same bits on any*\""
+        "[#$1]~\"the published output is the same on every*\""
 }
 
 count_step "the tests compile to WebAssembly" compile_tests

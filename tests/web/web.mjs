@@ -11,6 +11,7 @@ import { crc32 } from "node:zlib";
 import { takeApart } from "../viewer/glb.mjs";
 import { PageTests } from "../viewer/page_tests.mjs";
 import { choose, convert, openPage, startBrowser, waitForResult } from "./browsers.mjs";
+import { grayPng, withAppleDepth, withDynamicDepth, withGdepth } from "./phone_files.mjs";
 
 const here = dirname(fileURLToPath(import.meta.url));
 const top = join(here, "../..");
@@ -84,13 +85,16 @@ async function assertEqualsProgram(page, name) {
     return ours;
 }
 
+/** Headers that isolate a page from other sites. */
+const isolation = { "cross-origin-opener-policy": "same-origin", "cross-origin-embedder-policy": "require-corp" };
+
 /** Serves the folder. `stop` ends it as a lost network would. */
-async function serve(folder) {
+async function serve(folder, headers = {}) {
     const types = { ".html": "text/html", ".js": "text/javascript", ".gz": "application/gzip" };
     const server = createServer(async (request, response) => {
         const name = new URL(request.url, "http://localhost").pathname.replace(/\/$/, "/index.html");
         const bytes = await readFile(join(folder, name)).catch(() => null);
-        response.writeHead(bytes ? 200 : 404, { "content-type": types[extname(name)] ?? "application/octet-stream" });
+        response.writeHead(bytes ? 200 : 404, { "content-type": types[extname(name)] ?? "application/octet-stream", ...headers });
         response.end(bytes);
     });
     await new Promise((resolve) => server.listen(0, "127.0.0.1", resolve));
@@ -190,6 +194,42 @@ async function testsOfChromium(browser, open, openShared) {
         await writeFile(join(made, "beside.png"), Buffer.from(await besideDepth(page), "base64"));
         const { facts } = await assertEqualsProgram(page, "beside.png");
         assert.equal(facts.depthSource, "the right half");
+    });
+
+    await test("depth inside photos of phones is used, as in the program: GDepth, Dynamic Depth, Apple's format", openShared, async (page) => {
+        // A slope with a box before it.
+        const map = grayPng(64, 48, (y, x) => Math.round(20 + y) + (Math.abs(y - 32) < 12 && Math.abs(x - 24) < 10 ? 120 : 0));
+        const mapJpeg = Buffer.from(await jpegOf(page, map), "base64");
+        const photos = {
+            "GDepth, RangeInverse": withGdepth(sampleBytes, map),
+            "Dynamic Depth, RangeLinear": withDynamicDepth(sampleBytes, map),
+            "Apple disparity": withAppleDepth(sampleBytes, mapJpeg),
+        };
+        const meshes = new Set();
+        for (const [source, bytes] of Object.entries(photos)) {
+            await writeFile(join(made, "phone.jpg"), bytes);
+            const { facts, glb } = await assertEqualsProgram(page, "phone.jpg");
+            assert.equal(facts.depthSource, source);
+            meshes.add(contentOf(glb).numbers.join());
+        }
+        assert.equal(meshes.size, 3, "the three maps mean different depth");
+    });
+
+    await test("a photo with unusable depth inside says why, and gets estimated depth", openShared, async (page) => {
+        const map = grayPng(64, 48, () => 7);
+        const { facts, glb } = await convert(page, "sample.jpg", withGdepth(sampleBytes, map, "Upside"), true);
+        assert.match(facts.depthSource, /GDepth: expected RangeInverse or RangeLinear, found Upside/);
+        const plain = await convert(page, "sample.jpg", sampleBytes, true);
+        assert.deepEqual(contentOf(glb).numbers, contentOf(plain.glb).numbers);
+    });
+
+    await test("HEIC, which this browser does not read, is refused by name", openShared, async (page) => {
+        const heic = Buffer.concat([Buffer.from("\0\0\0\x18ftypheic\0\0\0\0mif1heic", "latin1"), Buffer.alloc(100)]);
+        const message = await page.evaluate(
+            (bytes) => window.photo3d.converter.convert(Uint8Array.from(bytes), "IMG_1.HEIC", () => {}).then(() => "no message", (failure) => failure.message),
+            [...heic],
+        );
+        assert.match(message, /^IMG_1\.HEIC: expected .* or another that this browser reads, found .*HEI[CF]/);
     });
 
     await test("formats that only the browser reads are converted", openShared, async (page) => {
@@ -308,21 +348,56 @@ async function testsOfChromium(browser, open, openShared) {
 
     await test("memory stays the same over many photos", openShared, async (page) => {
         const heaps = [];
+        for (let i = 0; i < 4; ++i) await convert(page, "sample.jpg", sampleBytes);
         for (let i = 0; i < 6; ++i) heaps.push((await convert(page, "sample.jpg", sampleBytes)).facts.heap);
         console.log(`        ${(heaps.at(-1) / 1e6).toFixed(0)} MB`);
         assert.equal(heaps.at(-1), heaps[0]);
     });
+
+    const isolating = await serve(site, isolation);
+    await test("threads, where the server isolates the page, make the same bytes", () => openPage(browser, isolating.address), async (page) => {
+        assert.ok(await hasAllThreads(page));
+        const alone = await openPage(browser, onePage);
+        assert.equal((await alone.evaluate(() => window.photo3d.converter.ready)).threads, 1);
+        for (const name of ["photo.png", "beside.png"]) {
+            const bytes = await readFile(join(made, name));
+            assert.ok((await convert(page, name, bytes)).glb.equals((await convert(alone, name, bytes)).glb), name);
+        }
+        await alone.close();
+        const { error } = await choose(page, join(made, "cut.png"));
+        assert.match(error, /cut\.png/, "errors pass from threads to the page");
+    });
+    await isolating.stop();
 
     const server = await serve(site);
     await test("the folder works from a server, and without a network after the first visit", () => openPage(browser, server.address), async (page) => {
         assert.equal((await choose(page, sample)).error, undefined);
         assert.deepEqual(page.requests.filter((url) => !url.startsWith(server.address)), [], "only the server's own files");
         await page.evaluate(() => navigator.serviceWorker.ready);
+        assert.equal((await page.evaluate(() => window.photo3d.converter.ready)).threads, 1);
         await server.stop();
         await page.reload();
+        assert.equal(await page.evaluate(() => crossOriginIsolated), true, "the service worker isolates the page");
+        assert.ok(await hasAllThreads(page));
         assert.equal((await choose(page, sample)).error, undefined);
         page.errors = page.errors.filter((line) => !/ERR_CONNECTION_REFUSED/.test(line));
     });
+}
+
+/** Whether the converter has a thread for every processor, up to 8. */
+function hasAllThreads(page) {
+    return page.evaluate(async () => (await window.photo3d.converter.ready).threads === Math.min(navigator.hardwareConcurrency, 8));
+}
+
+/** A picture as JPEG, encoded by the browser. */
+function jpegOf(page, picture) {
+    return page.evaluate(async (content) => {
+        const decoded = await createImageBitmap(new Blob([Uint8Array.from(atob(content), (c) => c.charCodeAt(0))]));
+        const canvas = new OffscreenCanvas(decoded.width, decoded.height);
+        canvas.getContext("2d").drawImage(decoded, 0, 0);
+        const bytes = new Uint8Array(await (await canvas.convertToBlob({ type: "image/jpeg", quality: 0.95 })).arrayBuffer());
+        return btoa(Array.from(bytes, (byte) => String.fromCharCode(byte)).join(""));
+    }, picture.toString("base64"));
 }
 
 /** A PNG with the sample on the left, a gray map on the right: near below. */

@@ -1,5 +1,8 @@
 // The files that the page needs besides itself: in the page as base64 text, or on the server beside it. Both are compressed.
 
+/** Whether the page contains all files. */
+export const isOneFile = () => document.getElementById("asset worker.js") !== null;
+
 /** Reads a file. Where its name ends in "halves", joins the bytes that bundle.mjs has split. @param {string} name @returns {Promise<Uint8Array>} */
 export async function readAsset(name) {
     const inPage = document.getElementById(`asset ${name}`);

@@ -1,6 +1,6 @@
 // The converter as a function from a file to a 3D photo. The work is done in a Worker (worker.js).
 
-import { readAsset } from "./assets.js";
+import { isOneFile, readAsset } from "./assets.js";
 
 /**
  * @typedef {object} Photo3d
@@ -14,11 +14,14 @@ import { readAsset } from "./assets.js";
  * @property {number} heap  memory of the converter, in bytes
  */
 
+/** Threads need memory that they share, which a browser allows only to pages of servers that isolate them. */
+const canHaveThreads = () => !isOneFile() && globalThis.crossOriginIsolated && navigator.hardwareConcurrency > 1;
+
 export class Converter {
     constructor() {
         this.pending = new Map();
         this.lastId = 0;
-        /** Settles when the networks are loaded. @type {Promise<{milliseconds: number}>} */
+        /** Settles when the networks are loaded. @type {Promise<{milliseconds: number, threads: number}>} */
         this.ready = this.start();
         /** Settles when the browser has seen all of the code, or a photo has come first. @type {Promise<{milliseconds: number}>} */
         this.warm = new Promise((resolve) => (this.whenWarm = resolve));
@@ -26,10 +29,21 @@ export class Converter {
     }
 
     async start() {
-        const [program, wasm, depth, inpainting] = await Promise.all(
-            ["worker.js", "converter.wasm", "depth.safetensors", "inpainting.halves"].map(readAsset),
-        );
-        const address = URL.createObjectURL(new Blob([program], { type: "text/javascript" }));
+        const weights = Promise.all(["depth.safetensors", "inpainting.halves"].map(readAsset));
+        if (!canHaveThreads()) return this.startWith("converter", await weights);
+        return this.startWith("converter_threads", await weights).catch(async () => this.startWith("converter", await weights));
+    }
+
+    /**
+     * Starts the Worker.
+     *
+     * @param {"converter" | "converter_threads"} program
+     * @param {Uint8Array[]} weights  of both networks
+     */
+    async startWith(program, [depth, inpainting]) {
+        const [loader, script, wasm] = await Promise.all([`${program}.js`, "worker.js", `${program}.wasm`].map(readAsset));
+        const threads = program === "converter" ? null : { loader, worker: await readAsset(`${program}.worker.js`) };
+        const address = URL.createObjectURL(new Blob([loader, "\n", script], { type: "text/javascript" }));
         this.worker = new Worker(address);
         const ready = new Promise((resolve, reject) => {
             this.worker.onerror = (event) => reject(new Error(event.message || "The converter can't start in this browser."));
@@ -40,7 +54,7 @@ export class Converter {
                 else this.receive(data);
             };
         });
-        this.worker.postMessage({ load: { wasm, depth, inpainting } }, [wasm.buffer, depth.buffer, inpainting.buffer]);
+        this.worker.postMessage({ load: { wasm, depth, inpainting, threads } });
         return ready.finally(() => URL.revokeObjectURL(address));
     }
 

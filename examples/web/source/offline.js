@@ -1,5 +1,6 @@
-// Service worker: keeps the page and its files, so that they work without a network after the first visit. bundle.mjs fills in the
-// names of the files and a version of their content.
+// Service worker: keeps the page and its files, so that they work without a network after the first visit. From the second visit on it
+// isolates the page from other sites, as a server may do by the same headers: only then, browsers allow threads. bundle.mjs fills in
+// the names of the files and a version of their content.
 
 const version = "VERSION";
 const files = ["FILES"];
@@ -19,6 +20,18 @@ addEventListener("activate", (event) => {
     event.waitUntil(clients.claim());
 });
 
-addEventListener("fetch", (event) => {
-    event.respondWith(caches.open(version).then((cache) => cache.match(event.request, { ignoreSearch: true })).then((kept) => kept ?? fetch(event.request)));
-});
+/** The same response with headers that isolate a page. */
+function isolated(response) {
+    const headers = new Headers(response.headers);
+    headers.set("Cross-Origin-Opener-Policy", "same-origin");
+    headers.set("Cross-Origin-Embedder-Policy", "require-corp");
+    return new Response(response.body, { status: response.status, statusText: response.statusText, headers });
+}
+
+async function answer(request) {
+    const cache = await caches.open(version);
+    const response = (await cache.match(request, { ignoreSearch: true })) ?? (await fetch(request));
+    return request.mode === "navigate" && response.ok ? isolated(response) : response;
+}
+
+addEventListener("fetch", (event) => event.respondWith(answer(event.request)));

@@ -1,8 +1,8 @@
-// Runs the converter in a Worker: the page stays responsive. createConverter() is Emscripten's loader of converter.wasm, which
-// bundle.mjs puts in front of this text.
+// Runs the converter in a Worker: the page stays responsive. createConverter() is Emscripten's loader of the converter, which
+// converter.js puts in front of this text.
 //
-// Messages in:   {load: {wasm, depth, inpainting}}, once; {convert: {bytes, name, isExact}, id}
-// Messages out:  {ready: {milliseconds}}; {warm: {milliseconds}}; {stage, fraction, id}; {result: {glb, poster, width, height, isPastFrame, depthSource, stages,
+// Messages in:   {load: {wasm, depth, inpainting, threads}}, once, where `threads` is {loader, worker}, the scripts of its threads, or null; {convert: {bytes, name, isExact}, id}
+// Messages out:  {ready: {milliseconds, threads}}; {warm: {milliseconds}}; {stage, fraction, id}; {result: {glb, poster, width, height, isPastFrame, depthSource, stages,
 //                heap}, id}; {failure, id}
 /* global createConverter */
 
@@ -10,6 +10,8 @@
 const maxDecodedSide = 3072;
 
 let converter;
+/** Memory of a converter with threads. @type {WebAssembly.Memory | undefined} */
+let shared;
 let clock = () => {};
 let job = null;
 let queue = Promise.resolve();
@@ -28,13 +30,24 @@ function messageOf(failure) {
     return failure instanceof WebAssembly.RuntimeError || failure instanceof RangeError ? "not enough memory" : failure.message;
 }
 
-async function load({ wasm, depth, inpainting }) {
+async function load({ wasm, depth, inpainting, threads }) {
     const start = performance.now();
-    converter = await createConverter({ wasmBinary: wasm, onProgress: (stage, fraction) => clock(stage, fraction) });
+    const options = { wasmBinary: wasm, onProgress: (stage, fraction) => clock(stage, fraction) };
+    if (threads) {
+        const address = URL.createObjectURL(scriptOf(threads.worker));
+        shared = new WebAssembly.Memory({ initial: 256, maximum: 16384, shared: true }); // as build.sh states, in pages of 64 KiB
+        Object.assign(options, { wasmMemory: shared, mainScriptUrlOrBlob: scriptOf(threads.loader), locateFile: () => address });
+    }
+    converter = await createConverter(options);
     for (const [kind, weights] of [depth, inpainting].entries()) within([weights], ([data]) => check(converter._web_load(kind, data, weights.length)));
-    postMessage({ ready: { milliseconds: performance.now() - start } });
+    postMessage({ ready: { milliseconds: performance.now() - start, threads: converter._web_threads() } });
     warmUp(performance.now()).catch(() => {}); // the first photo will say what is wrong
 }
+
+const scriptOf = (bytes) => new Blob([bytes], { type: "text/javascript" });
+
+/** All of the converter's memory. Threads may have enlarged it: converter.HEAPU8 is too short then. */
+const memory = () => (shared ? new Uint8Array(shared.buffer) : converter.HEAPU8);
 
 /** Runs everything a few times while the person chooses a photo; stops when there is one. */
 async function warmUp(start) {
@@ -58,10 +71,12 @@ async function convert({ bytes, name, isExact = false }, id) {
     const decoder = within([bytes, text], ([data, where]) => check(converter._web_inspect(data, bytes.length, where)));
     const pixels = decoder === 2 ? await decodeInBrowser(bytes, text) : null;
     within([bytes, text, pixels?.data], ([data, where, rgba]) => {
-        check(converter._web_convert(data, bytes.length, where, rgba, pixels?.height ?? 0, pixels?.width ?? 0, Number(isExact)));
+        check(converter._web_open(data, bytes.length, where, rgba, pixels?.height ?? 0, pixels?.width ?? 0));
     });
+    within([text], ([where]) => check(converter._web_convert(where, Number(isExact))));
     const glb = copyOf(converter._web_glb(), converter._web_glb_size());
     const poster = copyOf(converter._web_poster(), converter._web_poster_size());
+    converter._web_release();
     const result = {
         glb,
         poster,
@@ -70,7 +85,7 @@ async function convert({ bytes, name, isExact = false }, id) {
         isPastFrame: converter._web_is_past_frame() === 1,
         depthSource: converter.UTF8ToString(converter._web_depth_source()),
         stages: job.stages,
-        heap: converter.HEAPU8.length,
+        heap: memory().length,
     };
     postMessage({ result, id }, [glb.buffer, poster.buffer]);
 }
@@ -81,7 +96,7 @@ function within(arrays, use) {
         if (!array) return 0;
         const place = converter._malloc(Math.max(array.length, 1));
         if (place === 0) throw new Error("not enough memory");
-        converter.HEAPU8.set(array, place);
+        memory().set(array, place);
         return place;
     });
     try {
@@ -91,7 +106,7 @@ function within(arrays, use) {
     }
 }
 
-const copyOf = (place, size) => converter.HEAPU8.slice(place, place + size);
+const copyOf = (place, size) => new Uint8Array(memory().subarray(place, place + size));
 
 function check(result) {
     if (result === 0) throw new Error(converter.UTF8ToString(converter._web_message()));

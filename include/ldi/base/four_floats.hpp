@@ -1,6 +1,9 @@
 // Four adjacent floats: one register on every processor that ldi has kernels for. GCC and clang have this vector type on x86 and
 // Arm. ldi uses it explicitly, because auto-vectorization of loops with comparisons depends on the compiler's version and flags.
 // Other compilers, and LDI_STANDARD_ONLY, use a struct with the same operations and the same results.
+//
+// Functions that accept or return the vector are noexcept, here and elsewhere. Where an exception could pass, Emscripten's
+// -fexceptions calls a function through JavaScript, which refuses vectors with a TypeError.
 #pragma once
 
 #include <ldi/base/config.hpp>
@@ -20,23 +23,23 @@ using four_floats = float __attribute__((vector_size(16)));
 
 /// Returns `a` in the lanes where the comparison holds, `b` in the others.
 template <class Comparison>
-four_floats select(Comparison holds, four_floats a, four_floats b) {
+four_floats select(Comparison holds, four_floats a, four_floats b) noexcept {
     return holds ? a : b;
 }
 
 /// Whether a comparison holds for all four floats.
 template <class Comparison>
-bool all_of(Comparison holds) {
+bool all_of(Comparison holds) noexcept {
     return (holds[0] & holds[1] & holds[2] & holds[3]) != 0;
 }
 
 #if defined(__SSE__)
 // GCC does not recognize that each comparison below is a single instruction.
-inline four_floats smaller(four_floats a, four_floats b) { return _mm_min_ps(a, b); }
-inline four_floats larger(four_floats a, four_floats b) { return _mm_max_ps(a, b); }
+inline four_floats smaller(four_floats a, four_floats b) noexcept { return _mm_min_ps(a, b); }
+inline four_floats larger(four_floats a, four_floats b) noexcept { return _mm_max_ps(a, b); }
 #else
-inline four_floats smaller(four_floats a, four_floats b) { return b < a ? b : a; }
-inline four_floats larger(four_floats a, four_floats b) { return b < a ? a : b; }
+inline four_floats smaller(four_floats a, four_floats b) noexcept { return b < a ? b : a; }
+inline four_floats larger(four_floats a, four_floats b) noexcept { return b < a ? a : b; }
 #endif
 
 #else
@@ -95,12 +98,12 @@ inline four_floats larger(const four_floats& a, const four_floats& b) { return s
 
 inline constexpr std::size_t wide = sizeof(four_floats) / sizeof(float);
 
-inline four_floats load(const float* from) {
+inline four_floats load(const float* from) noexcept {
     four_floats v;
     std::memcpy(&v, from, sizeof v);
     return v;
 }
 
-inline void store(float* to, four_floats v) { std::memcpy(to, &v, sizeof v); }
+inline void store(float* to, four_floats v) noexcept { std::memcpy(to, &v, sizeof v); }
 
 }}}}  // namespace ldi::detail::lanes

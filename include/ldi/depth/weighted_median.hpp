@@ -158,7 +158,7 @@ struct sorted_columns {
     // If all 25 samples have a weight above 1 - 2/26, the middle sample is the best balanced one for any weights: the sums of the
     // 12 weights on either side differ by less than 24/26, and for every other sample the sums differ by more. In this case plain
     // medians are exact.
-    four_floats filter(std::size_t x, four_floats center, float sigma) const {
+    four_floats filter(std::size_t x, four_floats center, float sigma) const noexcept {
         const four_floats low =
             smaller(smaller(load(pair[0].data() + x), load(pair[0].data() + x + 2)), load(single[0].data() + x + 4));
         const four_floats high =
@@ -180,13 +180,13 @@ private:
         run<merge_last>(all);
     }
 
-    four_floats merge_and_take_middle(std::size_t x) const {
+    four_floats merge_and_take_middle(std::size_t x) const noexcept {
         four_floats all[samples];
         merge(x, all);
         return all[merge_last.order.at[samples / 2]];
     }
 
-    four_floats merge_and_weigh(std::size_t x, four_floats center, float sigma) const {
+    four_floats merge_and_weigh(std::size_t x, four_floats center, float sigma) const noexcept {
         four_floats all[samples];
         merge(x, all);
         // Gaussian weights of the sorted samples: exp(-x) as (1 - x/32 + x^2/2048)^32, with an error of at most 0.0003.

@@ -10,6 +10,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstddef>
+#include <cstdlib>
 #include <cstring>
 #include <memory>
 #include <optional>
@@ -25,6 +26,21 @@ struct xmp_property {
     std::string_view name, text;
     std::size_t owner;  ///< index of the structure that contains the property
 };
+
+/// Returns the decimal number that a text starts with; empty if there is none, or if it is not finite.
+inline std::optional<double> leading_number(std::string_view text) {
+    double value = 0;
+#if defined(__cpp_lib_to_chars)
+    const std::from_chars_result read = std::from_chars(text.data(), text.data() + text.size(), value);
+    const bool is_read = read.ec == std::errc();
+#else  // Emscripten's std::from_chars reads only integers; std::strtod also accepts "+1", " 1" and "0x1"
+    const std::string digits(text.substr(0, (std::min)(text.find_first_not_of("0123456789.eE+-"), std::size_t{64})));
+    char* end = nullptr;
+    value = std::strtod(digits.c_str(), &end);
+    const bool is_read = end != digits.c_str() && digits[0] != '+';
+#endif
+    return is_read && std::isfinite(value) ? std::optional(value) : std::nullopt;
+}
 
 /// Properties of one or more packets. A damaged packet contributes only the properties before the damage.
 class xmp_properties {
@@ -56,10 +72,7 @@ public:
     std::optional<double> number(std::string_view space, std::string_view name, std::optional<std::size_t> owner = {}) const {
         const std::optional<std::string_view> written = text(space, name, owner);
         if (!written) return std::nullopt;
-        double value = 0;
-        const std::from_chars_result read = std::from_chars(written->data(), written->data() + written->size(), value);
-        if (read.ec != std::errc() || !std::isfinite(value)) return std::nullopt;
-        return value;
+        return leading_number(*written);
     }
 
 private:

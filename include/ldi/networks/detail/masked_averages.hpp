@@ -24,8 +24,8 @@ public:
     explicit masked_colors(std::size_t count) : values_(count * lanes::wide) {}
 
     std::int32_t count() const { return static_cast<std::int32_t>(values_.size() / lanes::wide); }
-    masked_color operator[](std::int32_t i) const { return lanes::load(at(i)); }
-    void set(std::int32_t i, masked_color color) { lanes::store(at(i), color); }
+    masked_color operator[](std::int32_t i) const noexcept { return lanes::load(at(i)); }
+    void set(std::int32_t i, masked_color color) noexcept { lanes::store(at(i), color); }
     bool has(std::int32_t i) const { return at(i)[3] != 0.0F; }
     const float* at(std::int32_t i) const { return values_.data() + first_value(i); }
     float* at(std::int32_t i) { return values_.data() + first_value(i); }
@@ -39,7 +39,7 @@ private:
 
 /// Returns the average of known colors, given their sum. sum[3] is the number of colors, at most 9; if it is 0, the average is
 /// unknown.
-inline masked_color average_of(masked_color sum) {
+inline masked_color average_of(masked_color sum) noexcept {
     static constexpr std::array<float, 10> reciprocals{0.0F,     1.0F,     1.0F / 2, 1.0F / 3, 1.0F / 4,
                                                        1.0F / 5, 1.0F / 6, 1.0F / 7, 1.0F / 8, 1.0F / 9};
     const float reciprocal = reciprocals[static_cast<std::size_t>(sum[3])];
@@ -57,7 +57,9 @@ void average_windows(const convolution_plan& plan, Executor& threads, Value&& va
     parallel_for(threads, plan.segments.size(), 256, [&](std::size_t begin, std::size_t end) {
         for (std::size_t s = begin; s < end; ++s) {
             const std::int32_t upper = plan.rows[3 * s], middle = plan.rows[3 * s + 1], lower = plan.rows[3 * s + 2];
-            const auto column = [&](std::int32_t x) { return (value(upper + x) + value(middle + x)) + value(lower + x); };
+            const auto column = [&](std::int32_t x) noexcept {
+                return (value(upper + x) + value(middle + x)) + value(lower + x);
+            };
             const convolution_plan::segment segment = plan.segments[s];
             masked_color left = column(-1);
             if (plan.stride == 2) {
@@ -79,10 +81,10 @@ void average_windows(const convolution_plan& plan, Executor& threads, Value&& va
     parallel_for(threads, plan.irregular.size(), 1024, [&](std::size_t begin, std::size_t end) {
         for (std::size_t o = begin; o < end; ++o) {
             const std::int32_t* const window = plan.windows.data() + 9 * o;
-            const auto at = [&](std::size_t element) {
+            const auto at = [&](std::size_t element) noexcept {
                 return window[element] == no_pixel ? masked_color{} : value(window[element]);
             };
-            const auto column = [&](std::size_t x) { return (at(x) + at(3 + x)) + at(6 + x); };
+            const auto column = [&](std::size_t x) noexcept { return (at(x) + at(3 + x)) + at(6 + x); };
             store(plan.irregular[o], average_of((column(0) + column(1)) + column(2)));
         }
     });

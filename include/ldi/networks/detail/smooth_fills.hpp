@@ -38,13 +38,13 @@ public:
         buffer<masked_colors> known(depth + 1);  // level 0 stays empty: the photo replaces it
         for (std::size_t i = 0; i < depth; ++i) {
             known[i + 1] = masked_colors(levels_[i + 1].pixel_count);
-            const auto store = [&](std::int32_t output, masked_color c) { known[i + 1].set(output, c); };
+            const auto store = [&](std::int32_t output, masked_color c) noexcept { known[i + 1].set(output, c); };
             if (i == 0)
                 average_windows(
-                    levels_[i].average_coarse, threads_, [&](std::int32_t p) { return photo(p); }, store);
+                    levels_[i].average_coarse, threads_, [&](std::int32_t p) noexcept { return photo(p); }, store);
             else
                 average_windows(
-                    levels_[i].average_coarse, threads_, [&](std::int32_t p) { return known[i][p]; }, store);
+                    levels_[i].average_coarse, threads_, [&](std::int32_t p) noexcept { return known[i][p]; }, store);
             levels_[i].average_coarse = {};
         }
         masked_colors fill = known[depth];
@@ -60,7 +60,7 @@ public:
     }
 
 private:
-    masked_color photo(std::int32_t pixel) const {
+    masked_color photo(std::int32_t pixel) const noexcept {
         if (known_[pixel] == 0) return masked_color{};
         const std::uint8_t* const color = colors_.data() + 3 * std::ptrdiff_t{pixel};
         return masked_color{unit_[color[0]], unit_[color[1]], unit_[color[2]], 1.0F};
@@ -92,8 +92,8 @@ private:
         masked_colors next(places.size());
         for (int pass = 0; pass < passes; ++pass) {
             average_windows(
-                windows, threads_, [&](std::int32_t p) { return colors[p]; },
-                [&](std::int32_t output, masked_color c) { next.set(output, c); });
+                windows, threads_, [&](std::int32_t p) noexcept { return colors[p]; },
+                [&](std::int32_t output, masked_color c) noexcept { next.set(output, c); });
             parallel_for(threads_, places.size(), 4096, [&](std::size_t first, std::size_t last) {
                 for (std::size_t i = first; i < last; ++i) colors.set(places[i], next[static_cast<std::int32_t>(i)]);
             });
@@ -107,14 +107,14 @@ private:
         masked_colors result(levels_[level].pixel_count);
         average_windows(
             levels_[level].average, threads_,
-            [&](std::int32_t p) { return above_or(coarse, above, p, [&] { return known[p]; }); },
-            [&](std::int32_t output, masked_color c) { result.set(output, c); });
+            [&](std::int32_t p) noexcept { return above_or(coarse, above, p, [&]() noexcept { return known[p]; }); },
+            [&](std::int32_t output, masked_color c) noexcept { result.set(output, c); });
         return result;
     }
 
     template <class Else>
     static masked_color above_or(const masked_colors& coarse, const buffer<std::int32_t>& above, std::int32_t pixel,
-                                 Else&& otherwise) {
+                                 Else&& otherwise) noexcept {
         const std::int32_t from = above[pixel];
         if (from != no_pixel) {
             const masked_color color = coarse[from];
@@ -147,8 +147,8 @@ private:
         }
         average_windows(
             restrict_to(level.average, read.pixels), threads_,
-            [&](std::int32_t p) { return above_or(tone_above, level.above, p, [&] { return photo(p); }); },
-            [&](std::int32_t pixel, masked_color tone) {
+            [&](std::int32_t p) noexcept { return above_or(tone_above, level.above, p, [&]() noexcept { return photo(p); }); },
+            [&](std::int32_t pixel, masked_color tone) noexcept {
                 const std::int32_t row = read.row_of[pixel];
                 const masked_color color = fill.has(row) ? fill[row] : mean();
                 masked_color relative = color - (tone[3] != 0.0F ? tone : color);
@@ -195,9 +195,8 @@ private:
         }
     }
 
-    /// Returns the color of a pixel before averaging with its neighbors. Inlined, because in WebAssembly a call that an
-    /// exception may leave cannot return vectors.
-    [[gnu::always_inline]] masked_color base_color(std::int32_t pixel, const masked_colors& fill_above) const {
+    /// Returns the color of a pixel before averaging with its neighbors.
+    masked_color base_color(std::int32_t pixel, const masked_colors& fill_above) const noexcept {
         if (known_[pixel] != 0) return photo(pixel);
         const std::int32_t above = levels_[0].above[pixel];
         if (above != no_pixel && fill_above.has(above)) return fill_above[above];
@@ -207,7 +206,7 @@ private:
     }
 
     /// Mean of all known colors, for surfaces that no link connects to a known color.
-    masked_color mean() {
+    masked_color mean() noexcept {
         std::call_once(mean_is_known_, [&] {
             std::array<std::uint64_t, 3> sum{};
             std::uint64_t count = 0;

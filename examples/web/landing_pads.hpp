@@ -1,0 +1,20 @@
+// Mends exceptions in threads for Emscripten 3.1.6 with Debian's clang 14 and -fwasm-exceptions -pthread. There, a handler of one
+// type catches nothing: the runtime passes the exception's type through a variable of each thread, but clang's code reads a
+// common one. clang uses the declaration of the variable that it finds in the program, and this one has the right storage.
+#pragma once
+
+#if defined(__EMSCRIPTEN_PTHREADS__) && defined(__wasm_exception_handling__)
+
+extern "C" {
+
+struct ldi_landing_pad {
+    __UINTPTR_TYPE__ index, table, selector;
+};
+extern __thread ldi_landing_pad __wasm_lpad_context;
+
+/// Keeps the declaration in the program.
+[[gnu::used]] inline ldi_landing_pad* ldi_landing_pad_of_thread() { return &__wasm_lpad_context; }
+
+}  // extern "C"
+
+#endif
