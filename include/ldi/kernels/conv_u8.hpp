@@ -69,8 +69,10 @@ inline conv_u8_weights pack_conv_u8(isa target, std::span<const std::int8_t> wei
     packed.scales.assign(scales.begin(), scales.end()), packed.scales.resize(padded, 0.0F);
     packed.bias.assign(bias.begin(), bias.end()), packed.bias.resize(padded, 0.0F);
     packed.offsets.assign(padded, 0);
-    for (std::size_t i = 0; i < weights.size(); ++i)
-        packed.offsets[i / (rows * packed.inputs)] -= weights[i] * (zero_points[i % packed.inputs] - kernel.subtrahend);
+    const std::int8_t* weight = weights.data();
+    for (std::size_t piece = 0; piece < packed.outputs * rows; ++piece)
+        for (const std::uint8_t zero_point : zero_points)
+            packed.offsets[piece / rows] -= *weight++ * (zero_point - kernel.subtrahend);
     return packed;
 }
 

@@ -44,6 +44,8 @@ struct weight_shape {
 template <class Stored, class WeightAt>
 void append_panels(buffer<Stored>& packed, const weight_shape& shape, const panel_layout& layout, const WeightAt& weight_at) {
     const panel_cut cut(shape.outputs, layout.lanes, layout.max_vectors);
+    packed.reserve(packed.size() + groups_of(shape.outputs, layout.lanes) * layout.lanes * shape.pieces *
+                                       groups_of(shape.inputs, layout.group) * layout.group);
     std::size_t first = 0;
     for (std::size_t panel = 0; panel < cut.panels; ++panel) {
         const std::size_t last = first + cut.vectors_in(panel) * layout.lanes;
