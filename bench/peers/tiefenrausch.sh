@@ -31,7 +31,7 @@ if [[ ! -d $PEERS_OUT/node_modules/onnxruntime-node ]]; then
         skip "onnxruntime-node could not be installed"
 fi
 "${CXX:-g++}" -std=c++20 -O2 -DNDEBUG -I"$root/include" -I"$root" -DLDI_SHARED_DIR="\"$root/../shared\"" -DLDI_SOURCE_DIR="\"$root\"" \
-    "$root/bench/networks/tiefenrausch.cpp" -lbenchmark_main -lbenchmark -lpthread -o "$PEERS_OUT/ours"
+    "$root/bench/peers/tiefenrausch.cpp" -lbenchmark_main -lbenchmark -lpthread -o "$PEERS_OUT/ours"
 
 processor=$(taskset -cp $$ | sed 's/.*[ ,-]//')  # the last one that we may use
 pinned() { taskset -c "$processor" "$@"; }
