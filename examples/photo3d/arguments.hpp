@@ -232,7 +232,8 @@ inline void describe(CLI::App& app, arguments& a, const std::filesystem::path& d
     a.viewer = data / "viewer" / "viewer.html";
     app.description("Turns a photo into a 3D photo: a GLB file with one textured mesh, and a page that shows it.");
     app.footer(std::string("Without an option, weights are searched in the folder that ") + model_folders::variable +
-               " names,\nthen in " + (data / "models").string() + ":\n" + depth_weights + " and " + inpainting_weights + ".");
+               " names,\nthen in " + (data / "models").string() + ":\n" + depth_weights + " and " + inpainting_weights +
+               ".\nsilhouettes.safetensors in the same folder is used only if --silhouette-model names it.");
     describe_files(app, a);
     describe_depth(app, a);
     describe_hidden_surfaces(app, a);

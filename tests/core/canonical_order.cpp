@@ -117,6 +117,15 @@ TEST_CASE("reordered() keeps every pixel's position and neighbors") {
     });
 }
 
+TEST_CASE("reordered() refuses an order that is not a permutation of the pixels") {
+    const graph g = make_grid(2, 1);
+    for (const buffer<std::int32_t>& order : {buffer<std::int32_t>{0}, {0, 0}, {0, 2}, {-1, 0}, {0, 1, 0}})
+        CHECK_THROWS_AS(ldi::reordered(g, order), error);
+    layered_image<disparity_column> layers(make_grid(2, 1), {0.25F, 0.5F});
+    CHECK_THROWS_AS(layers.reorder(buffer<std::int32_t>{1, 1}), error);
+    CHECK(layers.column<disparity_column>() == buffer<float>{0.25F, 0.5F});
+}
+
 TEST_CASE("reordered() moves a column's rows as a whole") {
     const buffer<int> column{10, 11, 20, 21, 30, 31};
     const buffer<std::int32_t> order{2, 0, 1};

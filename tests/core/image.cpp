@@ -77,6 +77,7 @@ TEST_CASE("a stride in bytes is refused unless it is a multiple of the value's s
     CHECK_THROWS_AS(image_view<float>(memory.data(), 4, 3, 2, byte_stride{42}), error);
     CHECK_THROWS_AS(image_view<float>(memory.data(), 4, 3, 2, byte_stride{20}), error);
     CHECK_THROWS_AS(image_view<float>(memory.data(), 4, 3, 2, byte_stride{0}), error);
+    CHECK_THROWS_AS(image_view<float>(memory.data(), 4, 3, 2, 5), error);
 }
 
 TEST_CASE("image sizes beyond the address space are refused, even if their product overflows to a small number") {

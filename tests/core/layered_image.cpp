@@ -117,6 +117,10 @@ static_assert(!std::is_constructible_v<array_view<const float>, const buffer<flo
 static_assert(std::is_convertible_v<buffer<float>&, array_view<float>>);
 static_assert(std::is_convertible_v<const buffer<float>&, array_view<const float>>);
 
+enum class material : std::uint8_t { wood, stone };
+static_assert(averageable<float> && averageable<std::uint8_t> && averageable<std::int32_t>);
+static_assert(!averageable<std::int64_t> && !averageable<material>, "a mean of identifiers has no meaning");
+
 /// Checks that every column has one row per pixel, and that the topology is valid.
 template <class... Columns>
 bool is_sound(const layered_image<Columns...>& layers) {
@@ -426,7 +430,7 @@ TEST_CASE("keep() removes the other pixels and their links, and keeps the order,
 
 TEST_CASE("keep() refuses a number of entries that is not the number of pixels, and changes nothing") {
     layered_image<known_column> layers(make_grid(3, 2));
-    for (const std::size_t count : {0, 5, 7}) {
+    for (const std::size_t count : {std::size_t{0}, std::size_t{5}, std::size_t{7}}) {
         const buffer<std::uint8_t> kept(count);
         CHECK_THROWS_AS(layers.keep(kept), error);
         CHECK(layers.size() == 6);

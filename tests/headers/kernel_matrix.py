@@ -27,8 +27,8 @@ for first, *cells in rows:
     else:
         families[re.match(r"`(\w+)`", first).group(1)] = {name for name, cell in zip(names, cells) if cell}
 
-# Files are called after the name in LDI_ISA, but for these.
-FILES = {"avxvnni": {"avx_vnni"}}
+# Files are called after the name in LDI_ISA, but for these. x86.hpp serves two sets.
+FILES = {"avx2": {"avx2", "x86"}, "avxvnni": {"avx_vnni"}, "avx512vnni": {"avx512vnni", "x86"}}
 for folder in sorted(path.name for path in kernels.iterdir() if path.is_dir() and path.name != "detail"):
     if folder not in families:
         wrong.append(f"{folder}/ is not in the matrix")

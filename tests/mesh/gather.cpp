@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 
 #include <algorithm>
+#include <cmath>
 
 using namespace ldi;
 
@@ -60,6 +61,17 @@ TEST_CASE("a column can define its own rule, such as a vote of the pixels") {
     for (std::int32_t i = 0; i < 4; ++i) std::copy_n(labels[i], 2, layers.at<label_column>(i).begin());
     const pinhole_camera camera{2, 2, 3.0F};
     CHECK(gather<label_column>(vertex_at(camera, 1, 1, 0), layers, camera) == buffer<std::uint8_t>{2, 8});
+}
+
+TEST_CASE("a vertex at a position that is not finite receives the values of its own pixel") {
+    layers_of_test layers(make_grid(2, 2));
+    for (std::int32_t i = 0; i < 4; ++i) layers.column<weight_column>()[i] = static_cast<float>(i);
+    const pinhole_camera camera{2, 2, 3.0F};
+    for (const float x : {std::nanf(""), 1e30F, -HUGE_VALF}) {
+        textured_mesh mesh = vertex_at(camera, 1, 1, 3);
+        mesh.positions[0] = x;
+        CHECK(gather<weight_column>(mesh, layers, camera) == buffer<float>{3});
+    }
 }
 
 TEST_CASE("gather() refuses vertices whose pixels are not in the layers") {

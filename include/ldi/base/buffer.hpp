@@ -173,6 +173,7 @@ public:
         if (count > capacity()) reallocate(count);
     }
     void clear() { destroy_from(0); }
+    /// The values to assign must not lie in this buffer, except a single one.
     void assign(std::size_t count, const T& value) {
         const T copy = value;
         clear();
@@ -218,6 +219,7 @@ public:
     template <detail::element_iterator Iterator>
     T* insert(T* place, Iterator first, Iterator last) {
         static_assert(moves_as_bytes);
+        LDI_ASSERT(begin() <= place && place <= end());
         const std::size_t at = static_cast<std::size_t>(place - begin()), moved = size() - at;
         const std::size_t count = static_cast<std::size_t>(last - first);
         if (size() + count > capacity()) reallocate(block_.grown(size() + count));
@@ -230,6 +232,7 @@ public:
     T* insert(T* place, std::initializer_list<T> values) { return insert(place, values.begin(), values.end()); }
     T* erase(T* first, T* last) {
         static_assert(moves_as_bytes);
+        LDI_ASSERT(begin() <= first && first <= last && last <= end());
         if (last != end()) std::memmove(static_cast<void*>(first), last, static_cast<std::size_t>(end() - last) * sizeof(T));
         block_.size -= static_cast<std::size_t>(last - first);
         return first;

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <ldi/base/buffer.hpp>
+#include <ldi/base/error.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/core/graph_builder.hpp>
 #include <ldi/core/validate.hpp>
@@ -13,6 +14,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
@@ -60,11 +62,16 @@ buffer<Scalar> reordered(const buffer<Scalar>& column, std::span<const std::int3
     return result;
 }
 
-/// Returns the graph with pixel `order[i]` moved to index i. `order` is a permutation of all pixels.
+/// Returns the graph with pixel `order[i]` moved to index i. Raises mismatch unless `order` is a permutation of all pixels.
 inline graph reordered(const graph_view& g, std::span<const std::int32_t> order) {
-    LDI_ASSERT(order.size() == g.size());
-    buffer<std::int32_t> new_index(g.size());
-    for (std::int32_t i = 0; i < g.count(); ++i) new_index[order.data()[i]] = i;
+    buffer<std::int32_t> new_index(g.size(), no_pixel);
+    bool is_permutation = order.size() == g.size();
+    for (std::size_t i = 0; i < order.size() && is_permutation; ++i) {
+        is_permutation = static_cast<std::size_t>(order[i]) < g.size() && new_index[order[i]] == no_pixel;
+        if (is_permutation) new_index[order[i]] = static_cast<std::int32_t>(i);
+    }
+    if (!is_permutation)
+        raise(error_code::mismatch, "reorder", "a permutation of " + std::to_string(g.size()) + " pixels", "another order");
     graph_builder result(g.width(), g.height(), g.size(), unset);
     const auto write = [&](array_view<std::int32_t> to, array_view<const std::int32_t> from) {
         for (std::size_t i = 0; i < order.size(); ++i) to[i] = from[order[i]];

@@ -66,11 +66,14 @@ std::array<Scalar, channels> first_of(pixel_values<Scalar, channels> pixels) {
     for (std::size_t c = 0; c < channels; ++c) result[c] = pixels(0, c);
     return result;
 }
+/// Whether averaged() accepts the type. A mean of 64-bit identifiers or of enumerators has no meaning.
+template <class Scalar>
+concept averageable = !std::is_enum_v<Scalar> && (!std::is_integral_v<Scalar> || sizeof(Scalar) <= 4);
+
 /// Returns the mean of each channel. For integers of up to 32 bits, rounds it to the nearest, halves away from zero.
 template <class Scalar, std::size_t channels>
 std::array<Scalar, channels> averaged(pixel_values<Scalar, channels> pixels) {
-    static_assert(!std::is_integral_v<Scalar> || sizeof(Scalar) <= 4,
-                  "64-bit integers need a rule of their own, such as first_of");
+    static_assert(averageable<Scalar>, "64-bit integers and enumerations need a rule of their own, such as first_of");
     std::array<Scalar, channels> result{};
     for (std::size_t c = 0; c < channels; ++c) {
         double sum = 0;

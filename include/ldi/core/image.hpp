@@ -22,17 +22,21 @@ namespace detail {
 }
 
 /// Returns the number of values from the start of one row to the start of the next: `row_stride`, or width * channels if it is 0.
-/// Raises too_large if a row, or the whole image, exceeds the address space.
+/// Raises too_large if a row, or the whole image, exceeds the address space, and mismatch if rows would overlap.
 inline std::size_t checked_row_stride(std::size_t height, std::size_t width, std::size_t channels, std::size_t row_stride,
                                       std::size_t value_size) {
     const std::size_t limit = static_cast<std::size_t>(PTRDIFF_MAX) / value_size;
     if (channels > 0 && width > limit / channels) refuse_size(height, width, channels);
     const std::size_t stride = row_stride == 0 ? width * channels : row_stride;
+    if (stride < width * channels)
+        raise(error_code::mismatch, "image_view", "a stride of at least " + std::to_string(width * channels) + " values",
+              std::to_string(stride) + " values");
     if (stride > 0 && height > limit / stride) refuse_size(height, width, channels);
     return stride;
 }
 
-/// Converts a stride from bytes to values. Raises mismatch if a value would straddle two rows or rows would overlap.
+/// Converts a stride from bytes to values. Raises mismatch if a value would straddle two rows or rows would overlap; 0 bytes are
+/// an overlap, too.
 inline std::size_t stride_in_values(std::size_t bytes, std::size_t row_values, std::size_t value_size) {
     if (bytes % value_size != 0 || bytes / value_size < row_values)
         raise(error_code::mismatch, "image_view",
@@ -64,15 +68,13 @@ public:
 
     image_view() = default;
     /// row_stride  values from the start of a row to the start of the next; 0 for rows without gaps. Raises too_large for
-    ///             impossible sizes
+    ///             impossible sizes, mismatch for a stride below W x C
     image_view(Scalar* data, std::size_t height, std::size_t width, std::size_t channels = 1, std::size_t row_stride = 0)
         : data_(data),
           height_(height),
           width_(width),
           channels_(channels),
-          row_stride_(detail::checked_row_stride(height, width, channels, row_stride, sizeof(Scalar))) {
-        LDI_ASSERT(row_stride_ >= width * channels);
-    }
+          row_stride_(detail::checked_row_stride(height, width, channels, row_stride, sizeof(Scalar))) {}
     /// Views rows whose starts are `stride` bytes apart, the convention of OpenCV, NumPy and graphics interfaces. Raises mismatch
     /// unless the stride is an integer number of values, at least W x C.
     image_view(Scalar* data, std::size_t height, std::size_t width, std::size_t channels, byte_stride stride)

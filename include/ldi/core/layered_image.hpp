@@ -152,7 +152,8 @@ public:
         edit(editor);
     }
 
-    /// Moves pixel `order[i]` to index i. `order` is a permutation of all pixels. If memory runs out, nothing changes.
+    /// Moves pixel `order[i]` to index i. Raises mismatch unless `order` is a permutation of all pixels. If it does, or if memory
+    /// runs out, nothing changes.
     void reorder(std::span<const std::int32_t> order) { *this = with_pixels(reordered(graph_, order), order); }
 
     /// Removes the pixels whose entry in `kept` is 0, and their links. The other pixels keep their order. If memory runs out,

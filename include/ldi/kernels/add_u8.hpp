@@ -4,12 +4,11 @@
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/numbers.hpp>
-#include <ldi/kernels/add_u8/avx2.hpp>
-#include <ldi/kernels/add_u8/avx512vnni.hpp>
 #include <ldi/kernels/add_u8/contract.hpp>
 #include <ldi/kernels/add_u8/neon.hpp>
 #include <ldi/kernels/add_u8/scalar.hpp>
 #include <ldi/kernels/add_u8/wasm.hpp>
+#include <ldi/kernels/add_u8/x86.hpp>
 
 #include <array>
 #include <cmath>

@@ -22,16 +22,16 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// One kernel per instruction set.
 inline constexpr conv_f32_kernel conv_f32_kernels[] = {
 #if LDI_HAS_X86_KERNELS
-    {isa::avx2, avx2::pack_conv_f32, avx2::conv_f32},
-    {isa::avx512vnni, avx512vnni::pack_conv_f32, avx512vnni::conv_f32},
+    {isa::avx2, avx2::conv_f32_layout, avx2::conv_f32},
+    {isa::avx512vnni, avx512vnni::conv_f32_layout, avx512vnni::conv_f32},
 #endif
 #if LDI_HAS_ARM_KERNELS
-    {isa::neon_dot_product, neon::pack_conv_f32, neon::conv_f32},
+    {isa::neon_dot_product, neon::conv_f32_layout, neon::conv_f32},
 #endif
 #if LDI_HAS_WASM_KERNELS
-    {isa::wasm_simd128, wasm_simd128::pack_conv_f32, wasm_simd128::conv_f32},
+    {isa::wasm_simd128, wasm_simd128::conv_f32_layout, wasm_simd128::conv_f32},
 #endif
-    {isa::scalar, scalar::pack_conv_f32, scalar::conv_f32},
+    {isa::scalar, scalar::conv_f32_layout, scalar::conv_f32},
 };
 static_assert(find_kernel(conv_f32_kernels, isa::scalar).set == isa::scalar);
 
@@ -45,13 +45,17 @@ inline conv_f32_weights pack_conv_f32(isa target, std::span<const float> weights
                                       activation after) {
     LDI_ASSERT(!bias.empty() && rows >= 1 && weights.size() % (bias.size() * rows) == 0);
     LDI_ASSERT(after.negative_slope >= 0.0F && after.negative_slope <= 1.0F);
+    const conv_f32_kernel& kernel = find_kernel(conv_f32_kernels, target);
     conv_f32_weights packed;
-    packed.target = find_kernel(conv_f32_kernels, target).set;
+    packed.target = kernel.set;
     packed.rows = rows;
     packed.inputs = weights.size() / (bias.size() * rows);
     packed.outputs = bias.size();
     packed.negative_slope = after.negative_slope;
-    find_kernel(conv_f32_kernels, target).pack(packed, weights, bias);
+    detail::append_panels(packed.values, {packed.outputs, rows, packed.inputs}, kernel.layout,
+                          [weights](std::size_t i) { return weights[i]; });
+    packed.bias.assign(bias.begin(), bias.end());
+    packed.bias.resize(detail::groups_of(packed.outputs, kernel.layout.lanes) * kernel.layout.lanes, 0.0F);
     return packed;
 }
 

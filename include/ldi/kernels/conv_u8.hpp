@@ -24,17 +24,17 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// One kernel per instruction set.
 inline constexpr conv_u8_kernel conv_u8_kernels[] = {
 #if LDI_HAS_X86_KERNELS
-    {isa::avx2, avx2::pack_conv_u8, avx2::conv_u8<std::uint8_t>, avx2::conv_u8<float>},
-    {isa::avx_vnni, avx_vnni::pack_conv_u8, avx_vnni::conv_u8<std::uint8_t>, avx_vnni::conv_u8<float>},
-    {isa::avx512vnni, avx512vnni::pack_conv_u8, avx512vnni::conv_u8<std::uint8_t>, avx512vnni::conv_u8<float>},
+    {isa::avx2, avx2::conv_u8_layout, 0, avx2::conv_u8<std::uint8_t>, avx2::conv_u8<float>},
+    {isa::avx_vnni, avx_vnni::conv_u8_layout, 0, avx_vnni::conv_u8<std::uint8_t>, avx_vnni::conv_u8<float>},
+    {isa::avx512vnni, avx512vnni::conv_u8_layout, 0, avx512vnni::conv_u8<std::uint8_t>, avx512vnni::conv_u8<float>},
 #endif
 #if LDI_HAS_ARM_KERNELS
-    {isa::neon_dot_product, neon::pack_conv_u8, neon::conv_u8<std::uint8_t>, neon::conv_u8<float>},
+    {isa::neon_dot_product, neon::conv_u8_layout, 128, neon::conv_u8<std::uint8_t>, neon::conv_u8<float>},
 #endif
 #if LDI_HAS_WASM_KERNELS
-    {isa::wasm_simd128, wasm_simd128::pack_conv_u8, wasm_simd128::conv_u8<std::uint8_t>, wasm_simd128::conv_u8<float>},
+    {isa::wasm_simd128, wasm_simd128::conv_u8_layout, 0, wasm_simd128::conv_u8<std::uint8_t>, wasm_simd128::conv_u8<float>},
 #endif
-    {isa::scalar, scalar::pack_conv_u8, scalar::conv_u8<std::uint8_t>, scalar::conv_u8<float>},
+    {isa::scalar, scalar::conv_u8_layout, 0, scalar::conv_u8<std::uint8_t>, scalar::conv_u8<float>},
 };
 static_assert(find_kernel(conv_u8_kernels, isa::scalar).set == isa::scalar);
 
@@ -55,14 +55,24 @@ inline conv_u8_weights pack_conv_u8(isa target, std::span<const std::int8_t> wei
     LDI_ASSERT(after.negative_slope >= 0.0F && after.negative_slope <= 1.0F);
     LDI_ASSERT(
         std::all_of(weights.begin(), weights.end(), [](int w) { return w >= -max_conv_u8_weight && w <= max_conv_u8_weight; }));
+    const conv_u8_kernel& kernel = find_kernel(conv_u8_kernels, target);
     conv_u8_weights packed;
-    packed.target = find_kernel(conv_u8_kernels, target).set;
+    packed.target = kernel.set;
     packed.rows = rows;
     packed.inputs = zero_points.size();
     packed.outputs = bias.size();
     packed.negative_slope = after.negative_slope;
     packed.result_zero_point = result_zero_point;
-    find_kernel(conv_u8_kernels, target).pack(packed, weights, zero_points, scales, bias);
+    detail::append_panels(packed.values, {packed.outputs, rows, packed.inputs}, kernel.layout,
+                          [weights](std::size_t i) { return weights[i]; });
+    const std::size_t padded = detail::groups_of(packed.outputs, kernel.layout.lanes) * kernel.layout.lanes;
+    packed.scales.assign(scales.begin(), scales.end()), packed.scales.resize(padded, 0.0F);
+    packed.bias.assign(bias.begin(), bias.end()), packed.bias.resize(padded, 0.0F);
+    packed.offsets.assign(padded, 0);
+    const std::int8_t* weight = weights.data();
+    for (std::size_t piece = 0; piece < packed.outputs * rows; ++piece)
+        for (const std::uint8_t zero_point : zero_points)
+            packed.offsets[piece / rows] -= *weight++ * (zero_point - kernel.subtrahend);
     return packed;
 }
 

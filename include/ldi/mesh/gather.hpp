@@ -4,6 +4,7 @@
 #include <ldi/base/array_view.hpp>
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
+#include <ldi/base/numbers.hpp>
 #include <ldi/core/camera.hpp>
 #include <ldi/core/columns.hpp>
 #include <ldi/core/layered_image.hpp>
@@ -28,12 +29,12 @@ struct corner_pixels {
 
 /// Collects the pixels that links around the corner (x, y) reach from `pixel`, including `pixel` itself, which comes first. If
 /// `pixel` does not touch the corner, the result is `pixel` alone.
-inline corner_pixels pixels_around_corner(const graph_view& g, std::int32_t pixel, std::int32_t x, std::int32_t y) {
+inline corner_pixels pixels_around_corner(const graph_view& g, std::int32_t pixel, float x, float y) {
     corner_pixels around;
     const auto add = [&](std::int32_t p) { around.pixels[around.count++] = p; };
     add(pixel);
-    const std::int32_t dx = x - g.x()[pixel], dy = y - g.y()[pixel];
-    if (dx < 0 || dx > 1 || dy < 0 || dy > 1) return around;
+    const float dx = x - nearest_float(g.x()[pixel]), dy = y - nearest_float(g.y()[pixel]);
+    if (!(dx >= 0 && dx <= 1 && dy >= 0 && dy <= 1)) return around;  // also for positions that are not numbers
     const side across = dx == 1 ? side::right : side::left, along = dy == 1 ? side::down : side::up;
     const std::int32_t beside = g.neighbor(pixel, across), below = g.neighbor(pixel, along);
     if (beside != no_pixel) add(beside);
@@ -68,8 +69,8 @@ buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& 
                   "pixel " + std::to_string(mesh.pixels[v]));
         const float* position = mesh.positions.data() + 3 * v;
         const std::array<float, 2> seen = lattice.project({position[0], position[1], position[2]});
-        const detail::corner_pixels around = detail::pixels_around_corner(
-            g, mesh.pixels[v], static_cast<std::int32_t>(std::lround(seen[0])), static_cast<std::int32_t>(std::lround(seen[1])));
+        const detail::corner_pixels around =
+            detail::pixels_around_corner(g, mesh.pixels[v], std::round(seen[0]), std::round(seen[1]));
         std::array<scalar, 4 * Column::channels> values{};
         for (std::size_t i = 0; i < around.count && i < 4; ++i)  // a corner has four pixels; g++ 12 warns without the limit
             std::copy_n(layers.template at<Column>(around.pixels[i]).data(), Column::channels, &values[i * Column::channels]);

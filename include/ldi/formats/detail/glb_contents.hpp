@@ -145,7 +145,6 @@ struct contents {
         add({strip.positions, strip.texture_coordinates, strip.opacity, strip.triangles}, 0);
     }
 
-    bool has_strip() const { return parts.back().is_strip(); }
     std::size_t padding(std::size_t part) const { return part + 1 < parts.size() ? parts[part].padding() : 0; }
     std::size_t bytes() const {
         std::size_t sum = 0;

@@ -6,14 +6,11 @@
 #if LDI_HAS_X86_KERNELS
 
 #include <cstddef>
-#include <span>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 
-inline void pack_conv_f32(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias) {
-    detail::append_conv_panels(packed, weights, bias, conv_half, conv_max_halves);
-}
+inline constexpr detail::panel_layout conv_f32_layout{1, conv_half, conv_max_halves};
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 

@@ -11,16 +11,11 @@
 #if LDI_HAS_ARM_KERNELS
 
 #include <cstddef>
-#include <span>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace neon {
 
 inline constexpr std::size_t conv_width = 4, conv_max_vectors = 4;
-
-inline void pack_conv_f32(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias) {
-    detail::append_conv_panels(packed, weights, bias, conv_width, conv_max_vectors);
-}
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 

@@ -6,12 +6,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <span>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 
 /// Number of outputs that are adjacent in memory. Compilers vectorize the loop over them.
 inline constexpr std::size_t conv_panel = 8;
+inline constexpr detail::panel_layout conv_f32_layout{1, conv_panel, 1};
 
 /// Returns a * b + c, fused on targets with an instruction for it. Without this function, the compiler would fuse in some tiles
 /// only, and a pixel's bits would depend on its tile.
@@ -43,10 +43,6 @@ inline void conv_tile(const conv_f32_weights& weights, const float* const* rows,
             const float value = multiply_add(sums[p][o], ratio, weights.bias[first_output + o]);
             result[p * weights.outputs + first_output + o] = value > 0.0F ? value : value * weights.negative_slope;
         }
-}
-
-inline void pack_conv_f32(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias) {
-    detail::append_conv_panels(packed, weights, bias, conv_panel, 1);
 }
 
 inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,

@@ -11,16 +11,11 @@
 #if LDI_HAS_WASM_KERNELS
 
 #include <cstddef>
-#include <span>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 
 inline constexpr std::size_t conv_width = 4, conv_max_vectors = 2;
-
-inline void pack_conv_f32(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias) {
-    detail::append_conv_panels(packed, weights, bias, conv_width, conv_max_vectors);
-}
 
 template <std::size_t... v>
 [[gnu::always_inline]] inline void multiply_add(std::index_sequence<v...>, v128_t* sums, const float* input,

@@ -9,7 +9,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <span>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
@@ -66,12 +65,6 @@ template <class Result>
 }
 
 }  // namespace conv_u8_set
-
-inline void pack_conv_u8(conv_u8_weights& packed, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
-                         std::span<const float> scales, std::span<const float> bias) {
-    detail::append_conv_u8_panels<conv_u8_set::group>(packed, weights, zero_points, scales, bias, conv_u8_set::width,
-                                                      conv_u8_set::max_vectors);
-}
 
 #include <ldi/kernels/conv_u8/generic/conv_u8.hpp>
 

@@ -9,15 +9,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <span>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
-
-inline void pack_conv_u8(conv_u8_weights& packed, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
-                         std::span<const float> scales, std::span<const float> bias) {
-    detail::append_conv_u8_panels<4>(packed, weights, zero_points, scales, bias, conv_half, conv_max_halves);
-}
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 
@@ -87,6 +81,8 @@ struct conv_u8_tiles {
 };
 
 LDI_END_TARGET
+
+inline constexpr detail::panel_layout conv_u8_layout{conv_u8_tiles::group, conv_half, conv_max_halves};
 
 /// Same parameters as conv_u8() of kernels/conv_u8.hpp.
 ///

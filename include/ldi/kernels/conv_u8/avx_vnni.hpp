@@ -13,8 +13,6 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx_vnni {
 
-using avx2::pack_conv_u8;
-
 LDI_BEGIN_TARGET(LDI_AVX_VNNI_FEATURES)
 
 namespace conv_u8_set {

@@ -1,4 +1,4 @@
-// Contract of the kernels of kernels/conv_u8.hpp, and the packing code that all instruction sets share.
+// Contract of the kernels of kernels/conv_u8.hpp: their inputs and results.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -6,7 +6,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <type_traits>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
@@ -33,10 +32,8 @@ struct conv_u8_weights {
 /// One instruction set's kernel: a row of `conv_u8_kernels`.
 struct conv_u8_kernel {
     isa set;
-    /// Fills `values`, `offsets`, `scales` and `bias`; the caller has set all other members. See pack_conv_u8() of
-    /// kernels/conv_u8.hpp.
-    void (*pack)(conv_u8_weights& packed, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
-                 std::span<const float> scales, std::span<const float> bias);
+    detail::panel_layout layout;
+    std::int32_t subtrahend;  ///< the kernel subtracts it from all inputs
     /// Same parameters as conv_u8() of kernels/conv_u8.hpp; results are bytes in run(), float32 in run_to_float().
     void (*run)(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
                 const float* ratios, std::uint8_t* result);
@@ -72,24 +69,4 @@ struct conv_u8_panel_output {
     }
 };
 
-namespace detail {
-
-/// Packs weights in the order of append_panels(), and computes `offsets`, `scales` and `bias`.
-///
-/// zero_points  one per input of a piece
-template <std::size_t group>
-inline void append_conv_u8_panels(conv_u8_weights& packed, std::span<const std::int8_t> weights,
-                                  std::span<const std::uint8_t> zero_points, std::span<const float> scales,
-                                  std::span<const float> bias, std::size_t lanes, std::size_t max_vectors) {
-    append_panels<group>(packed.values, packed, weights, lanes, max_vectors);
-    const std::size_t padded = groups_of(packed.outputs, lanes) * lanes;
-    packed.offsets.assign(padded, 0), packed.scales.assign(padded, 0.0F), packed.bias.assign(padded, 0.0F);
-    for (std::size_t o = 0; o < packed.outputs; ++o) {
-        packed.scales[o] = scales[o], packed.bias[o] = bias[o];
-        for (std::size_t i = 0; i < packed.rows * packed.inputs; ++i)
-            packed.offsets[o] -= weights[o * packed.rows * packed.inputs + i] * zero_points[i % packed.inputs];
-    }
-}
-
-}  // namespace detail
 }}  // namespace ldi

@@ -10,7 +10,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <span>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace neon {
@@ -63,18 +62,6 @@ template <class Result>
 }
 
 }  // namespace conv_u8_set
-
-inline void pack_conv_u8(conv_u8_weights& packed, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
-                         std::span<const float> scales, std::span<const float> bias) {
-    detail::append_conv_u8_panels<conv_u8_set::group>(packed, weights, zero_points, scales, bias, conv_u8_set::width,
-                                                      conv_u8_set::max_vectors);
-    const std::size_t inputs = packed.rows * packed.inputs;
-    for (std::size_t o = 0; o < packed.outputs; ++o) {
-        std::int32_t sum = 0;
-        for (std::size_t i = 0; i < inputs; ++i) sum += weights[o * inputs + i];
-        packed.offsets[o] += 128 * sum;
-    }
-}
 
 #include <ldi/kernels/conv_u8/generic/conv_u8.hpp>
 

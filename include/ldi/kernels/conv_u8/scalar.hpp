@@ -8,18 +8,13 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <type_traits>
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 
 /// Number of outputs that are adjacent in memory, so that compilers vectorize the loop over them.
 inline constexpr std::size_t conv_u8_panel = 8;
-
-inline void pack_conv_u8(conv_u8_weights& packed, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
-                         std::span<const float> scales, std::span<const float> bias) {
-    detail::append_conv_u8_panels<1>(packed, weights, zero_points, scales, bias, conv_u8_panel, 1);
-}
+inline constexpr detail::panel_layout conv_u8_layout{1, conv_u8_panel, 1};
 
 /// Converts a sum, from which the zero points are already subtracted, to a result.
 template <class Result>

@@ -23,48 +23,41 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
 
-/// One interleaved column of the window, or one sum for each of 32 channels.
-struct depthwise_vectors {
-    __m256i v[4];
-};
-
 /// Number of existing channels in each group of 16.
 using depthwise_lanes = std::size_t;
 
 inline depthwise_lanes existing_lanes(std::size_t channels) { return channels < 16 ? channels : 16; }
 
-/// Reads `channels` channels of three rows at the same place of 32 / channels stretches (stretches.hpp).
+/// Loads 16 channels, or all channels if there are fewer.
+[[gnu::always_inline]] inline __m128i load_half(const std::uint8_t* from, depthwise_lanes lanes) {
+    if (lanes == 16) return _mm_loadu_si128(reinterpret_cast<const __m128i*>(from));
+    if (lanes == 8) return _mm_loadl_epi64(reinterpret_cast<const __m128i*>(from));
+    alignas(16) std::uint8_t bytes[16] = {};
+    std::memcpy(bytes, from, lanes);
+    return _mm_load_si128(reinterpret_cast<const __m128i*>(bytes));
+}
+
+/// Loads 32 bytes of one row: from one stretch, or 16 from each of two stretches (stretches.hpp).
 template <std::size_t channels>
-struct depthwise_rows {
-    detail::depthwise_position<32 / channels> position;
-    depthwise_lanes held;
+[[gnu::always_inline]] inline __m256i load_stretches(const detail::depthwise_position<32 / channels>& position, std::size_t row,
+                                                     std::size_t offset, depthwise_lanes lanes) {
+    if constexpr (channels == 32)
+        return _mm256_loadu_si256(reinterpret_cast<const __m256i*>(position.find(row, 0, offset)));
+    else
+        return _mm256_inserti128_si256(_mm256_castsi128_si256(load_half(position.find(row, 0, offset), lanes)),
+                                       load_half(position.find(row, 1, offset), lanes), 1);
+}
 
-    /// Loads 16 channels.
-    [[gnu::always_inline]] __m128i load_half(const std::uint8_t* from) const {
-        if (held == 16) return _mm_loadu_si128(reinterpret_cast<const __m128i*>(from));
-        if (held == 8) return _mm_loadl_epi64(reinterpret_cast<const __m128i*>(from));
-        alignas(16) std::uint8_t bytes[16] = {};
-        std::memcpy(bytes, from, held);
-        return _mm_load_si128(reinterpret_cast<const __m128i*>(bytes));
-    }
-    /// Loads 32 bytes of one row: from one stretch, or 16 from each of two stretches.
-    [[gnu::always_inline]] __m256i load(std::size_t row, std::size_t offset) const {
-        if constexpr (channels == 32)
-            return _mm256_loadu_si256(reinterpret_cast<const __m256i*>(position.find(row, 0, offset)));
-        else
-            return _mm256_inserti128_si256(_mm256_castsi128_si256(load_half(position.find(row, 0, offset))),
-                                           load_half(position.find(row, 1, offset)), 1);
-    }
+/// Stores results at one address per stretch.
+template <std::size_t channels>
+[[gnu::always_inline]] inline void store_stretches(std::uint8_t* const* to, std::size_t offset, depthwise_lanes lanes,
+                                                   __m256i bytes) {
+    if constexpr (channels == 32) return store(to[0] + offset, bytes);
+    store_first(to[0] + offset, bytes, lanes);
+    store_first(to[1] + offset, _mm256_permute2x128_si256(bytes, bytes, 1), lanes);
+}
 
-    /// Loads and interleaves the column at `offset` bytes after the position.
-    [[gnu::always_inline]] depthwise_vectors column(std::size_t offset) const {
-        const __m256i a = load(0, offset), b = load(1, offset), c = load(2, offset);
-        const __m256i ab_low = _mm256_unpacklo_epi8(a, b), ab_high = _mm256_unpackhi_epi8(a, b);
-        const __m256i cb_low = _mm256_unpacklo_epi8(c, b), cb_high = _mm256_unpackhi_epi8(c, b);
-        return {{_mm256_unpacklo_epi16(ab_low, cb_low), _mm256_unpackhi_epi16(ab_low, cb_low),
-                 _mm256_unpacklo_epi16(ab_high, cb_high), _mm256_unpackhi_epi16(ab_high, cb_high)}};
-    }
-};
+#include <ldi/kernels/depthwise_u8/generic/walk.hpp>
 
 /// The weights of one unit.
 template <bool has_further_terms>
@@ -73,13 +66,10 @@ struct depthwise_sums {
     const std::int32_t* bias;
     std::size_t terms;
 
-    [[gnu::always_inline]] depthwise_vectors start() const {
-        const __m256i* const from = reinterpret_cast<const __m256i*>(bias);
-        return {{_mm256_load_si256(from), _mm256_load_si256(from + 1), _mm256_load_si256(from + 2), _mm256_load_si256(from + 3)}};
-    }
+    [[gnu::always_inline]] four_vectors start() const { return load_sums(bias); }
     template <std::size_t k>
-    [[gnu::always_inline]] depthwise_vectors add(const depthwise_vectors& sum, const depthwise_vectors& column) const {
-        depthwise_vectors result = sum;
+    [[gnu::always_inline]] four_vectors add(const four_vectors& sum, const four_vectors& column) const {
+        four_vectors result = sum;
         const std::int8_t* at = weights + k * 128;
         std::size_t rest = has_further_terms ? terms : 1;
         do {
@@ -96,27 +86,6 @@ private:
         return _mm256_add_epi32(sum, _mm256_madd_epi16(pairs, _mm256_set1_epi16(1)));
     }
 };
-
-/// Stores results at one address per stretch.
-template <std::size_t channels>
-struct depthwise_result {
-    std::uint8_t* at[32 / channels];
-    depthwise_lanes held;
-    requantizer requantize;
-
-    [[gnu::always_inline]] void store(const depthwise_vectors& sums, std::size_t offset) const {
-        const __m256i bytes =
-            requantize.pack_lanes(requantize(sums.v[0]), requantize(sums.v[1]), requantize(sums.v[2]), requantize(sums.v[3]));
-        if constexpr (channels == 32) {
-            _mm256_storeu_si256(reinterpret_cast<__m256i*>(at[0] + offset), bytes);
-        } else {
-            store_first(at[0] + offset, bytes, held);
-            store_first(at[1] + offset, _mm256_permute2x128_si256(bytes, bytes, 1), held);
-        }
-    }
-};
-
-#include <ldi/kernels/depthwise_u8/generic/walk.hpp>
 
 inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
                          std::size_t repeat, std::uint8_t* result) {

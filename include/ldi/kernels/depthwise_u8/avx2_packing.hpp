@@ -32,16 +32,12 @@ inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthw
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     for (std::size_t done = 0; done < packed.channels;) {
         const detail::depthwise_unit unit(packed.channels, done, depthwise_max_channels);
-        std::size_t channel[32];
-        for (std::size_t i = 0; i < 32; ++i) channel[i] = unit.first + (i % 8 / 4 * 16 + i / 8 * 4 + i % 4) % unit.channels;
+        const detail::depthwise_order<depthwise_max_channels> order(unit);
         buffer<depthwise_rest> rest;
         for (std::size_t column = 0; column < 3; ++column)
-            for (std::size_t c : channel) {
-                depthwise_rest weights{{0, 0, 0}};
-                for (std::size_t row = 0; row < 3 && c < packed.channels; ++row)
-                    weights.rows[row] = sign * source.weight(c, row * 3 + column);
-                rest.push_back(weights);
-            }
+            for (std::size_t c : order.channels)
+                rest.push_back({{sign * source.weight(c, column), sign * source.weight(c, 3 + column),
+                                 sign * source.weight(c, 6 + column)}});
         std::uint32_t terms = 0;
         while (terms == 0 || !std::all_of(rest.begin(), rest.end(), [](const depthwise_rest& r) { return r.is_zero(); })) {
             for (depthwise_rest& weights : rest) {
@@ -52,7 +48,7 @@ inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthw
             ++terms;
         }
         packed.order.push_back(terms);
-        for (std::size_t c : channel) packed.bias.push_back(c < packed.channels ? sign * source.folded_bias(c) : 0);
+        for (std::size_t c : order.channels) packed.bias.push_back(sign * source.folded_bias(c));
         done = unit.end();
     }
 }

@@ -38,10 +38,13 @@ struct depthwise_source {
     std::uint8_t weight_zero_point;
     int input_zero_point;
 
+    /// Returns 0 for channels and taps beyond the last.
     int weight(std::size_t channel, std::size_t tap) const {
+        if (channel >= bias.size() || tap >= depthwise_u8_weights::taps) return 0;
         return weights[channel * depthwise_u8_weights::taps + tap] - int{weight_zero_point};
     }
     std::int32_t folded_bias(std::size_t channel) const {
+        if (channel >= bias.size()) return 0;
         std::int32_t sum = 0;
         for (std::size_t t = 0; t < depthwise_u8_weights::taps; ++t) sum += weight(channel, t);
         return bias[channel] - sum * input_zero_point;

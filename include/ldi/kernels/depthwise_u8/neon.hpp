@@ -34,10 +34,8 @@ inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthw
         for (std::size_t column = 0; column < 3; ++column)
             for (std::size_t c = start; c < start + depthwise_block; ++c)
                 for (std::size_t row = 0; row < 4; ++row)
-                    packed.narrow.push_back(
-                        static_cast<std::int8_t>(row < 3 && c < packed.channels ? sign * from.weight(c, row * 3 + column) : 0));
-        for (std::size_t c = start; c < start + depthwise_block; ++c)
-            packed.bias.push_back(c < packed.channels ? sign * from.folded_bias(c) : 0);
+                    packed.narrow.push_back(static_cast<std::int8_t>(sign * from.weight(c, row * 3 + column)));
+        for (std::size_t c = start; c < start + depthwise_block; ++c) packed.bias.push_back(sign * from.folded_bias(c));
     }
 }
 

@@ -26,6 +26,19 @@ struct depthwise_unit {
     std::size_t end() const { return first + channels; }
 };
 
+/// The channels of a unit in the order of four vectors of sums that fill `count` lanes. Vector i contains channels 4 i to 4 i + 3
+/// of every 16, because unpacking interleaves the inputs in this order. Packing the four vectors restores the channels' order.
+template <std::size_t count>
+struct depthwise_order {
+    std::size_t channels[count];
+
+    explicit depthwise_order(const depthwise_unit& unit) {
+        constexpr std::size_t lanes = count / 4;
+        for (std::size_t i = 0; i < count; ++i)
+            channels[i] = unit.first + (i % lanes / 4 * 16 + i / lanes * 4 + i % 4) % unit.channels;
+    }
+};
+
 struct depthwise_call {
     const depthwise_u8_weights& weights;
     const std::uint8_t* const* rows;

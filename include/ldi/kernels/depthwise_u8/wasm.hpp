@@ -32,10 +32,8 @@ inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthw
         for (std::size_t four = start; four < end; four += 4)
             for (const auto& pair : taps)
                 for (std::size_t c = four; c < four + 4; ++c)
-                    for (std::size_t tap : pair)
-                        packed.wide.push_back(
-                            static_cast<std::int16_t>(tap != none && c < packed.channels ? source.weight(c, tap) : 0));
-        for (std::size_t c = start; c < end; ++c) packed.bias.push_back(c < packed.channels ? source.folded_bias(c) : 0);
+                    for (std::size_t tap : pair) packed.wide.push_back(static_cast<std::int16_t>(source.weight(c, tap)));
+        for (std::size_t c = start; c < end; ++c) packed.bias.push_back(source.folded_bias(c));
     }
 }
 

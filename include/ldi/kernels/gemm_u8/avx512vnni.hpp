@@ -25,9 +25,9 @@ using gemm_panel = detail::panel_of_groups;
 
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
-    if (packed.is_single_output())
-        return detail::append_single_output(packed.narrow, packed, weights, weight_zero_point, sign, 64);
-    detail::append_groups_of_four(packed, weights, weight_zero_point, sign, gemm_lanes, gemm_max_vectors);
+    const detail::panel_layout panels{gemm_group, gemm_lanes, gemm_max_vectors};
+    detail::append_weights(packed.narrow, packed, weights, weight_zero_point, sign,
+                           packed.is_single_output() ? detail::single_output_layout(64) : panels);
 }
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
@@ -74,14 +74,14 @@ template <std::size_t vectors, class Requantizer>
     const __m512i b = vectors > 1 ? requantize(sums[vectors > 1 ? 1 : 0]) : a;
     const __m512i c = vectors > 2 ? requantize(sums[vectors > 2 ? 2 : 0]) : a;
     const __m512i d = vectors > 3 ? requantize(sums[vectors > 3 ? 3 : 0]) : c;
-    _mm512_mask_storeu_epi8(result, mask, swap_lanes(requantize.pack_lanes(a, b, c, d)));
+    _mm512_mask_storeu_epi8(result, mask, gather_lanes(requantize.pack_lanes(a, b, c, d)));
 }
 
 template <class Requantizer>
 [[gnu::always_inline]] inline void store_four(const __m512i* sums, const Requantizer& requantize, std::uint8_t* result) {
     const __m512i bytes =
         requantize.pack_lanes(requantize(sums[0]), requantize(sums[1]), requantize(sums[2]), requantize(sums[3]));
-    _mm512_storeu_si512(result, swap_lanes(bytes));
+    _mm512_storeu_si512(result, gather_lanes(bytes));
 }
 
 template <class Requantizer, std::size_t... i>
@@ -158,7 +158,7 @@ inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uin
             _mm_store_si128(reinterpret_cast<__m128i*>(sums + i), _mm_hadd_epi32(pairs[0], pairs[1]));
         }
         const __m512i values = requantize(_mm512_add_epi32(_mm512_load_si512(sums), bias));
-        const __m512i bytes = swap_lanes(requantize.pack_lanes(values, values, values, values));
+        const __m512i bytes = gather_lanes(requantize.pack_lanes(values, values, values, values));
         const std::size_t rest = pixels - first;
         _mm512_mask_storeu_epi8(result + first, first_bytes(rest < 16 ? rest : 16), bytes);
     }
@@ -167,9 +167,10 @@ inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uin
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
     if (weights.is_single_output()) return gemm_u8_single_output(weights, segments, pixel_stride, pixels, result);
-    gemm_u8_panels<rectifier, requantizer>(weights.outputs, weights.fast,
-                                           {segments, weights.segments, detail::groups_of_four(weights.inputs), pixel_stride,
-                                            pixels, weights.narrow.data(), weights.bias.data(), result, weights.outputs});
+    gemm_u8_panels<rectifier, requantizer>(
+        weights.outputs, weights.fast,
+        {segments, weights.segments, detail::groups_of(weights.inputs, gemm_group), pixel_stride, pixels, weights.narrow.data(),
+         weights.bias.data(), result, weights.outputs});
 }
 
 LDI_END_TARGET

@@ -24,7 +24,7 @@ using gemm_panel = detail::panel_of_groups;
 
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
-    detail::append_groups_of_four(packed, weights, weight_zero_point, sign, gemm_lanes, gemm_max_vectors);
+    detail::append_weights(packed.narrow, packed, weights, weight_zero_point, sign, {gemm_group, gemm_lanes, gemm_max_vectors});
 }
 
 LDI_BEGIN_TARGET(LDI_AVX_VNNI_FEATURES)
@@ -75,7 +75,7 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
                     std::size_t pixels, std::uint8_t* result) {
     gemm_u8_panels<avx2::rectifier, avx2::requantizer>(
         weights.outputs, weights.fast,
-        {segments, weights.segments, detail::groups_of_four(weights.inputs), pixel_stride, pixels, weights.narrow.data(),
+        {segments, weights.segments, detail::groups_of(weights.inputs, gemm_group), pixel_stride, pixels, weights.narrow.data(),
          weights.bias.data(), result, weights.outputs});
 }
 

@@ -55,9 +55,6 @@ namespace detail {
 /// Number of inputs that one VNNI or NEON instruction multiplies per output.
 inline constexpr std::size_t gemm_group = 4;
 
-/// Number of groups of four inputs, rounded up.
-constexpr std::size_t groups_of_four(std::size_t inputs) { return (inputs + gemm_group - 1) / gemm_group; }
-
 /// Arguments of gemm_u8() for one panel of weights in groups of four inputs.
 struct panel_of_groups {
     const std::uint8_t* const* segments;
@@ -70,41 +67,18 @@ struct panel_of_groups {
     void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
 };
 
-/// Appends the weights of a layer with a single output in the order of the inputs, and pads each segment with zeros to a multiple
-/// of `multiple`. The panel layout would use only one lane of each vector.
+/// Layout of the weights of a single output, in the order of the inputs; pads each segment to a multiple of `lanes`. Panels of
+/// outputs would use only one lane of each vector.
+constexpr panel_layout single_output_layout(std::size_t lanes) { return {lanes, 1, 1}; }
+
+/// Appends weights minus their zero point.
 ///
 /// sign  -1 for negated weights
 template <class Stored>
-void append_single_output(buffer<Stored>& to, const gemm_u8_weights& packed, std::span<const std::uint8_t> weights,
-                          int weight_zero_point, int sign, std::size_t multiple) {
-    const std::size_t padded = (packed.inputs + multiple - 1) / multiple * multiple;
-    for (std::size_t s = 0; s < packed.segments; ++s)
-        for (std::size_t i = 0; i < padded; ++i)
-            to.push_back(
-                static_cast<Stored>(i < packed.inputs ? sign * (weights[s * packed.inputs + i] - weight_zero_point) : 0));
-}
-
-/// Appends weights panel by panel, segment by segment, in groups of four inputs: vectors of `lanes` outputs x 4 inputs, padded
-/// with zeros.
-///
-/// sign  -1 for negated weights
-inline void append_groups_of_four(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, int weight_zero_point, int sign,
-                                  std::size_t lanes, std::size_t max_vectors) {
-    const panel_cut cut(packed.outputs, lanes, max_vectors);
-    std::size_t first = 0;
-    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
-        const std::size_t last = first + cut.vectors_in(panel) * lanes;
-        for (std::size_t s = 0; s < packed.segments; ++s)
-            for (std::size_t group = 0; group < packed.inputs; group += gemm_group)
-                for (std::size_t o = first; o < last; ++o)
-                    for (std::size_t i = group; i < group + gemm_group; ++i) {
-                        const bool exists = o < packed.outputs && i < packed.inputs;
-                        const int weight =
-                            exists ? weights[(o * packed.segments + s) * packed.inputs + i] - weight_zero_point : 0;
-                        packed.narrow.push_back(static_cast<std::int8_t>(sign * weight));
-                    }
-        first = last;
-    }
+void append_weights(buffer<Stored>& to, const gemm_u8_weights& packed, std::span<const std::uint8_t> weights,
+                    int weight_zero_point, int sign, const panel_layout& layout) {
+    append_panels(to, {packed.outputs, packed.segments, packed.inputs}, layout,
+                  [&](std::size_t i) { return sign * (weights[i] - weight_zero_point); });
 }
 
 /// Folds the zero points into `bias`, the start value of each sum of `input * (weight - zero point)`.

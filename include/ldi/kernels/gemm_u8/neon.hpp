@@ -32,7 +32,7 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
         for (std::size_t i = 0; i < inputs; ++i) sum += weights[o * inputs + i] - weight_zero_point;
         packed.bias[o] = sign * (packed.bias[o] + 128 * sum);  // see to_signed()
     }
-    detail::append_groups_of_four(packed, weights, weight_zero_point, sign, gemm_lanes, gemm_max_vectors);
+    detail::append_weights(packed.narrow, packed, weights, weight_zero_point, sign, {gemm_group, gemm_lanes, gemm_max_vectors});
 }
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
@@ -113,7 +113,7 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
                     std::size_t pixels, std::uint8_t* result) {
     gemm_u8_panels<relu_requantizer, requantizer>(
         weights.outputs, weights.output,
-        {segments, weights.segments, detail::groups_of_four(weights.inputs), pixel_stride, pixels, weights.narrow.data(),
+        {segments, weights.segments, detail::groups_of(weights.inputs, gemm_group), pixel_stride, pixels, weights.narrow.data(),
          weights.bias.data(), result, weights.outputs});
 }
 

@@ -14,12 +14,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 inline constexpr std::size_t gemm_panel = 8;
 
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
-    const std::size_t inputs = packed.segments * packed.inputs;
-    packed.wide.resize((packed.outputs + gemm_panel - 1) / gemm_panel * gemm_panel * inputs);
-    for (std::size_t o = 0; o < packed.outputs; ++o)
-        for (std::size_t i = 0; i < inputs; ++i)
-            packed.wide[o / gemm_panel * gemm_panel * inputs + i * gemm_panel + o % gemm_panel] =
-                static_cast<std::int16_t>(weights[o * inputs + i] - weight_zero_point);
+    detail::append_weights(packed.wide, packed, weights, weight_zero_point, 1, {1, gemm_panel, 1});
 }
 
 /// Computes `pixels` pixels with one panel of weights, requantized.

@@ -23,22 +23,9 @@ inline constexpr std::size_t gemm_widened = 4 * detail::max_unfused_inputs;  // 
 
 /// Packs weights panel by panel, segment by segment, in pairs of inputs: vectors of 4 outputs x 2 inputs.
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
-    if (packed.is_single_output()) return detail::append_single_output(packed.wide, packed, weights, weight_zero_point, 1, 8);
-    const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_max_vectors);
-    std::size_t first = 0;
-    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
-        const std::size_t end = first + cut.vectors_in(panel) * gemm_lanes;
-        for (std::size_t s = 0; s < packed.segments; ++s)
-            for (std::size_t pair = 0; pair < packed.inputs; pair += gemm_group)
-                for (std::size_t o = first; o < end; ++o)
-                    for (std::size_t i = pair; i < pair + gemm_group; ++i) {
-                        const bool exists = o < packed.outputs && i < packed.inputs;
-                        const int weight =
-                            exists ? weights[(o * packed.segments + s) * packed.inputs + i] - int{weight_zero_point} : 0;
-                        packed.wide.push_back(static_cast<std::int16_t>(weight));
-                    }
-        first = end;
-    }
+    const detail::panel_layout panels{gemm_group, gemm_lanes, gemm_max_vectors};
+    detail::append_weights(packed.wide, packed, weights, weight_zero_point, 1,
+                           packed.is_single_output() ? detail::single_output_layout(8) : panels);
 }
 
 /// Pixels widened to 16 bits.

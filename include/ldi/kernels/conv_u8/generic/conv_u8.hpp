@@ -55,6 +55,8 @@ private:
     }
 };
 
+inline constexpr detail::panel_layout conv_u8_layout{conv_u8_tiles::group, conv_u8_tiles::width, conv_u8_tiles::max_vectors};
+
 /// Same parameters as conv_u8() of kernels/conv_u8.hpp.
 ///
 /// Result  float or std::uint8_t

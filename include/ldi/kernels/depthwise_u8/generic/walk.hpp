@@ -2,14 +2,46 @@
 // target region, after these primitives:
 //
 //     depthwise_max_channels      channels of a full unit
-//     depthwise_vectors           one interleaved column of the window, or one sum per channel
-//     depthwise_lanes             the existing channels, from existing_lanes()
-//     depthwise_rows<channels>    loads columns
-//     depthwise_sums              the weights of a unit: start() returns the bias; add<place>(sum, column) adds the products of
-//                                 a column at a place of the window: window_left, window_middle or window_right
-//     depthwise_result<channels>  requantizes and stores
+//     depthwise_lanes             the existing channels of every 16, from existing_lanes()
+//     load_stretches<channels>(position, row, offset, lanes)   loads one row
+//     store_stretches<channels>(to, offset, lanes, bytes)      stores the packed results
+//
+// The class Sums holds the weights of a unit: start() returns the bias; add<place>(sum, column) adds the products of a column at
+// a place of the window: window_left, window_middle or window_right.
 
 inline constexpr std::size_t window_left = 0, window_middle = 1, window_right = 2;
+
+[[gnu::always_inline]] inline four_vectors load_sums(const std::int32_t* from) {
+    return {{load(from), load(from + lane_count), load(from + 2 * lane_count), load(from + 3 * lane_count)}};
+}
+
+/// Three rows at one place of each stretch.
+template <std::size_t channels>
+struct depthwise_rows {
+    detail::depthwise_position<depthwise_max_channels / channels> position;
+    depthwise_lanes lanes;
+
+    /// Loads and interleaves the column at `offset` bytes after the position: rows 0, 1, 2, and row 1 again.
+    [[gnu::always_inline]] four_vectors column(std::size_t offset) const {
+        const int_lanes middle = load_stretches<channels>(position, 1, offset, lanes);
+        return interleave_bytes(load_stretches<channels>(position, 0, offset, lanes), middle,
+                                load_stretches<channels>(position, 2, offset, lanes), middle);
+    }
+};
+
+/// Requantizes and stores results at one address per stretch.
+template <std::size_t channels>
+struct depthwise_result {
+    std::uint8_t* at[depthwise_max_channels / channels];
+    depthwise_lanes lanes;
+    requantizer requantize;
+
+    [[gnu::always_inline]] void store(const four_vectors& sums, std::size_t offset) const {
+        const int_lanes bytes =
+            requantize.pack_lanes(requantize(sums.v[0]), requantize(sums.v[1]), requantize(sums.v[2]), requantize(sums.v[3]));
+        store_stretches<channels>(at, offset, lanes, bytes);
+    }
+};
 
 /// Computes one unit of channels along a row.
 template <std::size_t channels, class Sums>
@@ -45,9 +77,9 @@ struct depthwise_run {
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_rows<channels> rows = rows_at(0, 1);
         const depthwise_result<channels> result = result_at(1);
-        depthwise_vectors next = sums.template add<window_left>(sums.start(), rows_at(-1, 1).column(0));
-        depthwise_vectors column = rows.column(0);
-        depthwise_vectors current = sums.template add<window_middle>(next, column);
+        four_vectors next = sums.template add<window_left>(sums.start(), rows_at(-1, 1).column(0));
+        four_vectors column = rows.column(0);
+        four_vectors current = sums.template add<window_middle>(next, column);
         next = sums.template add<window_left>(sums.start(), column);
         for (std::size_t x = 1; x < length; ++x) {
             column = rows.column(x * pixel_bytes);
@@ -66,10 +98,10 @@ struct depthwise_run {
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_rows<channels> rows = rows_at(0, 2);
         const depthwise_result<channels> result = result_at(1);
-        depthwise_vectors current = sums.template add<window_left>(sums.start(), rows_at(-1, 2).column(0));
+        four_vectors current = sums.template add<window_left>(sums.start(), rows_at(-1, 2).column(0));
         for (std::size_t x = 0; x + 1 < length; ++x) {
             current = sums.template add<window_middle>(current, rows.column(2 * x * pixel_bytes));
-            const depthwise_vectors column = rows.column((2 * x + 1) * pixel_bytes);
+            const four_vectors column = rows.column((2 * x + 1) * pixel_bytes);
             result.store(sums.template add<window_right>(current, column), x * pixel_bytes);
             current = sums.template add<window_left>(sums.start(), column);
         }
@@ -86,11 +118,11 @@ struct depthwise_run {
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_rows<channels> rows = rows_at(0, 1);
         const depthwise_result<channels> result = result_at(2);
-        depthwise_vectors first = sums.template add<window_left>(sums.start(), rows_at(-1, 1).column(0));
-        depthwise_vectors column = rows.column(0);
+        four_vectors first = sums.template add<window_left>(sums.start(), rows_at(-1, 1).column(0));
+        four_vectors column = rows.column(0);
         result.store(sums.template add<window_right>(sums.template add<window_middle>(first, column), column), 0);
         first = sums.template add<window_left>(sums.start(), column);
-        depthwise_vectors second = sums.template add<window_middle>(first, column);
+        four_vectors second = sums.template add<window_middle>(first, column);
         for (std::size_t x = 1; x < length; ++x) {
             column = rows.column(x * pixel_bytes);
             result.store(sums.template add<window_right>(second, column), (2 * x - 1) * pixel_bytes);
@@ -109,7 +141,7 @@ struct depthwise_run {
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_result<channels> result = result_at(1);
         for (std::size_t x = 0; x < length; ++x) {
-            depthwise_vectors sum = sums.template add<window_left>(sums.start(), rows_at_tap(x, 0).column(0));
+            four_vectors sum = sums.template add<window_left>(sums.start(), rows_at_tap(x, 0).column(0));
             sum = sums.template add<window_middle>(sum, rows_at_tap(x, 1).column(0));
             result.store(sums.template add<window_right>(sum, rows_at_tap(x, 2).column(0)), x * pixel_bytes);
         }
