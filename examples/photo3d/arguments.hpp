@@ -290,6 +290,7 @@ inline photo3d_options options_for(const arguments& a, const photo_with_depth& i
         options.expand.motion = a.motion;
     }
     options.frame = a.frame;
+    options.keeps_depth_maps = !a.stages.empty();  // only the pictures of the stages show them
     if (!a.silhouette_model.empty()) options.level = level_options();
     if (a.hard_edges) options.mesh.soft_edges.min_width = 0.0F;
     if (photo.focal_length_35mm) options.focal_length_35mm = *photo.focal_length_35mm;

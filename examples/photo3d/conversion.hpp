@@ -176,16 +176,19 @@ struct moved_disparity {
 
 /// Converts a photo.
 ///
-/// input  its depth map is moved out
+/// input  its depth map is moved out; its colors are released unless texture_of() draws sheets from them
 template <executor Executor>
 photo3d convert(const arguments& a, photo_with_depth& input, const networks& by, stage_clock& clock, Executor& threads) {
     photo3d_options options = options_for(a, input);
     options.progress = clock.listener();
+    image<std::uint8_t>& photo = input.photo.color;
     const network_decider silhouettes(by.silhouettes ? &*by.silhouettes : nullptr, options.alignment);
     const auto with = [&](const auto& inpainter) {
-        return input.depth ? make_photo3d(input.photo.color, moved_disparity{input.depth->disparity}, silhouettes, inpainter,
-                                          options, threads)
-                           : make_photo3d(input.photo.color, by.depth.read(), silhouettes, inpainter, options, threads);
+        cleaned_photo cleaned = input.depth
+                                    ? clean_depth(photo, moved_disparity{input.depth->disparity}, silhouettes, options, threads)
+                                    : clean_depth(photo, by.depth.read(), silhouettes, options, threads);
+        if (!needs_sheets(photo, a.long_side, a.geometry_side)) photo = {};  // a phone's photo takes as much as all layers
+        return make_photo3d(std::move(cleaned), photo_columns<>(), inpainter, options, threads);
     };
     photo3d made = by.inpainting ? with(*by.inpainting) : with(diffusion_inpainter());
     made.facts.motion = std::min(made.facts.motion, a.motion);  // --preset paper grows surfaces without regard to motion

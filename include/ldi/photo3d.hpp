@@ -75,7 +75,7 @@ basic_photo3d<Own...> make_photo3d(cleaned_photo photo, const photo_columns<Own.
     const progress_listener& progress = options.progress;
     progress.report("occluded geometry", 0.0F);
     lifted_photo<Own...> lifted = lift_photo(photo, own, options, threads);
-    if (!options.keeps_depth_maps) photo.resampled = {}, photo.disparity = {};
+    if (!options.keeps_depth_maps) photo.estimated = {}, photo.resampled = {}, photo.disparity = {};
     basic_photo3d<Own...> result;
     result.photo = std::move(photo.photo), result.estimated = std::move(photo.estimated);
     result.resampled = std::move(photo.resampled), result.disparity = std::move(photo.disparity);

@@ -73,6 +73,7 @@ TEST_CASE("a photo whose depth is clean becomes the same 3D photo, also without 
     options.keeps_depth_maps = GENERATE(true, false);
     const ldi::photo3d made =
         ldi::make_photo3d(ldi::clean_depth(picture.color, depth, options), ldi::photo_columns<>(), inpainter, options);
+    CHECK(made.estimated.empty() == !options.keeps_depth_maps);
     CHECK(made.disparity.empty() == !options.keeps_depth_maps);
     CHECK(made.resampled.empty() == !options.keeps_depth_maps);
     CHECK(std::equal(made.mesh.positions.begin(), made.mesh.positions.end(), whole.mesh.positions.begin(),
