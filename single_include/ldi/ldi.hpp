@@ -466,6 +466,7 @@ public:
         if (count > capacity()) reallocate(count);
     }
     void clear() { destroy_from(0); }
+    /// The values to assign must not lie in this buffer, except a single one.
     void assign(std::size_t count, const T& value) {
         const T copy = value;
         clear();
@@ -511,6 +512,7 @@ public:
     template <detail::element_iterator Iterator>
     T* insert(T* place, Iterator first, Iterator last) {
         static_assert(moves_as_bytes);
+        LDI_ASSERT(begin() <= place && place <= end());
         const std::size_t at = static_cast<std::size_t>(place - begin()), moved = size() - at;
         const std::size_t count = static_cast<std::size_t>(last - first);
         if (size() + count > capacity()) reallocate(block_.grown(size() + count));
@@ -523,6 +525,7 @@ public:
     T* insert(T* place, std::initializer_list<T> values) { return insert(place, values.begin(), values.end()); }
     T* erase(T* first, T* last) {
         static_assert(moves_as_bytes);
+        LDI_ASSERT(begin() <= first && first <= last && last <= end());
         if (last != end()) std::memmove(static_cast<void*>(first), last, static_cast<std::size_t>(end() - last) * sizeof(T));
         block_.size -= static_cast<std::size_t>(last - first);
         return first;
@@ -1351,11 +1354,16 @@ buffer<Scalar> reordered(const buffer<Scalar>& column, std::span<const std::int3
     return result;
 }
 
-/// Returns the graph with pixel `order[i]` moved to index i. `order` is a permutation of all pixels.
+/// Returns the graph with pixel `order[i]` moved to index i. Raises mismatch unless `order` is a permutation of all pixels.
 inline graph reordered(const graph_view& g, std::span<const std::int32_t> order) {
-    LDI_ASSERT(order.size() == g.size());
-    buffer<std::int32_t> new_index(g.size());
-    for (std::int32_t i = 0; i < g.count(); ++i) new_index[order.data()[i]] = i;
+    buffer<std::int32_t> new_index(g.size(), no_pixel);
+    bool is_permutation = order.size() == g.size();
+    for (std::size_t i = 0; i < order.size() && is_permutation; ++i) {
+        is_permutation = static_cast<std::size_t>(order[i]) < g.size() && new_index[order[i]] == no_pixel;
+        if (is_permutation) new_index[order[i]] = static_cast<std::int32_t>(i);
+    }
+    if (!is_permutation)
+        raise(error_code::mismatch, "reorder", "a permutation of " + std::to_string(g.size()) + " pixels", "another order");
     graph_builder result(g.width(), g.height(), g.size(), unset);
     const auto write = [&](array_view<std::int32_t> to, array_view<const std::int32_t> from) {
         for (std::size_t i = 0; i < order.size(); ++i) to[i] = from[order[i]];
@@ -1435,11 +1443,14 @@ std::array<Scalar, channels> first_of(pixel_values<Scalar, channels> pixels) {
     for (std::size_t c = 0; c < channels; ++c) result[c] = pixels(0, c);
     return result;
 }
+/// Whether averaged() accepts the type. A mean of 64-bit identifiers or of enumerators has no meaning.
+template <class Scalar>
+concept averageable = !std::is_enum_v<Scalar> && (!std::is_integral_v<Scalar> || sizeof(Scalar) <= 4);
+
 /// Returns the mean of each channel. For integers of up to 32 bits, rounds it to the nearest, halves away from zero.
 template <class Scalar, std::size_t channels>
 std::array<Scalar, channels> averaged(pixel_values<Scalar, channels> pixels) {
-    static_assert(!std::is_integral_v<Scalar> || sizeof(Scalar) <= 4,
-                  "64-bit integers need a rule of their own, such as first_of");
+    static_assert(averageable<Scalar>, "64-bit integers and enumerations need a rule of their own, such as first_of");
     std::array<Scalar, channels> result{};
     for (std::size_t c = 0; c < channels; ++c) {
         double sum = 0;
@@ -1739,7 +1750,8 @@ public:
         edit(editor);
     }
 
-    /// Moves pixel `order[i]` to index i. `order` is a permutation of all pixels. If memory runs out, nothing changes.
+    /// Moves pixel `order[i]` to index i. Raises mismatch unless `order` is a permutation of all pixels. If it does, or if memory
+    /// runs out, nothing changes.
     void reorder(std::span<const std::int32_t> order) { *this = with_pixels(reordered(graph_, order), order); }
 
     /// Removes the pixels whose entry in `kept` is 0, and their links. The other pixels keep their order. If memory runs out,
@@ -2434,17 +2446,21 @@ namespace detail {
 }
 
 /// Returns the number of values from the start of one row to the start of the next: `row_stride`, or width * channels if it is 0.
-/// Raises too_large if a row, or the whole image, exceeds the address space.
+/// Raises too_large if a row, or the whole image, exceeds the address space, and mismatch if rows would overlap.
 inline std::size_t checked_row_stride(std::size_t height, std::size_t width, std::size_t channels, std::size_t row_stride,
                                       std::size_t value_size) {
     const std::size_t limit = static_cast<std::size_t>(PTRDIFF_MAX) / value_size;
     if (channels > 0 && width > limit / channels) refuse_size(height, width, channels);
     const std::size_t stride = row_stride == 0 ? width * channels : row_stride;
+    if (stride < width * channels)
+        raise(error_code::mismatch, "image_view", "a stride of at least " + std::to_string(width * channels) + " values",
+              std::to_string(stride) + " values");
     if (stride > 0 && height > limit / stride) refuse_size(height, width, channels);
     return stride;
 }
 
-/// Converts a stride from bytes to values. Raises mismatch if a value would straddle two rows or rows would overlap.
+/// Converts a stride from bytes to values. Raises mismatch if a value would straddle two rows or rows would overlap; 0 bytes are
+/// an overlap, too.
 inline std::size_t stride_in_values(std::size_t bytes, std::size_t row_values, std::size_t value_size) {
     if (bytes % value_size != 0 || bytes / value_size < row_values)
         raise(error_code::mismatch, "image_view",
@@ -2476,15 +2492,13 @@ public:
 
     image_view() = default;
     /// row_stride  values from the start of a row to the start of the next; 0 for rows without gaps. Raises too_large for
-    ///             impossible sizes
+    ///             impossible sizes, mismatch for a stride below W x C
     image_view(Scalar* data, std::size_t height, std::size_t width, std::size_t channels = 1, std::size_t row_stride = 0)
         : data_(data),
           height_(height),
           width_(width),
           channels_(channels),
-          row_stride_(detail::checked_row_stride(height, width, channels, row_stride, sizeof(Scalar))) {
-        LDI_ASSERT(row_stride_ >= width * channels);
-    }
+          row_stride_(detail::checked_row_stride(height, width, channels, row_stride, sizeof(Scalar))) {}
     /// Views rows whose starts are `stride` bytes apart, the convention of OpenCV, NumPy and graphics interfaces. Raises mismatch
     /// unless the stride is an integer number of values, at least W x C.
     image_view(Scalar* data, std::size_t height, std::size_t width, std::size_t channels, byte_stride stride)
@@ -3382,7 +3396,7 @@ struct conv_f32_weights {
 }}  // namespace ldi
 
 // ---- ldi/kernels/detail/panel_cut.hpp
-// Splits the outputs of a matrix product or a convolution into panels.
+// Splits the outputs of a matrix product or a convolution into panels, and packs the weights panel by panel.
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
@@ -3390,19 +3404,58 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 struct panel_cut {
     std::size_t panels, larger, vectors;  ///< the first `larger` panels have `vectors` vectors, all further panels have one less
 
-    panel_cut(std::size_t outputs, std::size_t lanes, std::size_t most) {
+    panel_cut(std::size_t outputs, std::size_t lanes, std::size_t max_vectors) {
         const std::size_t all = (outputs + lanes - 1) / lanes;
-        panels = (all + most - 1) / most;
+        panels = (all + max_vectors - 1) / max_vectors;
         vectors = (all + panels - 1) / panels;
         larger = panels - (vectors * panels - all);
     }
     std::size_t vectors_in(std::size_t panel) const { return panel < larger ? vectors : vectors - 1; }
 };
 
+/// Number of groups into which `count` inputs are divided, rounded up.
+constexpr std::size_t groups_of(std::size_t count, std::size_t group) { return (count + group - 1) / group; }
+
+/// Order of a kernel's weights.
+struct panel_layout {
+    std::size_t group;        ///< inputs that one instruction multiplies per output
+    std::size_t lanes;        ///< outputs per vector
+    std::size_t max_vectors;  ///< maximum vectors per panel
+};
+
+/// Dimensions of a layer's weights, row-major: outputs x pieces x inputs. A pixel's window consists of `pieces` contiguous pieces
+/// of memory.
+struct weight_shape {
+    std::size_t outputs, pieces, inputs;
+};
+
+/// Appends weights panel by panel, piece by piece, group by group. Within a panel, the outputs are adjacent, each with the
+/// weights of one group of inputs. Pads the last group and the last panel with zeros.
+///
+/// weight_at  returns the weight at an index of the unpacked weights
+template <class Stored, class WeightAt>
+void append_panels(buffer<Stored>& packed, const weight_shape& shape, const panel_layout& layout, const WeightAt& weight_at) {
+    const panel_cut cut(shape.outputs, layout.lanes, layout.max_vectors);
+    packed.reserve(packed.size() + groups_of(shape.outputs, layout.lanes) * layout.lanes * shape.pieces *
+                                       groups_of(shape.inputs, layout.group) * layout.group);
+    std::size_t first = 0;
+    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
+        const std::size_t last = first + cut.vectors_in(panel) * layout.lanes;
+        for (std::size_t piece = 0; piece < shape.pieces; ++piece)
+            for (std::size_t from = 0; from < shape.inputs; from += layout.group)
+                for (std::size_t o = first; o < last; ++o)
+                    for (std::size_t i = from; i < from + layout.group; ++i)
+                        packed.push_back(o < shape.outputs && i < shape.inputs
+                                             ? static_cast<Stored>(weight_at((o * shape.pieces + piece) * shape.inputs + i))
+                                             : Stored{});
+        first = last;
+    }
+}
+
 }}}  // namespace ldi::detail
 
 // ---- ldi/kernels/detail/conv_weights.hpp
-// Packing of weights, which kernels/conv_f32.hpp and kernels/conv_u8.hpp share on all instruction sets.
+// Panels of weights and results, which kernels/conv_f32.hpp and kernels/conv_u8.hpp share on all instruction sets.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -3427,514 +3480,7 @@ struct conv_panel_output {
     void skip(std::size_t lanes) { bias += lanes, values += lanes, count -= lanes < count ? lanes : count; }
 };
 
-namespace detail {
-
-/// Number of groups into which `count` inputs are divided, rounded up.
-constexpr std::size_t groups_of(std::size_t count, std::size_t group) { return (count + group - 1) / group; }
-
-/// Appends weights by panel, row and group. Within a panel, the outputs are adjacent, each with the weights of one group of
-/// inputs. Pads the last group and the last panel with zeros.
-///
-/// layer    conv_f32_weights or conv_u8_weights, with `outputs`, `rows` and `inputs` set
-/// weights  outputs x rows x inputs, row-major
-template <std::size_t group, class Layer, class Value>
-void append_panels(buffer<Value>& values, const Layer& layer, std::span<const Value> weights, std::size_t lanes,
-                   std::size_t max_vectors) {
-    const panel_cut cut(layer.outputs, lanes, max_vectors);
-    const std::size_t inputs = layer.inputs;
-    std::size_t first = 0;
-    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
-        const std::size_t last = first + cut.vectors_in(panel) * lanes;
-        for (std::size_t r = 0; r < layer.rows; ++r)
-            for (std::size_t i = 0; i < groups_of(inputs, group) * group; i += group)
-                for (std::size_t o = first; o < last; ++o)
-                    for (std::size_t g = i; g < i + group; ++g)
-                        values.push_back(o < layer.outputs && g < inputs ? weights[(o * layer.rows + r) * inputs + g] : Value{});
-        first = last;
-    }
-}
-
-inline void append_conv_panels(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias,
-                               std::size_t lanes, std::size_t max_vectors) {
-    append_panels<1>(packed.values, packed, weights, lanes, max_vectors);
-    packed.bias.assign(bias.begin(), bias.end());
-    packed.bias.resize(groups_of(packed.outputs, lanes) * lanes, 0.0F);
-}
-
-}  // namespace detail
 }}  // namespace ldi
-
-// ---- ldi/kernels/requantize_float.hpp
-// Requantization in float arithmetic with the same 8-bit values as the integer form of kernels/requantize.hpp, at a third of
-// its cost in vector code. The integer form is monotonic and has at most 256 values, so at most 255 thresholds define it. A
-// float form that agrees on both sides of each threshold agrees everywhere. The exact constants miss a few thresholds by one;
-// constants that differ by a few units in the last place miss none.
-
-#include <limits>
-
-namespace ldi { inline namespace LDI_CONFIGURATION {
-
-namespace detail {
-
-/// Adds the zero point to an integral float and clamps to 0..255.
-inline std::uint8_t offset_and_clamp(float value, std::int32_t zero_point) {
-    const float clamped = (std::min)((std::max)(value, nearest_float(-zero_point)), nearest_float(255 - zero_point));
-    return static_cast<std::uint8_t>(static_cast<std::int32_t>(clamped) + zero_point);
-}
-
-}  // namespace detail
-
-/// Computes `clamp(trunc(fma(float(acc), scale, acc < 0 ? -offset : offset)) + zero_point)`: one rounding, one truncation.
-/// Negating both scale and offset gives the same function of `-acc`.
-struct float_requantization {
-    float scale = 0, offset = 0;
-    std::int32_t zero_point = 0;
-
-    std::uint8_t operator()(std::int32_t accumulator) const {
-        const float value =
-            detail::fused_multiply_add(detail::nearest_float(accumulator), scale, accumulator < 0 ? -offset : offset);
-        return detail::offset_and_clamp(std::trunc(value), zero_point);
-    }
-};
-
-/// The form for machines without a fused multiply-add: `clamp(round_to_even(float(acc) * scale + (acc < 0 ? -offset : offset))
-/// + zero_point)`, where first the product and then the sum is rounded to float.
-struct unfused_requantization {
-    float scale = 0, offset = 0;
-    std::int32_t zero_point = 0;
-
-    std::uint8_t operator()(std::int32_t accumulator) const {
-        // The product of two floats is exact in double, so fusing it with the sum would not change the result.
-        const auto product = static_cast<float>(double{detail::nearest_float(accumulator)} * double{scale});
-        return detail::offset_and_clamp(std::nearbyint(product + (accumulator < 0 ? -offset : offset)), zero_point);
-    }
-};
-
-namespace detail {
-
-/// Lists the accumulators on both sides of every threshold, and the ends of the range of int32.
-inline buffer<std::int32_t> requantization_checkpoints(const requantization& r) {
-    constexpr std::int32_t least = (std::numeric_limits<std::int32_t>::min)(), most = (std::numeric_limits<std::int32_t>::max)();
-    buffer<std::int32_t> points{least, most};
-    const auto result_at = [&r](std::int64_t point) { return requantize(static_cast<std::int32_t>(point), r); };
-    std::int64_t below = least;  // requantizes to less than `value`
-    for (int value = requantize(least, r) + 1; value <= requantize(most, r); ++value) {
-        // Thresholds are about 1 / scale apart. The search for the next one starts at the last one and doubles its step.
-        std::int64_t above = below, step = 1;
-        while (result_at(above) < value) {
-            below = above;
-            above = (std::min)(above + step, std::int64_t{most});
-            step *= 2;
-        }
-        while (above - below > 1) {
-            const std::int64_t middle = below + (above - below) / 2;
-            (result_at(middle) < value ? below : above) = middle;
-        }
-        for (const std::int64_t point : {below, above}) points.push_back(static_cast<std::int32_t>(point));
-        below = above;
-    }
-    return points;
-}
-
-/// Searches for a float form that agrees with the integer form on every accumulator. Its constants are close to the exact scale
-/// and to `offset`.
-template <class Form>
-std::optional<Form> search_float_form(const requantization& r, double offset) {
-    const buffer<std::int32_t> points = requantization_checkpoints(r);
-    buffer<std::uint8_t> expected;
-    expected.reserve(points.size());
-    for (std::int32_t point : points) expected.push_back(requantize(point, r));
-
-    const float scale = static_cast<float>(std::ldexp(nearest_double(r.multiplier), -31 - r.shift));
-    const float unit = scale - std::nextafter(scale, 0.0F);
-    std::size_t suspect = 0;  // the point at which the last candidate failed; testing it first rejects most candidates
-    for (int offset_step = 0; offset_step <= 128; ++offset_step)
-        for (int scale_step = -3; scale_step <= 3; ++scale_step) {
-            const int signed_step = offset_step % 2 == 0 ? offset_step / 2 : -(offset_step + 1) / 2;
-            const Form candidate{scale + nearest_float(scale_step) * unit,
-                                 static_cast<float>(offset + std::ldexp(signed_step, -22)), r.zero_point};
-            if (candidate(points[suspect]) != expected[suspect]) continue;
-            std::size_t i = 0;
-            while (i < points.size() && candidate(points[i]) == expected[i]) ++i;
-            if (i == points.size()) return candidate;
-            suspect = i;
-        }
-    return std::nullopt;
-}
-
-/// Distance by which the first of the integer form's two roundings moves the thresholds toward zero.
-inline double threshold_shift(const requantization& r) { return std::ldexp(1.0, -r.shift - 1); }
-
-}  // namespace detail
-
-/// Returns the float form, or std::nullopt if no form near the exact scale agrees with the integer form on every accumulator.
-inline std::optional<float_requantization> find_float_requantization(const requantization& r) {
-    return detail::search_float_form<float_requantization>(r, 0.5 + detail::threshold_shift(r));
-}
-
-inline std::optional<unfused_requantization> find_unfused_requantization(const requantization& r) {
-    return detail::search_float_form<unfused_requantization>(r, detail::threshold_shift(r));
-}
-
-}}  // namespace ldi
-
-// ---- ldi/kernels/detail/lanes_avx2.hpp
-// Shared parts of the AVX2 kernels: requantization of 32-bit sums, and the loops of convolutions.
-
-#if LDI_HAS_X86_KERNELS
-
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
-
-LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
-
-using float_lanes = __m256;
-using int_lanes = __m256i;
-
-[[gnu::always_inline]] inline __m256 spread(float value) { return _mm256_set1_ps(value); }
-[[gnu::always_inline]] inline __m256i scale_and_truncate(__m256i sums, __m256 scale, __m256 offset) {
-    return _mm256_cvttps_epi32(_mm256_fmadd_ps(_mm256_cvtepi32_ps(sums), scale, offset));
-}
-/// Saturates 32-bit values to bytes. Each 128-bit lane of the result contains 4 values of a, then 4 of b, of c, and of d.
-[[gnu::always_inline]] inline __m256i pack_bytes(__m256i a, __m256i b, __m256i c, __m256i d) {
-    return _mm256_packus_epi16(_mm256_packs_epi32(a, b), _mm256_packs_epi32(c, d));
-}
-
-/// Applies a float_requantization to vectors.
-struct requantizer {
-    __m256 scale, offset, sign;
-    __m256i zero_point;
-
-    explicit requantizer(const float_requantization& r)
-        : scale(_mm256_set1_ps(r.scale)),
-          // With a zero point of 0, negative values become 0 whether the offset is positive or negative, so its sign need not
-          // depend on the value.
-          offset(_mm256_set1_ps(r.zero_point == 0 && r.offset < 0 ? -r.offset : r.offset)),
-          sign(_mm256_castsi256_ps(_mm256_set1_epi32(r.zero_point == 0 ? 0 : -0x7FFFFFFF - 1))),
-          zero_point(_mm256_set1_epi16(static_cast<short>(r.zero_point))) {}
-
-    [[gnu::always_inline]] __m256i operator()(__m256i sums) const {
-        const __m256 value = _mm256_cvtepi32_ps(sums);
-        const __m256 signed_offset = _mm256_xor_ps(_mm256_and_ps(value, sign), offset);
-        return _mm256_cvttps_epi32(_mm256_fmadd_ps(value, scale, signed_offset));
-    }
-
-    /// Packs to 32 bytes in the order of pack_bytes() and adds the zero point.
-    [[gnu::always_inline]] __m256i pack_lanes(__m256i a, __m256i b, __m256i c, __m256i d) const {
-        const __m256i low = _mm256_adds_epi16(_mm256_packs_epi32(a, b), zero_point);
-        const __m256i high = _mm256_adds_epi16(_mm256_packs_epi32(c, d), zero_point);
-        return _mm256_packus_epi16(low, high);
-    }
-};
-
-// Requantization with a zero point of 0. Each x86 instruction set includes this file inside its namespace and target region,
-// after these definitions:
-//
-//     float_lanes, int_lanes                   vectors of 32-bit values
-//     spread(float)                            one value in all lanes
-//     scale_and_truncate(sums, scale, offset)  trunc(fma(float(sums), scale, offset)); offset may depend on the lane
-//     pack_bytes(a, b, c, d)                   saturated bytes: in each 128-bit lane 4 values of a, then of b, c, d
-
-/// Requantizes with a zero point of 0. The offset has the same sign for all values, because negative values become 0 with
-/// either sign.
-struct rectifier {
-    float_lanes scale, offset;
-
-    explicit rectifier(const float_requantization& r)
-        : scale(spread(r.scale)), offset(spread(r.offset < 0 ? -r.offset : r.offset)) {}
-
-    [[gnu::always_inline]] int_lanes operator()(int_lanes sums) const { return scale_and_truncate(sums, scale, offset); }
-    [[gnu::always_inline]] int_lanes pack_lanes(int_lanes a, int_lanes b, int_lanes c, int_lanes d) const {
-        return pack_bytes(a, b, c, d);
-    }
-};
-
-/// Reorders the result of pack_lanes(): all values of a, then all of b, of c, and of d.
-[[gnu::always_inline]] inline __m256i gather_lanes(__m256i values) {
-    return _mm256_permutevar8x32_epi32(values, _mm256_setr_epi32(0, 4, 1, 5, 2, 6, 3, 7));
-}
-
-/// Writes the first `count` bytes, at most 32.
-[[gnu::always_inline]] inline void store_first(std::uint8_t* to, __m256i values, std::size_t count) {
-    if (count == 32) {
-        _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), values);
-        return;
-    }
-    const __m128i low = _mm256_castsi256_si128(values), high = _mm256_extracti128_si256(values, 1);
-    if (count == 24) {
-        _mm_storeu_si128(reinterpret_cast<__m128i*>(to), low);
-        _mm_storel_epi64(reinterpret_cast<__m128i*>(to + 16), high);
-    } else if (count == 16) {
-        _mm_storeu_si128(reinterpret_cast<__m128i*>(to), low);
-    } else if (count == 8) {
-        _mm_storel_epi64(reinterpret_cast<__m128i*>(to), low);
-    } else {
-        alignas(32) std::uint8_t bytes[32];
-        _mm256_store_si256(reinterpret_cast<__m256i*>(bytes), values);
-        std::memcpy(to, bytes, count);
-    }
-}
-
-// Loops of conv_f32 and conv_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its
-// namespace and target region. The template parameter Kernel provides the primitives:
-//
-//     group, width, max_vectors   inputs multiplied together; outputs per vector; vectors per panel
-//     pixels[v]                   pixels of a full tile with v + 1 vectors
-//     tile(pixels, vectors, input, first_pixel, output)   computes one tile
-
-/// Computes pixels first to last - 1 in the largest possible tiles.
-template <class Kernel, std::size_t pixels, std::size_t vectors, class Input, class Output>
-inline void conv_panel(const Input& input, std::size_t first, std::size_t last, const Output& out) {
-    for (; first + pixels <= last; first += pixels)
-        Kernel::tile(std::make_index_sequence<pixels>{}, std::make_index_sequence<vectors>{}, input, first, out);
-    if constexpr (pixels > 1)
-        if (first < last) conv_panel<Kernel, (pixels > 4 ? 4 : pixels / 2), vectors>(input, first, last, out);
-}
-
-/// Computes all outputs panel by panel. Calls go through a table, so that the compiler keeps the loops of each size in a
-/// separate function.
-template <class Kernel, class Weights, class Input, class Output, std::size_t... v>
-inline void conv_panels(std::index_sequence<v...>, const Weights& weights, Input input, std::size_t pixels, Output out) {
-    static constexpr void (*panel_functions[])(const Input&, std::size_t, std::size_t,
-                                               const Output&) = {conv_panel<Kernel, Kernel::pixels[v], v + 1, Input, Output>...};
-    const detail::panel_cut cut(weights.outputs, Kernel::width, Kernel::max_vectors);
-    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
-        const std::size_t vectors = cut.vectors_in(panel), lanes = vectors * Kernel::width;
-        panel_functions[vectors - 1](input, 0, pixels, out);
-        input.weights += weights.rows * detail::groups_of(weights.inputs, Kernel::group) * Kernel::group * lanes;
-        out.skip(lanes);
-    }
-}
-
-template <class Kernel, class Weights, class Input, class Output>
-inline void conv_panels(const Weights& weights, const Input& input, std::size_t pixels, const Output& out) {
-    conv_panels<Kernel>(std::make_index_sequence<Kernel::max_vectors>{}, weights, input, pixels, out);
-}
-
-LDI_END_TARGET
-
-}}}  // namespace ldi::avx2
-
-#endif
-
-// ---- ldi/kernels/add_u8/avx2.hpp
-// kernels/add_u8.hpp with AVX2: float arithmetic on 8 values per vector, with two fused multiply-adds per vector.
-
-#if LDI_HAS_X86_KERNELS
-
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
-
-LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
-
-inline constexpr std::size_t lane_count = 8;
-
-[[gnu::always_inline]] inline __m256 eight_bytes(const std::uint8_t* from) {
-    return _mm256_cvtepi32_ps(_mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(from))));
-}
-[[gnu::always_inline]] inline __m256i add_scaled(const std::uint8_t* a, const std::uint8_t* b, __m256 a_scale, __m256 b_scale,
-                                                 __m256 offset) {
-    return _mm256_cvtps_epi32(_mm256_fmadd_ps(eight_bytes(a), a_scale, _mm256_fmadd_ps(eight_bytes(b), b_scale, offset)));
-}
-[[gnu::always_inline]] inline void store_in_order(std::uint8_t* to, __m256i bytes) {
-    _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), gather_lanes(bytes));
-}
-
-// Adds two tensors in float. Each x86 instruction set includes this file inside its namespace and target region, after
-// detail/lanes_*.hpp and these definitions:
-//
-//     lane_count                    32-bit lanes per vector
-//     add_scaled(a, b, scales...)   one vector: round(a * a_scale + (b * b_scale + offset)), fused
-//     store_in_order(to, bytes)     stores the result of pack_bytes(a, b, c, d) in the order a, b, c, d
-
-struct adder {
-    static constexpr std::size_t width = 4 * lane_count;  ///< bytes per step
-    float_lanes a_scale, b_scale, offset;
-
-    explicit adder(const add_u8_constants& sum)
-        : a_scale(spread(sum.a_scale)), b_scale(spread(sum.b_scale)), offset(spread(sum.offset)) {}
-
-    [[gnu::always_inline]] int_lanes lanes(const std::uint8_t* a, const std::uint8_t* b, std::size_t first) const {
-        return add_scaled(a + first, b + first, a_scale, b_scale, offset);
-    }
-    [[gnu::always_inline]] void add(const std::uint8_t* a, const std::uint8_t* b, std::uint8_t* result) const {
-        store_in_order(result, pack_bytes(lanes(a, b, 0), lanes(a, b, lane_count), lanes(a, b, 2 * lane_count),
-                                          lanes(a, b, 3 * lane_count)));
-    }
-};
-// Loop of add_u8 over a row. Each instruction set includes this file inside its namespace and target region, after its `adder`
-// with these members:
-//
-//     width              bytes per step
-//     add(a, b, result)  adds `width` bytes
-
-inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
-                   std::uint8_t* result) {
-    const adder step(sum);
-    std::size_t i = 0;
-    for (; i + adder::width <= count; i += adder::width) step.add(a + i, b + i, result + i);
-    if (i == count) return;
-    std::uint8_t rest[3][adder::width] = {};
-    std::memcpy(rest[0], a + i, count - i);
-    std::memcpy(rest[1], b + i, count - i);
-    step.add(rest[0], rest[1], rest[2]);
-    std::memcpy(result + i, rest[2], count - i);
-}
-
-LDI_END_TARGET
-
-}}}  // namespace ldi::avx2
-
-#endif
-
-// ---- ldi/kernels/detail/lanes_avx512vnni.hpp
-// Shared parts of the AVX-512 VNNI kernels: requantization of 32-bit sums.
-
-#if LDI_HAS_X86_KERNELS
-
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
-
-LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
-
-inline __mmask64 first_bytes(std::size_t count) { return count >= 64 ? ~__mmask64{0} : (__mmask64{1} << count) - 1; }
-
-using float_lanes = __m512;
-using int_lanes = __m512i;
-
-[[gnu::always_inline]] inline __m512 spread(float value) { return _mm512_set1_ps(value); }
-[[gnu::always_inline]] inline __m512i scale_and_truncate(__m512i sums, __m512 scale, __m512 offset) {
-    return _mm512_cvttps_epi32(_mm512_fmadd_ps(_mm512_cvtepi32_ps(sums), scale, offset));
-}
-/// Saturates 32-bit values to bytes. Each 128-bit lane of the result contains 4 values of a, then 4 of b, of c, and of d.
-[[gnu::always_inline]] inline __m512i pack_bytes(__m512i a, __m512i b, __m512i c, __m512i d) {
-    return _mm512_packus_epi16(_mm512_packs_epi32(a, b), _mm512_packs_epi32(c, d));
-}
-
-/// Applies a float_requantization to vectors.
-struct requantizer {
-    __m512 scale;
-    __m512i offset, sign, zero_point;
-
-    explicit requantizer(const float_requantization& r)
-        : scale(_mm512_set1_ps(r.scale)),
-          // With a zero point of 0, negative values become 0 whether the offset is positive or negative, so its sign need not
-          // depend on the value.
-          offset(_mm512_castps_si512(_mm512_set1_ps(r.zero_point == 0 && r.offset < 0 ? -r.offset : r.offset))),
-          sign(_mm512_set1_epi32(r.zero_point == 0 ? 0 : -0x7FFFFFFF - 1)),
-          zero_point(_mm512_set1_epi16(static_cast<short>(r.zero_point))) {}
-
-    [[gnu::always_inline]] __m512i operator()(__m512i sums) const {
-        constexpr int select_sign_of_offset = 0x6A;  // (a & b) ^ c
-        const __m512 value = _mm512_cvtepi32_ps(sums);
-        const __m512i signed_offset = _mm512_ternarylogic_epi32(_mm512_castps_si512(value), sign, offset, select_sign_of_offset);
-        return _mm512_cvttps_epi32(_mm512_fmadd_ps(value, scale, _mm512_castsi512_ps(signed_offset)));
-    }
-
-    /// Packs to 64 bytes in the order of pack_bytes() and adds the zero point.
-    [[gnu::always_inline]] __m512i pack_lanes(__m512i a, __m512i b, __m512i c, __m512i d) const {
-        const __m512i low = _mm512_adds_epi16(_mm512_packs_epi32(a, b), zero_point);
-        const __m512i high = _mm512_adds_epi16(_mm512_packs_epi32(c, d), zero_point);
-        return _mm512_packus_epi16(low, high);
-    }
-};
-
-// Requantization with a zero point of 0. Each x86 instruction set includes this file inside its namespace and target region,
-// after these definitions:
-//
-//     float_lanes, int_lanes                   vectors of 32-bit values
-//     spread(float)                            one value in all lanes
-//     scale_and_truncate(sums, scale, offset)  trunc(fma(float(sums), scale, offset)); offset may depend on the lane
-//     pack_bytes(a, b, c, d)                   saturated bytes: in each 128-bit lane 4 values of a, then of b, c, d
-
-/// Requantizes with a zero point of 0. The offset has the same sign for all values, because negative values become 0 with
-/// either sign.
-struct rectifier {
-    float_lanes scale, offset;
-
-    explicit rectifier(const float_requantization& r)
-        : scale(spread(r.scale)), offset(spread(r.offset < 0 ? -r.offset : r.offset)) {}
-
-    [[gnu::always_inline]] int_lanes operator()(int_lanes sums) const { return scale_and_truncate(sums, scale, offset); }
-    [[gnu::always_inline]] int_lanes pack_lanes(int_lanes a, int_lanes b, int_lanes c, int_lanes d) const {
-        return pack_bytes(a, b, c, d);
-    }
-};
-
-/// Reorders the result of pack_lanes(): all values of a, then all of b, of c, and of d. A second call restores the order.
-[[gnu::always_inline]] inline __m512i swap_lanes(__m512i values) {
-    return _mm512_permutexvar_epi32(_mm512_setr_epi32(0, 4, 8, 12, 1, 5, 9, 13, 2, 6, 10, 14, 3, 7, 11, 15), values);
-}
-
-LDI_END_TARGET
-
-}}}  // namespace ldi::avx512vnni
-
-#endif
-
-// ---- ldi/kernels/add_u8/avx512vnni.hpp
-// kernels/add_u8.hpp with AVX-512: float arithmetic on 16 values per vector, with two fused multiply-adds per vector.
-
-#if LDI_HAS_X86_KERNELS
-
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
-
-LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
-
-inline constexpr std::size_t lane_count = 16;
-
-[[gnu::always_inline]] inline __m512 sixteen_bytes(const std::uint8_t* from) {
-    return _mm512_cvtepi32_ps(_mm512_cvtepu8_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(from))));
-}
-[[gnu::always_inline]] inline __m512i add_scaled(const std::uint8_t* a, const std::uint8_t* b, __m512 a_scale, __m512 b_scale,
-                                                 __m512 offset) {
-    return _mm512_cvtps_epi32(_mm512_fmadd_ps(sixteen_bytes(a), a_scale, _mm512_fmadd_ps(sixteen_bytes(b), b_scale, offset)));
-}
-[[gnu::always_inline]] inline void store_in_order(std::uint8_t* to, __m512i bytes) { _mm512_storeu_si512(to, swap_lanes(bytes)); }
-
-// Adds two tensors in float. Each x86 instruction set includes this file inside its namespace and target region, after
-// detail/lanes_*.hpp and these definitions:
-//
-//     lane_count                    32-bit lanes per vector
-//     add_scaled(a, b, scales...)   one vector: round(a * a_scale + (b * b_scale + offset)), fused
-//     store_in_order(to, bytes)     stores the result of pack_bytes(a, b, c, d) in the order a, b, c, d
-
-struct adder {
-    static constexpr std::size_t width = 4 * lane_count;  ///< bytes per step
-    float_lanes a_scale, b_scale, offset;
-
-    explicit adder(const add_u8_constants& sum)
-        : a_scale(spread(sum.a_scale)), b_scale(spread(sum.b_scale)), offset(spread(sum.offset)) {}
-
-    [[gnu::always_inline]] int_lanes lanes(const std::uint8_t* a, const std::uint8_t* b, std::size_t first) const {
-        return add_scaled(a + first, b + first, a_scale, b_scale, offset);
-    }
-    [[gnu::always_inline]] void add(const std::uint8_t* a, const std::uint8_t* b, std::uint8_t* result) const {
-        store_in_order(result, pack_bytes(lanes(a, b, 0), lanes(a, b, lane_count), lanes(a, b, 2 * lane_count),
-                                          lanes(a, b, 3 * lane_count)));
-    }
-};
-// Loop of add_u8 over a row. Each instruction set includes this file inside its namespace and target region, after its `adder`
-// with these members:
-//
-//     width              bytes per step
-//     add(a, b, result)  adds `width` bytes
-
-inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
-                   std::uint8_t* result) {
-    const adder step(sum);
-    std::size_t i = 0;
-    for (; i + adder::width <= count; i += adder::width) step.add(a + i, b + i, result + i);
-    if (i == count) return;
-    std::uint8_t rest[3][adder::width] = {};
-    std::memcpy(rest[0], a + i, count - i);
-    std::memcpy(rest[1], b + i, count - i);
-    step.add(rest[0], rest[1], rest[2]);
-    std::memcpy(result + i, rest[2], count - i);
-}
-
-LDI_END_TARGET
-
-}}}  // namespace ldi::avx512vnni
-
-#endif
 
 // ---- ldi/kernels/detail/lanes_neon.hpp
 // Shared parts of the NEON kernels: the dot product, requantization of 32-bit sums, and the loops of convolutions. NEON has
@@ -4153,6 +3699,120 @@ inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std
 
 }}}  // namespace ldi::scalar
 
+// ---- ldi/kernels/requantize_float.hpp
+// Requantization in float arithmetic with the same 8-bit values as the integer form of kernels/requantize.hpp, at a third of
+// its cost in vector code. The integer form is monotonic and has at most 256 values, so at most 255 thresholds define it. A
+// float form that agrees on both sides of each threshold agrees everywhere. The exact constants miss a few thresholds by one;
+// constants that differ by a few units in the last place miss none.
+
+#include <limits>
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+namespace detail {
+
+/// Adds the zero point to an integral float and clamps to 0..255.
+inline std::uint8_t offset_and_clamp(float value, std::int32_t zero_point) {
+    const float clamped = (std::min)((std::max)(value, nearest_float(-zero_point)), nearest_float(255 - zero_point));
+    return static_cast<std::uint8_t>(static_cast<std::int32_t>(clamped) + zero_point);
+}
+
+}  // namespace detail
+
+/// Computes `clamp(trunc(fma(float(acc), scale, acc < 0 ? -offset : offset)) + zero_point)`: one rounding, one truncation.
+/// Negating both scale and offset gives the same function of `-acc`.
+struct float_requantization {
+    float scale = 0, offset = 0;
+    std::int32_t zero_point = 0;
+
+    std::uint8_t operator()(std::int32_t accumulator) const {
+        const float value =
+            detail::fused_multiply_add(detail::nearest_float(accumulator), scale, accumulator < 0 ? -offset : offset);
+        return detail::offset_and_clamp(std::trunc(value), zero_point);
+    }
+};
+
+/// The form for machines without a fused multiply-add: `clamp(round_to_even(float(acc) * scale + (acc < 0 ? -offset : offset))
+/// + zero_point)`, where first the product and then the sum is rounded to float.
+struct unfused_requantization {
+    float scale = 0, offset = 0;
+    std::int32_t zero_point = 0;
+
+    std::uint8_t operator()(std::int32_t accumulator) const {
+        // The product of two floats is exact in double, so fusing it with the sum would not change the result.
+        const auto product = static_cast<float>(double{detail::nearest_float(accumulator)} * double{scale});
+        return detail::offset_and_clamp(std::nearbyint(product + (accumulator < 0 ? -offset : offset)), zero_point);
+    }
+};
+
+namespace detail {
+
+/// Lists the accumulators on both sides of every threshold, and the ends of the range of int32.
+inline buffer<std::int32_t> requantization_checkpoints(const requantization& r) {
+    constexpr std::int32_t least = (std::numeric_limits<std::int32_t>::min)(), most = (std::numeric_limits<std::int32_t>::max)();
+    buffer<std::int32_t> points{least, most};
+    const auto result_at = [&r](std::int64_t point) { return requantize(static_cast<std::int32_t>(point), r); };
+    std::int64_t below = least;  // requantizes to less than `value`
+    for (int value = requantize(least, r) + 1; value <= requantize(most, r); ++value) {
+        // Thresholds are about 1 / scale apart. The search for the next one starts at the last one and doubles its step.
+        std::int64_t above = below, step = 1;
+        while (result_at(above) < value) {
+            below = above;
+            above = (std::min)(above + step, std::int64_t{most});
+            step *= 2;
+        }
+        while (above - below > 1) {
+            const std::int64_t middle = below + (above - below) / 2;
+            (result_at(middle) < value ? below : above) = middle;
+        }
+        for (const std::int64_t point : {below, above}) points.push_back(static_cast<std::int32_t>(point));
+        below = above;
+    }
+    return points;
+}
+
+/// Searches for a float form that agrees with the integer form on every accumulator. Its constants are close to the exact scale
+/// and to `offset`.
+template <class Form>
+std::optional<Form> search_float_form(const requantization& r, double offset) {
+    const buffer<std::int32_t> points = requantization_checkpoints(r);
+    buffer<std::uint8_t> expected;
+    expected.reserve(points.size());
+    for (std::int32_t point : points) expected.push_back(requantize(point, r));
+
+    const float scale = static_cast<float>(std::ldexp(nearest_double(r.multiplier), -31 - r.shift));
+    const float unit = scale - std::nextafter(scale, 0.0F);
+    std::size_t suspect = 0;  // the point at which the last candidate failed; testing it first rejects most candidates
+    for (int offset_step = 0; offset_step <= 128; ++offset_step)
+        for (int scale_step = -3; scale_step <= 3; ++scale_step) {
+            const int signed_step = offset_step % 2 == 0 ? offset_step / 2 : -(offset_step + 1) / 2;
+            const Form candidate{scale + nearest_float(scale_step) * unit,
+                                 static_cast<float>(offset + std::ldexp(signed_step, -22)), r.zero_point};
+            if (candidate(points[suspect]) != expected[suspect]) continue;
+            std::size_t i = 0;
+            while (i < points.size() && candidate(points[i]) == expected[i]) ++i;
+            if (i == points.size()) return candidate;
+            suspect = i;
+        }
+    return std::nullopt;
+}
+
+/// Distance by which the first of the integer form's two roundings moves the thresholds toward zero.
+inline double threshold_shift(const requantization& r) { return std::ldexp(1.0, -r.shift - 1); }
+
+}  // namespace detail
+
+/// Returns the float form, or std::nullopt if no form near the exact scale agrees with the integer form on every accumulator.
+inline std::optional<float_requantization> find_float_requantization(const requantization& r) {
+    return detail::search_float_form<float_requantization>(r, 0.5 + detail::threshold_shift(r));
+}
+
+inline std::optional<unfused_requantization> find_unfused_requantization(const requantization& r) {
+    return detail::search_float_form<unfused_requantization>(r, detail::threshold_shift(r));
+}
+
+}}  // namespace ldi
+
 // ---- ldi/kernels/detail/lanes_wasm.hpp
 // Shared parts of the WebAssembly SIMD128 kernels: requantization of 32-bit sums, and the loops of convolutions.
 //
@@ -4320,6 +3980,383 @@ inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std
 }
 
 }}}  // namespace ldi::wasm_simd128
+
+#endif
+
+// ---- ldi/kernels/detail/lanes_avx2.hpp
+// Shared parts of the AVX2 kernels: requantization of 32-bit sums, and the loops of convolutions.
+
+#if LDI_HAS_X86_KERNELS
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
+
+LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
+
+using float_lanes = __m256;
+using int_lanes = __m256i;
+
+[[gnu::always_inline]] inline __m256i load(const void* from) { return _mm256_load_si256(static_cast<const __m256i*>(from)); }
+[[gnu::always_inline]] inline void store(std::uint8_t* to, __m256i bytes) {
+    _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), bytes);
+}
+[[gnu::always_inline]] inline __m256 load_bytes(const std::uint8_t* from) {
+    return _mm256_cvtepi32_ps(_mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(from))));
+}
+[[gnu::always_inline]] inline __m256 add_sign(__m256 offset, __m256i sign, __m256 value) {
+    return _mm256_xor_ps(_mm256_and_ps(value, _mm256_castsi256_ps(sign)), offset);
+}
+
+#define LDI_LANES(operation) _mm256_##operation
+// Vectors of 32-bit values, and requantization of 32-bit sums in float. Each x86 instruction set includes this file inside its
+// namespace and target region, after these definitions:
+//
+//     float_lanes, int_lanes         vector types
+//     LDI_LANES(operation)           name of the intrinsic function for these vectors
+//     load, store, load_bytes        of whole vectors; load_bytes() converts bytes to float
+//     add_sign(offset, sign, value)  (value & sign) ^ offset
+
+inline constexpr std::size_t lane_count = sizeof(int_lanes) / sizeof(std::int32_t);
+
+[[gnu::always_inline]] inline float_lanes spread(float value) { return LDI_LANES(set1_ps)(value); }
+[[gnu::always_inline]] inline int_lanes spread(std::int32_t value) { return LDI_LANES(set1_epi32)(value); }
+[[gnu::always_inline]] inline float_lanes to_float(int_lanes values) { return LDI_LANES(cvtepi32_ps)(values); }
+[[gnu::always_inline]] inline int_lanes truncate(float_lanes values) { return LDI_LANES(cvttps_epi32)(values); }
+[[gnu::always_inline]] inline int_lanes round(float_lanes values) { return LDI_LANES(cvtps_epi32)(values); }
+/// Returns a * b + c, rounded once.
+[[gnu::always_inline]] inline float_lanes fused(float_lanes a, float_lanes b, float_lanes c) {
+    return LDI_LANES(fmadd_ps)(a, b, c);
+}
+/// Saturates to 16 bits: in each 128-bit lane 4 values of a, then 4 of b.
+[[gnu::always_inline]] inline int_lanes pack_words(int_lanes a, int_lanes b) { return LDI_LANES(packs_epi32)(a, b); }
+/// Saturates 16-bit values to bytes: in each 128-bit lane 8 values of a, then 8 of b.
+[[gnu::always_inline]] inline int_lanes pack_bytes(int_lanes a, int_lanes b) { return LDI_LANES(packus_epi16)(a, b); }
+
+/// Four vectors of 32-bit values.
+struct four_vectors {
+    int_lanes v[4];
+};
+
+/// Interleaves bytes: each 32-bit value of the result contains one byte of a, of b, of c, and of d. Vector i contains bytes 4 i
+/// to 4 i + 3 of every 16.
+[[gnu::always_inline]] inline four_vectors interleave_bytes(int_lanes a, int_lanes b, int_lanes c, int_lanes d) {
+    const int_lanes ab_low = LDI_LANES(unpacklo_epi8)(a, b), ab_high = LDI_LANES(unpackhi_epi8)(a, b);
+    const int_lanes cd_low = LDI_LANES(unpacklo_epi8)(c, d), cd_high = LDI_LANES(unpackhi_epi8)(c, d);
+    return {{LDI_LANES(unpacklo_epi16)(ab_low, cd_low), LDI_LANES(unpackhi_epi16)(ab_low, cd_low),
+             LDI_LANES(unpacklo_epi16)(ab_high, cd_high), LDI_LANES(unpackhi_epi16)(ab_high, cd_high)}};
+}
+
+/// Applies a float_requantization to vectors.
+struct requantizer {
+    float_lanes scale, offset;
+    int_lanes sign, zero_point;
+
+    explicit requantizer(const float_requantization& r)
+        : scale(spread(r.scale)),
+          // With a zero point of 0, negative values become 0 whether the offset is positive or negative, so its sign need not
+          // depend on the value.
+          offset(spread(r.zero_point == 0 && r.offset < 0 ? -r.offset : r.offset)),
+          sign(spread(r.zero_point == 0 ? 0 : -0x7FFFFFFF - 1)),
+          zero_point(LDI_LANES(set1_epi16)(static_cast<short>(r.zero_point))) {}
+
+    [[gnu::always_inline]] int_lanes operator()(int_lanes sums) const {
+        const float_lanes value = to_float(sums);
+        return truncate(fused(value, scale, add_sign(offset, sign, value)));
+    }
+
+    /// Packs to bytes and adds the zero point. Each 128-bit lane of the result contains 4 values of a, then 4 of b, of c, and of
+    /// d; gather_lanes() restores their order.
+    [[gnu::always_inline]] int_lanes pack_lanes(int_lanes a, int_lanes b, int_lanes c, int_lanes d) const {
+        const int_lanes low = LDI_LANES(adds_epi16)(pack_words(a, b), zero_point);
+        return pack_bytes(low, LDI_LANES(adds_epi16)(pack_words(c, d), zero_point));
+    }
+};
+
+/// Requantizes with a zero point of 0.
+struct rectifier {
+    float_lanes scale, offset;
+
+    explicit rectifier(const float_requantization& r)
+        : scale(spread(r.scale)), offset(spread(r.offset < 0 ? -r.offset : r.offset)) {}
+
+    [[gnu::always_inline]] int_lanes operator()(int_lanes sums) const { return truncate(fused(to_float(sums), scale, offset)); }
+    [[gnu::always_inline]] int_lanes pack_lanes(int_lanes a, int_lanes b, int_lanes c, int_lanes d) const {
+        return pack_bytes(pack_words(a, b), pack_words(c, d));
+    }
+};
+#undef LDI_LANES
+
+/// Reorders the result of pack_lanes(): all values of a, then all of b, of c, and of d.
+[[gnu::always_inline]] inline __m256i gather_lanes(__m256i values) {
+    return _mm256_permutevar8x32_epi32(values, _mm256_setr_epi32(0, 4, 1, 5, 2, 6, 3, 7));
+}
+
+/// Writes the first `count` bytes, at most 32.
+[[gnu::always_inline]] inline void store_first(std::uint8_t* to, __m256i values, std::size_t count) {
+    if (count == 32) return store(to, values);
+    const __m128i low = _mm256_castsi256_si128(values), high = _mm256_extracti128_si256(values, 1);
+    if (count == 24) {
+        _mm_storeu_si128(reinterpret_cast<__m128i*>(to), low);
+        _mm_storel_epi64(reinterpret_cast<__m128i*>(to + 16), high);
+    } else if (count == 16) {
+        _mm_storeu_si128(reinterpret_cast<__m128i*>(to), low);
+    } else if (count == 8) {
+        _mm_storel_epi64(reinterpret_cast<__m128i*>(to), low);
+    } else {
+        alignas(32) std::uint8_t bytes[32];
+        _mm256_store_si256(reinterpret_cast<__m256i*>(bytes), values);
+        std::memcpy(to, bytes, count);
+    }
+}
+
+// Loops of conv_f32 and conv_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its
+// namespace and target region. The template parameter Kernel provides the primitives:
+//
+//     group, width, max_vectors   inputs multiplied together; outputs per vector; vectors per panel
+//     pixels[v]                   pixels of a full tile with v + 1 vectors
+//     tile(pixels, vectors, input, first_pixel, output)   computes one tile
+
+/// Computes pixels first to last - 1 in the largest possible tiles.
+template <class Kernel, std::size_t pixels, std::size_t vectors, class Input, class Output>
+inline void conv_panel(const Input& input, std::size_t first, std::size_t last, const Output& out) {
+    for (; first + pixels <= last; first += pixels)
+        Kernel::tile(std::make_index_sequence<pixels>{}, std::make_index_sequence<vectors>{}, input, first, out);
+    if constexpr (pixels > 1)
+        if (first < last) conv_panel<Kernel, (pixels > 4 ? 4 : pixels / 2), vectors>(input, first, last, out);
+}
+
+/// Computes all outputs panel by panel. Calls go through a table, so that the compiler keeps the loops of each size in a
+/// separate function.
+template <class Kernel, class Weights, class Input, class Output, std::size_t... v>
+inline void conv_panels(std::index_sequence<v...>, const Weights& weights, Input input, std::size_t pixels, Output out) {
+    static constexpr void (*panel_functions[])(const Input&, std::size_t, std::size_t,
+                                               const Output&) = {conv_panel<Kernel, Kernel::pixels[v], v + 1, Input, Output>...};
+    const detail::panel_cut cut(weights.outputs, Kernel::width, Kernel::max_vectors);
+    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
+        const std::size_t vectors = cut.vectors_in(panel), lanes = vectors * Kernel::width;
+        panel_functions[vectors - 1](input, 0, pixels, out);
+        input.weights += weights.rows * detail::groups_of(weights.inputs, Kernel::group) * Kernel::group * lanes;
+        out.skip(lanes);
+    }
+}
+
+template <class Kernel, class Weights, class Input, class Output>
+inline void conv_panels(const Weights& weights, const Input& input, std::size_t pixels, const Output& out) {
+    conv_panels<Kernel>(std::make_index_sequence<Kernel::max_vectors>{}, weights, input, pixels, out);
+}
+
+LDI_END_TARGET
+
+}}}  // namespace ldi::avx2
+
+#endif
+
+// ---- ldi/kernels/detail/lanes_avx512vnni.hpp
+// Shared parts of the AVX-512 VNNI kernels: requantization of 32-bit sums.
+
+#if LDI_HAS_X86_KERNELS
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
+
+LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
+
+using float_lanes = __m512;
+using int_lanes = __m512i;
+
+inline __mmask64 first_bytes(std::size_t count) { return count >= 64 ? ~__mmask64{0} : (__mmask64{1} << count) - 1; }
+
+[[gnu::always_inline]] inline __m512i load(const void* from) { return _mm512_load_si512(from); }
+[[gnu::always_inline]] inline void store(std::uint8_t* to, __m512i bytes) { _mm512_storeu_si512(to, bytes); }
+[[gnu::always_inline]] inline __m512 load_bytes(const std::uint8_t* from) {
+    return _mm512_cvtepi32_ps(_mm512_cvtepu8_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(from))));
+}
+[[gnu::always_inline]] inline __m512 add_sign(__m512 offset, __m512i sign, __m512 value) {
+    constexpr int and_xor = 0x6A;  // (a & b) ^ c
+    const __m512i a = _mm512_castps_si512(value), c = _mm512_castps_si512(offset);
+    return _mm512_castsi512_ps(_mm512_ternarylogic_epi32(a, sign, c, and_xor));
+}
+
+#define LDI_LANES(operation) _mm512_##operation
+// Vectors of 32-bit values, and requantization of 32-bit sums in float. Each x86 instruction set includes this file inside its
+// namespace and target region, after these definitions:
+//
+//     float_lanes, int_lanes         vector types
+//     LDI_LANES(operation)           name of the intrinsic function for these vectors
+//     load, store, load_bytes        of whole vectors; load_bytes() converts bytes to float
+//     add_sign(offset, sign, value)  (value & sign) ^ offset
+
+inline constexpr std::size_t lane_count = sizeof(int_lanes) / sizeof(std::int32_t);
+
+[[gnu::always_inline]] inline float_lanes spread(float value) { return LDI_LANES(set1_ps)(value); }
+[[gnu::always_inline]] inline int_lanes spread(std::int32_t value) { return LDI_LANES(set1_epi32)(value); }
+[[gnu::always_inline]] inline float_lanes to_float(int_lanes values) { return LDI_LANES(cvtepi32_ps)(values); }
+[[gnu::always_inline]] inline int_lanes truncate(float_lanes values) { return LDI_LANES(cvttps_epi32)(values); }
+[[gnu::always_inline]] inline int_lanes round(float_lanes values) { return LDI_LANES(cvtps_epi32)(values); }
+/// Returns a * b + c, rounded once.
+[[gnu::always_inline]] inline float_lanes fused(float_lanes a, float_lanes b, float_lanes c) {
+    return LDI_LANES(fmadd_ps)(a, b, c);
+}
+/// Saturates to 16 bits: in each 128-bit lane 4 values of a, then 4 of b.
+[[gnu::always_inline]] inline int_lanes pack_words(int_lanes a, int_lanes b) { return LDI_LANES(packs_epi32)(a, b); }
+/// Saturates 16-bit values to bytes: in each 128-bit lane 8 values of a, then 8 of b.
+[[gnu::always_inline]] inline int_lanes pack_bytes(int_lanes a, int_lanes b) { return LDI_LANES(packus_epi16)(a, b); }
+
+/// Four vectors of 32-bit values.
+struct four_vectors {
+    int_lanes v[4];
+};
+
+/// Interleaves bytes: each 32-bit value of the result contains one byte of a, of b, of c, and of d. Vector i contains bytes 4 i
+/// to 4 i + 3 of every 16.
+[[gnu::always_inline]] inline four_vectors interleave_bytes(int_lanes a, int_lanes b, int_lanes c, int_lanes d) {
+    const int_lanes ab_low = LDI_LANES(unpacklo_epi8)(a, b), ab_high = LDI_LANES(unpackhi_epi8)(a, b);
+    const int_lanes cd_low = LDI_LANES(unpacklo_epi8)(c, d), cd_high = LDI_LANES(unpackhi_epi8)(c, d);
+    return {{LDI_LANES(unpacklo_epi16)(ab_low, cd_low), LDI_LANES(unpackhi_epi16)(ab_low, cd_low),
+             LDI_LANES(unpacklo_epi16)(ab_high, cd_high), LDI_LANES(unpackhi_epi16)(ab_high, cd_high)}};
+}
+
+/// Applies a float_requantization to vectors.
+struct requantizer {
+    float_lanes scale, offset;
+    int_lanes sign, zero_point;
+
+    explicit requantizer(const float_requantization& r)
+        : scale(spread(r.scale)),
+          // With a zero point of 0, negative values become 0 whether the offset is positive or negative, so its sign need not
+          // depend on the value.
+          offset(spread(r.zero_point == 0 && r.offset < 0 ? -r.offset : r.offset)),
+          sign(spread(r.zero_point == 0 ? 0 : -0x7FFFFFFF - 1)),
+          zero_point(LDI_LANES(set1_epi16)(static_cast<short>(r.zero_point))) {}
+
+    [[gnu::always_inline]] int_lanes operator()(int_lanes sums) const {
+        const float_lanes value = to_float(sums);
+        return truncate(fused(value, scale, add_sign(offset, sign, value)));
+    }
+
+    /// Packs to bytes and adds the zero point. Each 128-bit lane of the result contains 4 values of a, then 4 of b, of c, and of
+    /// d; gather_lanes() restores their order.
+    [[gnu::always_inline]] int_lanes pack_lanes(int_lanes a, int_lanes b, int_lanes c, int_lanes d) const {
+        const int_lanes low = LDI_LANES(adds_epi16)(pack_words(a, b), zero_point);
+        return pack_bytes(low, LDI_LANES(adds_epi16)(pack_words(c, d), zero_point));
+    }
+};
+
+/// Requantizes with a zero point of 0.
+struct rectifier {
+    float_lanes scale, offset;
+
+    explicit rectifier(const float_requantization& r)
+        : scale(spread(r.scale)), offset(spread(r.offset < 0 ? -r.offset : r.offset)) {}
+
+    [[gnu::always_inline]] int_lanes operator()(int_lanes sums) const { return truncate(fused(to_float(sums), scale, offset)); }
+    [[gnu::always_inline]] int_lanes pack_lanes(int_lanes a, int_lanes b, int_lanes c, int_lanes d) const {
+        return pack_bytes(pack_words(a, b), pack_words(c, d));
+    }
+};
+#undef LDI_LANES
+
+/// Reorders the result of pack_lanes(): all values of a, then all of b, of c, and of d.
+[[gnu::always_inline]] inline __m512i gather_lanes(__m512i values) {
+    return _mm512_permutexvar_epi32(_mm512_setr_epi32(0, 4, 8, 12, 1, 5, 9, 13, 2, 6, 10, 14, 3, 7, 11, 15), values);
+}
+
+LDI_END_TARGET
+
+}}}  // namespace ldi::avx512vnni
+
+#endif
+
+// ---- ldi/kernels/add_u8/x86.hpp
+// kernels/add_u8.hpp with AVX2 and AVX-512: float arithmetic with two fused multiply-adds per vector of 8 or 16 values.
+
+#if LDI_HAS_X86_KERNELS
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+namespace avx2 {
+LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
+// Adds two tensors in float. Each x86 instruction set includes this file inside its namespace and target region, after
+// detail/lanes_*.hpp.
+
+struct adder {
+    static constexpr std::size_t width = 4 * lane_count;  ///< bytes per step
+    float_lanes a_scale, b_scale, offset;
+
+    explicit adder(const add_u8_constants& sum)
+        : a_scale(spread(sum.a_scale)), b_scale(spread(sum.b_scale)), offset(spread(sum.offset)) {}
+
+    [[gnu::always_inline]] int_lanes lanes(const std::uint8_t* a, const std::uint8_t* b, std::size_t first) const {
+        return round(fused(load_bytes(a + first), a_scale, fused(load_bytes(b + first), b_scale, offset)));
+    }
+    [[gnu::always_inline]] void add(const std::uint8_t* a, const std::uint8_t* b, std::uint8_t* result) const {
+        const int_lanes low = pack_words(lanes(a, b, 0), lanes(a, b, lane_count));
+        const int_lanes high = pack_words(lanes(a, b, 2 * lane_count), lanes(a, b, 3 * lane_count));
+        store(result, gather_lanes(pack_bytes(low, high)));
+    }
+};
+// Loop of add_u8 over a row. Each instruction set includes this file inside its namespace and target region, after its `adder`
+// with these members:
+//
+//     width              bytes per step
+//     add(a, b, result)  adds `width` bytes
+
+inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
+                   std::uint8_t* result) {
+    const adder step(sum);
+    std::size_t i = 0;
+    for (; i + adder::width <= count; i += adder::width) step.add(a + i, b + i, result + i);
+    if (i == count) return;
+    std::uint8_t rest[3][adder::width] = {};
+    std::memcpy(rest[0], a + i, count - i);
+    std::memcpy(rest[1], b + i, count - i);
+    step.add(rest[0], rest[1], rest[2]);
+    std::memcpy(result + i, rest[2], count - i);
+}
+LDI_END_TARGET
+}  // namespace avx2
+
+namespace avx512vnni {
+LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
+// Adds two tensors in float. Each x86 instruction set includes this file inside its namespace and target region, after
+// detail/lanes_*.hpp.
+
+struct adder {
+    static constexpr std::size_t width = 4 * lane_count;  ///< bytes per step
+    float_lanes a_scale, b_scale, offset;
+
+    explicit adder(const add_u8_constants& sum)
+        : a_scale(spread(sum.a_scale)), b_scale(spread(sum.b_scale)), offset(spread(sum.offset)) {}
+
+    [[gnu::always_inline]] int_lanes lanes(const std::uint8_t* a, const std::uint8_t* b, std::size_t first) const {
+        return round(fused(load_bytes(a + first), a_scale, fused(load_bytes(b + first), b_scale, offset)));
+    }
+    [[gnu::always_inline]] void add(const std::uint8_t* a, const std::uint8_t* b, std::uint8_t* result) const {
+        const int_lanes low = pack_words(lanes(a, b, 0), lanes(a, b, lane_count));
+        const int_lanes high = pack_words(lanes(a, b, 2 * lane_count), lanes(a, b, 3 * lane_count));
+        store(result, gather_lanes(pack_bytes(low, high)));
+    }
+};
+// Loop of add_u8 over a row. Each instruction set includes this file inside its namespace and target region, after its `adder`
+// with these members:
+//
+//     width              bytes per step
+//     add(a, b, result)  adds `width` bytes
+
+inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
+                   std::uint8_t* result) {
+    const adder step(sum);
+    std::size_t i = 0;
+    for (; i + adder::width <= count; i += adder::width) step.add(a + i, b + i, result + i);
+    if (i == count) return;
+    std::uint8_t rest[3][adder::width] = {};
+    std::memcpy(rest[0], a + i, count - i);
+    std::memcpy(rest[1], b + i, count - i);
+    step.add(rest[0], rest[1], rest[2]);
+    std::memcpy(result + i, rest[2], count - i);
+}
+LDI_END_TARGET
+}  // namespace avx512vnni
+
+}}  // namespace ldi
 
 #endif
 
@@ -4561,10 +4598,6 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
 inline constexpr std::size_t conv_width = 8, conv_max_vectors = 3;
 
-inline void pack_conv_f32(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias) {
-    detail::append_conv_panels(packed, weights, bias, conv_width, conv_max_vectors);
-}
-
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
 
 template <std::size_t... v>
@@ -4621,6 +4654,8 @@ struct conv_f32_tiles {
 
 // conv_f32() of one instruction set. The set includes this file inside its namespace and target region, after its
 // conv_f32_tiles.
+
+inline constexpr detail::panel_layout conv_f32_layout{conv_f32_tiles::group, conv_f32_tiles::width, conv_f32_tiles::max_vectors};
 
 inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                      const float* ratios, float* result) {
@@ -4817,9 +4852,7 @@ LDI_END_TARGET
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 
-inline void pack_conv_f32(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias) {
-    detail::append_conv_panels(packed, weights, bias, conv_half, conv_max_halves);
-}
+inline constexpr detail::panel_layout conv_f32_layout{1, conv_half, conv_max_halves};
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 
@@ -4878,8 +4911,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// One instruction set's kernel: a row of `conv_f32_kernels`.
 struct conv_f32_kernel {
     isa set;
-    /// Fills `values` and `bias`; the caller has set all other members. See pack_conv_f32() of kernels/conv_f32.hpp.
-    void (*pack)(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias);
+    detail::panel_layout layout;
     /// Same parameters as conv_f32() of kernels/conv_f32.hpp.
     void (*run)(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                 const float* ratios, float* result);
@@ -4899,10 +4931,6 @@ struct conv_f32_kernel {
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace neon {
 
 inline constexpr std::size_t conv_width = 4, conv_max_vectors = 4;
-
-inline void pack_conv_f32(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias) {
-    detail::append_conv_panels(packed, weights, bias, conv_width, conv_max_vectors);
-}
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 
@@ -4986,6 +5014,8 @@ struct conv_f32_tiles {
 // conv_f32() of one instruction set. The set includes this file inside its namespace and target region, after its
 // conv_f32_tiles.
 
+inline constexpr detail::panel_layout conv_f32_layout{conv_f32_tiles::group, conv_f32_tiles::width, conv_f32_tiles::max_vectors};
+
 inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                      const float* ratios, float* result) {
     conv_panels<conv_f32_tiles>(
@@ -5006,6 +5036,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 
 /// Number of outputs that are adjacent in memory. Compilers vectorize the loop over them.
 inline constexpr std::size_t conv_panel = 8;
+inline constexpr detail::panel_layout conv_f32_layout{1, conv_panel, 1};
 
 /// Returns a * b + c, fused on targets with an instruction for it. Without this function, the compiler would fuse in some tiles
 /// only, and a pixel's bits would depend on its tile.
@@ -5039,10 +5070,6 @@ inline void conv_tile(const conv_f32_weights& weights, const float* const* rows,
         }
 }
 
-inline void pack_conv_f32(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias) {
-    detail::append_conv_panels(packed, weights, bias, conv_panel, 1);
-}
-
 inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                      const float* ratios, float* result) {
     constexpr std::size_t tile = 4;
@@ -5070,10 +5097,6 @@ inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 
 inline constexpr std::size_t conv_width = 4, conv_max_vectors = 2;
-
-inline void pack_conv_f32(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias) {
-    detail::append_conv_panels(packed, weights, bias, conv_width, conv_max_vectors);
-}
 
 template <std::size_t... v>
 [[gnu::always_inline]] inline void multiply_add(std::index_sequence<v...>, v128_t* sums, const float* input,
@@ -5126,6 +5149,8 @@ struct conv_f32_tiles {
 // conv_f32() of one instruction set. The set includes this file inside its namespace and target region, after its
 // conv_f32_tiles.
 
+inline constexpr detail::panel_layout conv_f32_layout{conv_f32_tiles::group, conv_f32_tiles::width, conv_f32_tiles::max_vectors};
+
 inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                      const float* ratios, float* result) {
     conv_panels<conv_f32_tiles>(
@@ -5150,16 +5175,16 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// One kernel per instruction set.
 inline constexpr conv_f32_kernel conv_f32_kernels[] = {
 #if LDI_HAS_X86_KERNELS
-    {isa::avx2, avx2::pack_conv_f32, avx2::conv_f32},
-    {isa::avx512vnni, avx512vnni::pack_conv_f32, avx512vnni::conv_f32},
+    {isa::avx2, avx2::conv_f32_layout, avx2::conv_f32},
+    {isa::avx512vnni, avx512vnni::conv_f32_layout, avx512vnni::conv_f32},
 #endif
 #if LDI_HAS_ARM_KERNELS
-    {isa::neon_dot_product, neon::pack_conv_f32, neon::conv_f32},
+    {isa::neon_dot_product, neon::conv_f32_layout, neon::conv_f32},
 #endif
 #if LDI_HAS_WASM_KERNELS
-    {isa::wasm_simd128, wasm_simd128::pack_conv_f32, wasm_simd128::conv_f32},
+    {isa::wasm_simd128, wasm_simd128::conv_f32_layout, wasm_simd128::conv_f32},
 #endif
-    {isa::scalar, scalar::pack_conv_f32, scalar::conv_f32},
+    {isa::scalar, scalar::conv_f32_layout, scalar::conv_f32},
 };
 static_assert(find_kernel(conv_f32_kernels, isa::scalar).set == isa::scalar);
 
@@ -5173,13 +5198,17 @@ inline conv_f32_weights pack_conv_f32(isa target, std::span<const float> weights
                                       activation after) {
     LDI_ASSERT(!bias.empty() && rows >= 1 && weights.size() % (bias.size() * rows) == 0);
     LDI_ASSERT(after.negative_slope >= 0.0F && after.negative_slope <= 1.0F);
+    const conv_f32_kernel& kernel = find_kernel(conv_f32_kernels, target);
     conv_f32_weights packed;
-    packed.target = find_kernel(conv_f32_kernels, target).set;
+    packed.target = kernel.set;
     packed.rows = rows;
     packed.inputs = weights.size() / (bias.size() * rows);
     packed.outputs = bias.size();
     packed.negative_slope = after.negative_slope;
-    find_kernel(conv_f32_kernels, target).pack(packed, weights, bias);
+    detail::append_panels(packed.values, {packed.outputs, rows, packed.inputs}, kernel.layout,
+                          [weights](std::size_t i) { return weights[i]; });
+    packed.bias.assign(bias.begin(), bias.end());
+    packed.bias.resize(detail::groups_of(packed.outputs, kernel.layout.lanes) * kernel.layout.lanes, 0.0F);
     return packed;
 }
 
@@ -5197,7 +5226,7 @@ inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, 
 }}  // namespace ldi
 
 // ---- ldi/kernels/conv_u8/contract.hpp
-// Contract of the kernels of kernels/conv_u8.hpp, and the packing code that all instruction sets share.
+// Contract of the kernels of kernels/conv_u8.hpp: their inputs and results.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -5223,10 +5252,8 @@ struct conv_u8_weights {
 /// One instruction set's kernel: a row of `conv_u8_kernels`.
 struct conv_u8_kernel {
     isa set;
-    /// Fills `values`, `offsets`, `scales` and `bias`; the caller has set all other members. See pack_conv_u8() of
-    /// kernels/conv_u8.hpp.
-    void (*pack)(conv_u8_weights& packed, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
-                 std::span<const float> scales, std::span<const float> bias);
+    detail::panel_layout layout;
+    std::int32_t subtrahend;  ///< the kernel subtracts it from all inputs
     /// Same parameters as conv_u8() of kernels/conv_u8.hpp; results are bytes in run(), float32 in run_to_float().
     void (*run)(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
                 const float* ratios, std::uint8_t* result);
@@ -5262,26 +5289,6 @@ struct conv_u8_panel_output {
     }
 };
 
-namespace detail {
-
-/// Packs weights in the order of append_panels(), and computes `offsets`, `scales` and `bias`.
-///
-/// zero_points  one per input of a piece
-template <std::size_t group>
-inline void append_conv_u8_panels(conv_u8_weights& packed, std::span<const std::int8_t> weights,
-                                  std::span<const std::uint8_t> zero_points, std::span<const float> scales,
-                                  std::span<const float> bias, std::size_t lanes, std::size_t max_vectors) {
-    append_panels<group>(packed.values, packed, weights, lanes, max_vectors);
-    const std::size_t padded = groups_of(packed.outputs, lanes) * lanes;
-    packed.offsets.assign(padded, 0), packed.scales.assign(padded, 0.0F), packed.bias.assign(padded, 0.0F);
-    for (std::size_t o = 0; o < packed.outputs; ++o) {
-        packed.scales[o] = scales[o], packed.bias[o] = bias[o];
-        for (std::size_t i = 0; i < packed.rows * packed.inputs; ++i)
-            packed.offsets[o] -= weights[o * packed.rows * packed.inputs + i] * zero_points[i % packed.inputs];
-    }
-}
-
-}  // namespace detail
 }}  // namespace ldi
 
 // ---- ldi/kernels/conv_u8/avx2.hpp
@@ -5344,12 +5351,6 @@ template <class Result>
 
 }  // namespace conv_u8_set
 
-inline void pack_conv_u8(conv_u8_weights& packed, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
-                         std::span<const float> scales, std::span<const float> bias) {
-    detail::append_conv_u8_panels<conv_u8_set::group>(packed, weights, zero_points, scales, bias, conv_u8_set::width,
-                                                      conv_u8_set::max_vectors);
-}
-
 // Tiles and entry point of conv_u8. Each instruction set includes this file inside its namespace and target region, after its
 // primitives in a namespace conv_u8_set:
 //
@@ -5407,6 +5408,8 @@ private:
     }
 };
 
+inline constexpr detail::panel_layout conv_u8_layout{conv_u8_tiles::group, conv_u8_tiles::width, conv_u8_tiles::max_vectors};
+
 /// Same parameters as conv_u8() of kernels/conv_u8.hpp.
 ///
 /// Result  float or std::uint8_t
@@ -5430,11 +5433,6 @@ LDI_END_TARGET
 #if LDI_HAS_X86_KERNELS
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
-
-inline void pack_conv_u8(conv_u8_weights& packed, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
-                         std::span<const float> scales, std::span<const float> bias) {
-    detail::append_conv_u8_panels<4>(packed, weights, zero_points, scales, bias, conv_half, conv_max_halves);
-}
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 
@@ -5505,6 +5503,8 @@ struct conv_u8_tiles {
 
 LDI_END_TARGET
 
+inline constexpr detail::panel_layout conv_u8_layout{conv_u8_tiles::group, conv_half, conv_max_halves};
+
 /// Same parameters as conv_u8() of kernels/conv_u8.hpp.
 ///
 /// Result  float or std::uint8_t
@@ -5527,8 +5527,6 @@ void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, st
 #if LDI_HAS_X86_KERNELS
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx_vnni {
-
-using avx2::pack_conv_u8;
 
 LDI_BEGIN_TARGET(LDI_AVX_VNNI_FEATURES)
 
@@ -5638,6 +5636,8 @@ private:
     }
 };
 
+inline constexpr detail::panel_layout conv_u8_layout{conv_u8_tiles::group, conv_u8_tiles::width, conv_u8_tiles::max_vectors};
+
 /// Same parameters as conv_u8() of kernels/conv_u8.hpp.
 ///
 /// Result  float or std::uint8_t
@@ -5712,18 +5712,6 @@ template <class Result>
 
 }  // namespace conv_u8_set
 
-inline void pack_conv_u8(conv_u8_weights& packed, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
-                         std::span<const float> scales, std::span<const float> bias) {
-    detail::append_conv_u8_panels<conv_u8_set::group>(packed, weights, zero_points, scales, bias, conv_u8_set::width,
-                                                      conv_u8_set::max_vectors);
-    const std::size_t inputs = packed.rows * packed.inputs;
-    for (std::size_t o = 0; o < packed.outputs; ++o) {
-        std::int32_t sum = 0;
-        for (std::size_t i = 0; i < inputs; ++i) sum += weights[o * inputs + i];
-        packed.offsets[o] += 128 * sum;
-    }
-}
-
 // Tiles and entry point of conv_u8. Each instruction set includes this file inside its namespace and target region, after its
 // primitives in a namespace conv_u8_set:
 //
@@ -5781,6 +5769,8 @@ private:
     }
 };
 
+inline constexpr detail::panel_layout conv_u8_layout{conv_u8_tiles::group, conv_u8_tiles::width, conv_u8_tiles::max_vectors};
+
 /// Same parameters as conv_u8() of kernels/conv_u8.hpp.
 ///
 /// Result  float or std::uint8_t
@@ -5805,11 +5795,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 
 /// Number of outputs that are adjacent in memory, so that compilers vectorize the loop over them.
 inline constexpr std::size_t conv_u8_panel = 8;
-
-inline void pack_conv_u8(conv_u8_weights& packed, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
-                         std::span<const float> scales, std::span<const float> bias) {
-    detail::append_conv_u8_panels<1>(packed, weights, zero_points, scales, bias, conv_u8_panel, 1);
-}
+inline constexpr detail::panel_layout conv_u8_layout{1, conv_u8_panel, 1};
 
 /// Converts a sum, from which the zero points are already subtracted, to a result.
 template <class Result>
@@ -5899,12 +5885,6 @@ template <class Result>
 
 }  // namespace conv_u8_set
 
-inline void pack_conv_u8(conv_u8_weights& packed, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
-                         std::span<const float> scales, std::span<const float> bias) {
-    detail::append_conv_u8_panels<conv_u8_set::group>(packed, weights, zero_points, scales, bias, conv_u8_set::width,
-                                                      conv_u8_set::max_vectors);
-}
-
 // Tiles and entry point of conv_u8. Each instruction set includes this file inside its namespace and target region, after its
 // primitives in a namespace conv_u8_set:
 //
@@ -5962,6 +5942,8 @@ private:
     }
 };
 
+inline constexpr detail::panel_layout conv_u8_layout{conv_u8_tiles::group, conv_u8_tiles::width, conv_u8_tiles::max_vectors};
+
 /// Same parameters as conv_u8() of kernels/conv_u8.hpp.
 ///
 /// Result  float or std::uint8_t
@@ -5989,17 +5971,17 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 /// One kernel per instruction set.
 inline constexpr conv_u8_kernel conv_u8_kernels[] = {
 #if LDI_HAS_X86_KERNELS
-    {isa::avx2, avx2::pack_conv_u8, avx2::conv_u8<std::uint8_t>, avx2::conv_u8<float>},
-    {isa::avx_vnni, avx_vnni::pack_conv_u8, avx_vnni::conv_u8<std::uint8_t>, avx_vnni::conv_u8<float>},
-    {isa::avx512vnni, avx512vnni::pack_conv_u8, avx512vnni::conv_u8<std::uint8_t>, avx512vnni::conv_u8<float>},
+    {isa::avx2, avx2::conv_u8_layout, 0, avx2::conv_u8<std::uint8_t>, avx2::conv_u8<float>},
+    {isa::avx_vnni, avx_vnni::conv_u8_layout, 0, avx_vnni::conv_u8<std::uint8_t>, avx_vnni::conv_u8<float>},
+    {isa::avx512vnni, avx512vnni::conv_u8_layout, 0, avx512vnni::conv_u8<std::uint8_t>, avx512vnni::conv_u8<float>},
 #endif
 #if LDI_HAS_ARM_KERNELS
-    {isa::neon_dot_product, neon::pack_conv_u8, neon::conv_u8<std::uint8_t>, neon::conv_u8<float>},
+    {isa::neon_dot_product, neon::conv_u8_layout, 128, neon::conv_u8<std::uint8_t>, neon::conv_u8<float>},
 #endif
 #if LDI_HAS_WASM_KERNELS
-    {isa::wasm_simd128, wasm_simd128::pack_conv_u8, wasm_simd128::conv_u8<std::uint8_t>, wasm_simd128::conv_u8<float>},
+    {isa::wasm_simd128, wasm_simd128::conv_u8_layout, 0, wasm_simd128::conv_u8<std::uint8_t>, wasm_simd128::conv_u8<float>},
 #endif
-    {isa::scalar, scalar::pack_conv_u8, scalar::conv_u8<std::uint8_t>, scalar::conv_u8<float>},
+    {isa::scalar, scalar::conv_u8_layout, 0, scalar::conv_u8<std::uint8_t>, scalar::conv_u8<float>},
 };
 static_assert(find_kernel(conv_u8_kernels, isa::scalar).set == isa::scalar);
 
@@ -6020,14 +6002,24 @@ inline conv_u8_weights pack_conv_u8(isa target, std::span<const std::int8_t> wei
     LDI_ASSERT(after.negative_slope >= 0.0F && after.negative_slope <= 1.0F);
     LDI_ASSERT(
         std::all_of(weights.begin(), weights.end(), [](int w) { return w >= -max_conv_u8_weight && w <= max_conv_u8_weight; }));
+    const conv_u8_kernel& kernel = find_kernel(conv_u8_kernels, target);
     conv_u8_weights packed;
-    packed.target = find_kernel(conv_u8_kernels, target).set;
+    packed.target = kernel.set;
     packed.rows = rows;
     packed.inputs = zero_points.size();
     packed.outputs = bias.size();
     packed.negative_slope = after.negative_slope;
     packed.result_zero_point = result_zero_point;
-    find_kernel(conv_u8_kernels, target).pack(packed, weights, zero_points, scales, bias);
+    detail::append_panels(packed.values, {packed.outputs, rows, packed.inputs}, kernel.layout,
+                          [weights](std::size_t i) { return weights[i]; });
+    const std::size_t padded = detail::groups_of(packed.outputs, kernel.layout.lanes) * kernel.layout.lanes;
+    packed.scales.assign(scales.begin(), scales.end()), packed.scales.resize(padded, 0.0F);
+    packed.bias.assign(bias.begin(), bias.end()), packed.bias.resize(padded, 0.0F);
+    packed.offsets.assign(padded, 0);
+    const std::int8_t* weight = weights.data();
+    for (std::size_t piece = 0; piece < packed.outputs * rows; ++piece)
+        for (const std::uint8_t zero_point : zero_points)
+            packed.offsets[piece / rows] -= *weight++ * (zero_point - kernel.subtrahend);
     return packed;
 }
 
@@ -6137,10 +6129,13 @@ struct depthwise_source {
     std::uint8_t weight_zero_point;
     int input_zero_point;
 
+    /// Returns 0 for channels and taps beyond the last.
     int weight(std::size_t channel, std::size_t tap) const {
+        if (channel >= bias.size() || tap >= depthwise_u8_weights::taps) return 0;
         return weights[channel * depthwise_u8_weights::taps + tap] - int{weight_zero_point};
     }
     std::int32_t folded_bias(std::size_t channel) const {
+        if (channel >= bias.size()) return 0;
         std::int32_t sum = 0;
         for (std::size_t t = 0; t < depthwise_u8_weights::taps; ++t) sum += weight(channel, t);
         return bias[channel] - sum * input_zero_point;
@@ -6181,6 +6176,19 @@ struct depthwise_unit {
         first = done + channels <= all || all < channels ? done : all - channels;
     }
     std::size_t end() const { return first + channels; }
+};
+
+/// The channels of a unit in the order of four vectors of sums that fill `count` lanes. Vector i contains channels 4 i to 4 i + 3
+/// of every 16, because unpacking interleaves the inputs in this order. Packing the four vectors restores the channels' order.
+template <std::size_t count>
+struct depthwise_order {
+    std::size_t channels[count];
+
+    explicit depthwise_order(const depthwise_unit& unit) {
+        constexpr std::size_t lanes = count / 4;
+        for (std::size_t i = 0; i < count; ++i)
+            channels[i] = unit.first + (i % lanes / 4 * 16 + i / lanes * 4 + i % 4) % unit.channels;
+    }
 };
 
 struct depthwise_call {
@@ -6312,16 +6320,12 @@ inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthw
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     for (std::size_t done = 0; done < packed.channels;) {
         const detail::depthwise_unit unit(packed.channels, done, depthwise_max_channels);
-        std::size_t channel[32];
-        for (std::size_t i = 0; i < 32; ++i) channel[i] = unit.first + (i % 8 / 4 * 16 + i / 8 * 4 + i % 4) % unit.channels;
+        const detail::depthwise_order<depthwise_max_channels> order(unit);
         buffer<depthwise_rest> rest;
         for (std::size_t column = 0; column < 3; ++column)
-            for (std::size_t c : channel) {
-                depthwise_rest weights{{0, 0, 0}};
-                for (std::size_t row = 0; row < 3 && c < packed.channels; ++row)
-                    weights.rows[row] = sign * source.weight(c, row * 3 + column);
-                rest.push_back(weights);
-            }
+            for (std::size_t c : order.channels)
+                rest.push_back({{sign * source.weight(c, column), sign * source.weight(c, 3 + column),
+                                 sign * source.weight(c, 6 + column)}});
         std::uint32_t terms = 0;
         while (terms == 0 || !std::all_of(rest.begin(), rest.end(), [](const depthwise_rest& r) { return r.is_zero(); })) {
             for (depthwise_rest& weights : rest) {
@@ -6332,7 +6336,7 @@ inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthw
             ++terms;
         }
         packed.order.push_back(terms);
-        for (std::size_t c : channel) packed.bias.push_back(c < packed.channels ? sign * source.folded_bias(c) : 0);
+        for (std::size_t c : order.channels) packed.bias.push_back(sign * source.folded_bias(c));
         done = unit.end();
     }
 }
@@ -6355,111 +6359,84 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
 
-/// One interleaved column of the window, or one sum for each of 32 channels.
-struct depthwise_vectors {
-    __m256i v[4];
-};
-
 /// Number of existing channels in each group of 16.
 using depthwise_lanes = std::size_t;
 
 inline depthwise_lanes existing_lanes(std::size_t channels) { return channels < 16 ? channels : 16; }
 
-/// Reads `channels` channels of three rows at the same place of 32 / channels stretches (stretches.hpp).
+/// Loads 16 channels, or all channels if there are fewer.
+[[gnu::always_inline]] inline __m128i load_half(const std::uint8_t* from, depthwise_lanes lanes) {
+    if (lanes == 16) return _mm_loadu_si128(reinterpret_cast<const __m128i*>(from));
+    if (lanes == 8) return _mm_loadl_epi64(reinterpret_cast<const __m128i*>(from));
+    alignas(16) std::uint8_t bytes[16] = {};
+    std::memcpy(bytes, from, lanes);
+    return _mm_load_si128(reinterpret_cast<const __m128i*>(bytes));
+}
+
+/// Loads 32 bytes of one row: from one stretch, or 16 from each of two stretches (stretches.hpp).
 template <std::size_t channels>
-struct depthwise_rows {
-    detail::depthwise_position<32 / channels> position;
-    depthwise_lanes held;
-
-    /// Loads 16 channels.
-    [[gnu::always_inline]] __m128i load_half(const std::uint8_t* from) const {
-        if (held == 16) return _mm_loadu_si128(reinterpret_cast<const __m128i*>(from));
-        if (held == 8) return _mm_loadl_epi64(reinterpret_cast<const __m128i*>(from));
-        alignas(16) std::uint8_t bytes[16] = {};
-        std::memcpy(bytes, from, held);
-        return _mm_load_si128(reinterpret_cast<const __m128i*>(bytes));
-    }
-    /// Loads 32 bytes of one row: from one stretch, or 16 from each of two stretches.
-    [[gnu::always_inline]] __m256i load(std::size_t row, std::size_t offset) const {
-        if constexpr (channels == 32)
-            return _mm256_loadu_si256(reinterpret_cast<const __m256i*>(position.find(row, 0, offset)));
-        else
-            return _mm256_inserti128_si256(_mm256_castsi128_si256(load_half(position.find(row, 0, offset))),
-                                           load_half(position.find(row, 1, offset)), 1);
-    }
-
-    /// Loads and interleaves the column at `offset` bytes after the position.
-    [[gnu::always_inline]] depthwise_vectors column(std::size_t offset) const {
-        const __m256i a = load(0, offset), b = load(1, offset), c = load(2, offset);
-        const __m256i ab_low = _mm256_unpacklo_epi8(a, b), ab_high = _mm256_unpackhi_epi8(a, b);
-        const __m256i cb_low = _mm256_unpacklo_epi8(c, b), cb_high = _mm256_unpackhi_epi8(c, b);
-        return {{_mm256_unpacklo_epi16(ab_low, cb_low), _mm256_unpackhi_epi16(ab_low, cb_low),
-                 _mm256_unpacklo_epi16(ab_high, cb_high), _mm256_unpackhi_epi16(ab_high, cb_high)}};
-    }
-};
-
-/// The weights of one unit.
-template <bool has_further_terms>
-struct depthwise_sums {
-    const std::int8_t* weights;
-    const std::int32_t* bias;
-    std::size_t terms;
-
-    [[gnu::always_inline]] depthwise_vectors start() const {
-        const __m256i* const from = reinterpret_cast<const __m256i*>(bias);
-        return {{_mm256_load_si256(from), _mm256_load_si256(from + 1), _mm256_load_si256(from + 2), _mm256_load_si256(from + 3)}};
-    }
-    template <std::size_t k>
-    [[gnu::always_inline]] depthwise_vectors add(const depthwise_vectors& sum, const depthwise_vectors& column) const {
-        depthwise_vectors result = sum;
-        const std::int8_t* at = weights + k * 128;
-        std::size_t rest = has_further_terms ? terms : 1;
-        do {
-            result.v[0] = add(result.v[0], column.v[0], at), result.v[1] = add(result.v[1], column.v[1], at + 32);
-            result.v[2] = add(result.v[2], column.v[2], at + 64), result.v[3] = add(result.v[3], column.v[3], at + 96);
-            at += 3 * 128;
-        } while (has_further_terms && --rest > 0);
-        return result;
-    }
-
-private:
-    [[gnu::always_inline]] static __m256i add(__m256i sum, __m256i column, const std::int8_t* at) {
-        const __m256i pairs = _mm256_maddubs_epi16(column, _mm256_load_si256(reinterpret_cast<const __m256i*>(at)));
-        return _mm256_add_epi32(sum, _mm256_madd_epi16(pairs, _mm256_set1_epi16(1)));
-    }
-};
+[[gnu::always_inline]] inline __m256i load_stretches(const detail::depthwise_position<32 / channels>& position, std::size_t row,
+                                                     std::size_t offset, depthwise_lanes lanes) {
+    if constexpr (channels == 32)
+        return _mm256_loadu_si256(reinterpret_cast<const __m256i*>(position.find(row, 0, offset)));
+    else
+        return _mm256_inserti128_si256(_mm256_castsi128_si256(load_half(position.find(row, 0, offset), lanes)),
+                                       load_half(position.find(row, 1, offset), lanes), 1);
+}
 
 /// Stores results at one address per stretch.
 template <std::size_t channels>
-struct depthwise_result {
-    std::uint8_t* at[32 / channels];
-    depthwise_lanes held;
-    requantizer requantize;
-
-    [[gnu::always_inline]] void store(const depthwise_vectors& sums, std::size_t offset) const {
-        const __m256i bytes =
-            requantize.pack_lanes(requantize(sums.v[0]), requantize(sums.v[1]), requantize(sums.v[2]), requantize(sums.v[3]));
-        if constexpr (channels == 32) {
-            _mm256_storeu_si256(reinterpret_cast<__m256i*>(at[0] + offset), bytes);
-        } else {
-            store_first(at[0] + offset, bytes, held);
-            store_first(at[1] + offset, _mm256_permute2x128_si256(bytes, bytes, 1), held);
-        }
-    }
-};
+[[gnu::always_inline]] inline void store_stretches(std::uint8_t* const* to, std::size_t offset, depthwise_lanes lanes,
+                                                   __m256i bytes) {
+    if constexpr (channels == 32) return store(to[0] + offset, bytes);
+    store_first(to[0] + offset, bytes, lanes);
+    store_first(to[1] + offset, _mm256_permute2x128_si256(bytes, bytes, 1), lanes);
+}
 
 // Loop of depthwise_u8/avx2.hpp and depthwise_u8/avx512vnni.hpp along a row. Both include this file inside their namespace and
 // target region, after these primitives:
 //
 //     depthwise_max_channels      channels of a full unit
-//     depthwise_vectors           one interleaved column of the window, or one sum per channel
-//     depthwise_lanes             the existing channels, from existing_lanes()
-//     depthwise_rows<channels>    loads columns
-//     depthwise_sums              the weights of a unit: start() returns the bias; add<place>(sum, column) adds the products of
-//                                 a column at a place of the window: window_left, window_middle or window_right
-//     depthwise_result<channels>  requantizes and stores
+//     depthwise_lanes             the existing channels of every 16, from existing_lanes()
+//     load_stretches<channels>(position, row, offset, lanes)   loads one row
+//     store_stretches<channels>(to, offset, lanes, bytes)      stores the packed results
+//
+// The class Sums holds the weights of a unit: start() returns the bias; add<place>(sum, column) adds the products of a column at
+// a place of the window: window_left, window_middle or window_right.
 
 inline constexpr std::size_t window_left = 0, window_middle = 1, window_right = 2;
+
+[[gnu::always_inline]] inline four_vectors load_sums(const std::int32_t* from) {
+    return {{load(from), load(from + lane_count), load(from + 2 * lane_count), load(from + 3 * lane_count)}};
+}
+
+/// Three rows at one place of each stretch.
+template <std::size_t channels>
+struct depthwise_rows {
+    detail::depthwise_position<depthwise_max_channels / channels> position;
+    depthwise_lanes lanes;
+
+    /// Loads and interleaves the column at `offset` bytes after the position: rows 0, 1, 2, and row 1 again.
+    [[gnu::always_inline]] four_vectors column(std::size_t offset) const {
+        const int_lanes middle = load_stretches<channels>(position, 1, offset, lanes);
+        return interleave_bytes(load_stretches<channels>(position, 0, offset, lanes), middle,
+                                load_stretches<channels>(position, 2, offset, lanes), middle);
+    }
+};
+
+/// Requantizes and stores results at one address per stretch.
+template <std::size_t channels>
+struct depthwise_result {
+    std::uint8_t* at[depthwise_max_channels / channels];
+    depthwise_lanes lanes;
+    requantizer requantize;
+
+    [[gnu::always_inline]] void store(const four_vectors& sums, std::size_t offset) const {
+        const int_lanes bytes =
+            requantize.pack_lanes(requantize(sums.v[0]), requantize(sums.v[1]), requantize(sums.v[2]), requantize(sums.v[3]));
+        store_stretches<channels>(at, offset, lanes, bytes);
+    }
+};
 
 /// Computes one unit of channels along a row.
 template <std::size_t channels, class Sums>
@@ -6495,9 +6472,9 @@ struct depthwise_run {
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_rows<channels> rows = rows_at(0, 1);
         const depthwise_result<channels> result = result_at(1);
-        depthwise_vectors next = sums.template add<window_left>(sums.start(), rows_at(-1, 1).column(0));
-        depthwise_vectors column = rows.column(0);
-        depthwise_vectors current = sums.template add<window_middle>(next, column);
+        four_vectors next = sums.template add<window_left>(sums.start(), rows_at(-1, 1).column(0));
+        four_vectors column = rows.column(0);
+        four_vectors current = sums.template add<window_middle>(next, column);
         next = sums.template add<window_left>(sums.start(), column);
         for (std::size_t x = 1; x < length; ++x) {
             column = rows.column(x * pixel_bytes);
@@ -6516,10 +6493,10 @@ struct depthwise_run {
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_rows<channels> rows = rows_at(0, 2);
         const depthwise_result<channels> result = result_at(1);
-        depthwise_vectors current = sums.template add<window_left>(sums.start(), rows_at(-1, 2).column(0));
+        four_vectors current = sums.template add<window_left>(sums.start(), rows_at(-1, 2).column(0));
         for (std::size_t x = 0; x + 1 < length; ++x) {
             current = sums.template add<window_middle>(current, rows.column(2 * x * pixel_bytes));
-            const depthwise_vectors column = rows.column((2 * x + 1) * pixel_bytes);
+            const four_vectors column = rows.column((2 * x + 1) * pixel_bytes);
             result.store(sums.template add<window_right>(current, column), x * pixel_bytes);
             current = sums.template add<window_left>(sums.start(), column);
         }
@@ -6536,11 +6513,11 @@ struct depthwise_run {
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_rows<channels> rows = rows_at(0, 1);
         const depthwise_result<channels> result = result_at(2);
-        depthwise_vectors first = sums.template add<window_left>(sums.start(), rows_at(-1, 1).column(0));
-        depthwise_vectors column = rows.column(0);
+        four_vectors first = sums.template add<window_left>(sums.start(), rows_at(-1, 1).column(0));
+        four_vectors column = rows.column(0);
         result.store(sums.template add<window_right>(sums.template add<window_middle>(first, column), column), 0);
         first = sums.template add<window_left>(sums.start(), column);
-        depthwise_vectors second = sums.template add<window_middle>(first, column);
+        four_vectors second = sums.template add<window_middle>(first, column);
         for (std::size_t x = 1; x < length; ++x) {
             column = rows.column(x * pixel_bytes);
             result.store(sums.template add<window_right>(second, column), (2 * x - 1) * pixel_bytes);
@@ -6559,7 +6536,7 @@ struct depthwise_run {
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_result<channels> result = result_at(1);
         for (std::size_t x = 0; x < length; ++x) {
-            depthwise_vectors sum = sums.template add<window_left>(sums.start(), rows_at_tap(x, 0).column(0));
+            four_vectors sum = sums.template add<window_left>(sums.start(), rows_at_tap(x, 0).column(0));
             sum = sums.template add<window_middle>(sum, rows_at_tap(x, 1).column(0));
             result.store(sums.template add<window_right>(sum, rows_at_tap(x, 2).column(0)), x * pixel_bytes);
         }
@@ -6589,6 +6566,34 @@ inline void depthwise_u8_unit(const detail::depthwise_call& call, const Sums& su
     else
         depthwise_u8_unit<16>(call, sums, unit.first);
 }
+
+/// The weights of one unit.
+template <bool has_further_terms>
+struct depthwise_sums {
+    const std::int8_t* weights;
+    const std::int32_t* bias;
+    std::size_t terms;
+
+    [[gnu::always_inline]] four_vectors start() const { return load_sums(bias); }
+    template <std::size_t k>
+    [[gnu::always_inline]] four_vectors add(const four_vectors& sum, const four_vectors& column) const {
+        four_vectors result = sum;
+        const std::int8_t* at = weights + k * 128;
+        std::size_t rest = has_further_terms ? terms : 1;
+        do {
+            result.v[0] = add(result.v[0], column.v[0], at), result.v[1] = add(result.v[1], column.v[1], at + 32);
+            result.v[2] = add(result.v[2], column.v[2], at + 64), result.v[3] = add(result.v[3], column.v[3], at + 96);
+            at += 3 * 128;
+        } while (has_further_terms && --rest > 0);
+        return result;
+    }
+
+private:
+    [[gnu::always_inline]] static __m256i add(__m256i sum, __m256i column, const std::int8_t* at) {
+        const __m256i pairs = _mm256_maddubs_epi16(column, _mm256_load_si256(reinterpret_cast<const __m256i*>(at)));
+        return _mm256_add_epi32(sum, _mm256_madd_epi16(pairs, _mm256_set1_epi16(1)));
+    }
+};
 
 inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
                          std::size_t repeat, std::uint8_t* result) {
@@ -6630,31 +6635,23 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 
 inline constexpr std::size_t depthwise_max_channels = 64;  ///< maximum per unit
 
-/// Packs weights by unit (up to 64 channels), then by column of the window: 4 vectors of 16 channels x 4 rows each. Vector i
-/// contains channels 4 i to 4 i + 3 of every 16, because unpacking interleaves the inputs in this order. Packing the four vectors
-/// of sums restores the channels' order.
+/// Packs weights by unit (up to 64 channels), then by column of the window: 4 vectors of 16 channels x 4 rows each. The fourth
+/// row has weight 0.
 inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     for (std::size_t done = 0; done < packed.channels;) {
         const detail::depthwise_unit unit(packed.channels, done, depthwise_max_channels);
-        std::size_t channel[64];
-        for (std::size_t i = 0; i < 64; ++i) channel[i] = unit.first + (i % 16 / 4 * 16 + i / 16 * 4 + i % 4) % unit.channels;
+        const detail::depthwise_order<depthwise_max_channels> order(unit);
         for (std::size_t column = 0; column < 3; ++column)
-            for (std::size_t c : channel)
+            for (std::size_t c : order.channels)
                 for (std::size_t row = 0; row < 4; ++row)
-                    packed.narrow.push_back(
-                        static_cast<std::int8_t>(row < 3 && c < packed.channels ? sign * source.weight(c, row * 3 + column) : 0));
-        for (std::size_t c : channel) packed.bias.push_back(c < packed.channels ? sign * source.folded_bias(c) : 0);
+                    packed.narrow.push_back(static_cast<std::int8_t>(sign * source.weight(c, row * 3 + column)));
+        for (std::size_t c : order.channels) packed.bias.push_back(sign * source.folded_bias(c));
         done = unit.end();
     }
 }
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
-
-/// One interleaved column of the window, or one sum for each of 64 channels.
-struct depthwise_vectors {
-    __m512i v[4];
-};
 
 /// Mask of the existing channels in each group of 16.
 using depthwise_lanes = __mmask16;
@@ -6663,103 +6660,88 @@ inline depthwise_lanes existing_lanes(std::size_t channels) {
     return static_cast<__mmask16>(first_bytes(channels < 16 ? channels : 16));
 }
 
-/// Reads `channels` channels of three rows at the same place of 64 / channels stretches.
+/// Loads 64 bytes of one row, an equal part from each stretch.
 template <std::size_t channels>
-struct depthwise_rows {
-    detail::depthwise_position<64 / channels> position;
-    depthwise_lanes mask;
-
-    /// Loads 64 bytes of one row, an equal part from each stretch.
-    [[gnu::always_inline]] __m512i load(std::size_t row, std::size_t offset) const {
-        if constexpr (channels == 64) {
-            return _mm512_loadu_si512(position.find(row, 0, offset));
-        } else if constexpr (channels == 32) {
-            const __m256i low = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(position.find(row, 0, offset))),
-                          high = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(position.find(row, 1, offset)));
-            return _mm512_inserti64x4(_mm512_castsi256_si512(low), high, 1);
-        } else {
-            const __m128i a = _mm_maskz_loadu_epi8(mask, position.find(row, 0, offset)),
-                          b = _mm_maskz_loadu_epi8(mask, position.find(row, 1, offset)),
-                          c = _mm_maskz_loadu_epi8(mask, position.find(row, 2, offset)),
-                          d = _mm_maskz_loadu_epi8(mask, position.find(row, 3, offset));
-            const __m256i low = _mm256_inserti128_si256(_mm256_castsi128_si256(a), b, 1),
-                          high = _mm256_inserti128_si256(_mm256_castsi128_si256(c), d, 1);
-            return _mm512_inserti64x4(_mm512_castsi256_si512(low), high, 1);
-        }
+[[gnu::always_inline]] inline __m512i load_stretches(const detail::depthwise_position<64 / channels>& position, std::size_t row,
+                                                     std::size_t offset, depthwise_lanes lanes) {
+    if constexpr (channels == 64) {
+        return _mm512_loadu_si512(position.find(row, 0, offset));
+    } else if constexpr (channels == 32) {
+        const __m256i low = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(position.find(row, 0, offset))),
+                      high = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(position.find(row, 1, offset)));
+        return _mm512_inserti64x4(_mm512_castsi256_si512(low), high, 1);
+    } else {
+        const __m128i a = _mm_maskz_loadu_epi8(lanes, position.find(row, 0, offset)),
+                      b = _mm_maskz_loadu_epi8(lanes, position.find(row, 1, offset)),
+                      c = _mm_maskz_loadu_epi8(lanes, position.find(row, 2, offset)),
+                      d = _mm_maskz_loadu_epi8(lanes, position.find(row, 3, offset));
+        const __m256i low = _mm256_inserti128_si256(_mm256_castsi128_si256(a), b, 1),
+                      high = _mm256_inserti128_si256(_mm256_castsi128_si256(c), d, 1);
+        return _mm512_inserti64x4(_mm512_castsi256_si512(low), high, 1);
     }
-
-    /// Loads and interleaves the column at `offset` bytes after the position.
-    [[gnu::always_inline]] depthwise_vectors column(std::size_t offset) const {
-        const __m512i a = load(0, offset), b = load(1, offset), c = load(2, offset);
-        const __m512i ab_low = _mm512_unpacklo_epi8(a, b), ab_high = _mm512_unpackhi_epi8(a, b);
-        const __m512i c_low = _mm512_unpacklo_epi8(c, c), c_high = _mm512_unpackhi_epi8(c, c);
-        return {{_mm512_unpacklo_epi16(ab_low, c_low), _mm512_unpackhi_epi16(ab_low, c_low),
-                 _mm512_unpacklo_epi16(ab_high, c_high), _mm512_unpackhi_epi16(ab_high, c_high)}};
-    }
-};
-
-/// The weights of one unit.
-struct depthwise_sums {
-    __m512i weights[12];
-    const std::int32_t* bias;
-
-    [[gnu::always_inline]] depthwise_sums(const std::int8_t* values, const std::int32_t* biases)
-        : depthwise_sums(values, biases, std::make_index_sequence<12>{}) {}
-
-    [[gnu::always_inline]] depthwise_vectors start() const {
-        return {
-            {_mm512_load_si512(bias), _mm512_load_si512(bias + 16), _mm512_load_si512(bias + 32), _mm512_load_si512(bias + 48)}};
-    }
-    template <std::size_t k>
-    [[gnu::always_inline]] depthwise_vectors add(const depthwise_vectors& sum, const depthwise_vectors& column) const {
-        return {{_mm512_dpbusd_epi32(sum.v[0], column.v[0], weights[4 * k]),
-                 _mm512_dpbusd_epi32(sum.v[1], column.v[1], weights[4 * k + 1]),
-                 _mm512_dpbusd_epi32(sum.v[2], column.v[2], weights[4 * k + 2]),
-                 _mm512_dpbusd_epi32(sum.v[3], column.v[3], weights[4 * k + 3])}};
-    }
-
-private:
-    template <std::size_t... i>
-    [[gnu::always_inline]] depthwise_sums(const std::int8_t* values, const std::int32_t* biases, std::index_sequence<i...>)
-        : weights{_mm512_load_si512(values + i * 64)...}, bias(biases) {}
-};
+}
 
 /// Stores results at one address per stretch.
 template <std::size_t channels>
-struct depthwise_result {
-    std::uint8_t* at[64 / channels];
-    depthwise_lanes mask;
-    requantizer requantize;
-
-    [[gnu::always_inline]] void store(const depthwise_vectors& sums, std::size_t offset) const {
-        const __m512i bytes =
-            requantize.pack_lanes(requantize(sums.v[0]), requantize(sums.v[1]), requantize(sums.v[2]), requantize(sums.v[3]));
-        if constexpr (channels == 64) {
-            _mm512_storeu_si512(at[0] + offset, bytes);
-        } else if constexpr (channels == 32) {
-            _mm256_storeu_si256(reinterpret_cast<__m256i*>(at[0] + offset), _mm512_castsi512_si256(bytes));
-            _mm256_storeu_si256(reinterpret_cast<__m256i*>(at[1] + offset), _mm512_extracti64x4_epi64(bytes, 1));
-        } else {
-            _mm_mask_storeu_epi8(at[0] + offset, mask, _mm512_castsi512_si128(bytes));
-            _mm_mask_storeu_epi8(at[1] + offset, mask, _mm512_extracti32x4_epi32(bytes, 1));
-            _mm_mask_storeu_epi8(at[2] + offset, mask, _mm512_extracti32x4_epi32(bytes, 2));
-            _mm_mask_storeu_epi8(at[3] + offset, mask, _mm512_extracti32x4_epi32(bytes, 3));
-        }
+[[gnu::always_inline]] inline void store_stretches(std::uint8_t* const* to, std::size_t offset, depthwise_lanes lanes,
+                                                   __m512i bytes) {
+    if constexpr (channels == 64) {
+        store(to[0] + offset, bytes);
+    } else if constexpr (channels == 32) {
+        _mm256_storeu_si256(reinterpret_cast<__m256i*>(to[0] + offset), _mm512_castsi512_si256(bytes));
+        _mm256_storeu_si256(reinterpret_cast<__m256i*>(to[1] + offset), _mm512_extracti64x4_epi64(bytes, 1));
+    } else {
+        _mm_mask_storeu_epi8(to[0] + offset, lanes, _mm512_castsi512_si128(bytes));
+        _mm_mask_storeu_epi8(to[1] + offset, lanes, _mm512_extracti32x4_epi32(bytes, 1));
+        _mm_mask_storeu_epi8(to[2] + offset, lanes, _mm512_extracti32x4_epi32(bytes, 2));
+        _mm_mask_storeu_epi8(to[3] + offset, lanes, _mm512_extracti32x4_epi32(bytes, 3));
     }
-};
+}
 
 // Loop of depthwise_u8/avx2.hpp and depthwise_u8/avx512vnni.hpp along a row. Both include this file inside their namespace and
 // target region, after these primitives:
 //
 //     depthwise_max_channels      channels of a full unit
-//     depthwise_vectors           one interleaved column of the window, or one sum per channel
-//     depthwise_lanes             the existing channels, from existing_lanes()
-//     depthwise_rows<channels>    loads columns
-//     depthwise_sums              the weights of a unit: start() returns the bias; add<place>(sum, column) adds the products of
-//                                 a column at a place of the window: window_left, window_middle or window_right
-//     depthwise_result<channels>  requantizes and stores
+//     depthwise_lanes             the existing channels of every 16, from existing_lanes()
+//     load_stretches<channels>(position, row, offset, lanes)   loads one row
+//     store_stretches<channels>(to, offset, lanes, bytes)      stores the packed results
+//
+// The class Sums holds the weights of a unit: start() returns the bias; add<place>(sum, column) adds the products of a column at
+// a place of the window: window_left, window_middle or window_right.
 
 inline constexpr std::size_t window_left = 0, window_middle = 1, window_right = 2;
+
+[[gnu::always_inline]] inline four_vectors load_sums(const std::int32_t* from) {
+    return {{load(from), load(from + lane_count), load(from + 2 * lane_count), load(from + 3 * lane_count)}};
+}
+
+/// Three rows at one place of each stretch.
+template <std::size_t channels>
+struct depthwise_rows {
+    detail::depthwise_position<depthwise_max_channels / channels> position;
+    depthwise_lanes lanes;
+
+    /// Loads and interleaves the column at `offset` bytes after the position: rows 0, 1, 2, and row 1 again.
+    [[gnu::always_inline]] four_vectors column(std::size_t offset) const {
+        const int_lanes middle = load_stretches<channels>(position, 1, offset, lanes);
+        return interleave_bytes(load_stretches<channels>(position, 0, offset, lanes), middle,
+                                load_stretches<channels>(position, 2, offset, lanes), middle);
+    }
+};
+
+/// Requantizes and stores results at one address per stretch.
+template <std::size_t channels>
+struct depthwise_result {
+    std::uint8_t* at[depthwise_max_channels / channels];
+    depthwise_lanes lanes;
+    requantizer requantize;
+
+    [[gnu::always_inline]] void store(const four_vectors& sums, std::size_t offset) const {
+        const int_lanes bytes =
+            requantize.pack_lanes(requantize(sums.v[0]), requantize(sums.v[1]), requantize(sums.v[2]), requantize(sums.v[3]));
+        store_stretches<channels>(at, offset, lanes, bytes);
+    }
+};
 
 /// Computes one unit of channels along a row.
 template <std::size_t channels, class Sums>
@@ -6795,9 +6777,9 @@ struct depthwise_run {
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_rows<channels> rows = rows_at(0, 1);
         const depthwise_result<channels> result = result_at(1);
-        depthwise_vectors next = sums.template add<window_left>(sums.start(), rows_at(-1, 1).column(0));
-        depthwise_vectors column = rows.column(0);
-        depthwise_vectors current = sums.template add<window_middle>(next, column);
+        four_vectors next = sums.template add<window_left>(sums.start(), rows_at(-1, 1).column(0));
+        four_vectors column = rows.column(0);
+        four_vectors current = sums.template add<window_middle>(next, column);
         next = sums.template add<window_left>(sums.start(), column);
         for (std::size_t x = 1; x < length; ++x) {
             column = rows.column(x * pixel_bytes);
@@ -6816,10 +6798,10 @@ struct depthwise_run {
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_rows<channels> rows = rows_at(0, 2);
         const depthwise_result<channels> result = result_at(1);
-        depthwise_vectors current = sums.template add<window_left>(sums.start(), rows_at(-1, 2).column(0));
+        four_vectors current = sums.template add<window_left>(sums.start(), rows_at(-1, 2).column(0));
         for (std::size_t x = 0; x + 1 < length; ++x) {
             current = sums.template add<window_middle>(current, rows.column(2 * x * pixel_bytes));
-            const depthwise_vectors column = rows.column((2 * x + 1) * pixel_bytes);
+            const four_vectors column = rows.column((2 * x + 1) * pixel_bytes);
             result.store(sums.template add<window_right>(current, column), x * pixel_bytes);
             current = sums.template add<window_left>(sums.start(), column);
         }
@@ -6836,11 +6818,11 @@ struct depthwise_run {
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_rows<channels> rows = rows_at(0, 1);
         const depthwise_result<channels> result = result_at(2);
-        depthwise_vectors first = sums.template add<window_left>(sums.start(), rows_at(-1, 1).column(0));
-        depthwise_vectors column = rows.column(0);
+        four_vectors first = sums.template add<window_left>(sums.start(), rows_at(-1, 1).column(0));
+        four_vectors column = rows.column(0);
         result.store(sums.template add<window_right>(sums.template add<window_middle>(first, column), column), 0);
         first = sums.template add<window_left>(sums.start(), column);
-        depthwise_vectors second = sums.template add<window_middle>(first, column);
+        four_vectors second = sums.template add<window_middle>(first, column);
         for (std::size_t x = 1; x < length; ++x) {
             column = rows.column(x * pixel_bytes);
             result.store(sums.template add<window_right>(second, column), (2 * x - 1) * pixel_bytes);
@@ -6859,7 +6841,7 @@ struct depthwise_run {
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_result<channels> result = result_at(1);
         for (std::size_t x = 0; x < length; ++x) {
-            depthwise_vectors sum = sums.template add<window_left>(sums.start(), rows_at_tap(x, 0).column(0));
+            four_vectors sum = sums.template add<window_left>(sums.start(), rows_at_tap(x, 0).column(0));
             sum = sums.template add<window_middle>(sum, rows_at_tap(x, 1).column(0));
             result.store(sums.template add<window_right>(sum, rows_at_tap(x, 2).column(0)), x * pixel_bytes);
         }
@@ -6889,6 +6871,29 @@ inline void depthwise_u8_unit(const detail::depthwise_call& call, const Sums& su
     else
         depthwise_u8_unit<16>(call, sums, unit.first);
 }
+
+/// The weights of one unit.
+struct depthwise_sums {
+    __m512i weights[12];
+    const std::int32_t* bias;
+
+    [[gnu::always_inline]] depthwise_sums(const std::int8_t* values, const std::int32_t* biases)
+        : depthwise_sums(values, biases, std::make_index_sequence<12>{}) {}
+
+    [[gnu::always_inline]] four_vectors start() const { return load_sums(bias); }
+    template <std::size_t k>
+    [[gnu::always_inline]] four_vectors add(const four_vectors& sum, const four_vectors& column) const {
+        return {{_mm512_dpbusd_epi32(sum.v[0], column.v[0], weights[4 * k]),
+                 _mm512_dpbusd_epi32(sum.v[1], column.v[1], weights[4 * k + 1]),
+                 _mm512_dpbusd_epi32(sum.v[2], column.v[2], weights[4 * k + 2]),
+                 _mm512_dpbusd_epi32(sum.v[3], column.v[3], weights[4 * k + 3])}};
+    }
+
+private:
+    template <std::size_t... i>
+    [[gnu::always_inline]] depthwise_sums(const std::int8_t* values, const std::int32_t* biases, std::index_sequence<i...>)
+        : weights{_mm512_load_si512(values + i * 64)...}, bias(biases) {}
+};
 
 inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
                          std::size_t repeat, std::uint8_t* result) {
@@ -6986,10 +6991,8 @@ inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthw
         for (std::size_t column = 0; column < 3; ++column)
             for (std::size_t c = start; c < start + depthwise_block; ++c)
                 for (std::size_t row = 0; row < 4; ++row)
-                    packed.narrow.push_back(
-                        static_cast<std::int8_t>(row < 3 && c < packed.channels ? sign * from.weight(c, row * 3 + column) : 0));
-        for (std::size_t c = start; c < start + depthwise_block; ++c)
-            packed.bias.push_back(c < packed.channels ? sign * from.folded_bias(c) : 0);
+                    packed.narrow.push_back(static_cast<std::int8_t>(sign * from.weight(c, row * 3 + column)));
+        for (std::size_t c = start; c < start + depthwise_block; ++c) packed.bias.push_back(sign * from.folded_bias(c));
     }
 }
 
@@ -7171,10 +7174,8 @@ inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthw
         for (std::size_t four = start; four < end; four += 4)
             for (const auto& pair : taps)
                 for (std::size_t c = four; c < four + 4; ++c)
-                    for (std::size_t tap : pair)
-                        packed.wide.push_back(
-                            static_cast<std::int16_t>(tap != none && c < packed.channels ? source.weight(c, tap) : 0));
-        for (std::size_t c = start; c < end; ++c) packed.bias.push_back(c < packed.channels ? source.folded_bias(c) : 0);
+                    for (std::size_t tap : pair) packed.wide.push_back(static_cast<std::int16_t>(source.weight(c, tap)));
+        for (std::size_t c = start; c < end; ++c) packed.bias.push_back(source.folded_bias(c));
     }
 }
 
@@ -7467,9 +7468,6 @@ namespace detail {
 /// Number of inputs that one VNNI or NEON instruction multiplies per output.
 inline constexpr std::size_t gemm_group = 4;
 
-/// Number of groups of four inputs, rounded up.
-constexpr std::size_t groups_of_four(std::size_t inputs) { return (inputs + gemm_group - 1) / gemm_group; }
-
 /// Arguments of gemm_u8() for one panel of weights in groups of four inputs.
 struct panel_of_groups {
     const std::uint8_t* const* segments;
@@ -7482,41 +7480,18 @@ struct panel_of_groups {
     void skip(std::size_t lanes) { weights += segment_count * groups * lanes * gemm_group; }
 };
 
-/// Appends the weights of a layer with a single output in the order of the inputs, and pads each segment with zeros to a multiple
-/// of `multiple`. The panel layout would use only one lane of each vector.
+/// Layout of the weights of a single output, in the order of the inputs; pads each segment to a multiple of `lanes`. Panels of
+/// outputs would use only one lane of each vector.
+constexpr panel_layout single_output_layout(std::size_t lanes) { return {lanes, 1, 1}; }
+
+/// Appends weights minus their zero point.
 ///
 /// sign  -1 for negated weights
 template <class Stored>
-void append_single_output(buffer<Stored>& to, const gemm_u8_weights& packed, std::span<const std::uint8_t> weights,
-                          int weight_zero_point, int sign, std::size_t multiple) {
-    const std::size_t padded = (packed.inputs + multiple - 1) / multiple * multiple;
-    for (std::size_t s = 0; s < packed.segments; ++s)
-        for (std::size_t i = 0; i < padded; ++i)
-            to.push_back(
-                static_cast<Stored>(i < packed.inputs ? sign * (weights[s * packed.inputs + i] - weight_zero_point) : 0));
-}
-
-/// Appends weights panel by panel, segment by segment, in groups of four inputs: vectors of `lanes` outputs x 4 inputs, padded
-/// with zeros.
-///
-/// sign  -1 for negated weights
-inline void append_groups_of_four(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, int weight_zero_point, int sign,
-                                  std::size_t lanes, std::size_t max_vectors) {
-    const panel_cut cut(packed.outputs, lanes, max_vectors);
-    std::size_t first = 0;
-    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
-        const std::size_t last = first + cut.vectors_in(panel) * lanes;
-        for (std::size_t s = 0; s < packed.segments; ++s)
-            for (std::size_t group = 0; group < packed.inputs; group += gemm_group)
-                for (std::size_t o = first; o < last; ++o)
-                    for (std::size_t i = group; i < group + gemm_group; ++i) {
-                        const bool exists = o < packed.outputs && i < packed.inputs;
-                        const int weight =
-                            exists ? weights[(o * packed.segments + s) * packed.inputs + i] - weight_zero_point : 0;
-                        packed.narrow.push_back(static_cast<std::int8_t>(sign * weight));
-                    }
-        first = last;
-    }
+void append_weights(buffer<Stored>& to, const gemm_u8_weights& packed, std::span<const std::uint8_t> weights,
+                    int weight_zero_point, int sign, const panel_layout& layout) {
+    append_panels(to, {packed.outputs, packed.segments, packed.inputs}, layout,
+                  [&](std::size_t i) { return sign * (weights[i] - weight_zero_point); });
 }
 
 /// Folds the zero points into `bias`, the start value of each sum of `input * (weight - zero point)`.
@@ -7634,7 +7609,8 @@ private:
 /// terms, and the first input of each term. Appends to `narrow` vectors of 8 outputs x 4 inputs, term by term.
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
-    if (packed.is_single_output()) return detail::append_single_output(packed.wide, packed, weights, weight_zero_point, sign, 16);
+    if (packed.is_single_output())
+        return detail::append_weights(packed.wide, packed, weights, weight_zero_point, sign, detail::single_output_layout(16));
     const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_max_vectors);
     buffer<gemm_term> terms;
     std::size_t first = 0;
@@ -7927,9 +7903,9 @@ using gemm_panel = detail::panel_of_groups;
 
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
-    if (packed.is_single_output())
-        return detail::append_single_output(packed.narrow, packed, weights, weight_zero_point, sign, 64);
-    detail::append_groups_of_four(packed, weights, weight_zero_point, sign, gemm_lanes, gemm_max_vectors);
+    const detail::panel_layout panels{gemm_group, gemm_lanes, gemm_max_vectors};
+    detail::append_weights(packed.narrow, packed, weights, weight_zero_point, sign,
+                           packed.is_single_output() ? detail::single_output_layout(64) : panels);
 }
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
@@ -7976,14 +7952,14 @@ template <std::size_t vectors, class Requantizer>
     const __m512i b = vectors > 1 ? requantize(sums[vectors > 1 ? 1 : 0]) : a;
     const __m512i c = vectors > 2 ? requantize(sums[vectors > 2 ? 2 : 0]) : a;
     const __m512i d = vectors > 3 ? requantize(sums[vectors > 3 ? 3 : 0]) : c;
-    _mm512_mask_storeu_epi8(result, mask, swap_lanes(requantize.pack_lanes(a, b, c, d)));
+    _mm512_mask_storeu_epi8(result, mask, gather_lanes(requantize.pack_lanes(a, b, c, d)));
 }
 
 template <class Requantizer>
 [[gnu::always_inline]] inline void store_four(const __m512i* sums, const Requantizer& requantize, std::uint8_t* result) {
     const __m512i bytes =
         requantize.pack_lanes(requantize(sums[0]), requantize(sums[1]), requantize(sums[2]), requantize(sums[3]));
-    _mm512_storeu_si512(result, swap_lanes(bytes));
+    _mm512_storeu_si512(result, gather_lanes(bytes));
 }
 
 template <class Requantizer, std::size_t... i>
@@ -8120,7 +8096,7 @@ inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uin
             _mm_store_si128(reinterpret_cast<__m128i*>(sums + i), _mm_hadd_epi32(pairs[0], pairs[1]));
         }
         const __m512i values = requantize(_mm512_add_epi32(_mm512_load_si512(sums), bias));
-        const __m512i bytes = swap_lanes(requantize.pack_lanes(values, values, values, values));
+        const __m512i bytes = gather_lanes(requantize.pack_lanes(values, values, values, values));
         const std::size_t rest = pixels - first;
         _mm512_mask_storeu_epi8(result + first, first_bytes(rest < 16 ? rest : 16), bytes);
     }
@@ -8129,9 +8105,10 @@ inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uin
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
     if (weights.is_single_output()) return gemm_u8_single_output(weights, segments, pixel_stride, pixels, result);
-    gemm_u8_panels<rectifier, requantizer>(weights.outputs, weights.fast,
-                                           {segments, weights.segments, detail::groups_of_four(weights.inputs), pixel_stride,
-                                            pixels, weights.narrow.data(), weights.bias.data(), result, weights.outputs});
+    gemm_u8_panels<rectifier, requantizer>(
+        weights.outputs, weights.fast,
+        {segments, weights.segments, detail::groups_of(weights.inputs, gemm_group), pixel_stride, pixels, weights.narrow.data(),
+         weights.bias.data(), result, weights.outputs});
 }
 
 LDI_END_TARGET
@@ -8157,7 +8134,7 @@ using gemm_panel = detail::panel_of_groups;
 
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
-    detail::append_groups_of_four(packed, weights, weight_zero_point, sign, gemm_lanes, gemm_max_vectors);
+    detail::append_weights(packed.narrow, packed, weights, weight_zero_point, sign, {gemm_group, gemm_lanes, gemm_max_vectors});
 }
 
 LDI_BEGIN_TARGET(LDI_AVX_VNNI_FEATURES)
@@ -8268,7 +8245,7 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
                     std::size_t pixels, std::uint8_t* result) {
     gemm_u8_panels<avx2::rectifier, avx2::requantizer>(
         weights.outputs, weights.fast,
-        {segments, weights.segments, detail::groups_of_four(weights.inputs), pixel_stride, pixels, weights.narrow.data(),
+        {segments, weights.segments, detail::groups_of(weights.inputs, gemm_group), pixel_stride, pixels, weights.narrow.data(),
          weights.bias.data(), result, weights.outputs});
 }
 
@@ -8302,7 +8279,7 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
         for (std::size_t i = 0; i < inputs; ++i) sum += weights[o * inputs + i] - weight_zero_point;
         packed.bias[o] = sign * (packed.bias[o] + 128 * sum);  // see to_signed()
     }
-    detail::append_groups_of_four(packed, weights, weight_zero_point, sign, gemm_lanes, gemm_max_vectors);
+    detail::append_weights(packed.narrow, packed, weights, weight_zero_point, sign, {gemm_group, gemm_lanes, gemm_max_vectors});
 }
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
@@ -8443,7 +8420,7 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
                     std::size_t pixels, std::uint8_t* result) {
     gemm_u8_panels<relu_requantizer, requantizer>(
         weights.outputs, weights.output,
-        {segments, weights.segments, detail::groups_of_four(weights.inputs), pixel_stride, pixels, weights.narrow.data(),
+        {segments, weights.segments, detail::groups_of(weights.inputs, gemm_group), pixel_stride, pixels, weights.narrow.data(),
          weights.bias.data(), result, weights.outputs});
 }
 
@@ -8462,12 +8439,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 inline constexpr std::size_t gemm_panel = 8;
 
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
-    const std::size_t inputs = packed.segments * packed.inputs;
-    packed.wide.resize((packed.outputs + gemm_panel - 1) / gemm_panel * gemm_panel * inputs);
-    for (std::size_t o = 0; o < packed.outputs; ++o)
-        for (std::size_t i = 0; i < inputs; ++i)
-            packed.wide[o / gemm_panel * gemm_panel * inputs + i * gemm_panel + o % gemm_panel] =
-                static_cast<std::int16_t>(weights[o * inputs + i] - weight_zero_point);
+    detail::append_weights(packed.wide, packed, weights, weight_zero_point, 1, {1, gemm_panel, 1});
 }
 
 /// Computes `pixels` pixels with one panel of weights, requantized.
@@ -8519,22 +8491,9 @@ inline constexpr std::size_t gemm_widened = 4 * detail::max_unfused_inputs;  // 
 
 /// Packs weights panel by panel, segment by segment, in pairs of inputs: vectors of 4 outputs x 2 inputs.
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
-    if (packed.is_single_output()) return detail::append_single_output(packed.wide, packed, weights, weight_zero_point, 1, 8);
-    const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_max_vectors);
-    std::size_t first = 0;
-    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
-        const std::size_t end = first + cut.vectors_in(panel) * gemm_lanes;
-        for (std::size_t s = 0; s < packed.segments; ++s)
-            for (std::size_t pair = 0; pair < packed.inputs; pair += gemm_group)
-                for (std::size_t o = first; o < end; ++o)
-                    for (std::size_t i = pair; i < pair + gemm_group; ++i) {
-                        const bool exists = o < packed.outputs && i < packed.inputs;
-                        const int weight =
-                            exists ? weights[(o * packed.segments + s) * packed.inputs + i] - int{weight_zero_point} : 0;
-                        packed.wide.push_back(static_cast<std::int16_t>(weight));
-                    }
-        first = end;
-    }
+    const detail::panel_layout panels{gemm_group, gemm_lanes, gemm_max_vectors};
+    detail::append_weights(packed.wide, packed, weights, weight_zero_point, 1,
+                           packed.is_single_output() ? detail::single_output_layout(8) : panels);
 }
 
 /// Pixels widened to 16 bits.
@@ -21822,12 +21781,12 @@ struct corner_pixels {
 
 /// Collects the pixels that links around the corner (x, y) reach from `pixel`, including `pixel` itself, which comes first. If
 /// `pixel` does not touch the corner, the result is `pixel` alone.
-inline corner_pixels pixels_around_corner(const graph_view& g, std::int32_t pixel, std::int32_t x, std::int32_t y) {
+inline corner_pixels pixels_around_corner(const graph_view& g, std::int32_t pixel, float x, float y) {
     corner_pixels around;
     const auto add = [&](std::int32_t p) { around.pixels[around.count++] = p; };
     add(pixel);
-    const std::int32_t dx = x - g.x()[pixel], dy = y - g.y()[pixel];
-    if (dx < 0 || dx > 1 || dy < 0 || dy > 1) return around;
+    const float dx = x - nearest_float(g.x()[pixel]), dy = y - nearest_float(g.y()[pixel]);
+    if (!(dx >= 0 && dx <= 1 && dy >= 0 && dy <= 1)) return around;  // also for positions that are not numbers
     const side across = dx == 1 ? side::right : side::left, along = dy == 1 ? side::down : side::up;
     const std::int32_t beside = g.neighbor(pixel, across), below = g.neighbor(pixel, along);
     if (beside != no_pixel) add(beside);
@@ -21862,8 +21821,8 @@ buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& 
                   "pixel " + std::to_string(mesh.pixels[v]));
         const float* position = mesh.positions.data() + 3 * v;
         const std::array<float, 2> seen = lattice.project({position[0], position[1], position[2]});
-        const detail::corner_pixels around = detail::pixels_around_corner(
-            g, mesh.pixels[v], static_cast<std::int32_t>(std::lround(seen[0])), static_cast<std::int32_t>(std::lround(seen[1])));
+        const detail::corner_pixels around =
+            detail::pixels_around_corner(g, mesh.pixels[v], std::round(seen[0]), std::round(seen[1]));
         std::array<scalar, 4 * Column::channels> values{};
         for (std::size_t i = 0; i < around.count && i < 4; ++i)  // a corner has four pixels; g++ 12 warns without the limit
             std::copy_n(layers.template at<Column>(around.pixels[i]).data(), Column::channels, &values[i * Column::channels]);
@@ -24674,7 +24633,6 @@ struct contents {
         add({strip.positions, strip.texture_coordinates, strip.opacity, strip.triangles}, 0);
     }
 
-    bool has_strip() const { return parts.back().is_strip(); }
     std::size_t padding(std::size_t part) const { return part + 1 < parts.size() ? parts[part].padding() : 0; }
     std::size_t bytes() const {
         std::size_t sum = 0;
@@ -25579,7 +25537,8 @@ struct photo3d_options {
     chart_options charts;
     atlas_options atlas;
     mesh_options mesh;
-    /// Whether the result contains `resampled` and `disparity`. Without them, converting needs 8 bytes less per pixel.
+    /// Whether the result contains `estimated`, `resampled` and `disparity`. Without them, converting needs 8 bytes less per pixel,
+    /// or 12 if the estimate is as large as the photo.
     bool keeps_depth_maps = true;
     /// Receives the progress of each stage under its name in the paper's table: "depth estimation", "depth filter", "connected
     /// components", "occluded geometry", "color inpainting", "chart generation", "chart padding", "meshing". Each stage begins
@@ -25988,7 +25947,7 @@ basic_photo3d<Own...> make_photo3d(cleaned_photo photo, const photo_columns<Own.
     const progress_listener& progress = options.progress;
     progress.report("occluded geometry", 0.0F);
     lifted_photo<Own...> lifted = lift_photo(photo, own, options, threads);
-    if (!options.keeps_depth_maps) photo.resampled = {}, photo.disparity = {};
+    if (!options.keeps_depth_maps) photo.estimated = {}, photo.resampled = {}, photo.disparity = {};
     basic_photo3d<Own...> result;
     result.photo = std::move(photo.photo), result.estimated = std::move(photo.estimated);
     result.resampled = std::move(photo.resampled), result.disparity = std::move(photo.disparity);
