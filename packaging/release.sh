@@ -18,6 +18,7 @@ cd "$top"
 # shellcheck source=scripts/requirements.sh
 source scripts/requirements.sh
 
+require "${needs_release[@]}" >&2
 version=$(sed -n 's/^#define LDI_VERSION_[A-Z]* //p' include/ldi/version.hpp | paste -sd .)
 out=$top/out/release
 staging=$top/build/release_staging

@@ -29,7 +29,7 @@ if [[ ! -d $PEERS_OUT/node_modules/onnxruntime-node ]]; then
 fi
 if [[ ! -f $ours || -n $(find "$root/include" "$root/bench" -newer "$ours" -name '*.[ch]pp' -print -quit) ]]; then
     "${CXX:-g++}" -std=c++20 -O2 -DNDEBUG -I"$root/include" -I"$root" -I/usr/include/stb -DLDI_SOURCE_DIR="\"$root\"" \
-        -DLDI_SHARED_DIR="\"$root/../shared\"" "$root/bench/nn/ldi/convolution.cpp" -o "$ours" -lbenchmark_main -lbenchmark \
+        -DLDI_SHARED_DIR="\"$root/../shared\"" "$root"/bench/nn/operators.cpp "$root"/bench/support/*.cpp -o "$ours" -lbenchmark \
         -lpthread -lpng -lz
 fi
 
@@ -39,16 +39,16 @@ times=$(mktemp -d)
 trap 'rm -rf "$times"' EXIT
 
 width=1152
-pixels=$("$ours" --benchmark_filter='plan/kernel:3/stride:1' --benchmark_min_time=0 --benchmark_format=json 2>/dev/null |
+pixels=$("$ours" --benchmark_filter='nn/plan_convolution/ldi 3x3$' --benchmark_min_time=0 --benchmark_format=json 2>/dev/null |
     "$python" -c 'import json, sys; print(int(json.load(sys.stdin)["benchmarks"][0]["pixels"]))')
 height=$((pixels / width))
 "$python" "$here/dense_convolution.py" models "$PEERS_OUT" "$width" "$height" 32 16
 cp "$here/dense_convolution.mjs" "$PEERS_OUT/"
 
 ldi() {
-    pinned "$ours" --benchmark_filter='^ldi/3x3' --benchmark_min_time=0 --benchmark_repetitions=5 \
+    pinned "$ours" --benchmark_filter='^nn/convolve/ldi 3x3 .*, float32$' --benchmark_min_time=0 --benchmark_repetitions=5 \
         --benchmark_report_aggregates_only=true --benchmark_format=csv 2>/dev/null |
-        sed -n 's/^"ldi\/3x3 \([0-9]*\)->.*_median",[^,]*,[^,]*,\([^,]*\),.*/\1 \2/p'
+        sed -n 's/^"nn\/convolve\/ldi 3x3 \([0-9]*\)->.*_median",[^,]*,[^,]*,\([^,]*\),.*/\1 \2/p' | awk '{ print $1, $2 / 1000 }'
 }
 one_dnn() {  # it keeps its memory, so that it does not pay for new pages
     MALLOC_MMAP_THRESHOLD_=8000000000 MALLOC_TRIM_THRESHOLD_=16000000000 MALLOC_TOP_PAD_=67108864 \

@@ -30,7 +30,7 @@ if [[ ! -d $PEERS_OUT/node_modules/onnxruntime-node ]]; then
     (cd "$PEERS_OUT" && npm init -y >/dev/null && npm install --silent --ignore-scripts onnxruntime-node@1.30.0 >/dev/null) ||
         skip "onnxruntime-node could not be installed"
 fi
-"${CXX:-g++}" -std=c++20 -O2 -DNDEBUG -I"$root/include" -I"$root" -DLDI_SHARED_DIR="\"$root/../shared\"" \
+"${CXX:-g++}" -std=c++20 -O2 -DNDEBUG -I"$root/include" -I"$root" -DLDI_SHARED_DIR="\"$root/../shared\"" -DLDI_SOURCE_DIR="\"$root\"" \
     "$root/bench/networks/tiefenrausch.cpp" -lbenchmark_main -lbenchmark -lpthread -o "$PEERS_OUT/ours"
 
 processor=$(taskset -cp $$ | sed 's/.*[ ,-]//')  # the last one that we may use

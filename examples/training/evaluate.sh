@@ -53,8 +53,10 @@ rm -f "$built/inpainting.md" "$built/depth.md"
 printf '## Inpainting\n\n'
 if are_there "$shared/photos/eval" "$models/farbrausch.safetensors"; then
     compile farbrausch/inpaint
+    perceived=()
+    are_there "$shared/lpips/lpips.py" && perceived=(--lpips "$shared/lpips")
     measure inpainting.md farbrausch/evaluate.py --photos "$shared/photos/eval" --weights "$models/farbrausch.safetensors" \
-        --inpaint "$built/inpaint" --sheets "$pictures"
+        --inpaint "$built/inpaint" --sheets "$pictures" "${perceived[@]}"
 fi
 
 printf '\n## Depth\n\n'

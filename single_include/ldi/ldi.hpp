@@ -11833,6 +11833,9 @@ inline buffer<farbrausch_level> plan_farbrausch(const graph_view& finest, std::s
 // Four adjacent floats: one register on every processor that ldi has kernels for. GCC and clang have this vector type on x86 and
 // Arm. ldi uses it explicitly, because auto-vectorization of loops with comparisons depends on the compiler's version and flags.
 // Other compilers, and LDI_STANDARD_ONLY, use a struct with the same operations and the same results.
+//
+// Functions that accept or return the vector are noexcept, here and elsewhere. Where an exception could pass, Emscripten's
+// -fexceptions calls a function through JavaScript, which refuses vectors with a TypeError.
 
 #if LDI_HAS_EXTENSIONS && defined(__SSE__)
 #include <xmmintrin.h>
@@ -11846,23 +11849,23 @@ using four_floats = float __attribute__((vector_size(16)));
 
 /// Returns `a` in the lanes where the comparison holds, `b` in the others.
 template <class Comparison>
-four_floats select(Comparison holds, four_floats a, four_floats b) {
+four_floats select(Comparison holds, four_floats a, four_floats b) noexcept {
     return holds ? a : b;
 }
 
 /// Whether a comparison holds for all four floats.
 template <class Comparison>
-bool all_of(Comparison holds) {
+bool all_of(Comparison holds) noexcept {
     return (holds[0] & holds[1] & holds[2] & holds[3]) != 0;
 }
 
 #if defined(__SSE__)
 // GCC does not recognize that each comparison below is a single instruction.
-inline four_floats smaller(four_floats a, four_floats b) { return _mm_min_ps(a, b); }
-inline four_floats larger(four_floats a, four_floats b) { return _mm_max_ps(a, b); }
+inline four_floats smaller(four_floats a, four_floats b) noexcept { return _mm_min_ps(a, b); }
+inline four_floats larger(four_floats a, four_floats b) noexcept { return _mm_max_ps(a, b); }
 #else
-inline four_floats smaller(four_floats a, four_floats b) { return b < a ? b : a; }
-inline four_floats larger(four_floats a, four_floats b) { return b < a ? a : b; }
+inline four_floats smaller(four_floats a, four_floats b) noexcept { return b < a ? b : a; }
+inline four_floats larger(four_floats a, four_floats b) noexcept { return b < a ? a : b; }
 #endif
 
 #else
@@ -11921,13 +11924,13 @@ inline four_floats larger(const four_floats& a, const four_floats& b) { return s
 
 inline constexpr std::size_t wide = sizeof(four_floats) / sizeof(float);
 
-inline four_floats load(const float* from) {
+inline four_floats load(const float* from) noexcept {
     four_floats v;
     std::memcpy(&v, from, sizeof v);
     return v;
 }
 
-inline void store(float* to, four_floats v) { std::memcpy(to, &v, sizeof v); }
+inline void store(float* to, four_floats v) noexcept { std::memcpy(to, &v, sizeof v); }
 
 }}}}  // namespace ldi::detail::lanes
 
@@ -11946,8 +11949,8 @@ public:
     explicit masked_colors(std::size_t count) : values_(count * lanes::wide) {}
 
     std::int32_t count() const { return static_cast<std::int32_t>(values_.size() / lanes::wide); }
-    masked_color operator[](std::int32_t i) const { return lanes::load(at(i)); }
-    void set(std::int32_t i, masked_color color) { lanes::store(at(i), color); }
+    masked_color operator[](std::int32_t i) const noexcept { return lanes::load(at(i)); }
+    void set(std::int32_t i, masked_color color) noexcept { lanes::store(at(i), color); }
     bool has(std::int32_t i) const { return at(i)[3] != 0.0F; }
     const float* at(std::int32_t i) const { return values_.data() + first_value(i); }
     float* at(std::int32_t i) { return values_.data() + first_value(i); }
@@ -11961,7 +11964,7 @@ private:
 
 /// Returns the average of known colors, given their sum. sum[3] is the number of colors, at most 9; if it is 0, the average is
 /// unknown.
-inline masked_color average_of(masked_color sum) {
+inline masked_color average_of(masked_color sum) noexcept {
     static constexpr std::array<float, 10> reciprocals{0.0F,     1.0F,     1.0F / 2, 1.0F / 3, 1.0F / 4,
                                                        1.0F / 5, 1.0F / 6, 1.0F / 7, 1.0F / 8, 1.0F / 9};
     const float reciprocal = reciprocals[static_cast<std::size_t>(sum[3])];
@@ -11979,7 +11982,9 @@ void average_windows(const convolution_plan& plan, Executor& threads, Value&& va
     parallel_for(threads, plan.segments.size(), 256, [&](std::size_t begin, std::size_t end) {
         for (std::size_t s = begin; s < end; ++s) {
             const std::int32_t upper = plan.rows[3 * s], middle = plan.rows[3 * s + 1], lower = plan.rows[3 * s + 2];
-            const auto column = [&](std::int32_t x) { return (value(upper + x) + value(middle + x)) + value(lower + x); };
+            const auto column = [&](std::int32_t x) noexcept {
+                return (value(upper + x) + value(middle + x)) + value(lower + x);
+            };
             const convolution_plan::segment segment = plan.segments[s];
             masked_color left = column(-1);
             if (plan.stride == 2) {
@@ -12001,10 +12006,10 @@ void average_windows(const convolution_plan& plan, Executor& threads, Value&& va
     parallel_for(threads, plan.irregular.size(), 1024, [&](std::size_t begin, std::size_t end) {
         for (std::size_t o = begin; o < end; ++o) {
             const std::int32_t* const window = plan.windows.data() + 9 * o;
-            const auto at = [&](std::size_t element) {
+            const auto at = [&](std::size_t element) noexcept {
                 return window[element] == no_pixel ? masked_color{} : value(window[element]);
             };
-            const auto column = [&](std::size_t x) { return (at(x) + at(3 + x)) + at(6 + x); };
+            const auto column = [&](std::size_t x) noexcept { return (at(x) + at(3 + x)) + at(6 + x); };
             store(plan.irregular[o], average_of((column(0) + column(1)) + column(2)));
         }
     });
@@ -12038,13 +12043,13 @@ public:
         buffer<masked_colors> known(depth + 1);  // level 0 stays empty: the photo replaces it
         for (std::size_t i = 0; i < depth; ++i) {
             known[i + 1] = masked_colors(levels_[i + 1].pixel_count);
-            const auto store = [&](std::int32_t output, masked_color c) { known[i + 1].set(output, c); };
+            const auto store = [&](std::int32_t output, masked_color c) noexcept { known[i + 1].set(output, c); };
             if (i == 0)
                 average_windows(
-                    levels_[i].average_coarse, threads_, [&](std::int32_t p) { return photo(p); }, store);
+                    levels_[i].average_coarse, threads_, [&](std::int32_t p) noexcept { return photo(p); }, store);
             else
                 average_windows(
-                    levels_[i].average_coarse, threads_, [&](std::int32_t p) { return known[i][p]; }, store);
+                    levels_[i].average_coarse, threads_, [&](std::int32_t p) noexcept { return known[i][p]; }, store);
             levels_[i].average_coarse = {};
         }
         masked_colors fill = known[depth];
@@ -12060,7 +12065,7 @@ public:
     }
 
 private:
-    masked_color photo(std::int32_t pixel) const {
+    masked_color photo(std::int32_t pixel) const noexcept {
         if (known_[pixel] == 0) return masked_color{};
         const std::uint8_t* const color = colors_.data() + 3 * std::ptrdiff_t{pixel};
         return masked_color{unit_[color[0]], unit_[color[1]], unit_[color[2]], 1.0F};
@@ -12092,8 +12097,8 @@ private:
         masked_colors next(places.size());
         for (int pass = 0; pass < passes; ++pass) {
             average_windows(
-                windows, threads_, [&](std::int32_t p) { return colors[p]; },
-                [&](std::int32_t output, masked_color c) { next.set(output, c); });
+                windows, threads_, [&](std::int32_t p) noexcept { return colors[p]; },
+                [&](std::int32_t output, masked_color c) noexcept { next.set(output, c); });
             parallel_for(threads_, places.size(), 4096, [&](std::size_t first, std::size_t last) {
                 for (std::size_t i = first; i < last; ++i) colors.set(places[i], next[static_cast<std::int32_t>(i)]);
             });
@@ -12107,14 +12112,14 @@ private:
         masked_colors result(levels_[level].pixel_count);
         average_windows(
             levels_[level].average, threads_,
-            [&](std::int32_t p) { return above_or(coarse, above, p, [&] { return known[p]; }); },
-            [&](std::int32_t output, masked_color c) { result.set(output, c); });
+            [&](std::int32_t p) noexcept { return above_or(coarse, above, p, [&]() noexcept { return known[p]; }); },
+            [&](std::int32_t output, masked_color c) noexcept { result.set(output, c); });
         return result;
     }
 
     template <class Else>
     static masked_color above_or(const masked_colors& coarse, const buffer<std::int32_t>& above, std::int32_t pixel,
-                                 Else&& otherwise) {
+                                 Else&& otherwise) noexcept {
         const std::int32_t from = above[pixel];
         if (from != no_pixel) {
             const masked_color color = coarse[from];
@@ -12147,8 +12152,8 @@ private:
         }
         average_windows(
             restrict_to(level.average, read.pixels), threads_,
-            [&](std::int32_t p) { return above_or(tone_above, level.above, p, [&] { return photo(p); }); },
-            [&](std::int32_t pixel, masked_color tone) {
+            [&](std::int32_t p) noexcept { return above_or(tone_above, level.above, p, [&]() noexcept { return photo(p); }); },
+            [&](std::int32_t pixel, masked_color tone) noexcept {
                 const std::int32_t row = read.row_of[pixel];
                 const masked_color color = fill.has(row) ? fill[row] : mean();
                 masked_color relative = color - (tone[3] != 0.0F ? tone : color);
@@ -12195,9 +12200,8 @@ private:
         }
     }
 
-    /// Returns the color of a pixel before averaging with its neighbors. Inlined, because in WebAssembly a call that an
-    /// exception may leave cannot return vectors.
-    [[gnu::always_inline]] masked_color base_color(std::int32_t pixel, const masked_colors& fill_above) const {
+    /// Returns the color of a pixel before averaging with its neighbors.
+    masked_color base_color(std::int32_t pixel, const masked_colors& fill_above) const noexcept {
         if (known_[pixel] != 0) return photo(pixel);
         const std::int32_t above = levels_[0].above[pixel];
         if (above != no_pixel && fill_above.has(above)) return fill_above[above];
@@ -12207,7 +12211,7 @@ private:
     }
 
     /// Mean of all known colors, for surfaces that no link connects to a known color.
-    masked_color mean() {
+    masked_color mean() noexcept {
         std::call_once(mean_is_known_, [&] {
             std::array<std::uint64_t, 3> sum{};
             std::uint64_t count = 0;
@@ -15063,7 +15067,7 @@ struct sorted_columns {
     // If all 25 samples have a weight above 1 - 2/26, the middle sample is the best balanced one for any weights: the sums of the
     // 12 weights on either side differ by less than 24/26, and for every other sample the sums differ by more. In this case plain
     // medians are exact.
-    four_floats filter(std::size_t x, four_floats center, float sigma) const {
+    four_floats filter(std::size_t x, four_floats center, float sigma) const noexcept {
         const four_floats low =
             smaller(smaller(load(pair[0].data() + x), load(pair[0].data() + x + 2)), load(single[0].data() + x + 4));
         const four_floats high =
@@ -15085,13 +15089,13 @@ private:
         run<merge_last>(all);
     }
 
-    four_floats merge_and_take_middle(std::size_t x) const {
+    four_floats merge_and_take_middle(std::size_t x) const noexcept {
         four_floats all[samples];
         merge(x, all);
         return all[merge_last.order.at[samples / 2]];
     }
 
-    four_floats merge_and_weigh(std::size_t x, four_floats center, float sigma) const {
+    four_floats merge_and_weigh(std::size_t x, four_floats center, float sigma) const noexcept {
         four_floats all[samples];
         merge(x, all);
         // Gaussian weights of the sorted samples: exp(-x) as (1 - x/32 + x^2/2048)^32, with an error of at most 0.0003.

@@ -6,14 +6,15 @@
 With --inpaint (inpaint.cpp, compiled) the row "Farbrausch" is what the library makes of the weights, texture and all, and a further row
 is the network alone in PyTorch; without it there is only that.
 
-Columns, inside the holes: PSNR and SSIM (averages over the pictures), mean absolute color error (0 to 255), error of a hole's mean
-color (one hole: one connected piece), mean gradient magnitude relative to the truth's, and the distance between the histograms of
-gradient magnitude (earth mover's, 0 to 255). What does not exist is hidden from every method. The last line is Farbrausch's lead in
-PSNR over the best of the others.
+Columns, inside the holes: PSNR, SSIM and, with --lpips, LPIPS (averages over the pictures), mean absolute color error (0 to 255), error
+of a hole's mean color (one hole: one connected piece), mean gradient magnitude relative to the truth's, and the distance between the
+histograms of gradient magnitude (earth mover's, 0 to 255). No method sees the pixels that do not exist. A second table has PSNR and LPIPS
+by the width of the hole. The last line is Farbrausch's lead in PSNR over the best of the others.
 """
 import argparse
 import os
 import subprocess
+import sys
 
 import cv2
 import numpy as np
@@ -25,6 +26,7 @@ import masks
 from model import Farbrausch
 
 SIZE = 256
+WIDTHS = (16, 32, 64)  # bounds between the classes of the second table, in pixels
 
 
 def cases(folder, count):
@@ -118,19 +120,43 @@ def gradient_magnitudes(picture, hole):
     return np.hypot(gray[1:, :-1] - gray[:-1, :-1], gray[:-1, 1:] - gray[:-1, :-1])[inside]
 
 
-def measure(image, labels, filled):
+def width_classes(index):
+    """The class of width of each pixel's hole, given the holes' labels: 0 for less than WIDTHS[0] pixels. A hole is as wide as the largest
+    disk inside it."""
+    widths = np.zeros(index.max() + 1)
+    for i in range(1, len(widths)):
+        widths[i] = 2 * cv2.distanceTransform(np.pad((index == i).astype(np.uint8), 1), cv2.DIST_L2, cv2.DIST_MASK_PRECISE).max() - 1
+    return np.digitize(widths, WIDTHS)[index]
+
+
+def measure(image, labels, filled, lpips=None):
     hole = labels == masks.HOLE
     composite = np.where(hole[..., None], np.clip(filled, 0, 255), image)
     difference = (composite - image.astype(np.float64))[hole]
     pieces, index = cv2.connectedComponents(hole.astype(np.uint8), connectivity=4)
+    perceived = lpips(composite.astype(np.uint8), image, mean=False)[hole] if lpips else np.full(len(difference), np.nan)
     shifts = [np.abs((composite - image.astype(np.float64))[index == i].mean(0)).mean() for i in range(1, pieces)]
     areas = [(index == i).sum() for i in range(1, pieces)]
     bins = np.linspace(0, 362, 182)
     return {"psnr": 10 * np.log10(255 ** 2 / max((difference ** 2).mean(), 1e-2)),
             "ssim": structural_similarity(composite, image)[hole].mean(),
-            "color": np.abs(difference).mean(), "average": np.average(shifts, weights=areas),
+            "lpips": perceived.mean(), "color": np.abs(difference).mean(), "average": np.average(shifts, weights=areas),
             "ours": np.histogram(gradient_magnitudes(composite, hole), bins)[0], "true": np.histogram(gradient_magnitudes(image, hole), bins)[0],
-            "composite": composite.astype(np.uint8)}
+            "composite": composite.astype(np.uint8),
+            "pixels": (width_classes(index)[hole], (difference ** 2).mean(1), perceived)}
+
+
+def print_by_width(results):
+    """PSNR and LPIPS over all pixels of the holes of a class."""
+    names = [f"under {WIDTHS[0]}", *(f"{a} to {b}" for a, b in zip(WIDTHS, WIDTHS[1:])), f"{WIDTHS[-1]} or more"]
+    columns = {name: [np.concatenate([r["pixels"][k] for r in rows]) for k in range(3)] for name, rows in results.items()}
+    classes = next(iter(columns.values()))[0]
+    there = [c for c in range(len(names)) if (classes == c).any()]
+    print("\nBy the width of the hole in pixels, and its class's share of all hidden pixels: PSNR / LPIPS\n")
+    print("| | " + " | ".join(f"{names[c]} ({100 * (classes == c).mean():.0f} %)" for c in there) + " |\n|---|" + "---|" * len(there))
+    for name, (_, squared, perceived) in columns.items():
+        cells = [f"{10 * np.log10(255 ** 2 / squared[classes == c].mean()):.2f} / {perceived[classes == c].mean():.3f}" for c in there]
+        print(f"| {name} | " + " | ".join(cells) + " |")
 
 
 def texture(results):
@@ -160,12 +186,17 @@ def main():
     p.add_argument("--weights", help="exported file or checkpoint; without it only the other methods are measured")
     p.add_argument("--inpaint", help="inpaint.cpp, compiled: measures the library too; needs exported weights")
     p.add_argument("--count", type=int, default=200)
+    p.add_argument("--lpips", help="folder of lpips.py: measures the perceived difference, too")
     p.add_argument("--sheets", help="folder for contact sheets of the 24 best and the 24 worst fills")
     a = p.parse_args()
     if a.inpaint and not (a.weights or "").endswith(".safetensors"):
         p.error("--inpaint needs exported --weights")
     torch.set_num_threads(1)
     cv2.setNumThreads(1)
+    lpips = None
+    if a.lpips:
+        sys.path.append(a.lpips)
+        from lpips import lpips
     methods = {"median color": median_fill, "diffusion": diffusion, "Telea": opencv(cv2.INPAINT_TELEA),
                "Navier-Stokes": opencv(cv2.INPAINT_NS)}
     if a.weights:
@@ -173,12 +204,13 @@ def main():
     if a.weights and a.inpaint:
         methods["Farbrausch"] = library(a.inpaint, a.weights)
     inputs = cases(a.photos, a.count)
-    results = {name: [measure(image, labels, fill(image, labels)) for image, labels in inputs] for name, fill in methods.items()}
-    print(f"| {len(inputs)} holes | PSNR | SSIM | color error | error of mean color | gradients | gradient histogram |\n|---|---|---|---|---|---|---|")
+    results = {name: [measure(image, labels, fill(image, labels), lpips) for image, labels in inputs] for name, fill in methods.items()}
+    print(f"| {len(inputs)} holes | PSNR | SSIM | LPIPS | color error | error of mean color | gradients | gradient histogram |\n|---|---|---|---|---|---|---|---|")
     for name, rows in results.items():
         ratio, distance = texture(rows)
-        mean = {key: np.mean([r[key] for r in rows]) for key in ("psnr", "ssim", "color", "average")}
-        print(f"| {name} | {mean['psnr']:.2f} | {mean['ssim']:.3f} | {mean['color']:.2f} | {mean['average']:.2f} | {ratio:.2f} | {distance:.2f} |")
+        mean = {key: np.mean([r[key] for r in rows]) for key in ("psnr", "ssim", "lpips", "color", "average")}
+        print(f"| {name} | {mean['psnr']:.2f} | {mean['ssim']:.3f} | {mean['lpips']:.3f} | {mean['color']:.2f} | {mean['average']:.2f} | {ratio:.2f} | {distance:.2f} |")
+    print_by_width(results)
     if a.weights:
         decibels = {name: np.mean([r["psnr"] for r in rows]) for name, rows in results.items() if name != "Farbrausch without texture"}
         print(f"\nfarbrausch {decibels.pop('Farbrausch') - max(decibels.values()):+.2f} dB")

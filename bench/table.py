@@ -1,0 +1,150 @@
+#!/usr/bin/env python3
+"""Writes the Markdown table of a JSON file of ldi_bench.
+
+    table.py RESULTS.json                    all rows, to standard output
+    table.py RESULTS.json --readme FILE.md   the rows that fit a page, between the markers of FILE.md
+
+Time is the median processor time of the repetitions. The table names the machine, the revision and the date."""
+
+import json
+import re
+import sys
+from pathlib import Path
+
+BEGIN, END = "<!-- bench/run.sh: begin -->", "<!-- bench/run.sh: end -->"
+
+
+def processor():
+    try:
+        for line in Path("/proc/cpuinfo").read_text().splitlines():
+            if line.startswith("model name"):
+                return line.split(":", 1)[1].strip()
+    except OSError:
+        pass
+    return "unknown processor"
+
+
+def median(values):
+    return sorted(values)[len(values) // 2]
+
+
+def read(path):
+    """The machine's description, and per benchmark the medians over its repetitions."""
+    content = json.loads(Path(path).read_text())
+    runs = {}
+    for b in content["benchmarks"]:
+        if b.get("run_type") == "iteration" and not b.get("error_occurred"):
+            runs.setdefault(b["run_name"], []).append(b)
+    rows = []
+    for name, repeated in runs.items():
+        row = dict(repeated[0])
+        row["time"] = median([r["real_time" if name.endswith("/manual_time") else "cpu_time"] for r in repeated])
+        for rate in ("GMAC/s", "GB/s", "Mpixel/s", "share_of_peak"):
+            if rate in row:
+                row[rate] = median([r[rate] for r in repeated])
+        row["name"], row["runs"] = name.removesuffix("/manual_time").split("/iterations:")[0], len(repeated)
+        rows.append(row)
+    return content["context"], rows
+
+
+def number(value):
+    """Three digits, never as a power of ten."""
+    return f"{value:.0f}" if value >= 100 else f"{value:.3g}"
+
+
+def time_text(microseconds):
+    for limit, unit, factor in ((1, "ns", 1e3), (1000, "µs", 1), (float("inf"), "ms", 1e-3)):
+        if microseconds < limit:
+            return f"{number(microseconds * factor)} {unit}"
+
+
+def rate_text(row):
+    for rate in ("GMAC/s", "GB/s", "Mpixel/s"):
+        if rate in row:
+            return f"{number(row[rate])} {rate}"
+    return ""
+
+
+def share_text(row):
+    return f"{row['share_of_peak']:.2f}" if "share_of_peak" in row else ""
+
+
+def allocations_text(row):
+    count = round(row.get("allocations", 0))
+    if count == 0:
+        return "0" if "allocations" in row else ""
+    megabytes = row["peak_bytes"] / 1e6
+    return f"{count}, {number(megabytes)} MB" if megabytes >= 0.001 else str(count)
+
+
+def heading(context, rows):
+    peaks = [f"{name[5:]}: {float(value):.0f}" for name, value in context.items() if name.startswith("peak ")]
+    return (f"{processor()}, revision {context.get('revision', 'unknown')}, {context['date'][:10]}; processor time on one thread, medians of "
+            f"{max(r['runs'] for r in rows)} runs. Measured peaks: " + "; ".join(peaks) + ".")
+
+
+def table(rows):
+    lines = ["| benchmark | size | time | rate | share of peak | allocations |", "|---|---|---|---|---|---|"]
+    for r in rows:
+        lines.append(f"| {r['name']} | {r.get('label', '')} | {time_text(r['time'])} | {rate_text(r)} | {share_text(r)} | "
+                     f"{allocations_text(r)} |")
+    return lines
+
+
+def by_instruction_set(rows, sets):
+    """One line per kernel, for its first shapes; one column per instruction set."""
+    cells = {}
+    for r in rows:
+        name, _, last = r["name"].rpartition("/")
+        if last in sets and r["name"].startswith("kernels/"):
+            cells.setdefault(name, {})[last] = f"{rate_text(r)}, {share_text(r)}".rstrip(", ")
+    shown = set()
+    lines = ["| kernel | " + " | ".join(sets) + " |", "|---" * (len(sets) + 1) + "|"]
+    for name, row in cells.items():
+        family = name.split("/")[1]
+        if sum(family == s for s in (n.split("/")[1] for n in shown)) < {"gemm_u8": 4, "add_u8": 1}.get(family, 2):
+            shown.add(name)
+            lines.append(f"| {name[8:]} | " + " | ".join(row.get(s, "") for s in sets) + " |")
+    return lines
+
+
+# Rows that a page has no room for: one kernel has its own table, others are variants or take microseconds.
+LEFT_OUT = re.compile("|".join((
+    "^(steps|scaling|kernels)/", "read and pack",
+    "^core/(layered_view|single_layer|link_editor|graph_builder|pixel_region|for_each_run|reordered|halved|parents|pixels_below)",
+    "^core/validate_canonical", "image, orphans adopt",
+    "^nn/(pack|renumber|restrict|mark|needed|on_subsets|pixel_subset|convolution_layer|dequantize)", "squares of (96|8) ", "partial [57]x",
+    "^texture/(pack_on|packing_tree|lay_out)", "^mesh/move_to_sheets", "^networks/(quantized|read)", "rims$",
+    "^render/(has_gaps|side_by_side|disparity_map)", "^formats/(adler|crc|decode|encode_plain)", "fill_invalid")))
+# Functions with more than one row on the page.
+COMPLETE = ("nn/convolve/", "nn/convolve_partially/", "networks/farbrausch/", "core/coarsen/", "mesh/build_mesh")
+
+
+def short(rows, sets):
+    """The rows of a page: the first of each function, all of those in COMPLETE."""
+    kept, seen = [], set()
+    for r in rows:
+        function = "/".join(r["name"].split("/")[:2])
+        if LEFT_OUT.search(r["name"]) or r["name"].rpartition("/")[2] in sets:
+            continue
+        if function not in seen or r["name"].startswith(COMPLETE):
+            kept.append(r)
+        seen.add(function)
+    return kept
+
+
+def main(arguments):
+    context, rows = read(arguments[0])
+    sets = [s for s in ("scalar", "avx2", "avxvnni", "avx512vnni", "neon", "wasm")
+            if any(r["name"].endswith("/" + s) for r in rows)]
+    if len(arguments) == 1:
+        print(heading(context, rows), "", *table(rows), sep="\n")
+        return
+    page = Path(arguments[2])
+    before, rest = page.read_text().split(BEGIN)
+    after = rest.split(END)[1]
+    made = [heading(context, rows), "", *by_instruction_set(rows, sets), "", *table(short(rows, sets))]
+    page.write_text(before + BEGIN + "\n" + "\n".join(made) + "\n" + END + after)
+
+
+main(sys.argv[1:])
