@@ -113,6 +113,14 @@ build_libwebp() {
 }
 build_libjpeg() { with_cmake "$(source_of libjpeg-turbo)" -DENABLE_SHARED=OFF -DWITH_TURBOJPEG=OFF; }
 
+build_libde265() { with_cmake "$(source_of libde265)" -DENABLE_SDL=OFF -DENABLE_ENCODER=OFF; }
+# HEIC alone: AVIF needs a second decoder.
+build_libheif() {
+    local tools=() tool
+    for tool in X265 DAV1D AOM_ENCODER AOM_DECODER SvtEnc RAV1E EXAMPLES; do tools+=("-DWITH_$tool=OFF"); done
+    with_cmake "$(source_of libheif)" -DENABLE_PLUGIN_LOADING=OFF "${tools[@]}"
+}
+
 for library in "${@:2}"; do
     # Built once for each version of its function.
     stamp=$prefix/.$library.$(declare -f "build_$library" | md5sum | cut -c 1-8)

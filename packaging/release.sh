@@ -66,8 +66,8 @@ settle() { find "$1" -exec touch -h -d "@$SOURCE_DATE_EPOCH" {} +; }
 make_linux() {
     local libraries name=photo3d-$version-linux-x86_64 folder
     require "${needs_build[@]}" "${needs_io[@]}" "${needs_photo3d[@]}" "${needs_release[@]}" >&2
-    libraries=$(packaging/libraries.sh linux lcms2 meshoptimizer)
-    program linux -DCMAKE_PREFIX_PATH="$libraries" -DLDI_READERS="libwebp;libtiff;lcms2;pugixml;libjpeg"
+    libraries=$(packaging/libraries.sh linux lcms2 meshoptimizer libde265 libheif)
+    program linux -DCMAKE_PREFIX_PATH="$libraries" -DLDI_READERS="libheif;libwebp;libtiff;lcms2;pugixml;libjpeg"
     folder=$staging/$name
     common "$folder" build/release_linux/examples/photo3d
     strip "$folder/photo3d"
@@ -80,7 +80,8 @@ make_linux() {
         $(installed lerc liblerc-dev) $(installed jbigkit libjbig-dev) $(installed zstd libzstd-dev) $(installed xz liblzma-dev) \
         $(installed libdeflate libdeflate-dev) $(installed zlib zlib1g-dev) $(installed stb libstb-dev) $(installed CLI11 libcli11-dev) \
         $(installed nlohmann-json nlohmann-json3-dev) $(installed protozero libprotozero-dev) $(installed glibc libc6-dev) \
-        $(installed gcc gcc-12-base) $(from_source lcms2 lcms2) $(from_source meshoptimizer meshoptimizer)
+        $(installed gcc gcc-12-base) $(from_source lcms2 lcms2) $(from_source meshoptimizer meshoptimizer) \
+        $(from_source libde265 libde265) $(from_source libheif libheif)
     settle "$folder"
     tar -C "$staging" --sort=name --owner=0 --group=0 --numeric-owner -cf - "$name" | gzip -9n >"$out/$name.tar.gz"
     printf '%s\n' "$out/$name.tar.gz"
@@ -135,7 +136,7 @@ EOF
             ;;
         *)
             cat <<'EOF'
-Built without HEIC and AVIF: convert such photos to JPEG or PNG first. "photo3d --version" lists what is left out.
+Built without AVIF: convert such photos to JPEG or PNG first.
 --video needs the program ffmpeg for video files; without it, name a folder for PNG frames.
 EOF
             ;;

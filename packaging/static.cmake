@@ -9,6 +9,7 @@ if(WIN32)
     endforeach()
 else()
     add_link_options(-static)
-    # What Debian's libtiff needs, in the order in which the linker resolves it.
-    set(CMAKE_CXX_STANDARD_LIBRARIES "-lLerc -ljbig -lzstd -llzma -ldeflate -ljpeg -lz -lm")
+    # What libheif and Debian's libtiff need, in the order in which the linker resolves it.
+    find_library(LDI_LIBDE265_LIBRARY de265 REQUIRED)
+    set(CMAKE_CXX_STANDARD_LIBRARIES "${LDI_LIBDE265_LIBRARY} -lLerc -ljbig -lzstd -llzma -ldeflate -ljpeg -lz -lm")
 endif()

@@ -48,9 +48,16 @@ export function withHoles(glb, step) {
     return putTogether({ json, binary: changed });
 }
 
-/** A white square around the origin, of 2 x 2, that is no photo and has no camera. */
-export function square() {
-    const positions = Buffer.from(new Float32Array([-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, -1, 0, 1, 1, 0, -1, 1, 0]).buffer);
+/**
+ * A white square around the origin, of 2 x 2, that is no photo and has no camera.
+ *
+ * @param {number} [angle]  by which it is turned in the picture's plane, in radians
+ */
+export function square(angle = 0) {
+    const corner = (x, y) => [x * Math.cos(angle) - y * Math.sin(angle), x * Math.sin(angle) + y * Math.cos(angle), 0];
+    const [a, b, c, d] = [corner(-1, -1), corner(1, -1), corner(1, 1), corner(-1, 1)];
+    const positions = Buffer.from(new Float32Array([a, b, c, a, c, d].flat()).buffer);
+    const reach = Math.abs(Math.cos(angle)) + Math.abs(Math.sin(angle));
     const json = {
         asset: { version: "2.0" },
         scene: 0,
@@ -58,7 +65,7 @@ export function square() {
         nodes: [{ mesh: 0 }],
         meshes: [{ primitives: [{ attributes: { POSITION: 0 }, material: 0 }] }],
         materials: [{ extensions: { KHR_materials_unlit: {} } }],
-        accessors: [{ bufferView: 0, componentType: 5126, count: 6, type: "VEC3", min: [-1, -1, 0], max: [1, 1, 0] }],
+        accessors: [{ bufferView: 0, componentType: 5126, count: 6, type: "VEC3", min: [-reach, -reach, 0], max: [reach, reach, 0] }],
         bufferViews: [{ buffer: 0, byteLength: positions.length }],
         buffers: [{ byteLength: positions.length }],
         extensionsUsed: ["KHR_materials_unlit"],

@@ -55,6 +55,32 @@ export class PictureDesk {
         }, picture);
     }
 
+    /**
+     * The left edge of a white shape, between a quarter and three quarters of the picture's height.
+     *
+     * @returns {Promise<{width: number, levels: number}>} mean number of pixels in a row that are neither the shape nor what is behind
+     *     it, and the number of different brightnesses among them
+     */
+    leftEdge(picture) {
+        return this.page.evaluate(async (picture) => {
+            const pixels = await pixelsOf(picture);
+            const { width, height } = pixels;
+            const [top, bottom] = [height >> 2, (3 * height) >> 2];
+            const levels = new Set();
+            let count = 0;
+            for (let y = top; y < bottom; ++y) {
+                const behind = brightness(pixels, y * width);
+                for (let x = 0; x < width >> 1; ++x) {
+                    const value = brightness(pixels, y * width + x);
+                    if (Math.abs(value - behind) <= 12 || value >= 3 * 255 - 12) continue;
+                    count += 1;
+                    levels.add(value);
+                }
+            }
+            return { width: count / (bottom - top), levels: levels.size };
+        }, picture);
+    }
+
     /** The share of pixels that have exactly this color. */
     shareOf(picture, color) {
         return this.page.evaluate(

@@ -597,6 +597,20 @@ await test("a model that is no photo is seen from in front of it", empty(still),
     assert.ok(share > 0.4 && share < 0.95, `${share} of the picture`);
 });
 
+for (const density of [1, 3])
+    await test(`edges are antialiased where a pixel of the page has ${density} x ${density} of the screen`, empty(still), async (page) => {
+        const devtools = await context.newCDPSession(page);
+        await devtools.send("Emulation.setDeviceMetricsOverride", { width: 320, height: 400, deviceScaleFactor: density, mobile: false });
+        await drop(page, "square.glb", square(0.15));
+        await waitUntilDrawn(page);
+        await settle(page);
+        const screen = await devtools.send("Page.captureScreenshot", { format: "png" });
+        const edge = await desk.leftEdge(screen.data);
+        console.log(`        ${edge.width.toFixed(2)} pixels of the screen wide, ${edge.levels} levels`);
+        // One pixel at most: a picture of fewer pixels, enlarged, would have wider edges. Without antialiasing there is none.
+        assert.ok(edge.levels >= 3 && edge.width > 0.5 && edge.width < 1.5, JSON.stringify(edge));
+    });
+
 await test("a file that can't be shown is named, and the photo stays", opened(still), async (page) => {
     const before = await picture(page);
     await drop(page, "notes.txt", Buffer.from("hello, this is no model"));
