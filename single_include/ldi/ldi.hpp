@@ -25537,8 +25537,8 @@ struct photo3d_options {
     chart_options charts;
     atlas_options atlas;
     mesh_options mesh;
-    /// Whether the result contains `estimated`, `resampled` and `disparity`. Without them, converting needs 8 bytes less per pixel,
-    /// or 12 if the estimate is as large as the photo.
+    /// Whether the result contains `estimated`, `resampled` and `disparity`. Without them, converting needs 8 bytes less per
+    /// pixel, or 12 if the estimate is as large as the photo.
     bool keeps_depth_maps = true;
     /// Receives the progress of each stage under its name in the paper's table: "depth estimation", "depth filter", "connected
     /// components", "occluded geometry", "color inpainting", "chart generation", "chart padding", "meshing". Each stage begins

@@ -50,7 +50,7 @@ def declared_names(statement):
     if found := re.match(r" *class (\w+)", statement):
         return {found.group(1)}
     found = re.search(r"(::)?\b([a-z_]\w*)\s*\(", statement)
-    is_function = found and not found.group(1) and found.group(2) not in ("requires", "operator") and not re.match(r" *(struct|enum)", statement)
+    is_function = found and not found.group(1) and found.group(2) not in ("requires", "operator") and not re.match(r" *(struct|enum|concept)", statement)
     return {found.group(2)} if is_function else set()
 
 
