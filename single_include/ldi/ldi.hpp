@@ -18065,9 +18065,14 @@ inline buffer<std::uint8_t> positions_near_other_surfaces(const graph_view& g, s
     return positions;
 }
 
-inline std::int64_t area_of_boxes(const chart_set& charts) {
+/// Estimates the total area of the bounding boxes in pixels if no side may be longer than `side`; exact if none is now. A chart
+/// that winds is as long in any box, so the area of longer boxes is about proportional to their side.
+inline std::int64_t area_of_boxes(const chart_set& charts, std::int32_t side) {
     std::int64_t area = 0;
-    for (const chart& c : charts.charts) area += std::int64_t{c.width} * c.height;
+    for (const chart& c : charts.charts) {
+        const std::int64_t longest = (std::max)(c.width, c.height);
+        area += std::int64_t{c.width} * c.height * (std::min<std::int64_t>)(side, longest) / longest;
+    }
     return area;
 }
 
@@ -18311,23 +18316,22 @@ struct chart_options {
 };
 
 /// Partitions all pixels of a layered image into charts. `surface` is the rule by which its pixels are linked. Raises
-/// error_code::invalid_option if an option is outside its range. Time is linear; charts are grown again, usually once, if their
-/// boxes exceed max_area. Memory is up to 18 bytes per pixel and 120 per chart.
+/// error_code::invalid_option if an option is outside its range. Time is linear; charts are grown again, usually once and at most
+/// six times, if their boxes exceed max_area. Memory is up to 18 bytes per pixel and 120 per chart.
 template <has_columns<disparity_column> Layers>
 chart_set make_charts(const Layers& layers, surface_rule surface, const chart_options& options = {}) {
     if (options.max_side < 16) raise(error_code::invalid_option, "max_side", "at least 16", std::to_string(options.max_side));
     if (options.filter_range < 1 || options.filter_range > detail::max_filter_range)
         raise(error_code::invalid_option, "filter_range", "1 to 8", std::to_string(options.filter_range));
-    constexpr std::int64_t min_side = 64;
+    constexpr std::int32_t min_side = 64;
     const graph_view& g = layers.topology();
     std::int32_t side = (std::min)(options.max_side, (std::max)({g.width(), g.height(), 16}));
     while (true) {
         chart_set charts =
             detail::chart_grower(g, layers.template column<disparity_column>(), surface, side, options.filter_range).grow_all();
-        const std::int64_t area = detail::area_of_boxes(charts);
-        if (area <= options.max_area || side <= min_side) return charts;
-        // The area is about proportional to max_side, because a chart that winds is as long in any box.
-        side = static_cast<std::int32_t>((std::max)(min_side, side * options.max_area / area));
+        if (side <= min_side || detail::area_of_boxes(charts, side) <= options.max_area) return charts;
+        do side = (std::max)(min_side, side / 2);
+        while (side > min_side && detail::area_of_boxes(charts, side) > options.max_area);
     }
 }
 

@@ -40,9 +40,14 @@ inline buffer<std::uint8_t> positions_near_other_surfaces(const graph_view& g, s
     return positions;
 }
 
-inline std::int64_t area_of_boxes(const chart_set& charts) {
+/// Estimates the total area of the bounding boxes in pixels if no side may be longer than `side`; exact if none is now. A chart
+/// that winds is as long in any box, so the area of longer boxes is about proportional to their side.
+inline std::int64_t area_of_boxes(const chart_set& charts, std::int32_t side) {
     std::int64_t area = 0;
-    for (const chart& c : charts.charts) area += std::int64_t{c.width} * c.height;
+    for (const chart& c : charts.charts) {
+        const std::int64_t longest = (std::max)(c.width, c.height);
+        area += std::int64_t{c.width} * c.height * (std::min<std::int64_t>)(side, longest) / longest;
+    }
     return area;
 }
 
