@@ -2,6 +2,7 @@
 #pragma once
 
 #include <ldi/base/buffer.hpp>
+#include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/charts/chart_set.hpp>
@@ -69,8 +70,19 @@ texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const at
     const auto blocks = [&](std::int32_t length) { return (length + 2 * padding + macroblock_side - 1) / macroblock_side; };
     buffer<rectangle_size> sizes;
     sizes.reserve(charts.charts.size());
-    for (const chart& c : charts.charts) sizes.push_back({blocks(c.width), blocks(c.height)});
-    const packing packed = pack(sizes, options.max_side / macroblock_side);
+    std::int64_t area = 0;  // in macroblocks
+    for (const chart& c : charts.charts) {
+        sizes.push_back({blocks(c.width), blocks(c.height)});
+        area += std::int64_t{sizes.back().width} * sizes.back().height;
+    }
+    const std::int32_t max_blocks = options.max_side / macroblock_side;
+    if (area > std::int64_t{max_blocks} * max_blocks)
+        raise(error_code::too_large, "make_atlas",
+              "charts that fit an atlas of " + std::to_string(options.max_side) + " x " + std::to_string(options.max_side) +
+                  " texels (a smaller depth map has fewer)",
+              std::to_string(charts.charts.size()) + " charts of " + std::to_string(area * macroblock_side * macroblock_side) +
+                  " texels");
+    const packing packed = pack(sizes, max_blocks);
 
     texture_atlas atlas;
     const std::size_t atlas_width = static_cast<std::size_t>(packed.sheet.width * macroblock_side);
