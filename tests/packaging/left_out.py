@@ -20,7 +20,7 @@ PACKAGES = {
     "Eigen3": ("libeigen3-dev", "bench/quality"),
     "xtensor": ("libxtensor-dev", "examples/learn/07_charts_and_atlas"),
     "benchmark": ("libbenchmark-dev", "examples/learn/10_microbenchmark"),
-    "CGAL": ("libcgal-dev", "the peer in bench/mesh/triangulation"),
+    "CGAL": ("libcgal-dev", "the peer in bench/mesh"),
     "CLI11": ("libcli11-dev", "examples/photo3d and examples/service"),
     "nlohmann_json": ("nlohmann-json3-dev", "examples, tests and benchmarks"),
     "meshoptimizer": ("libmeshoptimizer-dev", "photo3d --compress"),
