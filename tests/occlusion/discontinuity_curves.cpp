@@ -106,6 +106,14 @@ TEST_CASE("at a T-junction, only the curve between midground and foreground is c
         CHECK(c.constraints[0].outward_y == Approx(-1.0F));
         CHECK(c.constraints[0].perpendicular_x == Approx(1.0F));
     }
+    // Without the rule for junctions, all three curves are constrained there; without constraints, none.
+    std::size_t all = 0, none = 0;
+    for (const auto& c : ldi::find_discontinuity_curves(layers, {}, {.constraints = ldi::constrained_ends::all}))
+        all += c.constraints.size();
+    for (const auto& c : ldi::find_discontinuity_curves(layers, {}, {.constraints = ldi::constrained_ends::none}))
+        none += c.constraints.size();
+    CHECK(all == 3);
+    CHECK(none == 0);
 }
 
 TEST_CASE("a curve is not constrained at an end where its discontinuity fades out or leaves the photo") {

@@ -235,6 +235,21 @@ TEST_CASE("background that grows from both sides of a bar joins into one surface
         }
 }
 
+TEST_CASE("with merging of curves off, surfaces behind both sides of a bar pass each other, and each stays connected") {
+    ldi::image<float> map(30, 80);
+    for (std::size_t y = 0; y < 30; ++y)
+        for (std::size_t x = 0; x < 80; ++x) map(y, x, 0) = x >= 30 && x < 51 ? 0.8F : 0.2F;
+    const ldi::photo_layer lifted = ldi::testing::lift_disparity(map);
+    const auto curves = ldi::find_discontinuity_curves(lifted);
+    const ldi::expand_options options{.motion = 1.0F, .iterations = 21, .merges_curves = false};
+    const ldi::photo_layers expanded = ldi::expand(lifted, {}, std::span<const ldi::discontinuity_curve>(curves), options).layers;
+    REQUIRE(expanded.size() == 30U * 80U + 2U * 30U * 21U);
+    const ldi::graph& g = expanded.topology();
+    REQUIRE_FALSE(ldi::validate(g));
+    for (std::int32_t i = 0; i < g.count(); ++i)
+        if (expanded.column<ldi::known_column>()[i] == 0 && g.y()[i] > 0) REQUIRE(g.neighbor(i, ldi::side::up) != ldi::no_pixel);
+}
+
 TEST_CASE("growing surfaces join if they meet at similar depth, and pass each other otherwise") {
     std::mt19937 random(26);
     std::uniform_real_distribution<float> unit(0.0F, 1.0F);

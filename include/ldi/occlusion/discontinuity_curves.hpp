@@ -27,6 +27,13 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// Ends of curves at which growth_constraint keeps the hidden surface from spreading sideways.
+enum class constrained_ends : std::uint8_t {
+    midground,  ///< at junctions, the ends of curves between a midground and the surface in front of it
+    all,        ///< every end inside the photo, also of curves in front of the background; to measure what the rule is worth
+    none,       ///< surfaces grow in all directions, as in Hedman and Kopf, "Instant 3D Photography" (SIGGRAPH 2018)
+};
+
 struct curve_options {
     /// Groups of connected curves, and branches with a free end, are spurious if they have fewer pixel sides than this: surfaces
     /// do not grow behind them, and close_spurious_discontinuities() closes them. The paper drops every shorter curve. If such a
@@ -34,6 +41,7 @@ struct curve_options {
     std::size_t min_length = 20;
     /// Number of pixel sides over which the direction of a curve at its end is measured.
     std::size_t tangent_length = 20;
+    constrained_ends constraints = constrained_ends::midground;
     /// Maximum number of pixel sides in all curves, per pixel of the photo. A denser depth map, such as noise, is not a picture
     /// of surfaces. Curves shorter than min_length are then dropped, and the shortest of the others until the rest fits, so that
     /// such a map costs a few times as much as a photo's. 117 photographs and sensor depth maps had at most 0.05.
@@ -53,7 +61,7 @@ struct growth_constraint {
 /// A maximal chain of discontinuities between ends or junctions, in order along the curve.
 struct discontinuity_curve {
     buffer<discontinuity> sides;
-    buffer<growth_constraint> constraints;  ///< at most one per end, only at junctions
+    buffer<growth_constraint> constraints;  ///< at most one per end; see curve_options::constraints
     bool is_closed = false;
 };
 
@@ -138,7 +146,9 @@ buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns
     const detail::curves::corner_map& corners = tracer.corners();
 
     const auto is_constrained = [&](std::int32_t corner, const discontinuity& last) {
-        if (corners.on_border(corner) || corners.degree(corner) == 1) return false;
+        if (options.constraints == constrained_ends::none || corners.on_border(corner)) return false;
+        if (options.constraints == constrained_ends::all) return true;
+        if (corners.degree(corner) == 1) return false;
         float farthest = disparity[last.back];
         for (std::int32_t pixel : tracer.pixels_around(corner)) farthest = (std::min)(farthest, disparity[pixel]);
         return !surface.same_surface(disparity[last.back], farthest);

@@ -37,6 +37,9 @@ struct expand_options {
     /// Growth ends when this many hidden pixels exist per pixel of the photo. 117 photographs and sensor depth maps need at most
     /// 1 with the default motion; noise and staircases would need six.
     float max_hidden = 1.25F;
+    /// Whether hidden surfaces behind different curves join where they meet at similar depth. false: they pass each other, which
+    /// only serves to measure what joining is worth.
+    bool merges_curves = true;
 };
 
 /// A layered image with its hidden surfaces.
@@ -89,7 +92,7 @@ expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule 
     std::optional<detail::expansion> expansion;
     const array_view<const float> disparity = layers.template column<disparity_column>();
     const buffer<grown_piece> pieces = layers.grow([&](graph_builder base) {
-        expansion.emplace(std::move(base), disparity, surface, curves, options.motion);
+        expansion.emplace(std::move(base), disparity, surface, curves, options.motion, options.merges_curves);
         const int last = (std::min)(options.iterations, expansion->max_iterations());
         const double max_hidden = double{options.max_hidden} * detail::nearest_double(disparity.size());
         int done = 0;

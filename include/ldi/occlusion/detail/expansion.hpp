@@ -22,8 +22,12 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 class expansion {
 public:
     expansion(graph_builder base, array_view<const float> disparity, surface_rule surface,
-              std::span<const discontinuity_curve> curves, float motion)
-        : pixels_(std::move(base), disparity), surface_(surface), curves_(curves), reach_(disparity.size(), 0.0F) {
+              std::span<const discontinuity_curve> curves, float motion, bool merges_curves)
+        : pixels_(std::move(base), disparity),
+          surface_(surface),
+          curves_(curves),
+          merges_curves_(merges_curves),
+          reach_(disparity.size(), 0.0F) {
         const float pixels_per_disparity = motion * nearest_float((std::max)(pixels_.width(), pixels_.height()));
         const float margin = half_pixels + mesh_pixels + mesh_disparity * pixels_per_disparity;
         max_dive_ = 1 + static_cast<std::int32_t>(std::ceil(2.0F * surface.max_step * pixels_per_disparity));
@@ -79,7 +83,7 @@ public:
 
     /// Merges all pixels; see hidden_pixels::merge().
     grown_pixels merge() {
-        reach_ = {}, dives_ = {};
+        reach_ = {}, dives_ = {}, curve_of_ = {};
         return pixels_.merge();
     }
 
@@ -112,7 +116,7 @@ private:
         float sum = 0.0F, count = 0.0F, room = 0.0F;
         for (int i = 0; i < 4; ++i) {
             const side t = all_sides[i];
-            const std::int32_t neighbor = t == opposite(s) ? pixel : free_neighbor(x, y, t, source);
+            const std::int32_t neighbor = t == opposite(s) ? pixel : free_neighbor(curve, x, y, t, source);
             neighbors[i] = neighbor;
             if (neighbor == no_pixel) continue;
             sum += pixels_.disparity(neighbor);
@@ -122,17 +126,18 @@ private:
         }
         if (origin == no_pixel) return;
 
-        const meeting met = meet_others(pixel, s, position);
+        const meeting met = meet_others(curve, pixel, s, position);
         if (met == meeting::ends) return;
         const float average = sum / count,
                     created = (std::min)(average, pixels_.disparity(position) - min_gap * surface_.max_step);
-        if (lies_on_another(position, created)) return;
+        if (lies_on_another(curve, position, created)) return;
         if (!may_link(created, source)) return;
         const bool dives = created < average || met == meeting::goes_beneath || dive_of(pixel) > 0;
         const std::int32_t dive = dive_of(pixel) + (dives ? 1 : 0);
         if (dive > max_dive_) return;
         const std::int32_t made = pixels_.add(position, created, origin);
         dives_.push_back(dive);
+        if (!merges_curves_) curve_of_.push_back(curve);
         for (int i = 0; i < 4; ++i)
             if (neighbors[i] != no_pixel && may_link(pixels_.disparity(neighbors[i]), created))
                 pixels_.link(made, all_sides[i], neighbors[i]);
@@ -144,13 +149,13 @@ private:
     // Joins hidden surfaces at similar depth. If the surface of `pixel` meets another surface, links the two. If the other
     // surface already has a neighbor on that side, this surface ends there, or continues beneath it for as many pixels as a
     // camera can see into the gap between them.
-    meeting meet_others(std::int32_t pixel, side s, std::int32_t position) {
+    meeting meet_others(std::size_t curve, std::int32_t pixel, side s, std::int32_t position) {
         std::int32_t other = no_pixel;
         float nearest = max_link * surface_.max_step;
         meeting result = meeting::none;
         for (std::int32_t there = position; there != no_pixel; there = pixels_.next_at_position(there)) {
             const float step = pixels_.disparity(there) - pixels_.disparity(pixel);
-            if (std::abs(step) > (there == position ? surface_.max_step : nearest)) continue;
+            if (std::abs(step) > (there == position ? surface_.max_step : nearest) || !may_meet(curve, there)) continue;
             if (pixels_.neighbor(there, opposite(s)) == no_pixel)
                 other = there, nearest = std::abs(step);
             else if (there != position && result != meeting::ends)
@@ -165,10 +170,15 @@ private:
     // threshold of the photo's surface but cannot be linked to it continues beneath it, for as many pixels as a camera can see
     // into the gap: otherwise there would be a hole between the two. The continuation stops at another hidden surface, which also
     // closes the gap.
-    bool lies_on_another(std::int32_t position, float disparity) const {
+    bool lies_on_another(std::size_t curve, std::int32_t position, float disparity) const {
         for (std::int32_t there = pixels_.next_at_position(position); there != no_pixel; there = pixels_.next_at_position(there))
-            if (surface_.same_surface(pixels_.disparity(there), disparity)) return true;
+            if (surface_.same_surface(pixels_.disparity(there), disparity) && may_meet(curve, there)) return true;
         return false;
+    }
+    // Whether the surface behind a curve may join a pixel: one of the photo, or behind the same curve, unless curves merge.
+    bool may_meet(std::size_t curve, std::int32_t pixel) const {
+        const std::int32_t hidden = pixel - reach_.count();
+        return merges_curves_ || hidden < 0 || curve_of_[hidden] == curve;
     }
     bool may_link(float a, float b) const { return std::abs(a - b) <= max_link * surface_.max_step; }
     // Steps in disparity, as multiples of the threshold. A surface ends at another one that is nearer by up to resting_step; with
@@ -188,14 +198,15 @@ private:
 
     // Returns the pixel next to (x, y) on side `s` that is free to be linked to (x, y) and is nearest in disparity to `source`;
     // no_pixel if none may be linked to `source`.
-    std::int32_t free_neighbor(std::int32_t x, std::int32_t y, side s, float source) const {
+    std::int32_t free_neighbor(std::size_t curve, std::int32_t x, std::int32_t y, side s, float source) const {
         const std::int32_t u = x + step_x(s), v = y + step_y(s);
         if (!pixels_.inside(u, v)) return no_pixel;
         std::int32_t best = no_pixel;
         float best_difference = max_link * surface_.max_step;
         for (std::int32_t there = pixels_.position(u, v); there != no_pixel; there = pixels_.next_at_position(there)) {
             const float difference = std::abs(pixels_.disparity(there) - source);
-            if (difference > best_difference || pixels_.neighbor(there, opposite(s)) != no_pixel) continue;
+            if (difference > best_difference || pixels_.neighbor(there, opposite(s)) != no_pixel || !may_meet(curve, there))
+                continue;
             best = there, best_difference = difference;
         }
         return best;
@@ -240,12 +251,14 @@ private:
     hidden_pixels pixels_;
     surface_rule surface_;
     std::span<const discontinuity_curve> curves_;
+    bool merges_curves_;
     buffer<front_pixel> front_, created_;  // the newest pixels, curve by curve
     buffer<float> reach_;                  // per visible pixel: maximum growth of its surface from this pixel, in pixels
     buffer<float> farthest_;               // per curve: maximum of reach_ along it
     buffer<buffer<float>> constraint_lengths_;
-    std::int32_t max_dive_ = 0;   // maximum length in pixels of a surface's continuation beneath another
-    buffer<std::int32_t> dives_;  // per hidden pixel: length of its surface's continuation beneath another so far
+    std::int32_t max_dive_ = 0;     // maximum length in pixels of a surface's continuation beneath another
+    buffer<std::size_t> curve_of_;  // per hidden pixel: the curve that it grew behind; empty if curves merge
+    buffer<std::int32_t> dives_;    // per hidden pixel: length of its surface's continuation beneath another so far
 };
 
 }}}  // namespace ldi::detail
