@@ -14546,47 +14546,51 @@ using namespace lanes;
 // Radius of the window in samples: 2.5 times the default sigma of 1.2. Weights of samples farther out are below 0.05.
 inline constexpr std::size_t radius = 3;
 inline constexpr std::size_t samples = (2 * radius + 1) * (2 * radius + 1);
-inline constexpr std::size_t padded = (samples + wide - 1) / wide * wide;
 
 // Samples of a window, sorted by ascending disparity.
 struct window {
+    struct sample {
+        float disparity, x, y, red, green, blue;
+    };
     std::size_t count = 0;
-    std::array<float, padded> disparity, x, y, red, green, blue;
-
-    // Computes weights from distance and color similarity. exp(-a) is approximated by (1 - a/32 + a^2/2048)^32.
-    void weigh(float at_x, float at_y, const std::uint8_t* color, float spatial_falloff, float color_falloff,
-               std::array<float, padded>& weight) const {
-        const float r = color[0], g = color[1], b = color[2];
-        const four_floats one = four_floats{} + 1.0F;
-        for (std::size_t s = 0; s < count; s += wide) {
-            const four_floats dx = load(&x[s]) - at_x, dy = load(&y[s]) - at_y;
-            const four_floats dr = load(&red[s]) - r, dg = load(&green[s]) - g, db = load(&blue[s]) - b;
-            const four_floats exponent = spatial_falloff * (dx * dx + dy * dy) + color_falloff * (dr * dr + dg * dg + db * db);
-            const four_floats a = smaller(exponent * (1.0F / 32.0F), one);
-            four_floats w = one - a + 0.5F * a * a;
-            w *= w, w *= w, w *= w, w *= w, w *= w;
-            store(&weight[s], w);
-        }
-    }
+    std::array<sample, samples> sorted;
 };
+
+// Up to four pixels of the photo: vector instructions process them together.
+struct four_pixels {
+    std::size_t count = 0;
+    std::array<float, wide> x{}, y{};  // in samples
+    std::array<float, wide> red{}, green{}, blue{};
+    std::array<float*, wide> result{};
+};
+
+// Returns the first pixel of a row or column whose nearest sample is `sample` or a later one.
+inline std::size_t first_pixel(std::size_t sample, std::size_t pixel_count, std::size_t sample_count) {
+    return (sample * pixel_count + sample_count - 1) / sample_count;
+}
 
 // Averages the colors of the photo's pixels whose centers fall on each sample of the map.
 inline image<float> colors_at_samples(image_view<const std::uint8_t> photo, std::size_t rows, std::size_t columns) {
     image<float> mean(rows, columns, 3, 0.0F);
-    buffer<float> count(rows * columns, 0.0F);
-    buffer<std::size_t> sample_column(photo.width());
-    for (std::size_t x = 0; x < photo.width(); ++x) sample_column[x] = x * columns / photo.width();
-    for (std::size_t y = 0; y < photo.height(); ++y) {
-        const std::uint8_t* from = photo.row(y);
-        const std::size_t v = y * rows / photo.height();
-        for (std::size_t x = 0; x < photo.width(); ++x) {
-            const std::size_t i = v * columns + sample_column[x];
-            for (std::size_t c = 0; c < 3; ++c) mean.data()[3 * i + c] += from[3 * x + c];
-            count[i] += 1.0F;
+    buffer<std::size_t> first_column(columns + 1);
+    for (std::size_t u = 0; u <= columns; ++u) first_column[u] = first_pixel(u, photo.width(), columns);
+    for (std::size_t v = 0; v < rows; ++v) {
+        const std::size_t first_row = first_pixel(v, photo.height(), rows), last_row = first_pixel(v + 1, photo.height(), rows);
+        for (std::size_t y = first_row; y < last_row; ++y) {
+            const std::uint8_t* const from = photo.row(y);
+            for (std::size_t u = 0; u < columns; ++u) {
+                float* const sum = mean.row(v) + 3 * u;
+                float red = sum[0], green = sum[1], blue = sum[2];
+                for (std::size_t x = first_column[u]; x < first_column[u + 1]; ++x)
+                    red += from[3 * x], green += from[3 * x + 1], blue += from[3 * x + 2];
+                sum[0] = red, sum[1] = green, sum[2] = blue;
+            }
+        }
+        for (std::size_t u = 0; u < columns; ++u) {
+            const std::size_t count = (last_row - first_row) * (first_column[u + 1] - first_column[u]);
+            for (std::size_t c = 0; c < 3; ++c) mean(v, u, c) /= nearest_float(std::max<std::size_t>(count, 1));
         }
     }
-    for (std::size_t i = 0; i < count.size(); ++i)
-        for (std::size_t c = 0; c < 3; ++c) mean.data()[3 * i + c] /= (std::max)(count[i], 1.0F);
     return mean;
 }
 
@@ -14601,6 +14605,27 @@ inline image<float> nearest_samples(image_view<const float> disparity, image_vie
     return result;
 }
 
+// For each sample, whether the window around it contains an edge.
+inline buffer<bool> find_edges(image_view<const float> disparity, surface_rule surface) {
+    const std::size_t rows = disparity.height(), columns = disparity.width();
+    const auto begin = [](std::size_t at) { return at < radius ? 0 : at - radius; };
+    const auto end = [](std::size_t at, std::size_t count) { return (std::min)(at + radius + 1, count); };
+    buffer<bool> result(rows * columns);
+    buffer<float> low(columns), high(columns);  // extremes of the columns of one row's windows
+    for (std::size_t v = 0; v < rows; ++v) {
+        std::copy_n(disparity.row(v), columns, low.begin()), std::copy_n(disparity.row(v), columns, high.begin());
+        for (std::size_t y = begin(v); y < end(v, rows); ++y) {
+            const float* const row = disparity.row(y);
+            for (std::size_t u = 0; u < columns; ++u) low[u] = (std::min)(low[u], row[u]), high[u] = (std::max)(high[u], row[u]);
+        }
+        for (std::size_t u = 0; u < columns; ++u)
+            result[v * columns + u] =
+                !surface.same_surface(*std::max_element(high.begin() + begin(u), high.begin() + end(u, columns)),
+                                      *std::min_element(low.begin() + begin(u), low.begin() + end(u, columns)));
+    }
+    return result;
+}
+
 // Resamples a map that is coarser than the photo. All pixels nearest to one sample use the same window.
 class upsampler {
 public:
@@ -14610,6 +14635,7 @@ public:
           photo_(photo),
           surface_(surface),
           colors_(colors_at_samples(photo, disparity.height(), disparity.width())),
+          near_edge_(find_edges(disparity, surface)),
           scale_x_(nearest_float(disparity.width()) / nearest_float(photo.width())),
           scale_y_(nearest_float(disparity.height()) / nearest_float(photo.height())),
           spatial_falloff_(0.5F / (options.spatial_sigma * options.spatial_sigma)),
@@ -14617,89 +14643,122 @@ public:
 
     // Sets the pixels nearest to the samples of rows [first, last).
     void resample_rows(std::size_t first, std::size_t last, image<float>& result) const {
-        std::array<float, padded> weight;
-        window around{};
+        interpolate(first_row(first), first_row(last), result);
+        window around;
         for (std::size_t v = first; v < last; ++v)
             for (std::size_t u = 0; u < disparity_.width(); ++u) {
-                const bool near_edge = gather(u, v, around);
-                const std::size_t y_end = first_pixel(v + 1, photo_.height(), disparity_.height()),
-                                  x_end = first_pixel(u + 1, photo_.width(), disparity_.width());
-                for (std::size_t y = first_pixel(v, photo_.height(), disparity_.height()); y < y_end; ++y)
-                    for (std::size_t x = first_pixel(u, photo_.width(), disparity_.width()); x < x_end; ++x) {
-                        const float at_x = (nearest_float(x) + 0.5F) * scale_x_ - 0.5F,
-                                    at_y = (nearest_float(y) + 0.5F) * scale_y_ - 0.5F;
-                        if (near_edge) {
-                            around.weigh(at_x, at_y, photo_.row(y) + 3 * x, spatial_falloff_, color_falloff_, weight);
-                            result(y, x) = smoothed_median(around, weight);
-                        } else {
-                            result(y, x) = bilinear(at_x, at_y);
-                        }
+                if (!near_edge_[v * disparity_.width() + u]) continue;
+                gather(u, v, around);
+                four_pixels pixels;
+                for (std::size_t y = first_row(v); y < first_row(v + 1); ++y)
+                    for (std::size_t x = first_column(u); x < first_column(u + 1); ++x) {
+                        const std::uint8_t* const color = photo_.row(y) + 3 * x;
+                        const std::size_t i = pixels.count++;
+                        pixels.x[i] = sample_x(x), pixels.y[i] = sample_y(y), pixels.result[i] = &result(y, x);
+                        pixels.red[i] = color[0], pixels.green[i] = color[1], pixels.blue[i] = color[2];
+                        if (pixels.count == wide) set_medians(around, pixels), pixels.count = 0;
                     }
+                if (pixels.count > 0) set_medians(around, pixels);
             }
     }
 
 private:
-    // Returns the first pixel of a row or column whose nearest sample is `sample` or a later one.
-    static std::size_t first_pixel(std::size_t sample, std::size_t pixel_count, std::size_t sample_count) {
-        return (sample * pixel_count + sample_count - 1) / sample_count;
-    }
+    std::size_t first_row(std::size_t v) const { return first_pixel(v, photo_.height(), disparity_.height()); }
+    std::size_t first_column(std::size_t u) const { return first_pixel(u, photo_.width(), disparity_.width()); }
 
-    // Collects the window around a sample if it contains an edge. If it does not, returns false and leaves `around` unspecified.
-    bool gather(std::size_t u, std::size_t v, window& around) const {
-        struct neighbor {
-            float disparity;
-            std::size_t x, y;
-        };
-        std::array<neighbor, samples> nearest;
-        around.count = 0;
-        float low = disparity_(v, u), high = low;
+    // Position of a pixel's center in the map, in samples; up to one sample outside the map.
+    float sample_x(std::size_t x) const { return (nearest_float(x) + 0.5F) * scale_x_ - 0.5F; }
+    float sample_y(std::size_t y) const { return (nearest_float(y) + 0.5F) * scale_y_ - 0.5F; }
+
+    // Collects the window around a sample. Equal disparities keep the order of their samples: sums of floats depend on it.
+    void gather(std::size_t u, std::size_t v, window& around) const {
+        std::array<window::sample, samples> found;
+        std::array<float, samples> disparity;
+        std::array<std::int32_t, samples> rank{};  // number of samples before each sample in sorted order
+        std::size_t count = 0;
         const std::size_t y_end = (std::min)(v + radius + 1, disparity_.height()),
                           x_end = (std::min)(u + radius + 1, disparity_.width());
         for (std::size_t y = v < radius ? 0 : v - radius; y < y_end; ++y)
-            for (std::size_t x = u < radius ? 0 : u - radius; x < x_end; ++x) {
-                const float d = disparity_(y, x);
-                nearest[around.count++] = {d, x, y};
-                low = (std::min)(low, d), high = (std::max)(high, d);
+            for (std::size_t x = u < radius ? 0 : u - radius; x < x_end; ++x, ++count) {
+                disparity[count] = disparity_(y, x);
+                found[count] = {disparity[count], nearest_float(x), nearest_float(y),
+                                colors_(y, x, 0), colors_(y, x, 1), colors_(y, x, 2)};
             }
-        if (surface_.same_surface(high, low)) return false;
-        // Equal disparities in the order of their samples: sums of floats depend on it, and std::sort() on the library.
-        std::sort(nearest.data(), nearest.data() + around.count, [](const neighbor& a, const neighbor& b) {
-            if (a.disparity != b.disparity) return a.disparity < b.disparity;
-            return a.y != b.y ? a.y < b.y : a.x < b.x;
-        });
-        for (std::size_t s = 0; s < around.count; ++s) {
-            const neighbor& n = nearest[s];
-            around.disparity[s] = n.disparity, around.x[s] = nearest_float(n.x), around.y[s] = nearest_float(n.y);
-            around.red[s] = colors_(n.y, n.x, 0), around.green[s] = colors_(n.y, n.x, 1), around.blue[s] = colors_(n.y, n.x, 2);
+        for (std::size_t s = 0; s < count; ++s) {  // without branches, so that the compiler can vectorize it
+            std::int32_t before = 0;
+            for (std::size_t t = s + 1; t < count; ++t) {
+                const std::int32_t is_first = disparity[s] <= disparity[t] ? 1 : 0;
+                rank[t] += is_first, before += 1 - is_first;
+            }
+            rank[s] += before;
         }
-        return true;
+        for (std::size_t s = 0; s < count; ++s) around.sorted[static_cast<std::size_t>(rank[s])] = found[s];
+        around.count = count;
     }
 
-    // Computes the weighted median of a window, smoothed by a weighted mean over the samples of its surface.
-    float smoothed_median(const window& around, const std::array<float, padded>& weight) const {
-        float total = 0.0F;
-        for (std::size_t s = 0; s < around.count; ++s) total += weight[s];
-        std::size_t median = 0;
-        for (float sum = weight[0]; sum < 0.5F * total && median + 1 < around.count;) sum += weight[++median];
-        float mean = 0.0F, share = 0.0F;
-        for (std::size_t s = 0; s < around.count; ++s)
-            if (surface_.same_surface(around.disparity[s], around.disparity[median])) {
-                mean += weight[s] * around.disparity[s];
-                share += weight[s];
+    // Sets pixels to the weighted median of a window, smoothed by a weighted mean over the samples of its surface. exp(-a) is
+    // approximated by (1 - a/32 + a^2/2048)^32.
+    void set_medians(const window& around, const four_pixels& pixels) const noexcept {
+        const four_floats x = load(pixels.x.data()), y = load(pixels.y.data()), red = load(pixels.red.data()),
+                          green = load(pixels.green.data()), blue = load(pixels.blue.data());
+        const four_floats zero{}, one = zero + 1.0F;
+        std::array<four_floats, samples> weight;
+        four_floats total = zero;
+        for (std::size_t s = 0; s < around.count; ++s) {
+            const window::sample& n = around.sorted[s];
+            const four_floats dx = n.x - x, dy = n.y - y, dr = n.red - red, dg = n.green - green, db = n.blue - blue;
+            const four_floats exponent = spatial_falloff_ * (dx * dx + dy * dy) + color_falloff_ * (dr * dr + dg * dg + db * db);
+            const four_floats a = smaller(exponent * (1.0F / 32.0F), one);
+            four_floats w = one - a + 0.5F * a * a;
+            w *= w, w *= w, w *= w, w *= w, w *= w;
+            weight[s] = w, total += w;
+        }
+        four_floats sum = zero, before = zero;  // before: number of samples before the median
+        for (std::size_t s = 0; s + 1 < around.count; ++s) {
+            sum += weight[s];
+            before += select(sum < 0.5F * total, one, zero);
+        }
+        four_floats median = zero;
+        for (std::size_t i = 0; i < wide; ++i) median[i] = around.sorted[static_cast<std::size_t>(before[i])].disparity;
+        four_floats mean = zero, share = zero;
+        for (std::size_t s = 0; s < around.count; ++s) {
+            const four_floats step = around.sorted[s].disparity - median;
+            const auto is_other = larger(step, -step) > zero + surface_.max_step;
+            mean += select(is_other, zero, weight[s] * around.sorted[s].disparity);
+            share += select(is_other, zero, weight[s]);
+        }
+        const four_floats smoothed = mean / share;
+        for (std::size_t i = 0; i < pixels.count; ++i) *pixels.result[i] = smoothed[i];
+    }
+
+    // Interpolates the map bilinearly at the pixels of rows [first, last).
+    void interpolate(std::size_t first, std::size_t last, image<float>& result) const {
+        const std::size_t width = photo_.width();
+        buffer<float> above(width, unset), below(width, unset);
+        std::ptrdiff_t row_above = -3;  // the map's row in `above`; the next one is in `below`
+        for (std::size_t y = first; y < last; ++y) {
+            const float at = sample_y(y), floor = std::floor(at), share = at - floor;
+            const std::ptrdiff_t v = static_cast<std::ptrdiff_t>(floor);
+            if (v != row_above) {
+                if (v == row_above + 1)
+                    above.swap(below);
+                else
+                    interpolate_row(v, above);
+                interpolate_row(v + 1, below);
+                row_above = v;
             }
-        return mean / share;
+            float* const to = result.row(y);
+            for (std::size_t x = 0; x < width; ++x) to[x] = (1.0F - share) * above[x] + share * below[x];
+        }
     }
-
-    // Interpolates the map bilinearly at (x, y), in samples. The position may lie up to one sample outside the map.
-    float bilinear(float x, float y) const {
-        const float floor_x = std::floor(x), floor_y = std::floor(y);
-        const std::ptrdiff_t i = static_cast<std::ptrdiff_t>(floor_x), j = static_cast<std::ptrdiff_t>(floor_y);
-        const float* above = disparity_.row(clamped(j, disparity_.height()));
-        const float* below = disparity_.row(clamped(j + 1, disparity_.height()));
-        const std::ptrdiff_t left = clamped(i, disparity_.width()), right = clamped(i + 1, disparity_.width());
-        const float fx = x - floor_x, fy = y - floor_y;
-        return (1.0F - fy) * ((1.0F - fx) * above[left] + fx * above[right]) +
-               fy * ((1.0F - fx) * below[left] + fx * below[right]);
+    // Interpolates one row of the map at the columns of the photo. Rows outside the map repeat its first or last row.
+    void interpolate_row(std::ptrdiff_t v, buffer<float>& result) const {
+        const float* const row = disparity_.row(clamped(v, disparity_.height()));
+        for (std::size_t x = 0; x < result.size(); ++x) {
+            const float at = sample_x(x), floor = std::floor(at), share = at - floor;
+            const std::ptrdiff_t u = static_cast<std::ptrdiff_t>(floor);
+            result[x] = (1.0F - share) * row[clamped(u, disparity_.width())] + share * row[clamped(u + 1, disparity_.width())];
+        }
     }
     static std::ptrdiff_t clamped(std::ptrdiff_t i, std::size_t count) {
         return std::clamp<std::ptrdiff_t>(i, 0, static_cast<std::ptrdiff_t>(count) - 1);
@@ -14709,6 +14768,7 @@ private:
     image_view<const std::uint8_t> photo_;
     surface_rule surface_;
     image<float> colors_;
+    buffer<bool> near_edge_;
     float scale_x_, scale_y_, spatial_falloff_, color_falloff_;
 };
 
@@ -15155,6 +15215,13 @@ image<float> weighted_median(image_view<const float> disparity, surface_rule sur
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
+/// Ends of curves at which growth_constraint keeps the hidden surface from spreading sideways.
+enum class constrained_ends : std::uint8_t {
+    midground,  ///< at junctions, the ends of curves between a midground and the surface in front of it
+    all,        ///< every end inside the photo, also of curves in front of the background; to measure what the rule is worth
+    none,       ///< surfaces grow in all directions, as in Hedman and Kopf, "Instant 3D Photography" (SIGGRAPH 2018)
+};
+
 struct curve_options {
     /// Groups of connected curves, and branches with a free end, are spurious if they have fewer pixel sides than this: surfaces
     /// do not grow behind them, and close_spurious_discontinuities() closes them. The paper drops every shorter curve. If such a
@@ -15162,6 +15229,7 @@ struct curve_options {
     std::size_t min_length = 20;
     /// Number of pixel sides over which the direction of a curve at its end is measured.
     std::size_t tangent_length = 20;
+    constrained_ends constraints = constrained_ends::midground;
     /// Maximum number of pixel sides in all curves, per pixel of the photo. A denser depth map, such as noise, is not a picture
     /// of surfaces. Curves shorter than min_length are then dropped, and the shortest of the others until the rest fits, so that
     /// such a map costs a few times as much as a photo's. 117 photographs and sensor depth maps had at most 0.05.
@@ -15181,7 +15249,7 @@ struct growth_constraint {
 /// A maximal chain of discontinuities between ends or junctions, in order along the curve.
 struct discontinuity_curve {
     buffer<discontinuity> sides;
-    buffer<growth_constraint> constraints;  ///< at most one per end, only at junctions
+    buffer<growth_constraint> constraints;  ///< at most one per end; see curve_options::constraints
     bool is_closed = false;
 };
 
@@ -15266,7 +15334,9 @@ buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns
     const detail::curves::corner_map& corners = tracer.corners();
 
     const auto is_constrained = [&](std::int32_t corner, const discontinuity& last) {
-        if (corners.on_border(corner) || corners.degree(corner) == 1) return false;
+        if (options.constraints == constrained_ends::none || corners.on_border(corner)) return false;
+        if (options.constraints == constrained_ends::all) return true;
+        if (corners.degree(corner) == 1) return false;
         float farthest = disparity[last.back];
         for (std::int32_t pixel : tracer.pixels_around(corner)) farthest = (std::min)(farthest, disparity[pixel]);
         return !surface.same_surface(disparity[last.back], farthest);
@@ -15505,8 +15575,12 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 class expansion {
 public:
     expansion(graph_builder base, array_view<const float> disparity, surface_rule surface,
-              std::span<const discontinuity_curve> curves, float motion)
-        : pixels_(std::move(base), disparity), surface_(surface), curves_(curves), reach_(disparity.size(), 0.0F) {
+              std::span<const discontinuity_curve> curves, float motion, bool merges_curves)
+        : pixels_(std::move(base), disparity),
+          surface_(surface),
+          curves_(curves),
+          merges_curves_(merges_curves),
+          reach_(disparity.size(), 0.0F) {
         const float pixels_per_disparity = motion * nearest_float((std::max)(pixels_.width(), pixels_.height()));
         const float margin = half_pixels + mesh_pixels + mesh_disparity * pixels_per_disparity;
         max_dive_ = 1 + static_cast<std::int32_t>(std::ceil(2.0F * surface.max_step * pixels_per_disparity));
@@ -15562,7 +15636,7 @@ public:
 
     /// Merges all pixels; see hidden_pixels::merge().
     grown_pixels merge() {
-        reach_ = {}, dives_ = {};
+        reach_ = {}, dives_ = {}, curve_of_ = {};
         return pixels_.merge();
     }
 
@@ -15595,7 +15669,7 @@ private:
         float sum = 0.0F, count = 0.0F, room = 0.0F;
         for (int i = 0; i < 4; ++i) {
             const side t = all_sides[i];
-            const std::int32_t neighbor = t == opposite(s) ? pixel : free_neighbor(x, y, t, source);
+            const std::int32_t neighbor = t == opposite(s) ? pixel : free_neighbor(curve, x, y, t, source);
             neighbors[i] = neighbor;
             if (neighbor == no_pixel) continue;
             sum += pixels_.disparity(neighbor);
@@ -15605,17 +15679,18 @@ private:
         }
         if (origin == no_pixel) return;
 
-        const meeting met = meet_others(pixel, s, position);
+        const meeting met = meet_others(curve, pixel, s, position);
         if (met == meeting::ends) return;
         const float average = sum / count,
                     created = (std::min)(average, pixels_.disparity(position) - min_gap * surface_.max_step);
-        if (lies_on_another(position, created)) return;
+        if (lies_on_another(curve, position, created)) return;
         if (!may_link(created, source)) return;
         const bool dives = created < average || met == meeting::goes_beneath || dive_of(pixel) > 0;
         const std::int32_t dive = dive_of(pixel) + (dives ? 1 : 0);
         if (dive > max_dive_) return;
         const std::int32_t made = pixels_.add(position, created, origin);
         dives_.push_back(dive);
+        if (!merges_curves_) curve_of_.push_back(curve);
         for (int i = 0; i < 4; ++i)
             if (neighbors[i] != no_pixel && may_link(pixels_.disparity(neighbors[i]), created))
                 pixels_.link(made, all_sides[i], neighbors[i]);
@@ -15627,13 +15702,13 @@ private:
     // Joins hidden surfaces at similar depth. If the surface of `pixel` meets another surface, links the two. If the other
     // surface already has a neighbor on that side, this surface ends there, or continues beneath it for as many pixels as a
     // camera can see into the gap between them.
-    meeting meet_others(std::int32_t pixel, side s, std::int32_t position) {
+    meeting meet_others(std::size_t curve, std::int32_t pixel, side s, std::int32_t position) {
         std::int32_t other = no_pixel;
         float nearest = max_link * surface_.max_step;
         meeting result = meeting::none;
         for (std::int32_t there = position; there != no_pixel; there = pixels_.next_at_position(there)) {
             const float step = pixels_.disparity(there) - pixels_.disparity(pixel);
-            if (std::abs(step) > (there == position ? surface_.max_step : nearest)) continue;
+            if (std::abs(step) > (there == position ? surface_.max_step : nearest) || !may_meet(curve, there)) continue;
             if (pixels_.neighbor(there, opposite(s)) == no_pixel)
                 other = there, nearest = std::abs(step);
             else if (there != position && result != meeting::ends)
@@ -15648,10 +15723,15 @@ private:
     // threshold of the photo's surface but cannot be linked to it continues beneath it, for as many pixels as a camera can see
     // into the gap: otherwise there would be a hole between the two. The continuation stops at another hidden surface, which also
     // closes the gap.
-    bool lies_on_another(std::int32_t position, float disparity) const {
+    bool lies_on_another(std::size_t curve, std::int32_t position, float disparity) const {
         for (std::int32_t there = pixels_.next_at_position(position); there != no_pixel; there = pixels_.next_at_position(there))
-            if (surface_.same_surface(pixels_.disparity(there), disparity)) return true;
+            if (surface_.same_surface(pixels_.disparity(there), disparity) && may_meet(curve, there)) return true;
         return false;
+    }
+    // Whether the surface behind a curve may join a pixel: one of the photo, or behind the same curve, unless curves merge.
+    bool may_meet(std::size_t curve, std::int32_t pixel) const {
+        const std::int32_t hidden = pixel - reach_.count();
+        return merges_curves_ || hidden < 0 || curve_of_[hidden] == curve;
     }
     bool may_link(float a, float b) const { return std::abs(a - b) <= max_link * surface_.max_step; }
     // Steps in disparity, as multiples of the threshold. A surface ends at another one that is nearer by up to resting_step; with
@@ -15671,14 +15751,15 @@ private:
 
     // Returns the pixel next to (x, y) on side `s` that is free to be linked to (x, y) and is nearest in disparity to `source`;
     // no_pixel if none may be linked to `source`.
-    std::int32_t free_neighbor(std::int32_t x, std::int32_t y, side s, float source) const {
+    std::int32_t free_neighbor(std::size_t curve, std::int32_t x, std::int32_t y, side s, float source) const {
         const std::int32_t u = x + step_x(s), v = y + step_y(s);
         if (!pixels_.inside(u, v)) return no_pixel;
         std::int32_t best = no_pixel;
         float best_difference = max_link * surface_.max_step;
         for (std::int32_t there = pixels_.position(u, v); there != no_pixel; there = pixels_.next_at_position(there)) {
             const float difference = std::abs(pixels_.disparity(there) - source);
-            if (difference > best_difference || pixels_.neighbor(there, opposite(s)) != no_pixel) continue;
+            if (difference > best_difference || pixels_.neighbor(there, opposite(s)) != no_pixel || !may_meet(curve, there))
+                continue;
             best = there, best_difference = difference;
         }
         return best;
@@ -15723,12 +15804,14 @@ private:
     hidden_pixels pixels_;
     surface_rule surface_;
     std::span<const discontinuity_curve> curves_;
+    bool merges_curves_;
     buffer<front_pixel> front_, created_;  // the newest pixels, curve by curve
     buffer<float> reach_;                  // per visible pixel: maximum growth of its surface from this pixel, in pixels
     buffer<float> farthest_;               // per curve: maximum of reach_ along it
     buffer<buffer<float>> constraint_lengths_;
-    std::int32_t max_dive_ = 0;   // maximum length in pixels of a surface's continuation beneath another
-    buffer<std::int32_t> dives_;  // per hidden pixel: length of its surface's continuation beneath another so far
+    std::int32_t max_dive_ = 0;     // maximum length in pixels of a surface's continuation beneath another
+    buffer<std::size_t> curve_of_;  // per hidden pixel: the curve that it grew behind; empty if curves merge
+    buffer<std::int32_t> dives_;    // per hidden pixel: length of its surface's continuation beneath another so far
 };
 
 }}}  // namespace ldi::detail
@@ -15749,6 +15832,9 @@ struct expand_options {
     /// Growth ends when this many hidden pixels exist per pixel of the photo. 117 photographs and sensor depth maps need at most
     /// 1 with the default motion; noise and staircases would need six.
     float max_hidden = 1.25F;
+    /// Whether hidden surfaces behind different curves join where they meet at similar depth. false: they pass each other, which
+    /// only serves to measure what joining is worth.
+    bool merges_curves = true;
 };
 
 /// A layered image with its hidden surfaces.
@@ -15801,7 +15887,7 @@ expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule 
     std::optional<detail::expansion> expansion;
     const array_view<const float> disparity = layers.template column<disparity_column>();
     const buffer<grown_piece> pieces = layers.grow([&](graph_builder base) {
-        expansion.emplace(std::move(base), disparity, surface, curves, options.motion);
+        expansion.emplace(std::move(base), disparity, surface, curves, options.motion, options.merges_curves);
         const int last = (std::min)(options.iterations, expansion->max_iterations());
         const double max_hidden = double{options.max_hidden} * detail::nearest_double(disparity.size());
         int done = 0;
