@@ -14,6 +14,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <utility>
 
@@ -212,16 +213,16 @@ private:
         return std::hypot(nearest_float(pixels_.x(pixel)) + 0.5F - end.x, nearest_float(pixels_.y(pixel)) + 0.5F - end.y);
     }
 
-    // Returns the maximum growth of the part of a curve's hidden surface that reaches the given end.
+    // Returns the growth of the surface behind a curve at one of its ends.
     float reach_at(const discontinuity_curve& curve, const growth_constraint& end) const {
-        float farthest = 0.0F;
+        float nearest = std::numeric_limits<float>::infinity(), reach = 0.0F;
         for (const discontinuity& d : curve.sides)
-            if (distance_to(end, d.back) < reach_[d.back]) farthest = (std::max)(farthest, reach_[d.back]);
-        return farthest;
+            if (const float distance = distance_to(end, d.back); distance < nearest) nearest = distance, reach = reach_[d.back];
+        return reach;
     }
 
     // Whether the center of (x, y) lies on the line at one of the curve's ends. The line is so wide that a step of one pixel
-    // cannot cross it. It is as long as the surface that reaches that end grows.
+    // cannot cross it. It is as long as the surface grows at that end: a surface that grows farther from elsewhere may pass it.
     // It starts 2 pixels before the curve's end, a value tuned by experiment.
     bool crosses_constraint(std::size_t curve, std::int32_t x, std::int32_t y) const {
         constexpr float thickness = 1.5F;
