@@ -200,6 +200,8 @@ TEST_CASE("on a map that is too dense, the longest curves that fit remain, and n
     CHECK(lengths({.min_length = 4, .max_sides = 420}) == sizes{4, 8, 12, 16, 20, 24, 28, 32, 36, 40, 100, 100});
     CHECK(lengths({.min_length = 4, .max_sides = 419}) == sizes{8, 12, 16, 20, 24, 28, 32, 36, 40, 100, 100});
     CHECK(lengths({.max_sides = 300}) == sizes{36, 40, 100, 100});
+    CHECK(lengths({.max_sides = 276}) == sizes{36, 40, 100, 100});
+    CHECK(lengths({.max_sides = 275}) == sizes{40, 100, 100});
     CHECK(lengths({.max_density = 0.05F}) == sizes{36, 40, 100, 100});  // of 6000 pixels
     for (const float density : {-0.1F, 2.1F, std::numeric_limits<float>::quiet_NaN()})
         CHECK_THROWS_AS(lengths({.max_density = density}), ldi::error);
