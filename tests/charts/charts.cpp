@@ -277,7 +277,7 @@ TEST_CASE("charts of rings get smaller boxes if the boxes have more than the max
 TEST_CASE("charts of difficult maps are grown at most three times, and twice if no size fits") {
     CHECK(growths_of("ramp", 1, 4) == 1);
     for (const std::string_view name : hard_maps)
-        for (const std::size_t unit : {1, 6, 30}) {
+        for (const std::size_t unit : {1U, 6U, 30U}) {
             CAPTURE(name, unit);
             CHECK(growths_of(name, unit, 4) <= 3);  // the default for a photo of 12 megapixels
             CHECK(growths_of(name, unit, 2) <= 3);
