@@ -15,6 +15,7 @@ import subprocess
 import sys
 import tempfile
 import zipfile
+from random import Random
 
 from files import is_whole_glb, pixels, png
 
@@ -208,6 +209,28 @@ def check_report(name, arguments, expect, environment=None, program=PROGRAM):
         check(f"{name}: {expect} in {report}", expect.items() <= report.items())
 
 
+def check_notes(folder, small, small_depth):
+    """A run prints what is unusual about a photo; its report and its line in a batch have the same sentences."""
+    random, width, height = Random(3), 384, 288
+    photo = file(folder, "noted.png", png(width, height))
+    maps = {"noise": lambda y: bytes(random.randrange(256) for _ in range(width)), "stairs": lambda y: bytes(20 + 18 * (x // 6 % 12) for x in range(width))}
+    expected = {"noise": "the shortest silhouettes", "stairs": "the camera moves by at most"}
+    for name, row in maps.items():
+        depth, report = file(folder, f"{name}.png", png(width, height, 1, row)), os.path.join(folder, "noted.json")
+        said = subprocess.run([PROGRAM, photo, "--depth", depth, "-o", os.path.join(folder, "noted.glb"), "--report", report], capture_output=True, text=True).stderr
+        lines = [line for line in said.splitlines() if line.startswith("photo3d: ")]
+        facts = json.load(open(report))
+        check(f"{name}: {lines}", lines == [f"photo3d: {photo}: {note}" for note in facts["notes"]] and any(expected[name] in line for line in lines))
+        shutil.copy(depth, os.path.join(folder, "noted_depth.png"))
+        line = json.loads(subprocess.run([PROGRAM, "--batch", photo, "-o", folder], capture_output=True, text=True).stdout)
+        count = len(line.get("notes", []))
+        check(f"{name} in a batch: {line}", count == len(facts["notes"]) > 0 and expected[name] in "".join(line["notes"]))
+        os.remove(os.path.join(folder, "noted_depth.png"))
+    for arguments in [small, "--depth", small_depth], [SAMPLE]:
+        said = subprocess.run([PROGRAM, *arguments, "-o", os.path.join(folder, "noted.glb"), "--report", report], capture_output=True, text=True).stderr
+        check(f"an ordinary photo has no notes: {said}", "photo3d: " not in said and json.load(open(report))["notes"] == [])
+
+
 def file(folder, name, content):
     path = os.path.join(folder, name)
     with open(path, "wb") as out:
@@ -233,6 +256,7 @@ def main():
         for name, map_file, is_sheet in (("flat", file(folder, "flat.npy", npy(60, 80, 1.0)), True), ("stepped", small_depth, False)):
             said = subprocess.run([PROGRAM, small, "--depth", map_file, "-o", os.path.join(folder, "said.glb")], capture_output=True, text=True).stderr
             check(f"a {name} photo is said to be a single sheet: {is_sheet}", ("single sheet" in said) == is_sheet)
+        check_notes(folder, small, small_depth)
 
         run("no photo", [os.path.join(folder, "none.jpg"), *depth], ["none.jpg", "expected", "found"])
         run("an empty photo", [file(folder, "empty.jpg", b""), *depth], ["empty.jpg", "expected", "found"])
