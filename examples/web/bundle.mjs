@@ -67,7 +67,7 @@ const assetsOfThreads = {
     "converter_threads.worker.js": await minify("converter_threads.worker.js"),
     "converter_threads.wasm": await readFile(join(built, "converter_threads.wasm")),
 };
-/** Read when the first HEIC photo comes, and only in the folder: they would make the page a quarter larger. */
+/** Read when the first HEIC photo comes, and only in the folder: they would make the page a ninth larger. */
 const assetsOfHeic = {
     "heic.js": Buffer.concat([await minify("heic.js"), Buffer.from("\n"), Buffer.from(await bundleFile("heic.js"))]),
     "heic.wasm": await readFile(join(built, "heic.wasm")),
