@@ -227,8 +227,12 @@ EMSCRIPTEN_KEEPALIVE int web_load(int kind, const void* data, std::size_t size) 
     });
 }
 
-/// Frees the GLB and the poster, so that every photo finds the memory in the same state.
-EMSCRIPTEN_KEEPALIVE void web_release() { state().glb = {}, state().poster = {}; }
+/// Frees the GLB and the poster, so that every photo finds the memory in the same state. A block that stayed, such as the
+/// capacity that `poster = {}` keeps, would lie elsewhere after each photo and split the free memory.
+EMSCRIPTEN_KEEPALIVE void web_release() {
+    state().glb = {};
+    std::vector<std::byte>().swap(state().poster);
+}
 
 /// Runs a part of the program, so that the browser compiles and optimizes its code before the first photo; returns 1, or 0 after
 /// an error. Parts 0 to 2 together run everything; each takes a fraction of a second.
