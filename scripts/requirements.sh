@@ -37,7 +37,8 @@ readonly needs_validator=("command node;nodejs" "command npm;npm")
 readonly needs_viewer=("command node;nodejs" "command npm;npm")
 readonly needs_browser=("command chromium;chromium")
 readonly needs_web=("command em++;emscripten" "command node;nodejs" "command npm;npm" "header stb/stb_image.h;libstb-dev")
-readonly needs_web_browsers=("command chromium;chromium" "command firefox-esr;firefox-esr" "command ffprobe;ffmpeg")
+readonly needs_web_browsers=("command chromium;chromium" "command firefox-esr;firefox-esr" "command ffprobe;ffmpeg"
+    "command heif-enc;libheif-examples")
 readonly needs_training=("command python3;python3" "module torch;python3-torch" "module cv2;python3-opencv" "module numpy;python3-numpy"
     "header nlohmann/json.hpp;nlohmann-json3-dev" "module flatbuffers;python3-flatbuffers" "shared libopenblas.so.0;libopenblas0-pthread")  # torch multiplies 30 times faster with it
 readonly needs_python=("command python3;python3" "header python3.11/Python.h|python3.12/Python.h|python3.13/Python.h;python3-dev" "header pybind11/pybind11.h;pybind11-dev"
