@@ -23,7 +23,7 @@ import prepare
 from estimator import Estimator
 from losses import aligned_error, losses
 
-SIZE, BATCH, RATE, WARM_UP = (64, 96), 8, 3e-3, 15
+SIZE, BATCH, RATE, WARM_UP = (64, 96), 4, 3e-3, 10
 REPEATED = 3  # trainings of the shipped member from different weights, which tell how far one training is to be trusted
 
 
