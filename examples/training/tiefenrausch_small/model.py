@@ -114,19 +114,27 @@ class Layer(nn.Module):
         return self.weight * factor[:, None, None, None], self.norm.bias - self.norm.running_mean * factor
 
 
+def network(name):
+    """(operators, whether the last tensor is the logarithm of disparity) of "small", the student, or "paper", the published architecture"""
+    if name == "paper":
+        import tr_unet
+        return tr_unet.operators(), True
+    return operators(), False
+
+
 class Student(nn.Module):
     """color B x 3 x H x W in [0, 1], sides multiples of 32 -> disparity B x 1 x H x W, about 0 to 1"""
 
-    def __init__(self, ops=None):
-        """ops  the operators of a network whose last tensors are named as in operators(); default: those"""
+    def __init__(self, ops=None, logarithmic=False):
+        """ops          operators whose last one is named "disparity"; default: operators()
+        logarithmic  whether its result is the logarithm of disparity"""
         super().__init__()
-        self.operators = ops or operators()
+        self.operators, self.logarithmic = ops or operators(), logarithmic
         self.layers = nn.ModuleDict({key(op.name): Layer(op) for op in self.operators if isinstance(op, Convolution)})
         for op in self.operators:  # every normalized shortcut block starts as the identity
             if isinstance(op, Addition) and op.name.endswith(".sum") and self.layers[key(op.b)].norm is not None:
                 nn.init.constant_(self.layers[key(op.b)].norm.weight, 0.1)
-        if "direct" in self.layers:
-            nn.init.constant_(self.layers["direct"].bias, 0.4)
+        nn.init.constant_(self.layers["direct" if "direct" in self.layers else "disparity"].bias, -0.9 if logarithmic else 0.4)
         last = {}
         for op in self.operators:
             for name in op[1:3] if isinstance(op, Addition) else op[1:2]:
@@ -147,7 +155,7 @@ class Student(nn.Module):
             for name in self.ends.get(op.name, ()):
                 del tensors[name]
             tensors[op.name] = y
-        return tensors["disparity"]
+        return tensors["disparity"].exp() if self.logarithmic else tensors["disparity"]
 
 
 def key(name):
