@@ -1,10 +1,10 @@
 """Trains small members of the design space for a short time each; what they reach is what the predictor learns from.
 
-    python3 members.py --photos FOLDER --estimate PROGRAM --teacher FILE.safetensors --out FOLDER [--depth RGBD_FOLDER]... [--members N]
+    python3 members.py --photos FOLDER --estimate PROGRAM --teacher FILE.safetensors --out FOLDER [--depth RGBD_FOLDER]...
 
 The teacher is the network that ships: its disparity of each photograph, through the library (estimate.cpp), is the label. All members see the
-same batches in the same order, so that the batches explain none of the differences between them. FOLDER keeps the labels and members.json,
-to which a second start adds.
+same batches in the same order, so that the batches explain none of the differences between them. FOLDER keeps the labels, and
+members.json the results, to which a second start adds.
 """
 import argparse
 import json
@@ -95,8 +95,9 @@ def main():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     for name in ("photos", "estimate", "teacher", "out"):
         p.add_argument("--" + name, required=True)
+    p.add_argument("--results", help="default: members.json in --out")
     p.add_argument("--depth", action="append", default=[], help="photographs with measured depth, to compare both errors; not trained on")
-    p.add_argument("--count", type=int, default=640, help="photographs, of which every 8th is held out")
+    p.add_argument("--count", type=int, default=480, help="photographs, of which every 8th is held out")
     p.add_argument("--members", type=int, default=20)
     p.add_argument("--steps", type=int, default=150)
     p.add_argument("--also", help="JSON of search.py, whose found members are trained as well")
@@ -119,7 +120,7 @@ def main():
         batches.append((np.stack([c for c, _ in samples]), np.stack([t for _, t in samples]).astype(np.float32)))
     print(f"{len(found.train)} photographs, {len(found.held_out)} held out, {sum(len(c) for c, _, _ in measured)} with measured depth")
 
-    path, results = os.path.join(a.out, "members.json"), []
+    path, results = a.results or os.path.join(a.out, "members.json"), []
     if os.path.exists(path):
         with open(path) as file:
             results = json.load(file)

@@ -69,8 +69,9 @@ def main():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("--published", required=True)
     p.add_argument("--golden", required=True)
-    p.add_argument("--check-training", help="DATA of prepare.py")
+    p.add_argument("--check-training", metavar="DATA")
     p.add_argument("--steps", type=int, default=20)
+    p.add_argument("--photos", type=int, default=2, help="how many of the golden photographs")
     a = p.parse_args()
     torch.set_num_threads(1)
     torch.manual_seed(0)
@@ -80,7 +81,7 @@ def main():
     print(f"{len(ops)} operators, as published")
     scale, zero_point = ranges["disparity"]
     student, net = Student(ops, True), None
-    for path in sorted(glob.glob(os.path.join(a.golden, "*_384x288_rgb.npy"))):
+    for path in sorted(glob.glob(os.path.join(a.golden, "*_384x288_rgb.npy")))[:a.photos]:
         photo, golden = np.load(path), np.load(path.replace("rgb", "log_disparity_u8")).squeeze().astype(int)
         color = torch.from_numpy(photo).permute(2, 0, 1)[None].float() / 255
         if net is None:  # the photograph only tells the normalization what it has to undo; results do not depend on it

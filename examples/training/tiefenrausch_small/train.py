@@ -216,7 +216,8 @@ def main():
         if a.backbone:
             backbone.start_from(run.net, a.backbone)
         else:
-            export.start_from(run.net, a.weights, photographs.calibration(np.random.default_rng(3)))
+            known = photographs.calibration(np.random.default_rng(3))
+            export.start_from(run.net, a.weights, known[:1] if a.network == "paper" else known)
         run.use(run.net)
         if a.weights and a.network == "paper":  # its tensors rely on being clipped to 8 bits: in floating point it makes no sense
             run.quantize_as(export.read_safetensors(a.weights)[0])
