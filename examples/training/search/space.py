@@ -3,6 +3,7 @@
 A member is a tuple of choices, one per gene. Its blocks have signatures (kind, inputs, outputs, expansion, stride, height, width), by which
 latency.py finds their time in a table.
 """
+import functools
 import os
 import sys
 
@@ -89,6 +90,7 @@ class Blocks(Builder):
         return y
 
 
+@functools.lru_cache(1)  # successive callers ask for the same one
 def built(member):
     """The member's Blocks; its operators are a network for model.Student."""
     g, b = dict(zip(NAMES, member)), Blocks()
