@@ -34,13 +34,13 @@ class Builder:
         self.channels[name] = self.channels[a]
         return name
 
-    def inverted_residual(self, name, x, outputs, expansion, stride):
-        """MobileNet V2's block. Not normalized: its normalization is folded into the weights that it starts from."""
+    def inverted_residual(self, name, x, outputs, expansion, stride, normalized=False):
+        """MobileNet V2's block. Not normalized by default: normalization is folded into the pretrained weights that it starts from."""
         y = x
         if expansion > 1:
-            y = self.convolution(name + ".expand", y, self.channels[x] * expansion, relu=True, normalized=False)
-        y = self.convolution(name + ".depthwise", y, None, 3, stride, depthwise=True, relu=True, normalized=False)
-        y = self.convolution(name + ".project", y, outputs, normalized=False)
+            y = self.convolution(name + ".expand", y, self.channels[x] * expansion, relu=True, normalized=normalized)
+        y = self.convolution(name + ".depthwise", y, None, 3, stride, depthwise=True, relu=True, normalized=normalized)
+        y = self.convolution(name + ".project", y, outputs, normalized=normalized)
         return self.addition(name + ".sum", x, y) if stride == 1 and outputs == self.channels[x] else y
 
     def residual(self, name, x):
@@ -114,17 +114,27 @@ class Layer(nn.Module):
         return self.weight * factor[:, None, None, None], self.norm.bias - self.norm.running_mean * factor
 
 
+def network(name):
+    """(operators, whether the last tensor is the logarithm of disparity) of "small", the student, or "paper", the published architecture"""
+    if name == "paper":
+        import tr_unet
+        return tr_unet.operators(), True
+    return operators(), False
+
+
 class Student(nn.Module):
     """color B x 3 x H x W in [0, 1], sides multiples of 32 -> disparity B x 1 x H x W, about 0 to 1"""
 
-    def __init__(self):
+    def __init__(self, ops=None, logarithmic=False):
+        """ops          operators whose last one is named "disparity"; default: operators()
+        logarithmic  whether its result is the logarithm of disparity"""
         super().__init__()
-        self.operators = operators()
+        self.operators, self.logarithmic = ops or operators(), logarithmic
         self.layers = nn.ModuleDict({key(op.name): Layer(op) for op in self.operators if isinstance(op, Convolution)})
         for op in self.operators:  # every normalized shortcut block starts as the identity
             if isinstance(op, Addition) and op.name.endswith(".sum") and self.layers[key(op.b)].norm is not None:
                 nn.init.constant_(self.layers[key(op.b)].norm.weight, 0.1)
-        nn.init.constant_(self.layers["direct"].bias, 0.4)
+        nn.init.constant_(self.layers["direct" if "direct" in self.layers else "disparity"].bias, -0.9 if logarithmic else 0.4)
         last = {}
         for op in self.operators:
             for name in op[1:3] if isinstance(op, Addition) else op[1:2]:
@@ -145,7 +155,7 @@ class Student(nn.Module):
             for name in self.ends.get(op.name, ()):
                 del tensors[name]
             tensors[op.name] = y
-        return tensors["disparity"]
+        return tensors["disparity"].exp() if self.logarithmic else tensors["disparity"]
 
 
 def key(name):
@@ -153,10 +163,10 @@ def key(name):
     return name.replace(".", "_")
 
 
-def costs(height=288, width=384):
-    """(parameters with folded normalization, multiplications), for a photograph of that size"""
+def costs(height=288, width=384, ops=None):
+    """(parameters with folded normalization, multiplications) of a list of operators, for a photograph of that size"""
     sizes, parameters, products = {"photo": height * width}, 0, 0
-    for op in operators():
+    for op in ops or operators():
         if isinstance(op, Convolution):
             sizes[op.name] = sizes[op.input] // op.stride ** 2
             weights = op.outputs * op.kernel ** 2 * (1 if op.depthwise else op.inputs)

@@ -81,26 +81,35 @@ def measured(folder):
         yield name, source, shrink(photo, LONG_SIDE), label, np.zeros(label.shape, np.uint8)
 
 
-def main():
-    p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    for name in ("photos", "raw", "out"):
-        p.add_argument("--" + name, required=True)
-    p.add_argument("--depth", action="append", default=[])
-    a = p.parse_args()
-    os.makedirs(a.out, exist_ok=True)
-    entries, color_at, label_at, start = [], 0, 0, time.time()
-    with open(os.path.join(a.out, "colours.u8"), "wb") as colors, open(os.path.join(a.out, "labels.f16"), "wb") as values, \
-            open(os.path.join(a.out, "fronts.u8"), "wb") as fronts:
-        sources = [photographs(a.photos, a.raw)] + [measured(folder) for folder in a.depth]
-        for name, source, photo, label, front in (item for s in sources for item in s):
+def write(out, items):
+    """Writes what data.Library reads.
+
+    items  (name, source, photograph, disparity, what may be cut out) of each photograph. Returns the entries of index.json."""
+    os.makedirs(out, exist_ok=True)
+    entries, color_at, label_at = [], 0, 0
+    with open(os.path.join(out, "colours.u8"), "wb") as colors, open(os.path.join(out, "labels.f16"), "wb") as values, \
+            open(os.path.join(out, "fronts.u8"), "wb") as fronts:
+        for name, source, photo, label, front in items:
             entries.append({"name": name, "source": source, "height": photo.shape[0], "width": photo.shape[1], "colour_at": color_at,
                             "label_height": label.shape[0], "label_width": label.shape[1], "label_at": label_at, "front": bool(front.any())})
             colors.write(np.ascontiguousarray(photo).tobytes())
             values.write(label.astype(np.float16).tobytes())
             fronts.write(front.tobytes())
             color_at, label_at = color_at + photo.size, label_at + label.size
-    with open(os.path.join(a.out, "index.json"), "w") as file:
+    with open(os.path.join(out, "index.json"), "w") as file:
         json.dump({"entries": entries}, file)
+    return entries
+
+
+def main():
+    p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    for name in ("photos", "raw", "out"):
+        p.add_argument("--" + name, required=True)
+    p.add_argument("--depth", action="append", default=[])
+    a = p.parse_args()
+    start = time.time()
+    sources = [photographs(a.photos, a.raw)] + [measured(folder) for folder in a.depth]
+    entries = write(a.out, (item for s in sources for item in s))
     print(f"{len(entries)} photographs, {sum(e['front'] for e in entries)} with something to cut out, in {time.time() - start:.0f} s")
 
 

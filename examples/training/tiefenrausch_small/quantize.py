@@ -91,16 +91,18 @@ def find_ranges(student, batches):
         ranges[op.name] = (ranges[op.input] if isinstance(op, Enlargement)
                            else scale_and_zero_point(*best_range(torch.cat(seen[op.name]))))
     # clipped, whatever is near would become one flat sheet
-    ranges["disparity"] = scale_and_zero_point(0.0, torch.cat(seen["disparity"]).max().item())
+    last = torch.cat(seen["disparity"])
+    ranges["disparity"] = scale_and_zero_point(last.min().item() if student.logarithmic else 0.0, last.max().item())
     return ranges
 
 
 class Quantized(nn.Module):
     """color B x 3 x H x W in [0, 1], multiples of 1/255 -> disparity B x 1 x H x W"""
 
-    def __init__(self, ranges, weight_bits=8):
+    def __init__(self, ranges, weight_bits=8, ops=None, logarithmic=False):
+        """ops, logarithmic  as for model.Student"""
         super().__init__()
-        self.operators, self.ranges, self.weight_bits = operators(), ranges, weight_bits
+        self.operators, self.logarithmic, self.ranges, self.weight_bits = ops or operators(), logarithmic, ranges, weight_bits
         self.weights, self.biases = nn.ParameterDict(), nn.ParameterDict()
         for op in self.operators:
             if isinstance(op, Convolution):
@@ -131,7 +133,9 @@ class Quantized(nn.Module):
         return Requantize.apply(accumulator, factor, -zero_point, 255 - zero_point)
 
     def forward(self, color):
-        tensors = {"photo": (color * 255).round().contiguous(memory_format=torch.channels_last)}
+        scale, zero_point = self.ranges["photo"]
+        photo = (color / scale).round().clamp(-zero_point, 255 - zero_point)
+        tensors = {"photo": photo.contiguous(memory_format=torch.channels_last)}
         for op in self.operators:
             scale = self.ranges[op.name][0]
             if isinstance(op, Convolution):
@@ -145,4 +149,5 @@ class Quantized(nn.Module):
             else:
                 y = F.interpolate(tensors[op.input], scale_factor=2, mode="nearest")
             tensors[op.name] = y
-        return tensors["disparity"] * self.ranges["disparity"][0]
+        result = tensors["disparity"] * self.ranges["disparity"][0]
+        return result.exp() if self.logarithmic else result
