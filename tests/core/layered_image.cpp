@@ -92,6 +92,24 @@ concept can_receive_columns = requires(G& g, const graph_builder& b) {
     g.index_columns::operator=(b);
 };
 static_assert(!can_receive_columns<graph>, "a finished graph receives no unchecked columns");
+template <class B>
+concept has_writable_column = requires(B& b) {
+    b.write_x();
+}
+|| requires(B& b) { b.x()[0] = 1; }
+|| requires(B& b) { b.x_; }
+|| requires(B& b) { b.left()[0] = 1; };
+static_assert(!has_writable_column<graph_builder> && !has_writable_column<graph>, "no view could change a graph after build()");
+static_assert(std::is_final_v<graph> && std::is_final_v<graph_view>);
+struct thief : detail::index_columns<buffer<std::int32_t>> {
+    template <class T = thief>
+    static constexpr bool reaches_columns = requires {
+        &T::x_;
+    }
+    || requires { &T::neighbors_; }
+    || requires { T(); };
+};
+static_assert(!thief::reaches_columns<>, "a derived class does not reach the columns");
 static_assert(!std::is_copy_constructible_v<link_editor> && !std::is_constructible_v<link_editor, graph_builder&>);
 static_assert(std::is_constructible_v<layered_view<disparity_column>, const graph&, const buffer<float>&>);
 
@@ -111,6 +129,19 @@ static_assert(!std::is_constructible_v<layered_view<disparity_column>, photo_lay
 static_assert(std::is_constructible_v<layered_view<disparity_column>, const photo_layers&>);
 static_assert(!std::is_convertible_v<graph, graph_view> && !std::is_convertible_v<const graph, graph_view>);
 static_assert(std::is_convertible_v<graph&, graph_view> && std::is_convertible_v<const graph&, graph_view>);
+template <class G>
+concept shows_temporary_index_column = requires(G&& g) {
+    std::move(g).x();
+}
+|| requires(G&& g) { std::move(g).y(); }
+|| requires(G&& g) { std::move(g).neighbors(side::left); }
+|| requires(G&& g) { std::move(g).up(); }
+|| requires(G&& g) { std::move(g).down(); }
+|| requires(G&& g) { std::move(g).left(); }
+|| requires(G&& g) { std::move(g).right(); };
+static_assert(!shows_temporary_index_column<graph> && !shows_temporary_index_column<const graph>);
+static_assert(!shows_temporary_index_column<graph_builder>);
+static_assert(shows_temporary_index_column<graph_view>, "a view may be temporary; its memory is the caller's");
 static_assert(!std::is_constructible_v<array_view<const float>, buffer<float>>);
 static_assert(!std::is_constructible_v<array_view<float>, buffer<float>>);
 static_assert(!std::is_constructible_v<array_view<const float>, const buffer<float>>);
