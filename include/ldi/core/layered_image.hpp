@@ -60,6 +60,7 @@ private:
 template <payload_column... Columns>
 class layered_image {
     static_assert(detail::are_distinct<Columns...>, "a layered image has each column once");
+    static_assert((detail::check_rules<Columns>() && ...));
 
 public:
     /// Whether the layered image has this column.
