@@ -497,6 +497,16 @@ TEST_CASE("expand() refuses curves whose front is the farther pixel, and constra
     }
 }
 
+TEST_CASE("expand() refuses a surface rule that joins the two sides of a curve") {
+    ldi::image<float> map(20, 20);
+    for (std::size_t y = 0; y < 20; ++y)
+        for (std::size_t x = 0; x < 20; ++x) map(y, x) = x < 10 ? 0.1F : 0.4F;
+    const ldi::photo_layer lifted = ldi::testing::lift_disparity(map);
+    const auto curves = ldi::find_discontinuity_curves(lifted, {});
+    CHECK_NOTHROW(ldi::expand(lifted, {0.29F}, curves));
+    CHECK_THROWS_AS(ldi::expand(lifted, {0.9F}, curves), ldi::error);
+}
+
 TEST_CASE("expand() refuses disparities outside [-1, 1] and surface rules outside [0.001, 1]") {
     const ldi::photo_layer lifted = ldi::testing::lift_disparity(ldi::image<float>(8, 8));
     for (const float wild : {std::numeric_limits<float>::infinity(), std::nanf(""), 1.5F, -1.5F}) {

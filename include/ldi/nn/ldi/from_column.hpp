@@ -53,8 +53,10 @@ void to_column(const basic_feature_map<Value>& map, Layers& layers, float scale 
             return value;
         } else if constexpr (std::integral<scalar>) {
             const double scaled = std::round(double{scale} * static_cast<double>(value));
-            constexpr double lowest = (std::numeric_limits<scalar>::min)(), highest = (std::numeric_limits<scalar>::max)();
-            return static_cast<scalar>(std::isnan(scaled) ? 0.0 : std::clamp(scaled, lowest, highest));
+            constexpr scalar lowest = (std::numeric_limits<scalar>::min)(), highest = (std::numeric_limits<scalar>::max)();
+            if (scaled >= static_cast<double>(highest)) return highest;  // before the cast: 2^63 - 1 is 2^63 as a double
+            if (scaled <= static_cast<double>(lowest)) return lowest;
+            return std::isnan(scaled) ? scalar{0} : static_cast<scalar>(scaled);
         } else {
             return static_cast<scalar>(scale * static_cast<float>(value));
         }
