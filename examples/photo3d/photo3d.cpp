@@ -98,9 +98,8 @@ void print_figures(const arguments& a, const nlohmann::ordered_json& report, con
     if (a.quiet) return;
     std::fputs(("\n" + to_table(report)).c_str(), is_stdout_taken ? stderr : stdout);
     if (report["hidden_pixels"] == 0)
-        say(name_of_input(a.photos.front()) + " became a single sheet: nowhere in its depth (" + depth +
-            ") does one thing hide another, so that there is nothing to see behind it. Another depth map or "
-            "network may see more: --depth, --depth-model.");
+        say(name_of_input(a.photos.front()) + ": its depth (" + depth +
+            ") contains no occlusions, so the 3D photo is a single sheet. Try another --depth or --depth-model.");
 }
 
 /// Prints the files that a run has written, and the programs that open them.
