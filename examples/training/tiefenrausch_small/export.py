@@ -36,7 +36,7 @@ from weight_files import read_safetensors, write_safetensors  # noqa: E402
 
 @torch.no_grad()
 def tensors_of(net):
-    """What the file holds, from a Quantized network."""
+    """The file's tensors, from a Quantized network."""
     number = {"photo": 0, **{op.name: i + 1 for i, op in enumerate(net.operators)}}
     rows, weight_scales, weight_zero_points, parts = [], [], [], {}
     for i, op in enumerate(net.operators):
@@ -70,7 +70,7 @@ class Integers:
 
     def __init__(self, tensors):
         self.t = tensors
-        for i, (kind, a, b, _, _) in enumerate(tensors["operators"]):  # what the library will refuse
+        for i, (kind, a, b, _, _) in enumerate(tensors["operators"]):  # operators that the library would refuse
             if kind < 2:
                 scale = tensors["scales"][a] * tensors["weight_scales"][i] / tensors["scales"][i + 1]
                 assert 2.0 ** -32 <= scale < 1, (i, scale)
@@ -128,8 +128,8 @@ def ranges_of(tensors, ops):
 
 @torch.no_grad()
 def start_from(student, path, photographs):
-    """Makes a model.Student compute what an exported file's network computes, give or take rounding. `photographs`, batches of colors,
-    tell its normalization what it has to undo."""
+    """Sets a model.Student so that it computes the same as an exported file's network, up to rounding. `photographs`, batches of colors,
+    determine the statistics that its normalization must undo."""
     tensors, _ = read_safetensors(path)
     number = {"photo": 0, **{op.name: i + 1 for i, op in enumerate(student.operators)}}
     statistics = {}

@@ -1,4 +1,4 @@
-"""Trains the student on what prepare.py wrote. See README.md.
+"""Trains the student on the output of prepare.py. See README.md.
 
     python3 train.py --data DATA --out FOLDER --hours H --backbone FILE.tflite | --weights FILE.safetensors [--watch FOLDER]
 
@@ -36,15 +36,15 @@ STAGES = (
     (0.60, 6 * 256 * 256, ((256, 256), (224, 288), (288, 224), (192, 320), (320, 192))),
     (1.00, 4 * 288 * 384, data.WHOLE),
 )
-QUANTIZED_FROM = 0.80  # share of the schedule that is trained in floating point; the rest has 8 bits
-LAST = 0.70  # share of the schedule that `finish` goes on from
+QUANTIZED_FROM = 0.80  # share of the schedule in floating point; the rest is in 8 bits
+LAST = 0.70  # share of the schedule at which `finish` continues
 
 
 def rate_at(progress):
     return 0.5 * (1 + math.cos(math.pi * progress))
 
 
-BACKBONE_RATE = 0.2  # of the learning rate, for the features that training starts from: they have no normalization, and know something
+BACKBONE_RATE = 0.2  # factor of the learning rate for pretrained features, which have no normalization
 
 
 @torch.no_grad()
@@ -59,7 +59,7 @@ def validate(net, batches):
 
 
 class Watched:
-    """Photographs with depth from elsewhere that are never trained on."""
+    """Photographs with depth of other data sets, which are not used in training."""
 
     def __init__(self, folder, most=60):
         pairs = list(metrics.read_pairs(folder)) if folder else []
@@ -102,7 +102,7 @@ class Run:
         return Quantized(self.ranges, ops=ops, logarithmic=logarithmic)
 
     def quantize(self, batches):
-        """Goes on in 8 bits, from the average of the float network."""
+        """Continues in 8 bits, from the average of the float network."""
         self.ranges = find_ranges(self.average, batches)
         self.use(self.quantized().take(self.average))
 
@@ -157,7 +157,7 @@ class Run:
 
 
 class Schedule:
-    """How far the training has come, 0 to 1, from the processor time spent and the files that steer it."""
+    """The training's progress, 0 to 1, from the used processor time and the control files."""
 
     def __init__(self, folder, hours):
         self.folder, self.hours, self.hurry = folder, hours, None
@@ -170,7 +170,7 @@ class Schedule:
             return None
 
     def progress(self, seconds, reached):
-        """reached  what this returned last, if this is a new start"""
+        """reached  the last returned value, after a restart"""
         hours = self.read("hours", self.hours) or self.hours
         progress = min(1.0, seconds / (3600 * hours))
         minutes = self.read("finish", 30.0)
@@ -246,7 +246,7 @@ def main():
         run.seconds = before + time.process_time() - processor
         progress = schedule.progress(run.seconds, run.progress)
         if run.ranges is not None:
-            progress = max(progress, QUANTIZED_FROM)  # there is no way back
+            progress = max(progress, QUANTIZED_FROM)  # 8 bits never return to floating point
         run.progress = progress
         done = asked or progress >= 1 or os.path.exists(path("stop"))
         if run.seconds - looked > 900 or done:

@@ -104,9 +104,9 @@ private:
 
     void weigh_row(const band& b, std::int32_t k, const color_sums& front_sums, const color_sums& back_sums) {
         const bool is_known = front_sums.count > 0.0F && back_sums.count > 0.0F;
-        const std::int32_t least = b.min_cut(k), most = b.largest_cut(k);
+        const std::int32_t min_cut = b.min_cut(k), max_cut = b.largest_cut(k);
         if (!is_known) {
-            for (std::int32_t cut = least; cut <= most; ++cut) cost(k, cut) = distance_cost(cut);
+            for (std::int32_t cut = min_cut; cut <= max_cut; ++cut) cost(k, cut) = distance_cost(cut);
             return;
         }
         const color_model front(front_sums, noise), back(back_sums, noise);
@@ -114,7 +114,7 @@ private:
         float squared = 0.0F;
         for (std::size_t c = 0; c < 3; ++c) direction[c] = front.mean[c] - back.mean[c], squared += direction[c] * direction[c];
         float evidence = 0.0F;
-        for (std::int32_t cut = least; cut <= most; ++cut) {
+        for (std::int32_t cut = min_cut; cut <= max_cut; ++cut) {
             cost(k, cut) = evidence + distance_cost(cut);
             if (squared > 9.0F * noise * noise) cost(k, cut) -= contrast_weight * contrast(b, k, cut, direction, squared);
             if (const std::uint8_t* color = b.color(k, cut))
