@@ -19,9 +19,8 @@ namespace ldi::examples {
 inline std::vector<std::string> notes_on(const photo3d& made, std::size_t hidden, const arguments& a, const std::string& depth) {
     std::vector<std::string> notes;
     if (hidden == 0 && made.dropped_sides == 0)
-        notes.push_back("the 3D photo is a single sheet: nowhere in its depth (" + depth +
-                        ") does one thing hide another, so that there is nothing to see behind it. Another depth map or network "
-                        "may see more: --depth, --depth-model.");
+        notes.push_back("its depth (" + depth +
+                        ") contains no occlusions, so the 3D photo is a single sheet. Try another --depth or --depth-model.");
     if (made.dropped_sides > 0) {
         std::size_t sides = made.dropped_sides;
         for (const discontinuity_curve& curve : made.curves) sides += curve.sides.size();
