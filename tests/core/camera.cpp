@@ -1,4 +1,5 @@
 #include <ldi/core/camera.hpp>
+#include <ldi/core/photo_facts.hpp>
 
 #include <catch2/catch.hpp>
 
@@ -38,6 +39,16 @@ TEST_CASE("project() inverts unproject(), and depth is measured along the optica
         REQUIRE(seen[0] == Approx(x).margin(1e-3));
         REQUIRE(seen[1] == Approx(y).margin(1e-3));
     }
+}
+
+TEST_CASE("the camera of a layered image includes the margin, which is not negative") {
+    photo_facts facts;
+    facts.camera = {640, 480, 500.0F};
+    facts.margin = 10;
+    CHECK((facts.layers_camera().width == 660 && facts.layers_camera().height == 500));
+    CHECK(facts.layers_camera().focal_length == 500.0F);
+    facts.margin = -1;
+    CHECK_THROWS_AS(facts.layers_camera(), error);
 }
 
 TEST_CASE("a 35 mm equivalent focal length is converted by the ratio of the diagonals") {

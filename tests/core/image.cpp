@@ -19,6 +19,14 @@ static_assert(std::is_convertible_v<const image<float>&, image_view<const float>
 static_assert(std::is_convertible_v<image_view<float>, image_view<const float>>);
 static_assert(!std::is_convertible_v<const image<float>&, image_view<float>>);
 static_assert(!std::is_convertible_v<image_view<const float>, image_view<float>>);
+static_assert(std::is_convertible_v<image<float>, image_view<const float>>, "a temporary image can be an argument");
+static_assert(!std::is_convertible_v<image<float>, image_view<float>>, "values written to a temporary image are lost");
+template <class Image>
+concept shows_temporary_values = requires(Image&& i) {
+    std::move(i).view();
+}
+|| requires(Image&& i) { std::move(i).row(0); };
+static_assert(!shows_temporary_values<image<float>> && !shows_temporary_values<const image<float>>);
 
 TEST_CASE("an image has the height, width and channels it was created with, one channel by default") {
     const image<float> picture(3, 5, 2);

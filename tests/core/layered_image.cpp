@@ -48,6 +48,44 @@ static_assert(payload_column<column_of<float, 1>> && !payload_column<column_of<f
               !payload_column<column_of<float, -1>>);
 static_assert(!payload_column<column_of<const float, 1>> && !payload_column<column_of<float&, 1>>);
 static_assert(!payload_column<column_of<std::unique_ptr<int>, 1>>, "grow() copies values");
+struct final_column final : column_of<float, 1> {};
+static_assert(!payload_column<final_column>, "its rules could not be checked");
+static_assert(!payload_column<const disparity_column> && !payload_column<volatile disparity_column>,
+              "two columns would have one name");
+
+// Rules with the right name and a wrong signature. The default used to replace them.
+struct rules_of_int32 : column_of<std::int32_t, 1> {
+    static std::int32_t new_pixel(std::int32_t* origin) { return *origin; }
+    static std::array<std::int32_t, 1> coarser(pixel_values<std::int32_t, 2> pixels) { return {pixels(0)}; }
+    static std::array<std::int32_t, 1> at_vertex(pixel_values<std::uint32_t, 1>) { return {}; }
+};
+struct rules_of_wrong_results : column_of<std::int32_t, 1> {
+    static std::string new_pixel(std::int32_t) { return {}; }
+    static std::array<std::int32_t, 2> coarser(pixel_values<std::int32_t, 1>) { return {}; }
+    static void at_vertex(pixel_values<std::int32_t, 1>) {}
+};
+struct rules_of_other_kinds : column_of<std::int32_t, 1> {
+    int new_pixel = 0;
+    std::array<std::int32_t, 1> coarser(pixel_values<std::int32_t, 1> pixels) { return {pixels(0)}; }
+    static int at_vertex(int);
+    static int at_vertex(float);
+};
+struct fitting_rules : column_of<std::int32_t, 1> {
+    template <class T>
+    static T new_pixel(T origin) {
+        return origin;
+    }
+    static std::array<std::int32_t, 1> coarser(auto pixels) { return {pixels(0)}; }
+    static std::array<std::int32_t, 1> at_vertex(const pixel_values<std::int32_t, 1>& pixels) { return first_of(pixels); }
+};
+template <class Column>
+inline constexpr bool has_a_fitting_rule =
+    detail::new_pixel_fits<Column> || detail::coarser_fits<Column> || detail::at_vertex_fits<Column>;
+static_assert(!has_a_fitting_rule<rules_of_int32> && !has_a_fitting_rule<rules_of_wrong_results> &&
+              !has_a_fitting_rule<rules_of_other_kinds>);
+static_assert(detail::check_rules<fitting_rules>() && detail::has_new_pixel<fitting_rules> &&
+              detail::has_coarser<fitting_rules> && detail::has_at_vertex<fitting_rules>);
+static_assert(detail::check_rules<normal_column>() && detail::check_rules<name_column>());
 static_assert(std::is_default_constructible_v<users_layers> && std::is_copy_constructible_v<users_layers>);
 static_assert(std::is_nothrow_move_constructible_v<users_layers> && std::is_move_assignable_v<users_layers>);
 static_assert(!std::is_polymorphic_v<photo_layers>);
@@ -92,6 +130,24 @@ concept can_receive_columns = requires(G& g, const graph_builder& b) {
     g.index_columns::operator=(b);
 };
 static_assert(!can_receive_columns<graph>, "a finished graph receives no unchecked columns");
+template <class B>
+concept has_writable_column = requires(B& b) {
+    b.write_x();
+}
+|| requires(B& b) { b.x()[0] = 1; }
+|| requires(B& b) { b.x_; }
+|| requires(B& b) { b.left()[0] = 1; };
+static_assert(!has_writable_column<graph_builder> && !has_writable_column<graph>, "no view could change a graph after build()");
+static_assert(std::is_final_v<graph> && std::is_final_v<graph_view>);
+struct thief : detail::index_columns<buffer<std::int32_t>> {
+    template <class T = thief>
+    static constexpr bool reaches_columns = requires {
+        &T::x_;
+    }
+    || requires { &T::neighbors_; }
+    || requires { T(); };
+};
+static_assert(!thief::reaches_columns<>, "a derived class does not reach the columns");
 static_assert(!std::is_copy_constructible_v<link_editor> && !std::is_constructible_v<link_editor, graph_builder&>);
 static_assert(std::is_constructible_v<layered_view<disparity_column>, const graph&, const buffer<float>&>);
 
@@ -111,6 +167,19 @@ static_assert(!std::is_constructible_v<layered_view<disparity_column>, photo_lay
 static_assert(std::is_constructible_v<layered_view<disparity_column>, const photo_layers&>);
 static_assert(!std::is_convertible_v<graph, graph_view> && !std::is_convertible_v<const graph, graph_view>);
 static_assert(std::is_convertible_v<graph&, graph_view> && std::is_convertible_v<const graph&, graph_view>);
+template <class G>
+concept shows_temporary_index_column = requires(G&& g) {
+    std::move(g).x();
+}
+|| requires(G&& g) { std::move(g).y(); }
+|| requires(G&& g) { std::move(g).neighbors(side::left); }
+|| requires(G&& g) { std::move(g).up(); }
+|| requires(G&& g) { std::move(g).down(); }
+|| requires(G&& g) { std::move(g).left(); }
+|| requires(G&& g) { std::move(g).right(); };
+static_assert(!shows_temporary_index_column<graph> && !shows_temporary_index_column<const graph>);
+static_assert(!shows_temporary_index_column<graph_builder>);
+static_assert(shows_temporary_index_column<graph_view>, "a view may be temporary; its memory is the caller's");
 static_assert(!std::is_constructible_v<array_view<const float>, buffer<float>>);
 static_assert(!std::is_constructible_v<array_view<float>, buffer<float>>);
 static_assert(!std::is_constructible_v<array_view<const float>, const buffer<float>>);

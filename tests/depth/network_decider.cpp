@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 
 using namespace ldi;
 
@@ -105,6 +106,30 @@ TEST_CASE("both surfaces continue their slope up to the edge, and no value remai
             if (i == no_pixel || !band.is_decided(i)) continue;
             const float share = band.share(i, decided.disparity(y, x));
             CHECK((share < 0.25F || share > 0.75F));
+        }
+    }
+}
+
+TEST_CASE("mirroring a coarse map mirrors what the network reads of it") {
+    for (const auto& [samples, pixels] : {std::pair<std::size_t, std::size_t>{1, 7}, {2, 4}, {5, 5}, {6, 40}, {40, 31}}) {
+        const buffer<detail::bilinear_place> places = detail::bilinear_places(samples, pixels);
+        const auto position = [&](std::size_t pixel) { return static_cast<float>(places[pixel].first) + places[pixel].share; };
+        for (std::size_t i = 0; i < pixels; ++i)
+            CHECK(position(i) + position(pixels - 1 - i) == Approx(static_cast<float>(samples - 1)).margin(1e-4));
+    }
+}
+
+TEST_CASE("a surface in the band gets its disparity beyond the band, unless the two differ by more than half of the step") {
+    for (const float step : {0.54F, 0.31F}) {
+        // The front slopes by 0.018 per pixel, so that it differs by 0.2 beyond the band.
+        image<float> map(30, 100);
+        for (std::size_t y = 0; y < 30; ++y)
+            for (std::size_t x = 0; x < 100; ++x)
+                map(y, x) = x < 50 ? 0.8F - 0.018F * std::min(static_cast<float>(49 - x), 20.0F) : 0.8F - step;
+        const decided_depth decided = decide(by_red, halves(30, 100, 50), map, map);
+        for (std::size_t x = 38; x < 50; ++x) {
+            CAPTURE(step, x, decided.disparity(15, x));
+            CHECK((decided.disparity(15, x) == map(15, 36)) == (step > 0.5F));
         }
     }
 }

@@ -55,6 +55,24 @@ TEST_CASE("resampling creates no values between the two sides of an edge") {
         REQUIRE((std::abs(value - 0.9F) < 1e-4F || std::abs(value - 0.2F) < 1e-4F));
 }
 
+TEST_CASE("a depth edge moves by a pixel to a color edge of 24 gray levels, but not to one of 16") {
+    const auto moves = [](int contrast) {
+        ldi::image<float> map(20, 20);
+        ldi::image<std::uint8_t> photo(80, 80, 3, std::uint8_t{100});
+        for (std::size_t y = 0; y < 80; ++y)
+            for (std::size_t x = 0; x < 80; ++x) {
+                map(y / 4, x / 4) = x < 40 ? 0.2F : 0.9F;
+                if (x >= 44) photo(y, x, 0) = static_cast<std::uint8_t>(100 + contrast);
+            }
+        const ldi::image<float> fine = ldi::resample_to_photo(map, photo);
+        CHECK(fine(40, 39) == Approx(0.2F));
+        CHECK(fine(40, 41) == Approx(0.9F));
+        return fine(40, 40) < 0.5F;
+    };
+    CHECK(moves(24));
+    CHECK_FALSE(moves(16));
+}
+
 TEST_CASE("resampling keeps a plane exact") {
     ldi::image<std::uint8_t> photo(96, 120, 3, std::uint8_t{100});
     ldi::image<float> map(24, 30);

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <random>
 
 namespace {
@@ -42,6 +43,21 @@ TEST_CASE("a blurred edge becomes one step at its steepest place") {
                     REQUIRE(max_step(sharp, y) == sharp(y, before + 1) - sharp(y, before));
                 }
             }
+}
+
+TEST_CASE("smoothing before sharpening preserves the sum of a map and has a variance of 1 along rows and columns") {
+    ldi::image<float> map(15, 15);
+    map(7, 7) = 1.0F;
+    const ldi::image<float> smooth = ldi::detail::sharpen::smoothed(map);
+    double sum = 0, across = 0, down = 0;
+    for (int y = 0; y < 15; ++y)
+        for (int x = 0; x < 15; ++x) {
+            const double value = smooth(static_cast<std::size_t>(y), static_cast<std::size_t>(x));
+            sum += value, across += value * (x - 7) * (x - 7), down += value * (y - 7) * (y - 7);
+        }
+    CHECK(sum == Approx(1.0));
+    CHECK(across == Approx(1.0));
+    CHECK(down == Approx(1.0));
 }
 
 TEST_CASE("slopes, and edges lower than three times the surface rule's maximum step, are not sharpened") {

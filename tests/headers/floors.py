@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""A folder of include/ldi includes only from those above it in this list, and of the headers beside the folders only the two that
-everybody may know. It includes nobody else's detail/. Examples and benchmarks use no detail at all, except those in KNOW_PARTS."""
+"""A folder of include/ldi includes only from the folders before it in FLOORS, and version.hpp. It never includes another folder's
+detail/. Examples and benchmarks use no detail/ at all, except those in KNOW_PARTS."""
 
 import re
 import sys

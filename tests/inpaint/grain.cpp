@@ -75,6 +75,15 @@ TEST_CASE("grain changes no color in smooth surroundings, and by at most one lev
         }
 }
 
+TEST_CASE("grain continues the noise of a strip that is five pixels wide") {
+    ldi::photo_layers layers = noisy_around_a_band(8.0);
+    for (std::int32_t i = 0; i < width * height; ++i)
+        if (const std::int32_t x = i % width; x < 35 || x >= 85)
+            for (std::uint8_t& channel : layers.at<ldi::color_column>(i)) channel = 128;
+    ldi::add_grain(layers, {.strength = 1.0F});
+    CHECK(deviation_inside(layers) > 5.0);
+}
+
 TEST_CASE("grain is gray, unbiased and reproducible, and does not change known pixels or other columns") {
     std::mt19937 random(2);
     for (int round = 0; round < 20; ++round) {

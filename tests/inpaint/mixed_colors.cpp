@@ -109,6 +109,34 @@ TEST_CASE("pixels that are not mixed keep their colors, except for the backgroun
     }
 }
 
+TEST_CASE(
+    "the matte is right beside a speck seven pixels long, and in a stripe twelve pixels wide whose neighbors look like "
+    "mixtures") {
+    const color front{220, 60, 60}, back{60, 140, 200}, speck{60, 255, 0}, mixture{108, 116, 158};
+    // A foreground right of column 20. Its share of the colors in column 19 is 0.3.
+    const auto share_in_the_middle = [&](auto&& background) {
+        ldi::image<float> disparity(40, 40);
+        ldi::image<std::uint8_t> photo(40, 40, 3);
+        for (std::size_t y = 0; y < 40; ++y)
+            for (std::size_t x = 0; x < 40; ++x) {
+                disparity(y, x) = x < 20 ? 0.2F : 0.8F;
+                const color behind = background(x, y);
+                for (std::size_t c = 0; c < 3; ++c)
+                    photo(y, x, c) = static_cast<std::uint8_t>(x < 19    ? behind[c]
+                                                               : x == 19 ? 0.3F * front[c] + 0.7F * behind[c]
+                                                                         : front[c]);
+            }
+        ldi::photo_layer layer = ldi::lift(photo, disparity);
+        ldi::unmix_colors(layer);
+        return layer.column<ldi::matte_column>()[20 * 40 + 19] / 255.0;
+    };
+    CHECK(share_in_the_middle([&](std::size_t, std::size_t) { return back; }) == Approx(0.3).margin(0.1));
+    const auto with_speck = [&](std::size_t x, std::size_t y) { return x < 18 && y >= 17 && y < 24 ? speck : back; };
+    CHECK(share_in_the_middle(with_speck) == Approx(0.3).margin(0.1));
+    const auto with_stripes = [&](std::size_t, std::size_t y) { return y >= 14 && y < 26 ? back : mixture; };
+    CHECK(share_in_the_middle(with_stripes) == Approx(0.3).margin(0.1));
+}
+
 TEST_CASE("a color near a sample of one surface is assigned to that surface, even if a mixture would explain it") {
     // Half way between the first two samples. "Close" means up to a third of their contrast.
     const ldi::detail::float_color middle{120, 100, 100}, backgrounds[] = {{20, 100, 100}, {20, 100, 100}};

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <random>
 #include <vector>
@@ -171,6 +172,26 @@ TEST_CASE("more than 90 percent of adjacent cells copy texture from adjacent sou
     CHECK(coherent > 0.9 * pairs);
 }
 
+TEST_CASE("in two rounds, the search finds similar sources far from the nearest known pixels for two thirds of the cells") {
+    // Waves of color along columns. The inpainter continued them by half a wave too low, so sources lie 16 rows away.
+    const auto wave = [](std::int32_t x, std::int32_t y) {
+        const int value = 128 + static_cast<int>(std::lround(60 * std::sin(3.14159265 / 16 * (in_hole(x) ? y + 16 : y))));
+        return rgb{value, value, value};
+    };
+    const photo_layers layers = around_a_band(wave, wave);
+    const graph& g = layers.topology();
+    const detail::texture_cells cells = detail::find_texture_cells(g, layers.column<known_column>(), 32, 3);
+    const detail::texture_looks looks = detail::look_at(cells, layers.column<color_column>());
+    const buffer<std::int32_t> source = detail::texture_search(g, cells, looks.surroundings, 32).run(2);
+    int unknown = 0, similar = 0;
+    for (std::int32_t cell = 0; cell < cells.count(); ++cell) {
+        if (!cells.is_unknown(cell)) continue;
+        const int difference = detail::difference_of(looks.surroundings[cell], looks.surroundings[source[cell]]);
+        unknown += 1, similar += difference <= 13 * detail::tap_values ? 1 : 0;
+    }
+    CHECK(3 * similar > 2 * unknown);
+}
+
 TEST_CASE("the integer blur matches a blur in double precision on random graphs") {
     std::mt19937 random(11);
     for (int round = 0; round < 50; ++round) {
@@ -219,6 +240,25 @@ TEST_CASE("the integer blur matches a blur in double precision on random graphs"
                     if (const std::int32_t n = cells.neighbor(tap, s); n != no_pixel) tap = n;
                 look(tap);
             }
+        }
+    }
+}
+
+TEST_CASE("sources are compared by the colors up to eight pixels away from them, above, below, left and right") {
+    // A white line, a row or a column, across a black image.
+    for (const bool is_row : {false, true}) {
+        photo_layers layers(make_grid(60, 60));
+        for (std::int32_t i = 0; i < 60 * 60; ++i) {
+            const std::int32_t x = i % 60, y = i / 60, value = (is_row ? y : x) == 30 ? 255 : 0;
+            layers.at<known_column>(i)[0] = x == 0 ? 0 : 1;
+            set_color(layers, i, {value, value, value});
+        }
+        const detail::texture_cells cells = detail::find_texture_cells(layers.topology(), layers.column<known_column>(), 100, 3);
+        const detail::texture_looks looks = detail::look_at(cells, layers.column<color_column>());
+        REQUIRE(cells.count() == 60 * 60);
+        for (std::int32_t cell = 0; cell < cells.count(); ++cell) {
+            const std::int32_t distance = std::abs((is_row ? cell / 60 : cell % 60) - 30);
+            REQUIRE((looks.surroundings[cell] != detail::texture_surroundings{}) == (distance <= 8));
         }
     }
 }

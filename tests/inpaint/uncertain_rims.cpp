@@ -50,6 +50,27 @@ TEST_CASE("mark_uncertain_rims() makes exactly the background's rims unknown") {
     }
 }
 
+TEST_CASE("restore_rims() refuses rims of other layers and changes nothing") {
+    layer_with_rims layer = fuzzy_scene(0);
+    const ldi::buffer<ldi::uncertain_rim> rims = ldi::mark_uncertain_rims(layer, 3);
+    paint_unknown(layer, 30, 190);
+    const layer_with_rims before = layer;
+    const ldi::buffer<ldi::uncertain_rim> too_few(rims.begin(), rims.end() - 1);
+    CHECK_THROWS_AS(ldi::restore_rims(layer, too_few), ldi::error);
+    layer.column<ldi::rim_column>()[0] = -1;
+    CHECK_THROWS_AS(ldi::restore_rims(layer, rims), ldi::error);
+    CHECK(layer.column<ldi::known_column>() == before.column<ldi::known_column>());
+    CHECK(layer.column<ldi::color_column>() == before.column<ldi::color_column>());
+}
+
+TEST_CASE("marking rims of width 0 clears the rims of an earlier call") {
+    layer_with_rims layer = fuzzy_scene(0);
+    ldi::mark_uncertain_rims(layer, 3);
+    const ldi::buffer<ldi::uncertain_rim> none = ldi::mark_uncertain_rims(layer, 0);
+    CHECK(none.empty());
+    CHECK_NOTHROW(ldi::restore_rims(layer, none));
+}
+
 TEST_CASE("a rim that looks like the background is restored unchanged") {
     layer_with_rims layer = fuzzy_scene(0);
     const layer_with_rims before = layer;

@@ -63,15 +63,27 @@ TEST_CASE("a column can define its own rule, such as a vote of the pixels") {
     CHECK(gather<label_column>(vertex_at(camera, 1, 1, 0), layers, camera) == buffer<std::uint8_t>{2, 8});
 }
 
-TEST_CASE("a vertex at a position that is not finite receives the values of its own pixel") {
-    layers_of_test layers(make_grid(2, 2));
-    for (std::int32_t i = 0; i < 4; ++i) layers.column<weight_column>()[i] = static_cast<float>(i);
+TEST_CASE("gather() refuses vertices that are not at a corner of their pixel") {
+    const layers_of_test layers(make_grid(2, 2));
     const pinhole_camera camera{2, 2, 3.0F};
     for (const float x : {std::nanf(""), 1e30F, -HUGE_VALF}) {
         textured_mesh mesh = vertex_at(camera, 1, 1, 3);
         mesh.positions[0] = x;
-        CHECK(gather<weight_column>(mesh, layers, camera) == buffer<float>{3});
+        CHECK_THROWS_AS(gather<weight_column>(mesh, layers, camera), error);
     }
+    CHECK_THROWS_AS(gather<weight_column>(vertex_at(camera, 0, 0, 3), layers, camera), error);
+    CHECK_THROWS_AS(gather<weight_column>(vertex_at(camera, 1.4F, 1, 3), layers, camera), error);
+    CHECK_THROWS_AS(gather<weight_column>(vertex_at(camera, 1, 1.6F, 3), layers, camera), error);
+    CHECK_NOTHROW(gather<weight_column>(vertex_at(camera, 2, 1, 3), layers, camera));
+}
+
+TEST_CASE("gather() refuses the camera of another photo") {
+    const layers_of_test layers(make_grid(6, 6));
+    const pinhole_camera camera{6, 6, 4.0F};
+    const textured_mesh mesh = vertex_at(camera, 2, 1, 7);
+    CHECK_NOTHROW(gather<weight_column>(mesh, layers, camera));
+    CHECK_THROWS_AS(gather<weight_column>(mesh, layers, pinhole_camera{}), error);
+    CHECK_THROWS_AS(gather<weight_column>(mesh, layers, pinhole_camera{6, 6, 6.0F}), error);
 }
 
 TEST_CASE("gather() refuses vertices whose pixels are not in the layers") {

@@ -178,6 +178,34 @@ TEST_CASE("soft-edge strips add no more than their share to a file, and are abse
     }
 }
 
+TEST_CASE("a soft-edge strip goes around corners of 50 degrees, and tapers off at spikes of 35 degrees") {
+    const auto strip_around = [](float degrees) {
+        // A wedge in front of a wall. Its tip, (10, 40), is the middle corner of an outline, and points to the left.
+        const float half = 0.5F * degrees * 3.14159265F / 180.0F;
+        const std::int32_t x = 10 + static_cast<std::int32_t>(std::lround(60.0F * std::cos(half))),
+                           dy = static_cast<std::int32_t>(std::lround(60.0F * std::sin(half)));
+        ldi::flat_mesh flat;
+        flat.outlines.corners = {{x, 40 + dy, 0.8F}, {10, 40, 0.8F}, {x, 40 - dy, 0.8F}};
+        flat.outlines.pieces.push_back({0, ldi::no_chart, 0, 2, 1, 1});
+        flat.open_corners = {0, 1, 2}, flat.first_open_corner = {0, 3};
+        ldi::detail::visible_surfaces seen{ldi::image<float>(80, 80, 1, 0.2F), ldi::image<std::uint8_t>(80, 80)};
+        for (std::size_t v = 0; v < 80; ++v)
+            for (std::size_t u = 10; u < 80; ++u) {
+                const float across = std::abs(static_cast<float>(v) - 39.5F), along = static_cast<float>(u) - 9.5F;
+                if (across <= along * std::tan(half)) seen.disparity(v, u) = 0.8F;
+            }
+        const ldi::graph g = ldi::make_grid(80, 80);
+        const ldi::photo_facts facts = ldi::testing::facts_of(g);
+        const ldi::soft_edge_options options;
+        ldi::detail::soft_edge_builder builder(flat, seen, {}, facts.camera, facts.range, options);
+        builder.choose(10);
+        builder.add_piece(0, {0, 0}, {1.0F, 1.0F});
+        return builder.finish();
+    };
+    CHECK(strip_around(50.0F).triangles.size() > 0);
+    CHECK(strip_around(35.0F).triangles.empty());
+}
+
 TEST_CASE("a flat photo has no soft-edge strip") {
     ldi::photo_layer layer = ldi::testing::lift_disparity(ldi::image<float>(40, 50, 1, 0.5F));
     ldi::unmix_colors(layer);

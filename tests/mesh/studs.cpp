@@ -4,7 +4,11 @@
 #include <tests/mesh/random_charts.hpp>
 #include <tests/support/surfaces.hpp>
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <set>
 
 namespace {
 
@@ -55,6 +59,26 @@ TEST_CASE("on a slanted plane, stud vertices are close enough that the texture s
                                       &b = studs.vertices[static_cast<std::size_t>(v) + 1];
             REQUIRE((b.y - a.y < 8 || range.texture_shift(static_cast<float>(b.y - a.y), a.disparity, b.disparity) <= 0.5F));
         }
+}
+
+TEST_CASE("where disparity is wavy, studs are closer to each other, but not if the waves are as short as eight pixels") {
+    const auto stud_columns = [](float amplitude, float wavelength) {
+        const ldi::graph g = ldi::make_grid(200, 80);
+        ldi::buffer<float> disparity(g.size());
+        for (std::size_t i = 0; i < g.size(); ++i)  // each stud has a vertex where disparity bends in row 33
+            disparity[i] = 0.1F + 0.002F * static_cast<float>(std::min(g.y()[i], 33)) +
+                           amplitude * std::sin(6.2831853F / wavelength * static_cast<float>(g.x()[i]));
+        const ldi::chart_set charts = whole(g);
+        const ldi::stud_set studs = ldi::make_studs(ldi::testing::surfaces_of(g, disparity), {}, charts,
+                                                    ldi::trace_outlines(g, disparity, charts), options_with(24, 0.012F, 4));
+        std::set<std::int32_t> columns;
+        for (const ldi::outline_corner& v : studs.vertices) columns.insert(v.x);
+        return columns.size();
+    };
+    const std::size_t flat = stud_columns(0.0F, 8.0F);
+    CHECK(flat == 7);
+    CHECK(stud_columns(0.005F, 8.0F) == flat);
+    CHECK(stud_columns(0.005F, 16.0F) > flat);
 }
 
 TEST_CASE("studs are evenly spaced and have a vertex where disparity bends") {

@@ -180,6 +180,34 @@ TEST_CASE("hidden surfaces on a sheet have colors between those of the surroundi
     CHECK(compared > 1000);
 }
 
+TEST_CASE("colors of hidden surfaces on a sheet are interpolated between the centers of atlas texels") {
+    std::mt19937 random(17);
+    sheet_scene s = random_sheet_scene(random);
+    const graph& g = s.layers.topology();
+    for (std::int32_t i = 0; i < g.count(); ++i) {  // red is a ramp along rows of the layered image, and green along columns
+        const atlas_place at = in_atlas(s, i);
+        for (std::int32_t v = -1; v <= 1; ++v)
+            for (std::int32_t u = -1; u <= 1; ++u) {
+                s.atlas.color(at.y + v, at.x + u, 0) = static_cast<std::uint8_t>(2 * std::max(g.x()[i] + u, 0));
+                s.atlas.color(at.y + v, at.x + u, 1) = static_cast<std::uint8_t>(2 * std::max(g.y()[i] + v, 0));
+            }
+    }
+    double across = 0, down = 0, count = 0;
+    for (std::size_t sheet = 1; sheet < s.layout.sizes.size(); ++sheet)
+        s.sheets[sheet - 1] = draw_sheet(s.layout, sheet, s.charts, s.atlas, s.worked_on, s.photo);
+    for_each_texel(s, [&](std::int32_t pixel, std::int32_t x, std::int32_t y) {
+        const atlas_place at = in_atlas(s, pixel);
+        if (s.atlas.kind(at.y, at.x) != texel_kind::occluded || g.x()[pixel] == 0 || g.y()[pixel] == 0) return;
+        const std::uint8_t* const texel = texel_of(s, s.charts.chart_of[pixel], x, y);
+        across += texel[0] - 2 * (s.layout.across.in_layers(x + 0.5) - 0.5);
+        down += texel[1] - 2 * (s.layout.down.in_layers(y + 0.5) - 0.5);
+        count += 1;
+    });
+    CHECK(count > 200);
+    CHECK(across / count == Approx(0.0).margin(0.15));
+    CHECK(down / count == Approx(0.0).margin(0.15));
+}
+
 TEST_CASE("sheets contain almost no colors that the photo mixes at silhouettes") {
     // A bright disc in front of a dark wall, both textured, its rim blurred over six pixels of the photo.
     constexpr std::size_t scale = 4, side = 120;

@@ -73,15 +73,13 @@ inline graph reordered(const graph_view& g, std::span<const std::int32_t> order)
     if (!is_permutation)
         raise(error_code::mismatch, "reorder", "a permutation of " + std::to_string(g.size()) + " pixels", "another order");
     graph_builder result(g.width(), g.height(), g.size(), unset);
-    const auto write = [&](array_view<std::int32_t> to, array_view<const std::int32_t> from) {
-        for (std::size_t i = 0; i < order.size(); ++i) to[i] = from[order[i]];
-    };
-    write(result.write_x(), g.x()), write(result.write_y(), g.y());
-    for (side s : all_sides) {
-        const array_view<std::int32_t> to = result.write_neighbors(s);
-        write(to, g.neighbors(s));
-        for (std::int32_t& neighbor : to)
-            if (neighbor != no_pixel) neighbor = new_index[neighbor];
+    for (std::int32_t i = 0; i < g.count(); ++i) {
+        const std::int32_t old = order[static_cast<std::size_t>(i)];
+        result.set_position(i, g.x()[old], g.y()[old]);
+        for (const side s : all_sides) {
+            const std::int32_t neighbor = g.neighbor(old, s);
+            result.set_neighbor(i, s, neighbor == no_pixel ? no_pixel : new_index[neighbor]);
+        }
     }
     return std::move(result).build();
 }

@@ -62,15 +62,15 @@ inline graph_builder keep_even_pixels(const graph_view& g, std::span<const pixel
     result.kept.resize(count);
     graph_builder coarse((g.width() + 1) / 2, (g.height() + 1) / 2, count, unset);
     result.parent.assign(g.size(), no_pixel);
-    std::size_t n = 0;
+    std::int32_t n = 0;
     for (const pixel_run& run : runs) {
         if (!is_even_row(run)) continue;
         const std::int32_t y = g.y()[run.first] / 2;
         std::int32_t x = (g.x()[run.first] + 1) / 2;
         for (std::int32_t i = first_kept(g, run); i < run.last; i += 2, ++n, ++x) {
             result.kept[n] = i;
-            coarse.write_x()[n] = x, coarse.write_y()[n] = y;
-            result.parent[i] = static_cast<std::int32_t>(n);
+            coarse.set_position(n, x, y);
+            result.parent[i] = n;
         }
     }
     return coarse;
@@ -80,13 +80,13 @@ inline graph_builder keep_even_pixels(const graph_view& g, std::span<const pixel
 inline void link_kept_pixels(const graph_view& g, const coarsened& result, graph_builder& made) {
     for (const side s : {side::down, side::right}) {
         const array_view<const std::int32_t> fine = g.neighbors(s);
-        const array_view<std::int32_t> coarse = made.write_neighbors(s), back = made.write_neighbors(opposite(s));
-        std::fill(back.begin(), back.end(), no_pixel);
+        for (std::int32_t i = 0; i < made.count(); ++i) made.set_neighbor(i, opposite(s), no_pixel);
         for (std::int32_t i = 0; i < result.kept.count(); ++i) {
             const std::int32_t between = fine[result.kept[i]];
             const std::int32_t other = between == no_pixel ? no_pixel : fine[between];
-            coarse[i] = other == no_pixel ? no_pixel : result.parent[other];
-            if (other != no_pixel) back[coarse[i]] = i;
+            const std::int32_t there = other == no_pixel ? no_pixel : result.parent[other];
+            made.set_neighbor(i, s, there);
+            if (there != no_pixel) made.set_neighbor(there, opposite(s), i);
         }
     }
 }

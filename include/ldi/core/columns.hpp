@@ -18,8 +18,9 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A column tag: the scalar, and the number of scalars per pixel. Up to three static functions compute the values of new pixels,
-/// coarser levels and vertices; a default replaces each function that a tag lacks.
+/// A column tag: a class that is not final, with the scalar and the number of scalars per pixel. Up to three static functions
+/// compute the values of new pixels, coarser levels and vertices; a default replaces each function that a tag lacks. A function
+/// with one of these names and another signature does not compile.
 ///
 ///     struct material {
 ///         using scalar = std::uint8_t;
@@ -32,7 +33,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 ///         static std::array<scalar, 1> at_vertex(ldi::pixel_values<scalar, 1> pixels) { return ldi::first_of(pixels); }
 ///     };
 template <class T>
-concept payload_column = requires {
+concept payload_column = std::is_same_v<T, std::remove_cv_t<T>> && std::is_class_v<T> && !std::is_final_v<T> && requires {
     typename T::scalar;
     requires std::default_initializable<typename T::scalar> && std::copyable<typename T::scalar>;
     { T::channels } -> std::convertible_to<std::size_t>;
@@ -92,27 +93,83 @@ template <class First, class... Rest>
 inline constexpr bool are_distinct<First, Rest...> = !(std::is_same_v<First, Rest> || ...) && are_distinct<Rest...>;
 
 template <payload_column Column>
+using pixels_of = pixel_values<typename Column::scalar, Column::channels>;
+template <payload_column Column>
+using values_of = std::array<typename Column::scalar, Column::channels>;
+
+/// Whether a tag has a member with the name of a rule, of whatever type or signature. Every name of `rule_names` is ambiguous in
+/// a class that inherits from the tag and from `rule_names`, if the tag has it, too.
+struct rule_names {
+    int new_pixel, coarser, at_vertex;
+};
+template <class Column>
+struct column_and_names : Column, rule_names {};
+template <class T>
+concept lacks_new_pixel = requires {
+    &T::new_pixel;
+};
+template <class T>
+concept lacks_coarser = requires {
+    &T::coarser;
+};
+template <class T>
+concept lacks_at_vertex = requires {
+    &T::at_vertex;
+};
+
+/// Whether a tag's rule, if it has one, accepts and returns the values of its column. Without this check, the default would
+/// silently replace a rule with a wrong signature.
+template <class Column>
+concept has_new_pixel = requires(typename Column::scalar origin) {
+    { Column::new_pixel(origin) } -> std::convertible_to<typename Column::scalar>;
+};
+template <class Column>
+concept has_coarser = requires(pixels_of<Column> pixels) {
+    { Column::coarser(pixels) } -> std::convertible_to<values_of<Column>>;
+};
+template <class Column>
+concept has_at_vertex = requires(pixels_of<Column> pixels) {
+    { Column::at_vertex(pixels) } -> std::convertible_to<values_of<Column>>;
+};
+template <class Column>
+inline constexpr bool new_pixel_fits = has_new_pixel<Column> || lacks_new_pixel<column_and_names<Column>>;
+template <class Column>
+inline constexpr bool coarser_fits = has_coarser<Column> || lacks_coarser<column_and_names<Column>>;
+template <class Column>
+inline constexpr bool at_vertex_fits = has_at_vertex<Column> || lacks_at_vertex<column_and_names<Column>>;
+
+/// Fails to compile unless all rules of a tag fit.
+template <class Column>
+constexpr bool check_rules() {
+    static_assert(new_pixel_fits<Column>, "new_pixel() of a column tag accepts a scalar and returns a scalar");
+    static_assert(coarser_fits<Column>, "coarser() of a column tag accepts pixel_values<scalar, channels> and returns an array");
+    static_assert(at_vertex_fits<Column>,
+                  "at_vertex() of a column tag accepts pixel_values<scalar, channels> and returns an array");
+    return true;
+}
+
+template <payload_column Column>
 typename Column::scalar new_pixel_value(typename Column::scalar origin) {
-    if constexpr (requires { Column::new_pixel(origin); })
+    static_assert(check_rules<Column>());
+    if constexpr (has_new_pixel<Column>)
         return Column::new_pixel(origin);
     else
         return copied(origin);
 }
 
 template <payload_column Column>
-using pixels_of = pixel_values<typename Column::scalar, Column::channels>;
-
-template <payload_column Column>
-std::array<typename Column::scalar, Column::channels> coarser_values(pixels_of<Column> pixels) {
-    if constexpr (requires { Column::coarser(pixels); })
+values_of<Column> coarser_values(pixels_of<Column> pixels) {
+    static_assert(check_rules<Column>());
+    if constexpr (has_coarser<Column>)
         return Column::coarser(pixels);
     else
         return averaged(pixels);
 }
 
 template <payload_column Column>
-std::array<typename Column::scalar, Column::channels> vertex_values(pixels_of<Column> pixels) {
-    if constexpr (requires { Column::at_vertex(pixels); })
+values_of<Column> vertex_values(pixels_of<Column> pixels) {
+    static_assert(check_rules<Column>());
+    if constexpr (has_at_vertex<Column>)
         return Column::at_vertex(pixels);
     else
         return averaged(pixels);

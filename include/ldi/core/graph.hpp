@@ -11,6 +11,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
@@ -37,14 +38,24 @@ constexpr side opposite(side s) {
 constexpr std::int32_t step_x(side s) { return s == side::left ? -1 : s == side::right ? 1 : 0; }
 constexpr std::int32_t step_y(side s) { return s == side::up ? -1 : s == side::down ? 1 : 0; }
 
+class graph_view;
+class graph;
 class graph_builder;
 
 namespace detail {
 
+[[noreturn]] inline void refuse_lattice(std::int32_t width, std::int32_t height) {
+    raise(error_code::invalid_option, "graph", "a lattice with a width and a height of 0 or more",
+          std::to_string(width) + " x " + std::to_string(height));
+}
+
 /// The lattice and six index columns of K entries each, read-only. `Column` is the type of an index column, an owner or a view.
-/// Only derived classes can copy and assign it, so that a finished graph never receives unchecked columns.
+/// Only graph_view, graph and graph_builder can derive from it and change it, so that a finished graph never receives unchecked
+/// columns.
 template <class Column>
 class index_columns {
+    static constexpr bool is_owner = std::is_same_v<Column, buffer<std::int32_t>>;
+
 public:
     using index_view = array_view<const std::int32_t>;
 
@@ -58,15 +69,24 @@ public:
     std::int32_t count() const { return x_.count(); }
 
     /// Positions of the pixels, K each.
-    index_view x() const { return x_; }
-    index_view y() const { return y_; }
+    index_view x() const& { return x_; }
+    index_view y() const& { return y_; }
 
     /// Index of each pixel's neighbor on side `s`, or no_pixel; K entries.
-    index_view neighbors(side s) const { return neighbors_[static_cast<std::size_t>(s)]; }
-    index_view up() const { return neighbors(side::up); }
-    index_view down() const { return neighbors(side::down); }
-    index_view left() const { return neighbors(side::left); }
-    index_view right() const { return neighbors(side::right); }
+    index_view neighbors(side s) const& { return neighbors_[static_cast<std::size_t>(s)]; }
+    index_view up() const& { return neighbors(side::up); }
+    index_view down() const& { return neighbors(side::down); }
+    index_view left() const& { return neighbors(side::left); }
+    index_view right() const& { return neighbors(side::right); }
+
+    // Columns of a temporary owner, which would be destroyed with it.
+    index_view x() const&& requires is_owner = delete;
+    index_view y() const&& requires is_owner = delete;
+    index_view neighbors(side) const&& requires is_owner = delete;
+    index_view up() const&& requires is_owner = delete;
+    index_view down() const&& requires is_owner = delete;
+    index_view left() const&& requires is_owner = delete;
+    index_view right() const&& requires is_owner = delete;
 
     std::int32_t neighbor(std::int32_t pixel, side s) const { return neighbors(s)[pixel]; }
 
@@ -78,7 +98,11 @@ public:
     }
     std::size_t position_of(std::int32_t pixel) const { return position(x_[pixel], y_[pixel]); }
 
-protected:
+private:
+    friend graph_view;
+    friend graph;
+    friend graph_builder;
+
     index_columns() = default;
     index_columns(const index_columns&) = default;
     index_columns(index_columns&&) noexcept = default;
@@ -87,7 +111,7 @@ protected:
     index_columns& operator=(index_columns&&) noexcept = default;
     ~index_columns() = default;
     index_columns(std::int32_t width, std::int32_t height) : width_(width), height_(height) {
-        LDI_ASSERT(width >= 0 && height >= 0);
+        if (width < 0 || height < 0) refuse_lattice(width, height);
     }
 
     Column& column(side s) { return neighbors_[static_cast<std::size_t>(s)]; }
@@ -101,10 +125,10 @@ protected:
 /// Non-owning view of index columns. Every function that reads a topology accepts a graph_view, and a `graph` converts to it.
 ///
 /// The owner guarantees the invariants of `graph`; core/validate.hpp checks them.
-class graph_view : public detail::index_columns<array_view<const std::int32_t>> {
+class graph_view final : public detail::index_columns<array_view<const std::int32_t>> {
 public:
     graph_view() = default;
-    /// Raises mismatch unless all columns have the same length.
+    /// Raises mismatch unless all columns have the same length, invalid_option for a negative size.
     ///
     /// x, y                   K positions on a lattice of width x height
     /// up, down, left, right  K neighbors each, an index below K or no_pixel
@@ -125,7 +149,7 @@ public:
 /// on the other sides.
 ///
 /// A stage documents whether it returns pixels in canonical order (core/canonical_order.hpp): by scanline, then by run.
-class graph : public detail::index_columns<buffer<std::int32_t>> {
+class graph final : public detail::index_columns<buffer<std::int32_t>> {
 public:
     /// Makes a graph without pixels.
     graph() = default;

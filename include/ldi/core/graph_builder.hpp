@@ -1,7 +1,6 @@
 // Builds graphs: adds pixels and links to an empty or existing graph, then returns the result.
 #pragma once
 
-#include <ldi/base/array_view.hpp>
 #include <ldi/base/config.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/core/graph.hpp>
@@ -22,13 +21,14 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 ///     const graph g = std::move(b).build();
 class graph_builder : public detail::index_columns<buffer<std::int32_t>> {
 public:
-    /// width, height  size of the lattice, 0 or more
+    /// width, height  size of the lattice, 0 or more; raises invalid_option for a negative size
     /// count          number of initial pixels, all at (0, 0) and without links
     graph_builder(std::int32_t width, std::int32_t height, std::size_t count = 0) : index_columns(width, height) {
         x_.resize(count), y_.resize(count);
         for (const side s : all_sides) column(s).resize(count, no_pixel);
     }
-    /// Leaves positions and neighbors uninitialized, for callers that set all of them through the views below.
+    /// Leaves positions and neighbors uninitialized, for callers that set all of them by set_position() and
+    /// set_neighbor().
     graph_builder(std::int32_t width, std::int32_t height, std::size_t count, unset_t) : index_columns(width, height) {
         x_.resize(count, unset), y_.resize(count, unset);
         for (const side s : all_sides) column(s).resize(count, unset);
@@ -70,11 +70,12 @@ public:
         there = no_pixel;
     }
 
-    /// Writable index columns, K entries each. They become invalid when the builder grows or builds. In debug builds, build()
-    /// checks that the result satisfies the invariants.
-    array_view<std::int32_t> write_x() { return x_; }
-    array_view<std::int32_t> write_y() { return y_; }
-    array_view<std::int32_t> write_neighbors(side s) { return column(s); }
+    /// Moves a pixel, without a check of its links. No function returns a writable view of a column, which could change the graph
+    /// after build().
+    void set_position(std::int32_t pixel, std::int32_t at_x, std::int32_t at_y) { x_[pixel] = at_x, y_[pixel] = at_y; }
+    /// Sets one direction of a link: the neighbor of `pixel` on side `s`, an index or no_pixel. The caller sets the opposite
+    /// direction, too. Threads may set different pixels or sides at the same time.
+    void set_neighbor(std::int32_t pixel, side s, std::int32_t neighbor) { column(s)[pixel] = neighbor; }
 
     /// Returns the finished graph. Asserts its invariants (linear time, debug builds only).
     graph build() && {
@@ -93,23 +94,19 @@ private:
 /// invalid_option for a negative size, too_large for 2^31 pixels or more.
 inline graph make_grid(std::int32_t width, std::int32_t height) {
     const std::int64_t pixels = std::int64_t{width} * height;
-    if (width < 0 || height < 0)
-        raise(error_code::invalid_option, "make_grid", "a width and a height of 0 or more",
-              std::to_string(width) + " x " + std::to_string(height));
+    if (width < 0 || height < 0) detail::refuse_lattice(width, height);
     if (pixels > 0x7FFFFFFF)
         raise(error_code::too_large, "make_grid", "fewer than 2^31 pixels",
               std::to_string(width) + " x " + std::to_string(height));
     graph_builder g(width, height, static_cast<std::size_t>(pixels), unset);
-    const array_view<std::int32_t> up = g.write_neighbors(side::up), down = g.write_neighbors(side::down);
-    const array_view<std::int32_t> left = g.write_neighbors(side::left), right = g.write_neighbors(side::right);
     std::int32_t i = 0;
     for (std::int32_t y = 0; y < height; ++y)
         for (std::int32_t x = 0; x < width; ++x, ++i) {
-            g.write_x()[i] = x, g.write_y()[i] = y;
-            up[i] = y > 0 ? i - width : no_pixel;
-            down[i] = y + 1 < height ? i + width : no_pixel;
-            left[i] = x > 0 ? i - 1 : no_pixel;
-            right[i] = x + 1 < width ? i + 1 : no_pixel;
+            g.set_position(i, x, y);
+            g.set_neighbor(i, side::up, y > 0 ? i - width : no_pixel);
+            g.set_neighbor(i, side::down, y + 1 < height ? i + width : no_pixel);
+            g.set_neighbor(i, side::left, x > 0 ? i - 1 : no_pixel);
+            g.set_neighbor(i, side::right, x + 1 < width ? i + 1 : no_pixel);
         }
     return std::move(g).build();
 }

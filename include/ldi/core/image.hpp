@@ -110,6 +110,9 @@ private:
 };
 
 /// An image that owns its H x W x C values, without gaps. Impossible sizes raise too_large.
+///
+/// A temporary image converts to a read-only view, so that it can be an argument. C++ cannot tell this from
+/// `image_view<const T> v = make();`, whose view refers to a destroyed image. view() and row() of a temporary do not compile.
 template <class Scalar>
 class image {
 public:
@@ -158,9 +161,10 @@ public:
     std::size_t size() const { return values_.size(); }
     bool empty() const { return values_.empty(); }
 
-    image_view<Scalar> view() { return {data(), height_, width_, channels_}; }
-    image_view<const Scalar> view() const { return {data(), height_, width_, channels_}; }
-    operator image_view<Scalar>() { return view(); }
+    image_view<Scalar> view() & { return {data(), height_, width_, channels_}; }
+    image_view<const Scalar> view() const& { return {data(), height_, width_, channels_}; }
+    image_view<const Scalar> view() const&& = delete;
+    operator image_view<Scalar>() & { return view(); }
     operator image_view<const Scalar>() const { return view(); }
 
     Scalar* data() { return values_.data(); }
@@ -172,13 +176,15 @@ public:
 
     /// Returns the W x C values of row y, contiguous.
     template <std::integral Index>
-    Scalar* row(Index y) {
+    Scalar* row(Index y) & {
         return data() + static_cast<std::size_t>(y) * row_stride();
     }
     template <std::integral Index>
-    const Scalar* row(Index y) const {
+    const Scalar* row(Index y) const& {
         return data() + static_cast<std::size_t>(y) * row_stride();
     }
+    template <std::integral Index>
+    const Scalar* row(Index y) const&& = delete;
     template <std::integral Y, std::integral X, std::integral Channel = std::size_t>
     Scalar& operator()(Y y, X x, Channel c = 0) {
         return data()[index(static_cast<std::size_t>(y), static_cast<std::size_t>(x), static_cast<std::size_t>(c))];

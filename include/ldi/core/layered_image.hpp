@@ -60,6 +60,7 @@ private:
 template <payload_column... Columns>
 class layered_image {
     static_assert(detail::are_distinct<Columns...>, "a layered image has each column once");
+    static_assert((detail::check_rules<Columns>() && ...));
 
 public:
     /// Whether the layered image has this column.
@@ -167,12 +168,12 @@ public:
         for (std::int32_t i = 0; i < graph_.count(); ++i)
             if (kept.data()[i] != 0) new_index[i] = old_index.count(), old_index.push_back(i);
         graph_builder b(graph_.width(), graph_.height(), old_index.size(), unset);
-        for (std::size_t i = 0; i < old_index.size(); ++i) {
+        for (std::int32_t i = 0; i < old_index.count(); ++i) {
             const std::int32_t old = old_index[i];
-            b.write_x()[i] = graph_.x()[old], b.write_y()[i] = graph_.y()[old];
+            b.set_position(i, graph_.x()[old], graph_.y()[old]);
             for (const side s : all_sides) {
                 const std::int32_t neighbor = graph_.neighbor(old, s);
-                b.write_neighbors(s)[i] = neighbor == no_pixel ? no_pixel : new_index[neighbor];
+                b.set_neighbor(i, s, neighbor == no_pixel ? no_pixel : new_index[neighbor]);
             }
         }
         *this = with_pixels(std::move(b).build(), old_index);

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <ldi/base/config.hpp>
+#include <ldi/base/error.hpp>
 #include <ldi/core/camera.hpp>
 #include <ldi/core/surface.hpp>
 
 #include <cstdint>
+#include <string>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -25,7 +27,11 @@ struct photo_facts {
     std::int32_t margin = 0;
 
     /// Returns the camera of the layered image: the photo's camera, with a sensor that is larger by the margin on every side.
-    pinhole_camera layers_camera() const { return {camera.width + 2 * margin, camera.height + 2 * margin, camera.focal_length}; }
+    /// Raises invalid_option for a negative margin.
+    pinhole_camera layers_camera() const {
+        if (margin < 0) raise(error_code::invalid_option, "photo_facts::margin", "0 or more", std::to_string(margin));
+        return {camera.width + 2 * margin, camera.height + 2 * margin, camera.focal_length};
+    }
 };
 
 }}  // namespace ldi

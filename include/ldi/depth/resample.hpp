@@ -35,47 +35,51 @@ using namespace lanes;
 // Radius of the window in samples: 2.5 times the default sigma of 1.2. Weights of samples farther out are below 0.05.
 inline constexpr std::size_t radius = 3;
 inline constexpr std::size_t samples = (2 * radius + 1) * (2 * radius + 1);
-inline constexpr std::size_t padded = (samples + wide - 1) / wide * wide;
 
 // Samples of a window, sorted by ascending disparity.
 struct window {
+    struct sample {
+        float disparity, x, y, red, green, blue;
+    };
     std::size_t count = 0;
-    std::array<float, padded> disparity, x, y, red, green, blue;
-
-    // Computes weights from distance and color similarity. exp(-a) is approximated by (1 - a/32 + a^2/2048)^32.
-    void weigh(float at_x, float at_y, const std::uint8_t* color, float spatial_falloff, float color_falloff,
-               std::array<float, padded>& weight) const {
-        const float r = color[0], g = color[1], b = color[2];
-        const four_floats one = four_floats{} + 1.0F;
-        for (std::size_t s = 0; s < count; s += wide) {
-            const four_floats dx = load(&x[s]) - at_x, dy = load(&y[s]) - at_y;
-            const four_floats dr = load(&red[s]) - r, dg = load(&green[s]) - g, db = load(&blue[s]) - b;
-            const four_floats exponent = spatial_falloff * (dx * dx + dy * dy) + color_falloff * (dr * dr + dg * dg + db * db);
-            const four_floats a = smaller(exponent * (1.0F / 32.0F), one);
-            four_floats w = one - a + 0.5F * a * a;
-            w *= w, w *= w, w *= w, w *= w, w *= w;
-            store(&weight[s], w);
-        }
-    }
+    std::array<sample, samples> sorted;
 };
+
+// Up to four pixels of the photo: vector instructions process them together.
+struct four_pixels {
+    std::size_t count = 0;
+    std::array<float, wide> x{}, y{};  // in samples
+    std::array<float, wide> red{}, green{}, blue{};
+    std::array<float*, wide> result{};
+};
+
+// Returns the first pixel of a row or column whose nearest sample is `sample` or a later one.
+inline std::size_t first_pixel(std::size_t sample, std::size_t pixel_count, std::size_t sample_count) {
+    return (sample * pixel_count + sample_count - 1) / sample_count;
+}
 
 // Averages the colors of the photo's pixels whose centers fall on each sample of the map.
 inline image<float> colors_at_samples(image_view<const std::uint8_t> photo, std::size_t rows, std::size_t columns) {
     image<float> mean(rows, columns, 3, 0.0F);
-    buffer<float> count(rows * columns, 0.0F);
-    buffer<std::size_t> sample_column(photo.width());
-    for (std::size_t x = 0; x < photo.width(); ++x) sample_column[x] = x * columns / photo.width();
-    for (std::size_t y = 0; y < photo.height(); ++y) {
-        const std::uint8_t* from = photo.row(y);
-        const std::size_t v = y * rows / photo.height();
-        for (std::size_t x = 0; x < photo.width(); ++x) {
-            const std::size_t i = v * columns + sample_column[x];
-            for (std::size_t c = 0; c < 3; ++c) mean.data()[3 * i + c] += from[3 * x + c];
-            count[i] += 1.0F;
+    buffer<std::size_t> first_column(columns + 1);
+    for (std::size_t u = 0; u <= columns; ++u) first_column[u] = first_pixel(u, photo.width(), columns);
+    for (std::size_t v = 0; v < rows; ++v) {
+        const std::size_t first_row = first_pixel(v, photo.height(), rows), last_row = first_pixel(v + 1, photo.height(), rows);
+        for (std::size_t y = first_row; y < last_row; ++y) {
+            const std::uint8_t* const from = photo.row(y);
+            for (std::size_t u = 0; u < columns; ++u) {
+                float* const sum = mean.row(v) + 3 * u;
+                float red = sum[0], green = sum[1], blue = sum[2];
+                for (std::size_t x = first_column[u]; x < first_column[u + 1]; ++x)
+                    red += from[3 * x], green += from[3 * x + 1], blue += from[3 * x + 2];
+                sum[0] = red, sum[1] = green, sum[2] = blue;
+            }
+        }
+        for (std::size_t u = 0; u < columns; ++u) {
+            const std::size_t count = (last_row - first_row) * (first_column[u + 1] - first_column[u]);
+            for (std::size_t c = 0; c < 3; ++c) mean(v, u, c) /= nearest_float(std::max<std::size_t>(count, 1));
         }
     }
-    for (std::size_t i = 0; i < count.size(); ++i)
-        for (std::size_t c = 0; c < 3; ++c) mean.data()[3 * i + c] /= (std::max)(count[i], 1.0F);
     return mean;
 }
 
@@ -90,6 +94,27 @@ inline image<float> nearest_samples(image_view<const float> disparity, image_vie
     return result;
 }
 
+// For each sample, whether the window around it contains an edge.
+inline buffer<bool> find_edges(image_view<const float> disparity, surface_rule surface) {
+    const std::size_t rows = disparity.height(), columns = disparity.width();
+    const auto begin = [](std::size_t at) { return at < radius ? 0 : at - radius; };
+    const auto end = [](std::size_t at, std::size_t count) { return (std::min)(at + radius + 1, count); };
+    buffer<bool> result(rows * columns);
+    buffer<float> low(columns), high(columns);  // extremes of the columns of one row's windows
+    for (std::size_t v = 0; v < rows; ++v) {
+        std::copy_n(disparity.row(v), columns, low.begin()), std::copy_n(disparity.row(v), columns, high.begin());
+        for (std::size_t y = begin(v); y < end(v, rows); ++y) {
+            const float* const row = disparity.row(y);
+            for (std::size_t u = 0; u < columns; ++u) low[u] = (std::min)(low[u], row[u]), high[u] = (std::max)(high[u], row[u]);
+        }
+        for (std::size_t u = 0; u < columns; ++u)
+            result[v * columns + u] =
+                !surface.same_surface(*std::max_element(high.begin() + begin(u), high.begin() + end(u, columns)),
+                                      *std::min_element(low.begin() + begin(u), low.begin() + end(u, columns)));
+    }
+    return result;
+}
+
 // Resamples a map that is coarser than the photo. All pixels nearest to one sample use the same window.
 class upsampler {
 public:
@@ -99,6 +124,7 @@ public:
           photo_(photo),
           surface_(surface),
           colors_(colors_at_samples(photo, disparity.height(), disparity.width())),
+          near_edge_(find_edges(disparity, surface)),
           scale_x_(nearest_float(disparity.width()) / nearest_float(photo.width())),
           scale_y_(nearest_float(disparity.height()) / nearest_float(photo.height())),
           spatial_falloff_(0.5F / (options.spatial_sigma * options.spatial_sigma)),
@@ -106,89 +132,122 @@ public:
 
     // Sets the pixels nearest to the samples of rows [first, last).
     void resample_rows(std::size_t first, std::size_t last, image<float>& result) const {
-        std::array<float, padded> weight;
-        window around{};
+        interpolate(first_row(first), first_row(last), result);
+        window around;
         for (std::size_t v = first; v < last; ++v)
             for (std::size_t u = 0; u < disparity_.width(); ++u) {
-                const bool near_edge = gather(u, v, around);
-                const std::size_t y_end = first_pixel(v + 1, photo_.height(), disparity_.height()),
-                                  x_end = first_pixel(u + 1, photo_.width(), disparity_.width());
-                for (std::size_t y = first_pixel(v, photo_.height(), disparity_.height()); y < y_end; ++y)
-                    for (std::size_t x = first_pixel(u, photo_.width(), disparity_.width()); x < x_end; ++x) {
-                        const float at_x = (nearest_float(x) + 0.5F) * scale_x_ - 0.5F,
-                                    at_y = (nearest_float(y) + 0.5F) * scale_y_ - 0.5F;
-                        if (near_edge) {
-                            around.weigh(at_x, at_y, photo_.row(y) + 3 * x, spatial_falloff_, color_falloff_, weight);
-                            result(y, x) = smoothed_median(around, weight);
-                        } else {
-                            result(y, x) = bilinear(at_x, at_y);
-                        }
+                if (!near_edge_[v * disparity_.width() + u]) continue;
+                gather(u, v, around);
+                four_pixels pixels;
+                for (std::size_t y = first_row(v); y < first_row(v + 1); ++y)
+                    for (std::size_t x = first_column(u); x < first_column(u + 1); ++x) {
+                        const std::uint8_t* const color = photo_.row(y) + 3 * x;
+                        const std::size_t i = pixels.count++;
+                        pixels.x[i] = sample_x(x), pixels.y[i] = sample_y(y), pixels.result[i] = &result(y, x);
+                        pixels.red[i] = color[0], pixels.green[i] = color[1], pixels.blue[i] = color[2];
+                        if (pixels.count == wide) set_medians(around, pixels), pixels.count = 0;
                     }
+                if (pixels.count > 0) set_medians(around, pixels);
             }
     }
 
 private:
-    // Returns the first pixel of a row or column whose nearest sample is `sample` or a later one.
-    static std::size_t first_pixel(std::size_t sample, std::size_t pixel_count, std::size_t sample_count) {
-        return (sample * pixel_count + sample_count - 1) / sample_count;
-    }
+    std::size_t first_row(std::size_t v) const { return first_pixel(v, photo_.height(), disparity_.height()); }
+    std::size_t first_column(std::size_t u) const { return first_pixel(u, photo_.width(), disparity_.width()); }
 
-    // Collects the window around a sample if it contains an edge. If it does not, returns false and leaves `around` unspecified.
-    bool gather(std::size_t u, std::size_t v, window& around) const {
-        struct neighbor {
-            float disparity;
-            std::size_t x, y;
-        };
-        std::array<neighbor, samples> nearest;
-        around.count = 0;
-        float low = disparity_(v, u), high = low;
+    // Position of a pixel's center in the map, in samples; up to one sample outside the map.
+    float sample_x(std::size_t x) const { return (nearest_float(x) + 0.5F) * scale_x_ - 0.5F; }
+    float sample_y(std::size_t y) const { return (nearest_float(y) + 0.5F) * scale_y_ - 0.5F; }
+
+    // Collects the window around a sample. Equal disparities keep the order of their samples: sums of floats depend on it.
+    void gather(std::size_t u, std::size_t v, window& around) const {
+        std::array<window::sample, samples> found;
+        std::array<float, samples> disparity;
+        std::array<std::int32_t, samples> rank{};  // number of samples before each sample in sorted order
+        std::size_t count = 0;
         const std::size_t y_end = (std::min)(v + radius + 1, disparity_.height()),
                           x_end = (std::min)(u + radius + 1, disparity_.width());
         for (std::size_t y = v < radius ? 0 : v - radius; y < y_end; ++y)
-            for (std::size_t x = u < radius ? 0 : u - radius; x < x_end; ++x) {
-                const float d = disparity_(y, x);
-                nearest[around.count++] = {d, x, y};
-                low = (std::min)(low, d), high = (std::max)(high, d);
+            for (std::size_t x = u < radius ? 0 : u - radius; x < x_end; ++x, ++count) {
+                disparity[count] = disparity_(y, x);
+                found[count] = {disparity[count], nearest_float(x), nearest_float(y),
+                                colors_(y, x, 0), colors_(y, x, 1), colors_(y, x, 2)};
             }
-        if (surface_.same_surface(high, low)) return false;
-        // Equal disparities in the order of their samples: sums of floats depend on it, and std::sort() on the library.
-        std::sort(nearest.data(), nearest.data() + around.count, [](const neighbor& a, const neighbor& b) {
-            if (a.disparity != b.disparity) return a.disparity < b.disparity;
-            return a.y != b.y ? a.y < b.y : a.x < b.x;
-        });
-        for (std::size_t s = 0; s < around.count; ++s) {
-            const neighbor& n = nearest[s];
-            around.disparity[s] = n.disparity, around.x[s] = nearest_float(n.x), around.y[s] = nearest_float(n.y);
-            around.red[s] = colors_(n.y, n.x, 0), around.green[s] = colors_(n.y, n.x, 1), around.blue[s] = colors_(n.y, n.x, 2);
+        for (std::size_t s = 0; s < count; ++s) {  // without branches, so that the compiler can vectorize it
+            std::int32_t before = 0;
+            for (std::size_t t = s + 1; t < count; ++t) {
+                const std::int32_t is_first = disparity[s] <= disparity[t] ? 1 : 0;
+                rank[t] += is_first, before += 1 - is_first;
+            }
+            rank[s] += before;
         }
-        return true;
+        for (std::size_t s = 0; s < count; ++s) around.sorted[static_cast<std::size_t>(rank[s])] = found[s];
+        around.count = count;
     }
 
-    // Computes the weighted median of a window, smoothed by a weighted mean over the samples of its surface.
-    float smoothed_median(const window& around, const std::array<float, padded>& weight) const {
-        float total = 0.0F;
-        for (std::size_t s = 0; s < around.count; ++s) total += weight[s];
-        std::size_t median = 0;
-        for (float sum = weight[0]; sum < 0.5F * total && median + 1 < around.count;) sum += weight[++median];
-        float mean = 0.0F, share = 0.0F;
-        for (std::size_t s = 0; s < around.count; ++s)
-            if (surface_.same_surface(around.disparity[s], around.disparity[median])) {
-                mean += weight[s] * around.disparity[s];
-                share += weight[s];
+    // Sets pixels to the weighted median of a window, smoothed by a weighted mean over the samples of its surface. exp(-a) is
+    // approximated by (1 - a/32 + a^2/2048)^32.
+    void set_medians(const window& around, const four_pixels& pixels) const noexcept {
+        const four_floats x = load(pixels.x.data()), y = load(pixels.y.data()), red = load(pixels.red.data()),
+                          green = load(pixels.green.data()), blue = load(pixels.blue.data());
+        const four_floats zero{}, one = zero + 1.0F;
+        std::array<four_floats, samples> weight;
+        four_floats total = zero;
+        for (std::size_t s = 0; s < around.count; ++s) {
+            const window::sample& n = around.sorted[s];
+            const four_floats dx = n.x - x, dy = n.y - y, dr = n.red - red, dg = n.green - green, db = n.blue - blue;
+            const four_floats exponent = spatial_falloff_ * (dx * dx + dy * dy) + color_falloff_ * (dr * dr + dg * dg + db * db);
+            const four_floats a = smaller(exponent * (1.0F / 32.0F), one);
+            four_floats w = one - a + 0.5F * a * a;
+            w *= w, w *= w, w *= w, w *= w, w *= w;
+            weight[s] = w, total += w;
+        }
+        four_floats sum = zero, before = zero;  // before: number of samples before the median
+        for (std::size_t s = 0; s + 1 < around.count; ++s) {
+            sum += weight[s];
+            before += select(sum < 0.5F * total, one, zero);
+        }
+        four_floats median = zero;
+        for (std::size_t i = 0; i < wide; ++i) median[i] = around.sorted[static_cast<std::size_t>(before[i])].disparity;
+        four_floats mean = zero, share = zero;
+        for (std::size_t s = 0; s < around.count; ++s) {
+            const four_floats step = around.sorted[s].disparity - median;
+            const auto is_other = larger(step, -step) > zero + surface_.max_step;
+            mean += select(is_other, zero, weight[s] * around.sorted[s].disparity);
+            share += select(is_other, zero, weight[s]);
+        }
+        const four_floats smoothed = mean / share;
+        for (std::size_t i = 0; i < pixels.count; ++i) *pixels.result[i] = smoothed[i];
+    }
+
+    // Interpolates the map bilinearly at the pixels of rows [first, last).
+    void interpolate(std::size_t first, std::size_t last, image<float>& result) const {
+        const std::size_t width = photo_.width();
+        buffer<float> above(width, unset), below(width, unset);
+        std::ptrdiff_t row_above = -3;  // the map's row in `above`; the next one is in `below`
+        for (std::size_t y = first; y < last; ++y) {
+            const float at = sample_y(y), floor = std::floor(at), share = at - floor;
+            const std::ptrdiff_t v = static_cast<std::ptrdiff_t>(floor);
+            if (v != row_above) {
+                if (v == row_above + 1)
+                    above.swap(below);
+                else
+                    interpolate_row(v, above);
+                interpolate_row(v + 1, below);
+                row_above = v;
             }
-        return mean / share;
+            float* const to = result.row(y);
+            for (std::size_t x = 0; x < width; ++x) to[x] = (1.0F - share) * above[x] + share * below[x];
+        }
     }
-
-    // Interpolates the map bilinearly at (x, y), in samples. The position may lie up to one sample outside the map.
-    float bilinear(float x, float y) const {
-        const float floor_x = std::floor(x), floor_y = std::floor(y);
-        const std::ptrdiff_t i = static_cast<std::ptrdiff_t>(floor_x), j = static_cast<std::ptrdiff_t>(floor_y);
-        const float* above = disparity_.row(clamped(j, disparity_.height()));
-        const float* below = disparity_.row(clamped(j + 1, disparity_.height()));
-        const std::ptrdiff_t left = clamped(i, disparity_.width()), right = clamped(i + 1, disparity_.width());
-        const float fx = x - floor_x, fy = y - floor_y;
-        return (1.0F - fy) * ((1.0F - fx) * above[left] + fx * above[right]) +
-               fy * ((1.0F - fx) * below[left] + fx * below[right]);
+    // Interpolates one row of the map at the columns of the photo. Rows outside the map repeat its first or last row.
+    void interpolate_row(std::ptrdiff_t v, buffer<float>& result) const {
+        const float* const row = disparity_.row(clamped(v, disparity_.height()));
+        for (std::size_t x = 0; x < result.size(); ++x) {
+            const float at = sample_x(x), floor = std::floor(at), share = at - floor;
+            const std::ptrdiff_t u = static_cast<std::ptrdiff_t>(floor);
+            result[x] = (1.0F - share) * row[clamped(u, disparity_.width())] + share * row[clamped(u + 1, disparity_.width())];
+        }
     }
     static std::ptrdiff_t clamped(std::ptrdiff_t i, std::size_t count) {
         return std::clamp<std::ptrdiff_t>(i, 0, static_cast<std::ptrdiff_t>(count) - 1);
@@ -198,6 +257,7 @@ private:
     image_view<const std::uint8_t> photo_;
     surface_rule surface_;
     image<float> colors_;
+    buffer<bool> near_edge_;
     float scale_x_, scale_y_, spatial_falloff_, color_falloff_;
 };
 

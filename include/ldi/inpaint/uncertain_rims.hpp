@@ -5,6 +5,7 @@
 #pragma once
 
 #include <ldi/base/buffer.hpp>
+#include <ldi/base/error.hpp>
 #include <ldi/core/columns.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/core/single_layer.hpp>
@@ -15,6 +16,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
@@ -59,10 +61,11 @@ template <payload_column... Columns>
 buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int width) {
     static_assert(has_columns<single_layer<Columns...>, color_column, disparity_column, known_column, rim_column>);
     buffer<uncertain_rim> rims;
+    const auto rim_of = layers.template column<rim_column>();
+    std::fill(rim_of.begin(), rim_of.end(), 0);
     if (width <= 0) return rims;
     const graph& g = layers.topology();
     const auto known = layers.template column<known_column>();
-    const auto rim_of = layers.template column<rim_column>();
     detail::silhouette_band band(g, layers.template column<disparity_column>(), width);
     band.sample(layers.template column<color_column>(), 0.0F);
     buffer<std::int32_t> edge;
@@ -88,9 +91,15 @@ buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int 
 /// Restores the colors of the pixels that mark_uncertain_rims() marked, and makes them known again. Pixels whose own color
 /// contains more than an eighth of the foreground stay inpainted. This share is measured on the line from the inpainted color,
 /// which continues the background, to the foreground's color. (The eighth was tuned by experiment.)
+///
+/// rims  result of mark_uncertain_rims() for these layers. Raises mismatch, before it changes a pixel, if rim_column refers to an
+///       index outside of it
 template <has_columns<color_column, known_column, rim_column> Layers>
 void restore_rims(Layers& layers, std::span<const uncertain_rim> rims) {
     const auto rim_of = layers.template column<rim_column>();
+    for (const std::int32_t rim : rim_of)
+        if (rim < 0 || static_cast<std::size_t>(rim) > rims.size())
+            raise(error_code::mismatch, "restore_rims", "rims of these layers", std::to_string(rims.size()) + " others");
     for (std::int32_t i = 0; i < rim_of.count(); ++i) {
         if (rim_of[i] == 0) continue;
         const uncertain_rim& rim = rims[static_cast<std::size_t>(rim_of[i] - 1)];

@@ -28,13 +28,13 @@ struct corner_pixels {
 };
 
 /// Collects the pixels that links around the corner (x, y) reach from `pixel`, including `pixel` itself, which comes first. If
-/// `pixel` does not touch the corner, the result is `pixel` alone.
+/// `pixel` does not touch the corner, there are none.
 inline corner_pixels pixels_around_corner(const graph_view& g, std::int32_t pixel, float x, float y) {
     corner_pixels around;
     const auto add = [&](std::int32_t p) { around.pixels[around.count++] = p; };
-    add(pixel);
     const float dx = x - nearest_float(g.x()[pixel]), dy = y - nearest_float(g.y()[pixel]);
     if (!(dx >= 0 && dx <= 1 && dy >= 0 && dy <= 1)) return around;  // also for positions that are not numbers
+    add(pixel);
     const side across = dx == 1 ? side::right : side::left, along = dy == 1 ? side::down : side::up;
     const std::int32_t beside = g.neighbor(pixel, across), below = g.neighbor(pixel, along);
     if (beside != no_pixel) add(beside);
@@ -53,7 +53,8 @@ inline corner_pixels pixels_around_corner(const graph_view& g, std::int32_t pixe
 /// mesh    result of build_mesh() for these layers
 /// camera  camera of the photo (photo_facts::camera)
 ///
-/// Raises mismatch if the mesh refers to pixels outside the layers. Time is linear.
+/// Raises mismatch if the mesh refers to pixels outside the layers, or if a vertex does not project to a corner of its pixel,
+/// because it was moved or belongs to another camera. Time is linear.
 template <payload_column Column, has_column<Column> Layers>
 buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& layers, const pinhole_camera& camera) {
     using scalar = typename Column::scalar;
@@ -69,8 +70,12 @@ buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& 
                   "pixel " + std::to_string(mesh.pixels[v]));
         const float* position = mesh.positions.data() + 3 * v;
         const std::array<float, 2> seen = lattice.project({position[0], position[1], position[2]});
-        const detail::corner_pixels around =
-            detail::pixels_around_corner(g, mesh.pixels[v], std::round(seen[0]), std::round(seen[1]));
+        const float x = std::round(seen[0]), y = std::round(seen[1]);
+        const detail::corner_pixels around = detail::pixels_around_corner(g, mesh.pixels[v], x, y);
+        constexpr float tolerance = 0.25F;  // pixels; far above the rounding errors of float positions
+        if (around.count == 0 || std::abs(seen[0] - x) > tolerance || std::abs(seen[1] - y) > tolerance)
+            raise(error_code::mismatch, "gather", "vertices at corners of their pixels, as this camera sees them",
+                  "vertex " + std::to_string(v) + " elsewhere");
         std::array<scalar, 4 * Column::channels> values{};
         for (std::size_t i = 0; i < around.count && i < 4; ++i)  // a corner has four pixels; g++ 12 warns without the limit
             std::copy_n(layers.template at<Column>(around.pixels[i]).data(), Column::channels, &values[i * Column::channels]);

@@ -54,7 +54,8 @@ struct expanded_layers {
 /// Adds the surfaces that a moving camera uncovers behind the curves of a layer.
 ///
 /// layer    result of lift() after close_spurious_discontinuities()
-/// surface  rule by which lift() linked the layer
+/// surface  rule by which lift() linked the layer; raises mismatch for a rule under which a curve separates pixels of one
+///          surface. A smaller max_step than lift()'s is not detected: hidden surfaces then join too rarely
 /// curves   discontinuity curves of this layer; raises mismatch for curves of another layer
 ///
 /// Raises invalid_data for disparities outside [-1, 1], and invalid_option for options or a step outside their ranges.
@@ -83,6 +84,13 @@ expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule 
     for (const float d : layer.template column<disparity_column>())
         if (!(d >= -1.0F && d <= 1.0F)) raise(error_code::invalid_data, "expand", "disparities in [-1, 1]", detail::to_text(d));
     detail::check_curves(curves, layer.topology(), layer.template column<disparity_column>(), "expand");
+    for (const discontinuity_curve& c : curves)
+        for (const discontinuity& d : c.sides) {
+            const auto disparity = layer.template column<disparity_column>();
+            if (surface.same_surface(disparity[d.back], disparity[d.front]))
+                raise(error_code::mismatch, "expand, surface", "the rule by which lift() linked the layer",
+                      "a max_step of " + detail::to_text(surface.max_step));
+        }
     if (!(options.max_hidden >= 0.0F))
         raise(error_code::invalid_option, "expand_options::max_hidden", "0 or more", detail::to_text(options.max_hidden));
     if (!(options.motion >= 0 && options.motion <= 1))

@@ -28,22 +28,22 @@ inline void place_row(image_view<const float> disparity, std::int32_t y, surface
     const float* here = disparity.row(y);
     const float* above = y > 0 ? disparity.row(y - 1) : nullptr;
     const float* below = y + 1 < g.height() ? disparity.row(y + 1) : nullptr;
-    for (std::int32_t x = 0; x < stride; ++x) g.write_x()[start + x] = x, g.write_y()[start + x] = y;
-    const auto link_vertically = [&](std::int32_t* links, const float* other, std::int32_t step) {
-        for (std::int32_t x = 0; x < stride; ++x)
-            links[x] = other != nullptr && surface.same_surface(here[x], other[x]) ? start + x + step : no_pixel;
+    for (std::int32_t x = 0; x < stride; ++x) g.set_position(start + x, x, y);
+    const auto link_vertically = [&](side s, const float* other, std::int32_t step) {
+        for (std::int32_t x = 0; x < stride; ++x) {
+            const bool linked = other != nullptr && surface.same_surface(here[x], other[x]);
+            g.set_neighbor(start + x, s, linked ? start + x + step : no_pixel);
+        }
     };
-    link_vertically(g.write_neighbors(side::up).data() + start, above, -stride);
-    link_vertically(g.write_neighbors(side::down).data() + start, below, stride);
-    std::int32_t* left = g.write_neighbors(side::left).data() + start;
-    std::int32_t* right = g.write_neighbors(side::right).data() + start;
-    left[0] = no_pixel;
+    link_vertically(side::up, above, -stride);
+    link_vertically(side::down, below, stride);
+    g.set_neighbor(start, side::left, no_pixel);
     for (std::int32_t x = 0; x + 1 < stride; ++x) {
         const bool linked = surface.same_surface(here[x], here[x + 1]);
-        right[x] = linked ? start + x + 1 : no_pixel;
-        left[x + 1] = linked ? start + x : no_pixel;
+        g.set_neighbor(start + x, side::right, linked ? start + x + 1 : no_pixel);
+        g.set_neighbor(start + x + 1, side::left, linked ? start + x : no_pixel);
     }
-    right[stride - 1] = no_pixel;
+    g.set_neighbor(start + stride - 1, side::right, no_pixel);
 }
 
 /// Copies a disparity map and clamps rounding errors to [0, 1]. Raises invalid_data for values that are not finite or lie outside

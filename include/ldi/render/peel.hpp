@@ -127,10 +127,9 @@ inline void link_neighbors(graph_builder& g, const buffer<fragment>& fragments, 
 /// Builds a graph with one pixel per fragment, and links neighbors.
 inline graph graph_of(const buffer<fragment>& fragments, const pinhole_camera& camera, const surface_walk& walk) {
     graph_builder g(camera.width, camera.height, fragments.size());
-    for (std::int32_t i = 0; i < fragments.count(); ++i) {
-        g.write_x()[i] = static_cast<std::int32_t>(fragments[i].position % g.width());
-        g.write_y()[i] = static_cast<std::int32_t>(fragments[i].position / g.width());
-    }
+    for (std::int32_t i = 0; i < fragments.count(); ++i)
+        g.set_position(i, static_cast<std::int32_t>(fragments[i].position % g.width()),
+                       static_cast<std::int32_t>(fragments[i].position / g.width()));
     link_neighbors(g, fragments, walk);
     return std::move(g).build();
 }

@@ -43,6 +43,30 @@ TEST_CASE("values outside a column's range are clamped, and NaN becomes 0") {
     CHECK(layers.column<known_column>() == buffer<std::uint8_t>{0, 255, 255, 0, 0});
 }
 
+namespace {
+template <class Scalar>
+struct identifier {
+    using scalar = Scalar;
+    static constexpr std::size_t channels = 1;
+};
+/// Writes values beyond the range of `Scalar`, -1, 0 and 3 to a column of `Scalar`.
+template <class Scalar>
+buffer<Scalar> clamped() {
+    layered_image<identifier<Scalar>> layers(make_grid(7, 1));
+    feature_map map(7, 1);
+    map.values = {1e20F, -1e20F, HUGE_VALF, -HUGE_VALF, 0x1p63F, 3.0F, -1.0F};
+    to_column<identifier<Scalar>>(map, layers);
+    return layers.template column<identifier<Scalar>>().copy();
+}
+}  // namespace
+
+TEST_CASE("values outside the range of 64-bit integers are clamped, too") {
+    constexpr std::int64_t lowest = std::numeric_limits<std::int64_t>::min(), highest = std::numeric_limits<std::int64_t>::max();
+    CHECK(clamped<std::int64_t>() == buffer<std::int64_t>{highest, lowest, highest, lowest, highest, 3, -1});
+    constexpr std::uint64_t all = std::numeric_limits<std::uint64_t>::max();
+    CHECK(clamped<std::uint64_t>() == buffer<std::uint64_t>{all, 0, all, 0, std::uint64_t{1} << 63, 3, 0});
+}
+
 TEST_CASE("to_column() refuses maps of other pixels or channels") {
     layered_image<color_column> layers(make_grid(4, 4));
     CHECK_THROWS_AS(to_column<color_column>(feature_map(17, 3), layers), error);

@@ -50,22 +50,21 @@ public:
     }
     /// Links all pixels from `begin` on as one run.
     void link_row(std::int32_t begin) {
-        const array_view<std::int32_t> left = result_.write_neighbors(side::left), right = result_.write_neighbors(side::right);
-        for (std::int32_t i = begin; i < next_; ++i) left[i] = i - 1, right[i] = i + 1;
-        left[begin] = right[next_ - 1] = no_pixel;
+        for (std::int32_t i = begin; i < next_; ++i)
+            result_.set_neighbor(i, side::left, i - 1), result_.set_neighbor(i, side::right, i + 1);
+        result_.set_neighbor(begin, side::left, no_pixel), result_.set_neighbor(next_ - 1, side::right, no_pixel);
     }
     void link_down(std::int32_t upper, std::int32_t lower) {
-        result_.write_neighbors(side::down)[upper] = lower, result_.write_neighbors(side::up)[lower] = upper;
+        result_.set_neighbor(upper, side::down, lower), result_.set_neighbor(lower, side::up, upper);
     }
 
     /// Restores the vertical links between old pixels and returns the result. Call it after all pixels have been added.
     grown_pixels finish() {
         LDI_ASSERT(next_ == result_.count());
         for (const side s : {side::up, side::down}) {
-            const array_view<std::int32_t> to = result_.write_neighbors(s);
             const array_view<const std::int32_t> from = old_.neighbors(s);
             for (std::int32_t i = 0; i < old_.count(); ++i)
-                if (from[i] != no_pixel) to[new_index_[i]] = new_index_[from[i]];
+                if (from[i] != no_pixel) result_.set_neighbor(new_index_[i], s, new_index_[from[i]]);
         }
         return {std::move(result_).build(), std::move(pieces_), origins_};
     }
@@ -79,8 +78,8 @@ public:
 
 private:
     void place(std::int32_t x, std::int32_t y) {
-        result_.write_x()[next_] = x + margin_, result_.write_y()[next_] = y + margin_;
-        result_.write_neighbors(side::up)[next_] = result_.write_neighbors(side::down)[next_] = no_pixel;
+        result_.set_position(next_, x + margin_, y + margin_);
+        result_.set_neighbor(next_, side::up, no_pixel), result_.set_neighbor(next_, side::down, no_pixel);
         ++next_;
     }
 

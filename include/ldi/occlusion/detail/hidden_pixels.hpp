@@ -11,7 +11,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <numeric>
 #include <span>
 #include <utility>
 
@@ -74,19 +73,18 @@ public:
     }
 
     void link(std::int32_t a, side s, std::int32_t b) {
-        slot(a, s) = b;
-        slot(b, opposite(s)) = a;
+        set_neighbor(a, s, b);
+        set_neighbor(b, opposite(s), a);
     }
 
     /// Calls see(graph, disparity, K) with all pixels so far, base pixels first.
     template <class See>
     void show(See&& see) const {
         graph_builder all(base_.width(), base_.height(), base_.size() + hidden_.size(), unset);
-        const auto join = [](array_view<std::int32_t> to, auto from_base, auto from_hidden) {
-            std::copy(from_hidden.begin(), from_hidden.end(), std::copy(from_base.begin(), from_base.end(), to.begin()));
-        };
-        join(all.write_x(), base_.x(), hidden_.x()), join(all.write_y(), base_.y(), hidden_.y());
-        for (side s : all_sides) join(all.write_neighbors(s), base_.neighbors(s), hidden_.neighbors(s));
+        for (std::int32_t i = 0; i < all.count(); ++i) {
+            all.set_position(i, x(i), y(i));
+            for (const side s : all_sides) all.set_neighbor(i, s, neighbor(i, s));
+        }
         buffer<float> disparity(base_disparity_.begin(), base_disparity_.end());
         disparity.append(hidden_disparity_.begin(), hidden_disparity_.end());
         const graph topology = std::move(all).build();
@@ -105,21 +103,18 @@ public:
             for (std::int32_t i = 0; i < p.count; ++i) new_index[p.first + (p.is_new ? base_count_ : 0) + i] = placed++;
 
         graph_builder g(base_.width(), base_.height(), new_index.size(), unset);
-        const array_view<std::int32_t> x = g.write_x(), y = g.write_y();
-        const array_view<std::int32_t> left = g.write_neighbors(side::left), right = g.write_neighbors(side::right);
         const auto moved = [&](std::int32_t pixel) { return pixel == no_pixel ? no_pixel : new_index[pixel]; };
         std::int32_t to = 0;
         for (const grown_piece& p : result.pieces) {
             const graph_builder& from = p.is_new ? hidden_ : base_;
-            std::iota(x.begin() + to, x.begin() + to + p.count, from.x()[p.first]);
-            std::fill_n(y.begin() + to, p.count, from.y()[p.first]);
-            std::iota(left.begin() + to, left.begin() + to + p.count, to - 1);
-            std::iota(right.begin() + to, right.begin() + to + p.count, to + 1);
-            left[to] = moved(from.left()[p.first]);
-            right[to + p.count - 1] = moved(from.right()[p.first + p.count - 1]);
-            for (side s : {side::up, side::down})
-                std::transform(from.neighbors(s).begin() + p.first, from.neighbors(s).begin() + p.first + p.count,
-                               g.write_neighbors(s).begin() + to, moved);
+            const std::int32_t x = from.x()[p.first], y = from.y()[p.first];
+            for (std::int32_t i = 0; i < p.count; ++i) {
+                g.set_position(to + i, x + i, y);
+                g.set_neighbor(to + i, side::left, to + i - 1), g.set_neighbor(to + i, side::right, to + i + 1);
+                for (const side s : {side::up, side::down}) g.set_neighbor(to + i, s, moved(from.neighbor(p.first + i, s)));
+            }
+            g.set_neighbor(to, side::left, moved(from.left()[p.first]));
+            g.set_neighbor(to + p.count - 1, side::right, moved(from.right()[p.first + p.count - 1]));
             to += p.count;
         }
         result.topology = std::move(g).build();
@@ -140,8 +135,8 @@ public:
 private:
     bool is_base(std::int32_t pixel) const { return pixel < base_count_; }
     std::int32_t hidden_index(std::int32_t pixel) const { return pixel - base_count_; }
-    std::int32_t& slot(std::int32_t pixel, side s) {
-        return is_base(pixel) ? base_.write_neighbors(s)[pixel] : hidden_.write_neighbors(s)[hidden_index(pixel)];
+    void set_neighbor(std::int32_t pixel, side s, std::int32_t neighbor) {
+        is_base(pixel) ? base_.set_neighbor(pixel, s, neighbor) : hidden_.set_neighbor(hidden_index(pixel), s, neighbor);
     }
 
     // Arranges all pixels in canonical order (core/canonical_order.hpp), in pieces.
