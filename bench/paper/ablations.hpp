@@ -55,7 +55,8 @@ inline const std::vector<ablation>& ablations() {
         {"margin", "texture margin: gray instead of padding", shown::coarse_texture, [](options&) {}, false},
         {"charts", "distance of surfaces in a chart: 1 instead of 4", shown::coarse_texture,
          [](options& o) { o.charts.filter_range = 1; }},
-        {"cap", "nothing, and charts have at most 512 pixels per side", shown::coarse_texture, [](options& o) { o.charts.max_side = 512; }},
+        {"cap", "nothing, and charts have at most 512 pixels per side", shown::coarse_texture,
+         [](options& o) { o.charts.max_side = 512; }},
     };
     return all;
 }
