@@ -55,16 +55,18 @@ inline const std::vector<ablation>& ablations() {
         {"margin", "texture margin: gray instead of padding", shown::coarse_texture, [](options&) {}, false},
         {"charts", "distance of surfaces in a chart: 1 instead of 4", shown::coarse_texture,
          [](options& o) { o.charts.filter_range = 1; }},
-        {"cap", "no cap on charts (a cap of 512)", shown::coarse_texture, [](options& o) { o.charts.max_side = 512; }},
+        {"cap", "nothing, and charts have at most 512 pixels per side", shown::coarse_texture,
+         [](options& o) { o.charts.max_side = 512; }},
     };
     return all;
 }
 
-/// Paints the padding in the color of empty texels. Only the kinds in `which` change.
-inline void remove_padding(ldi::texture_atlas& atlas, bool only_macroblocks) {
+/// Paints everything but the charts and, with `keeps_filter_padding`, their filter padding in one gray.
+inline void remove_padding(ldi::texture_atlas& atlas, bool keeps_filter_padding, std::uint8_t gray = 128) {
+    const ldi::texel_kind last = keeps_filter_padding ? ldi::texel_kind::diffused : ldi::texel_kind::occluded;
     for (std::size_t i = 0; i < atlas.kind.size(); ++i)
-        if (atlas.kind.data()[i] >= (only_macroblocks ? ldi::texel_kind::macroblock : ldi::texel_kind::copied))
-            std::fill_n(atlas.color.data() + 3 * i, 3, std::uint8_t{128});
+        if (atlas.kind.data()[i] == ldi::texel_kind::empty || atlas.kind.data()[i] > last)
+            std::fill_n(atlas.color.data() + 3 * i, 3, gray);
 }
 
 /// The texture at a quarter of its size: level 2 of its mipmap.

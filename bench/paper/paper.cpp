@@ -47,9 +47,9 @@ double kilobytes(std::size_t bytes) { return 1e-3 * static_cast<double>(bytes); 
 /// Processor time of all threads, in milliseconds.
 double milliseconds() { return 1e3 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
-/// Prints the mean over the photos of each stage's median of `runs` runs, and the sizes of the results.
-std::vector<ldi::photo3d> print_times_and_sizes(const std::vector<paper_photo>& photos, const ldi::tiefenrausch* network,
-                                                const ldi::farbrausch& inpainter, int runs) {
+/// Prints the mean over the photos of each stage's median of `runs` runs.
+std::vector<ldi::photo3d> print_times(const std::vector<paper_photo>& photos, const ldi::tiefenrausch* network,
+                                      const ldi::farbrausch& inpainter, int runs) {
     std::vector<ldi::photo3d> results;
     std::map<std::string, double> means;
     for (const paper_photo& p : photos) {
@@ -80,7 +80,10 @@ std::vector<ldi::photo3d> print_times_and_sizes(const std::vector<paper_photo>& 
         sum += means[stage];
     }
     std::printf("| **total** | 1098 | %.0f |\n", sum);
+    return results;
+}
 
+void print_sizes(const std::vector<paper_photo>& photos, const std::vector<ldi::photo3d>& results) {
     std::printf(
         "\n### Sizes (the paper, \"Performance\": \"typically around 300-500kb\" for the textured mesh of such a photo)\n\n"
         "| photo | GLB, kB | texture, kB | mesh, kB | with meshopt compression, kB | triangles | charts | atlas | hidden pixels "
@@ -96,7 +99,6 @@ std::vector<ldi::photo3d> print_times_and_sizes(const std::vector<paper_photo>& 
                     made.atlas.color.width(), made.atlas.color.height(),
                     100.0 * static_cast<double>(made.layers.size()) / static_cast<double>(made.disparity.size()) - 100);
     }
-    return results;
 }
 
 /// Mean absolute error of the photo's texels beside padding that JPEG causes, 0 to 255.
@@ -116,23 +118,21 @@ double error_beside_padding(const ldi::texture_atlas& atlas, const std::vector<s
 void print_macroblocks(const std::vector<paper_photo>& photos, const std::vector<ldi::photo3d>& results) {
     std::printf(
         "\n### Macroblock padding (the paper, \"Macroblock padding\": the texture is \"almost 40%%\" smaller than with a solid "
-        "color)\n\n| photo | padded, kB | solid color, kB | saved | also solid filter padding, kB | saved | error beside "
-        "padding: "
-        "padded | solid |\n|---|---|---|---|---|---|---|---|\n");
+        "color)\n\n| photo | padded, kB | solid gray, kB | saved | solid black, kB | saved | error beside padding: padded | gray "
+        "| black |\n|---|---|---|---|---|---|---|---|---|\n");
     for (std::size_t i = 0; i < photos.size(); ++i) {
         ldi::texture_atlas atlas = results[i].atlas;
         const std::vector<std::byte> padded = ldi::encode_jpeg(atlas.color);
-        remove_padding(atlas, true);
-        const std::vector<std::byte> solid = ldi::encode_jpeg(atlas.color);
-        const double error = error_beside_padding(results[i].atlas, padded), solid_error = error_beside_padding(atlas, solid);
-        remove_padding(atlas, false);
-        const std::vector<std::byte> bare = ldi::encode_jpeg(atlas.color);
-        const auto saved = [&](const std::vector<std::byte>& by) {
-            return 100 - 100 * kilobytes(padded.size()) / kilobytes(by.size());
-        };
-        std::printf("| %s | %.0f | %.0f | %.0f %% | %.0f | %.0f %% | %.2f | %.2f |\n", photos[i].name.c_str(),
-                    kilobytes(padded.size()), kilobytes(solid.size()), saved(solid), kilobytes(bare.size()), saved(bare), error,
-                    solid_error);
+        std::printf("| %s | %.0f |", photos[i].name.c_str(), kilobytes(padded.size()));
+        double errors[3] = {error_beside_padding(atlas, padded)};
+        for (const int black : {0, 1}) {
+            remove_padding(atlas, true, black != 0 ? 0 : 128);
+            const std::vector<std::byte> solid = ldi::encode_jpeg(atlas.color);
+            errors[black + 1] = error_beside_padding(atlas, solid);
+            std::printf(" %.0f | %.0f %% |", kilobytes(solid.size()),
+                        100 - 100 * kilobytes(padded.size()) / kilobytes(solid.size()));
+        }
+        std::printf(" %.2f | %.2f | %.2f |\n", errors[0], errors[1], errors[2]);
     }
 }
 
@@ -200,19 +200,25 @@ void run(const arguments& a) {
     std::filesystem::create_directories(a.pictures);
     ldi::thread_pool threads;
     std::vector<ldi_quality::named_network> networks = ldi_quality::depth_networks();
-    std::vector<paper_photo> photos = six_photos(networks.front(), threads);
-    std::printf("Depth: %s. Instruction set: %s.\n", networks.front().first.c_str(),
-                std::string(ldi::to_string(ldi::best_isa())).c_str());
-    if (photos.empty()) photos.push_back(sample_photo());
-    if (wants("stages")) {
-        const bool has_depth = photos.size() > 1;
-        const std::vector<ldi::photo3d> results =
-            print_times_and_sizes(photos, has_depth ? &networks.front().second : nullptr, inpainter, a.runs);
-        print_macroblocks(photos, results);
-        print_meshes(photos, results);
-    }
+    std::vector<paper_photo> photos = six_photos(networks.back(), threads);
+    const bool is_alone = photos.empty();
+    std::printf("Instruction set: %s.\n", std::string(ldi::to_string(ldi::best_isa())).c_str());
+    if (wants("stages"))
+        for (const auto& [name, network] : networks) {
+            std::printf("\n## Depth: %s\n", is_alone ? "the sample's" : name.c_str());
+            std::vector<paper_photo> shown = photos;
+            if (is_alone) shown.push_back(sample_photo());
+            std::vector<ldi::photo3d> results = print_times(shown, is_alone ? nullptr : &network, inpainter, a.runs);
+            if (!is_alone) {
+                shown.push_back(sample_photo());
+                results.push_back(
+                    ldi::make_photo3d(shown.back().photo, shown.back().depth, inpainter, paper_options_for(shown.back())));
+            }
+            print_sizes(shown, results), print_macroblocks(shown, results), print_meshes(shown, results);
+            if (is_alone) break;
+        }
+    photos.push_back(sample_photo());
     if (wants("ablations")) {
-        if (photos.size() > 1) photos.push_back(sample_photo());
         photos.erase(photos.begin(), photos.end() - static_cast<std::ptrdiff_t>(std::min(photos.size(), a.photos)));
         print_ablations(photos, a.pictures, threads);
     }

@@ -47,7 +47,9 @@ TEST_CASE("defaults for which the paper has no number equal the values in this t
     CHECK(o.curves.tangent_length == 20);
     CHECK(o.curves.max_density == 0.2F);
     CHECK(o.curves.max_sides == 500'000);
+    CHECK(o.curves.constraints == ldi::constrained_ends::midground);
     CHECK(o.expand.max_hidden == 1.25F);
+    CHECK(o.expand.merges_curves);
     CHECK(o.texture.strength == 1.0F);
     CHECK(o.texture.crest == 4.0F);
     CHECK(o.texture.reach == 32);

@@ -15,7 +15,7 @@ if [ "${1:-}" = --quick ]; then
     shift
     quick=1 built=$root/build/search_quick rounds=1 generations=3 photos=1
     results=$built
-    set -- --count 24 --members 5 --steps 2 "$@"
+    set -- --count 24 --members 4 --steps 2 "$@"
 fi
 mkdir -p "$built"
 # Without the first two, the C library returns every large tensor to the system.

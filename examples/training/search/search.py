@@ -128,7 +128,7 @@ def evolved(rng, table, predictor, limit, generations, population=48):
     pool = [space.SHIPPED] + [space.random_member(rng) for _ in range(population - 1)]
     for _ in range(generations):
         judge(pool)
-        pool = sorted(set(pool), key=lambda m: known[m][0])[:population // 2]
+        pool = sorted(dict.fromkeys(pool), key=lambda m: known[m][0])[:population // 2]
         children = [space.mutated(rng, space.crossed(rng, pool[rng.integers(len(pool))], pool[rng.integers(len(pool))]))
                     for _ in range(population - len(pool))]
         pool += children
