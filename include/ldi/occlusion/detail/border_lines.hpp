@@ -161,13 +161,12 @@ struct border_side {
     std::int32_t add_path(std::int32_t pixel, std::int32_t count, buffer<std::int32_t>& path) const {
         return lines.add_path(pixel, count, slopes[find(pixel)], path);
     }
-    /// Returns the pixels that the continuation past a border pixel shows, from the border outwards.
-    buffer<std::int32_t> shown_past(std::int32_t pixel, std::int32_t count) const {
-        buffer<std::int32_t> path;
-        if (count == 0) return path;
-        const std::int32_t rim = add_path(pixel, count, path);
-        path.erase(path.begin(), path.begin() + rim);
-        return path;
+    /// Sets `shown` to the pixels that the continuation past a border pixel shows, from the border outwards.
+    void find_shown(std::int32_t pixel, std::int32_t count, buffer<std::int32_t>& shown) const {
+        shown.clear();
+        if (count == 0) return;
+        const std::int32_t rim = add_path(pixel, count, shown);
+        shown.erase(shown.begin(), shown.begin() + rim);
     }
 };
 

@@ -70,8 +70,9 @@ public:
         pixels_ = frame_pixels(graph_, margin_, static_cast<std::size_t>(count()));
         const std::int32_t last = graph_.height() - 1;
         strips before, here;
+        buffer<line> lines;
         for (std::int32_t y = 0; y <= last; ++y) {
-            const buffer<line> lines = lines_of(y);
+            find_lines(y, lines);
             buffer<std::int32_t> above;
             if (y == 0) above = add_outer_rows(lines, side::up, {});
             const std::int32_t begin = pixels_.next();
@@ -131,21 +132,21 @@ private:
         return disparity_[pixel] != disparity_[other] ? disparity_[pixel] > disparity_[other] : pixel < other;
     }
 
-    buffer<line> lines_of(std::int32_t y) const {
-        buffer<line> lines;
+    /// Sets `lines` to the runs of row y in the order of their continuations.
+    void find_lines(std::int32_t y, buffer<line>& lines) const {
+        lines.clear();
         for (std::size_t r = first_run_[y]; r < first_run_[static_cast<std::size_t>(y) + 1]; ++r)
             lines.push_back({runs_[r].first, runs_[r].last - 1, left_of(runs_[r]), right_of(runs_[r])});
         std::sort(lines.begin(), lines.end(), [&](const line& a, const line& b) {
             return is_before(graph_.x()[a.first] - a.left, a.first, graph_.x()[b.first] - b.left, b.first);
         });
-        return lines;
     }
 
     /// Lists the pixels of the rim inside a border pixel, with the pixels whose colors they get.
     void repaint_rim(const border_side& b, std::int32_t pixel) {
-        buffer<std::int32_t> path;
-        for (std::int32_t k = b.add_path(pixel, 0, path); k-- > 0;) {
-            repainted_.push_back({pixel, path[k]});
+        path_.clear();
+        for (std::int32_t k = b.add_path(pixel, 0, path_); k-- > 0;) {
+            repainted_.push_back({pixel, path_[k]});
             pixel = graph_.neighbor(pixel, b.inwards);
         }
     }
@@ -154,14 +155,14 @@ private:
         here.left.clear(), here.right.clear();
         for (const line& l : lines) {
             const std::int32_t begin = pixels_.next();
-            const buffer<std::int32_t> left = left_.shown_past(l.first, l.left), right = right_.shown_past(l.last, l.right);
+            left_.find_shown(l.first, l.left, shown_left_), right_.find_shown(l.last, l.right, shown_right_);
             pixels_.add_piece(l.left);
-            for (std::int32_t k = l.left; k > 0; --k) pixels_.add_new(-k, y, l.first, left[k - 1]);
+            for (std::int32_t k = l.left; k > 0; --k) pixels_.add_new(-k, y, l.first, shown_left_[k - 1]);
             if (l.left > 0) link_strip({l.first, pixels_.next() - 1, l.left}, -1, before.left, here.left);
             pixels_.add_old(l.first, l.last, y);
             pixels_.add_piece(l.right);
             const std::int32_t nearest = pixels_.next();
-            for (std::int32_t k = 1; k <= l.right; ++k) pixels_.add_new(graph_.width() - 1 + k, y, l.last, right[k - 1]);
+            for (std::int32_t k = 1; k <= l.right; ++k) pixels_.add_new(graph_.width() - 1 + k, y, l.last, shown_right_[k - 1]);
             if (l.right > 0) link_strip({l.last, nearest, l.right}, 1, before.right, here.right);
             pixels_.link_row(begin);
         }
@@ -197,11 +198,13 @@ private:
         }
         beside.resize(columns.size(), no_pixel);
         buffer<std::int32_t> row(columns.size(), unset);
+        buffer<std::pair<std::int32_t, std::int32_t>> runs;
         for (std::int32_t n = 1; n <= longest; ++n) {
             const std::int32_t distance = outwards == side::up ? longest + 1 - n : n;
             const std::int32_t y = outwards == side::up ? -distance : graph_.height() - 1 + distance;
             std::fill(row.begin(), row.end(), no_pixel);
-            for (const auto& [first, last] : runs_at(distance, columns)) {
+            find_runs(distance, columns, runs);
+            for (const auto& [first, last] : runs) {
                 const std::int32_t begin = pixels_.next();
                 pixels_.add_piece(last - first);
                 for (std::int32_t c = first; c < last; ++c) {
@@ -217,11 +220,12 @@ private:
         return beside;
     }
 
-    /// Returns the runs of columns that reach a distance from the photo, in canonical order. Each pair contains the first column
-    /// of a run and the column after its last one.
-    buffer<std::pair<std::int32_t, std::int32_t>> runs_at(std::int32_t distance, const buffer<column>& columns) const {
+    /// Sets `runs` to the runs of columns that reach a distance from the photo, in canonical order. Each pair contains the first
+    /// column of a run and the column after its last one.
+    void find_runs(std::int32_t distance, const buffer<column>& columns,
+                   buffer<std::pair<std::int32_t, std::int32_t>>& runs) const {
         const auto is_there = [&](std::int32_t c) { return columns[c].reach >= distance; };
-        buffer<std::pair<std::int32_t, std::int32_t>> runs;
+        runs.clear();
         for (std::int32_t c = 0; c < columns.count(); ++c) {
             if (!is_there(c)) continue;
             if (c > 0 && columns[c].follows && is_there(c - 1))
@@ -232,11 +236,10 @@ private:
         std::sort(runs.begin(), runs.end(), [&](const auto& a, const auto& b) {
             return is_before(columns[a.first].x, columns[a.first].border, columns[b.first].x, columns[b.first].border);
         });
-        return runs;
     }
 
     /// Returns a column for each pixel of a row and of its continuation.
-    buffer<column> columns_of(const buffer<line>& lines, const border_side& from) const {
+    buffer<column> columns_of(const buffer<line>& lines, const border_side& from) {
         buffer<column> columns;
         for (const line& l : lines) {
             const std::size_t first = columns.size();
@@ -244,10 +247,10 @@ private:
                 const std::size_t i = from.find(pixel);
                 columns.push_back({x, pixel, source, from.reach[i], from.slopes[i], columns.size() > first});
             };
-            const buffer<std::int32_t> left = left_.shown_past(l.first, l.left), right = right_.shown_past(l.last, l.right);
-            for (std::int32_t k = l.left; k > 0; --k) add(-k, l.first, left[k - 1]);
+            left_.find_shown(l.first, l.left, shown_left_), right_.find_shown(l.last, l.right, shown_right_);
+            for (std::int32_t k = l.left; k > 0; --k) add(-k, l.first, shown_left_[k - 1]);
             for (std::int32_t i = l.first; i <= l.last; ++i) add(graph_.x()[i], i, i);
-            for (std::int32_t k = 1; k <= l.right; ++k) add(graph_.width() - 1 + k, l.last, right[k - 1]);
+            for (std::int32_t k = 1; k <= l.right; ++k) add(graph_.width() - 1 + k, l.last, shown_right_[k - 1]);
         }
         return columns;
     }
@@ -260,6 +263,7 @@ private:
     border_side left_, right_, top_, bottom_;
     frame_pixels pixels_;
     buffer<repainted_pixel> repainted_;
+    buffer<std::int32_t> shown_left_, shown_right_, path_;  // reused for every row
 };
 
 }}}  // namespace ldi::detail
