@@ -11,6 +11,7 @@
 # Other options go to ldi_bench, such as --benchmark_filter=^nn/ and --benchmark_repetitions=9. Without --quick, each benchmark runs
 # 3 times for at least 0.2 s.
 set -euo pipefail
+caller=$PWD
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 # shellcheck source=scripts/requirements.sh
 source scripts/requirements.sh
@@ -26,7 +27,7 @@ while [ $# -gt 0 ]; do
         --quick) quick=1 ;;
         --readme) readme=1 ;;
         --before)
-            before=${2:?"--before needs a JSON file of an earlier run"}
+            before=$(cd "$caller" && realpath -e -- "${2:?"--before needs a JSON file of an earlier run"}")
             shift
             ;;
         --benchmark_*) options+=("$1") ;;
@@ -46,6 +47,11 @@ cmake --build build/release --target ldi_bench >&2
 defaults=(--benchmark_filter='-^(scaling|steps)/' --benchmark_min_time=0.02)
 [ "$quick" = 1 ] || defaults=(--benchmark_filter='-^scaling/' --benchmark_min_time=0.2 --benchmark_repetitions=3)
 mkdir -p build/bench
+if [ -n "$before" ]; then # a copy, because the file may be build/bench/results.json, which this run replaces
+    earlier=$(mktemp --suffix=.json)
+    trap 'rm -f "$earlier"' EXIT
+    cp "$before" "$earlier"
+fi
 # ldi_bench reads its options in order: those of the caller, which come last, override the defaults.
 build/release/bench/ldi_bench "${defaults[@]}" "${options[@]}" "--benchmark_context=revision=$(revision)" --benchmark_out=build/bench/new_results.json --benchmark_out_format=json
 mv build/bench/new_results.json build/bench/results.json
@@ -56,6 +62,6 @@ if [ "$readme" = 1 ]; then
 fi
 if [ -n "$before" ]; then
     compare=$(command -v compare.py || printf '%s' /usr/share/benchmark/compare.py)
-    /usr/bin/python3 "$compare" --no-color benchmarks "$before" build/bench/results.json
+    /usr/bin/python3 "$compare" --no-color benchmarks "$earlier" build/bench/results.json
 fi
 printf 'build/bench/results.json and build/bench/table.md\n'

@@ -1,7 +1,7 @@
-# The libraries that ldi::io reads more formats with, and one that writes JPEG faster. Each is optional: ldi_readers::all links those that are
-# on this machine, and tells the headers which by a macro each (include/ldi/io/detail/readers.hpp).
+# Finds the optional libraries with which ldi::io reads more formats and writes JPEG faster. ldi_readers::all links those that are
+# installed and defines one macro for each, which include/ldi/io/detail/readers.hpp reads.
 #
-# LDI_READERS  those to look for: a list of libheif (HEIC, AVIF), libwebp, libtiff (from 4.5), lcms2 (color profiles), pugixml (XMP),
+# LDI_READERS  libraries to look for: a list of libheif (HEIC, AVIF), libwebp, libtiff (from 4.5), lcms2 (color profiles), pugixml (XMP),
 #              libjpeg (or libjpeg-turbo)
 
 set(LDI_READERS "libheif;libwebp;libtiff;lcms2;pugixml;libjpeg" CACHE STRING "Optional libraries that ldi::io reads pictures with, where found")
@@ -34,7 +34,7 @@ if(NOT TARGET ldi_readers::all)
         if(reader STREQUAL libtiff)
             file(STRINGS "${LDI_${macro}_INCLUDE_DIR}/tiffvers.h" tiff_version REGEX "define TIFFLIB_VERSION ")
             string(REGEX REPLACE "[^0-9]" "" tiff_version "${tiff_version}")
-            if(tiff_version LESS 20221213)  # 4.5.0, whose errors go to a handler of each file
+            if(tiff_version LESS 20221213)  # 4.5.0, the first with an error handler per file
                 list(APPEND LdiReaders_MISSING ${reader})
                 continue()
             endif()

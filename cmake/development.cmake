@@ -1,4 +1,4 @@
-# What ldi's own tests, benchmarks and examples are built with. A project that only links ldi::ldi never sees this.
+# Packages and settings for ldi's own tests, benchmarks and examples. Projects that link ldi::ldi do not read this file.
 
 find_program(LDI_CCACHE ccache)
 mark_as_advanced(LDI_CCACHE)
@@ -16,10 +16,10 @@ target_include_directories(ldi_development INTERFACE "${PROJECT_SOURCE_DIR}")
 target_compile_definitions(ldi_development INTERFACE
     LDI_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
     LDI_SHARED_DIR="${PROJECT_SOURCE_DIR}/../shared")
-find_package(nlohmann_json QUIET)  # what the programs write and what benchmarks read
+find_package(nlohmann_json QUIET)  # programs write JSON, benchmarks read it
 target_link_libraries(ldi_development INTERFACE ldi::io nlohmann_json::nlohmann_json)
 
-# What photo3d --compress needs. Without it the program is built without that option's work.
+# For photo3d --compress. Without meshoptimizer, the program refuses that option.
 find_package(meshoptimizer CONFIG QUIET)
 find_package(LdiReaders REQUIRED)
 ldi_has(ldi_has_compression "photo3d --compress" meshoptimizer::meshoptimizer=libmeshoptimizer-dev ldi_readers::libwebp=libwebp-dev)
@@ -29,7 +29,7 @@ if(ldi_has_compression)
     target_compile_definitions(ldi_compression INTERFACE LDI_WITH_COMPRESSION)
 endif()
 
-# Each needed by some tests, benchmarks or lessons.
+# For some tests, benchmarks and lessons each.
 find_package(Eigen3 CONFIG QUIET)
 find_package(xtensor QUIET)
 find_package(benchmark QUIET)

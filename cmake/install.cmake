@@ -1,5 +1,5 @@
-# Headers, separate and as the single one; targets, the package config that find_package(ldi) reads, and the file that pkg-config
-# reads; the weights of the networks; the license.
+# Installs the headers, the single header, the targets, the files for find_package(ldi) and pkg-config, the networks' weights and the
+# license.
 
 include(CMakePackageConfigHelpers)
 include(GNUInstallDirs)
@@ -24,6 +24,6 @@ configure_package_config_file(cmake/ldiConfig.cmake.in "${PROJECT_BINARY_DIR}/ld
 write_basic_package_version_file("${PROJECT_BINARY_DIR}/ldiConfigVersion.cmake" COMPATIBILITY SameMinorVersion ARCH_INDEPENDENT)
 install(FILES "${PROJECT_BINARY_DIR}/ldiConfig.cmake" "${PROJECT_BINARY_DIR}/ldiConfigVersion.cmake" DESTINATION "${package_dir}")
 
-# Nothing in it is for one machine. It finds the headers by the way from where it lies, so that an installed tree can be moved.
+# For pkg-config, on every architecture. Paths are relative to the file, so that an installed tree can be moved.
 configure_file(cmake/ldi.pc.in "${PROJECT_BINARY_DIR}/ldi.pc" @ONLY)
 install(FILES "${PROJECT_BINARY_DIR}/ldi.pc" DESTINATION "${CMAKE_INSTALL_DATADIR}/pkgconfig")

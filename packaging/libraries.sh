@@ -4,7 +4,7 @@
 #
 #   packaging/libraries.sh TARGET NAME...     prints the folder with include/ and lib/; NAME: a build_NAME below. TARGET: linux,
 #                                             windows, python (for Linux, of which shared libraries can be linked), or web
-#                                             (WebAssembly, optimized for size; pugixml alone)
+#                                             (WebAssembly; pugixml, lcms2, libde265, libheif)
 set -euo pipefail
 top=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 # shellcheck source=scripts/requirements.sh
@@ -20,6 +20,7 @@ build=$top/build/libraries
 prefix=$build/$target
 shared=OFF
 [ "$target" != python ] || shared=ON
+export NODE_PATH=/usr/share/nodejs:/usr/lib/nodejs  # where Debian keeps what Emscripten's own scripts need
 mkdir -p "$build/apt/parts" "$build/apt/lists/partial" "$build/apt/cache/archives/partial" "$build/sources" "$prefix"
 
 sources_of_debian() {
@@ -59,7 +60,9 @@ with_cmake() {
     local source=$1 folder system=() launcher=()
     folder=$build/$target-build/$(basename "$(dirname "$source")")
     [ "$target" != windows ] || system=(-DCMAKE_TOOLCHAIN_FILE="$top/packaging/mingw.cmake")
-    ! command -v ccache >/dev/null || launcher=(-DCMAKE_C_COMPILER_LAUNCHER=ccache -DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
+    [ "$target" != web ] || system=(-DCMAKE_TOOLCHAIN_FILE=/usr/share/emscripten/cmake/Modules/Platform/Emscripten.cmake
+        -DCMAKE_FIND_ROOT_PATH="$prefix" -DCMAKE_CXX_FLAGS="-msimd128 -fwasm-exceptions -w")
+    [ "$target" = web ] || ! command -v ccache >/dev/null || launcher=(-DCMAKE_C_COMPILER_LAUNCHER=ccache -DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
     cmake -S "$source" -B "$folder" -G Ninja -DCMAKE_BUILD_TYPE=Release -DBUILD_SHARED_LIBS=OFF -DCMAKE_INSTALL_PREFIX="$prefix" \
         -DCMAKE_INSTALL_LIBDIR:STRING=lib -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_POSITION_INDEPENDENT_CODE="$shared" "${launcher[@]}" "${system[@]}" "${@:2}" >&2 &&
         cmake --build "$folder" --parallel "$(nproc)" >&2 && cmake --install "$folder" >&2
@@ -71,8 +74,7 @@ archive() {
     [ "$shared" = OFF ] || flags+=(-fPIC)
     [ "$target" != windows ] || compiler=(x86_64-w64-mingw32-gcc-posix) ar=x86_64-w64-mingw32-ar
     if [ "$target" = web ]; then
-        compiler=(em++) ar=emar
-        export NODE_PATH=/usr/share/nodejs:/usr/lib/nodejs  # where Debian keeps what Emscripten's own scripts need
+        compiler=(emcc) ar=emar
     elif command -v ccache >/dev/null; then
         compiler=(ccache "${compiler[@]}")
     fi
@@ -113,12 +115,23 @@ build_libwebp() {
 }
 build_libjpeg() { with_cmake "$(source_of libjpeg-turbo)" -DENABLE_SHARED=OFF -DWITH_TURBOJPEG=OFF; }
 
-build_libde265() { with_cmake "$(source_of libde265)" -DENABLE_SDL=OFF -DENABLE_ENCODER=OFF; }
+build_libde265() {
+    local options=(-DENABLE_SDL=OFF -DENABLE_ENCODER=OFF)
+    [ "$target" != web ] || options+=(-DDISABLE_SSE=ON)
+    with_cmake "$(source_of libde265)" "${options[@]}"
+}
 # HEIC alone: AVIF needs a second decoder.
 build_libheif() {
-    local tools=() tool
-    for tool in X265 DAV1D AOM_ENCODER AOM_DECODER SvtEnc RAV1E EXAMPLES; do tools+=("-DWITH_$tool=OFF"); done
-    with_cmake "$(source_of libheif)" -DENABLE_PLUGIN_LOADING=OFF "${tools[@]}"
+    local source tool options=(-DENABLE_PLUGIN_LOADING=OFF)
+    source=$(source_of libheif) || return
+    for tool in X265 DAV1D AOM_ENCODER AOM_DECODER SvtEnc RAV1E EXAMPLES; do options+=("-DWITH_$tool=OFF"); done
+    if [ "$target" = web ]; then
+        options+=(-DENABLE_MULTITHREADING_SUPPORT=OFF)
+        # For WebAssembly, libheif would skip two of HEVC's filters and add its interface for JavaScript.
+        sed -i -e 's/^#if defined(__EMSCRIPTEN__)/#if 0/' -e '/de265_start_worker_threads/d' \
+            "$source/libheif/heif.cc" "$source/libheif/plugins/heif_decoder_libde265.cc"
+    fi
+    with_cmake "$source" "${options[@]}"
 }
 
 for library in "${@:2}"; do

@@ -183,7 +183,9 @@ make_web() {
     fi
     examples/web/build.sh >&2
     rm -rf "$folder" && mkdir -p "$folder"
-    cp -r build/web/photo3d.html build/web/site LICENSE "$folder"
+    cp -r build/web/photo3d.html build/web/site "$folder"
+    copy_licenses "$folder/licenses" $(installed stb libstb-dev) $(from_source pugixml pugixml) $(from_source lcms2 lcms2) \
+        $(from_source libde265 libde265) $(from_source libheif libheif) $(installed Emscripten emscripten)
     settle "$folder"
     rm -f "$out/$name.zip"
     (cd "$staging" && find "$name" | LC_ALL=C sort | TZ=UTC zip -qX9 "$out/$name.zip" -@)

@@ -1,13 +1,12 @@
 #!/usr/bin/env bash
-# Finds out what is missing on this machine and installs it. Sourced by .ci/run and by the scripts of tests/ and examples/. By hand:
+# Installs missing packages. .ci/run and the scripts of tests/ and examples/ source this file. By hand:
 #
 #   scripts/requirements.sh GROUP...      build io photo3d video viewer lessons bench tests clang ...: the packages of needs_GROUP below
 #
-#   require NEED...   each NEED is "what it is;Debian package", where what it is reads "command NAME", "header NAME" (or
-#                     "header NAME|OTHER"), "module NAME" for one of the system's Python, "shared NAME" for a shared library,
-#                     "library NAME" for one that belongs to clang, or "file PATH".
-#                     Installs missing packages where there is apt-get, else names what is needed and ends the script.
-#   install_npm_packages FOLDER   what the folder's package-lock.json says, if that is not there yet
+#   require NEED...   installs missing packages with apt-get. Without apt-get, lists the missing needs and exits. NEED is
+#                     "KIND NAME;Debian package". KIND is command, header (also "header NAME|OTHER"), module (of the system's
+#                     Python), shared (a shared library), library (of clang) or file.
+#   install_npm_packages FOLDER   installs the packages of the folder's package-lock.json, unless they are installed
 
 # shellcheck shell=bash disable=SC2034
 
@@ -37,7 +36,8 @@ readonly needs_validator=("command node;nodejs" "command npm;npm")
 readonly needs_viewer=("command node;nodejs" "command npm;npm")
 readonly needs_browser=("command chromium;chromium")
 readonly needs_web=("command em++;emscripten" "command node;nodejs" "command npm;npm" "header stb/stb_image.h;libstb-dev")
-readonly needs_web_browsers=("command chromium;chromium" "command firefox-esr;firefox-esr" "command ffprobe;ffmpeg")
+readonly needs_web_browsers=("command chromium;chromium" "command firefox-esr;firefox-esr" "command ffprobe;ffmpeg"
+    "command heif-enc;libheif-examples")
 readonly needs_training=("command python3;python3" "module torch;python3-torch" "module cv2;python3-opencv" "module numpy;python3-numpy"
     "header nlohmann/json.hpp;nlohmann-json3-dev" "module flatbuffers;python3-flatbuffers" "shared libopenblas.so.0;libopenblas0-pthread")  # torch multiplies 30 times faster with it
 readonly needs_python=("command python3;python3" "header python3.11/Python.h|python3.12/Python.h|python3.13/Python.h;python3-dev" "header pybind11/pybind11.h;pybind11-dev"
@@ -60,7 +60,7 @@ readonly needs_sources=("command dpkg-source;dpkg-dev" "command patch;patch")
 readonly needs_release=("${needs_sources[@]}" "command git;git" "command gcc;gcc" "command strip;binutils" "command zip;zip" "command unzip;unzip")
 readonly needs_clang=("command clang++;clang" "command clang-format;clang-format" "library libclang_rt.fuzzer;libclang-rt-dev")
 
-# Prints those of the given needs that this machine does not meet.
+# Prints the needs that this machine does not meet.
 missing_needs() {
     local need kind name headers=""
     for need in "$@"; do
@@ -81,7 +81,7 @@ missing_needs() {
 
 require() {
     local missing
-    # The compiler comes first: it is what looks for headers.
+    # The compiler comes first, because the search for headers uses it.
     if [ -z "${CXX:-}" ] && ! command -v g++ >/dev/null; then
         install_or_end "${needs_compiler[@]}"
     fi
@@ -100,7 +100,7 @@ install_or_end() {
     local as_root=()
     [ "$(id -u)" = 0 ] || as_root=(sudo)
     if ! command -v apt-get >/dev/null; then
-        printf 'This machine has no apt-get. Please install these yourself (with their Debian packages), then run this again:\n' >&2
+        printf 'This machine has no apt-get. Install these, then run this again:\n' >&2
         printf '  %s\n' "${@/;/  in }" >&2
         exit 1
     fi
@@ -110,7 +110,7 @@ install_or_end() {
 }
 
 install_npm_packages() {
-    # npm notes in this file what it has installed.
+    # npm records the installed packages in this file.
     if [ ! "$1/node_modules/.package-lock.json" -nt "$1/package-lock.json" ]; then
         npm ci --prefix "$1" --no-audit --no-fund >&2
     fi
@@ -120,7 +120,7 @@ if [ "${BASH_SOURCE[0]}" = "$0" ]; then
     set -euo pipefail
     for group in "$@"; do
         if ! declare -p "needs_$group" >/dev/null 2>&1; then
-            printf 'There is no group %s; there are %s\n' "$group" "$(compgen -v needs_ | sed 's/^needs_//' | paste -sd ' ')" >&2
+            printf 'unknown group %s; groups: %s\n' "$group" "$(compgen -v needs_ | sed 's/^needs_//' | paste -sd ' ')" >&2
             exit 1
         fi
         declare -n needs=needs_$group

@@ -1,12 +1,12 @@
-# Sourced by tests/run.sh, tests/emulated/*.sh and .ci/run: runs things, and counts what passed and what failed.
+# Runs test suites and commands, and counts passes and failures. tests/run.sh, tests/emulated/*.sh and .ci/run source this file.
 #
-#   build_and_test PRESET [CMAKE_OPTION...]   every CTest test of a preset counts; a build that fails counts as one failure. Where they
-#                                             are set: build_targets, separated by spaces, are all that is built; tests without a label
-#                                             that matches only_labels, or with one that matches exclude_labels, are left out.
-#   count_step NAME COMMAND...                counts as one
-#   add_tally "N passed, N failed"            counts as it says; any other text is a failure
-#   count_script COMMAND...                   runs a script that ends with a tally of its own
-#   print_tally                               "N passed, N failed", and the exit status that goes with it
+#   build_and_test PRESET [CMAKE_OPTION...]   builds a preset and runs its tests with CTest. A failed build counts as one failure.
+#                                             Optional variables: build_targets, a list of targets to build instead of all;
+#                                             only_labels and exclude_labels, patterns of labels of tests to run and to leave out
+#   count_step NAME COMMAND...                runs a command, which counts as one test
+#   add_tally "N passed, N failed"            adds these counts; any other text counts as one failure
+#   count_script COMMAND...                   runs a script that prints a tally in its last line, and adds the counts
+#   print_tally                               prints "N passed, N failed"; fails if any test failed
 
 # shellcheck shell=bash
 

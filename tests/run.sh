@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# The test suite, in 12 minutes of two cores: the program, headers and packages as g++ builds them, the unit tests with the address
-# and undefined behavior sanitizers, then Khronos' glTF validator on the sample's 3D photo. Installs what is missing. Ends with
-# "N passed, N failed".
+# Runs the test suite, in 12 minutes on two cores: tests of the program, the headers and the packages, built with g++; unit tests with
+# the address and undefined behavior sanitizers; Khronos' glTF validator on the sample's 3D photo. Installs missing packages. Ends
+# with "N passed, N failed".
 #
 #   tests/run.sh [--all] [CMAKE_OPTION...]
 #
-# --all adds what takes longer: the lessons of examples/learn, tests labeled slow, the unit tests as g++ builds them without sanitizers, and as clang builds them with
-# the single header.
+# --all adds slower tests: the lessons of examples/learn, tests labeled slow, the unit tests built with g++ without sanitizers, and the
+# unit tests built with clang and the single header.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 # shellcheck source=scripts/requirements.sh
@@ -22,19 +22,18 @@ if [ "${1:-}" = --all ]; then
 fi
 require "${needs_build[@]}" "${needs_io[@]}" "${needs_photo3d[@]}" "${needs_lessons[@]}" "${needs_tests[@]}" "${needs_validator[@]}"
 
-# Nothing that is tested here may be left out.
+# No tested part may be left out.
 common=(-DLDI_BUILD_BENCH=OFF "-DLDI_REQUIRED=^(ldi::io|examples, tests|examples/(learn|photo3d)|photo3d|tests)" "$@")
 if [ "$all" = 1 ]; then
     build_and_test dev "${common[@]}"
-    # g++ tests the separate headers, clang the single one: to both compilers the two are the same program, says the test
-    # single_include/same_program. Nobody steps through this with a debugger: without its tables it takes a quarter less time to build.
+    # g++ builds with the separate headers, clang with the single header. The test single_include/same_program ensures that both
+    # contain the same code. Without debug information, the build takes a quarter less time.
     exclude_labels="slow|build" build_and_test dev-clang "${common[@]}" -DLDI_TEST_SINGLE_INCLUDE=ON -DCMAKE_CXX_FLAGS_DEBUG=-O1
 else
     build_targets="photo3d ldi_test_networks_tiefenrausch training_programs" exclude_labels="unit|slow|learn" build_and_test dev "${common[@]}"
 fi
-# Sanitizers have nothing to find in tests that only run the compiler, and would take minutes on the slow ones and on compiling them
-# and the program, whose parts are all tested here. g++ warns of what it sees in this code before; instrumented, it may see more than
-# there is.
+# Without tests that only run the compiler, in which sanitizers find nothing, and without slow tests and the program, whose build takes
+# minutes and whose parts are all tested here. Warnings are off: the uninstrumented build reports them, and sanitizers cause false ones.
 only_labels=unit build_and_test sanitize "${common[@]}" -DLDI_BUILD_EXAMPLES=OFF -DLDI_BUILD_SLOW_TESTS=OFF -DLDI_UNITY_TESTS=ON \
     -DLDI_WARNINGS_AS_ERRORS=OFF
 

@@ -1,4 +1,4 @@
-"""What bench/batch/run.sh measures.
+"""Measures for bench/batch/run.sh.
 
     batch.py PHOTO3D FOLDER_OF_PHOTOS NUMBER
 """
@@ -13,7 +13,7 @@ import tempfile
 import time
 
 PROGRAM, FOLDER, NUMBER = os.path.abspath(sys.argv[1]), sys.argv[2], int(sys.argv[3])
-MEMORY_MB = 250  # that two photographs of half a megapixel fit in, and not many more
+MEMORY_MB = 250  # enough for two photographs of half a megapixel, and not for many more
 passed = failed = 0
 
 

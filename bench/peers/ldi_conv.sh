@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# Float convolutions 3 x 3, 32 -> 32 and 16 -> 16, on the layered depth image of a real photo at 1152 x 1536 after expansion, beside
-# what others take for the same on an image of as many pixels: torch's oneDNN (Debian's python3-torch, channels last) and ONNX Runtime
-# (npm). One thread, pinned to one processor, in turns; processor time, because other programs may want the processor too. Prints
-# medians and ends with "ratio R": ours over the fastest of them, the worse of both shapes. The first run installs
+# Compares float convolutions, 3 x 3, 32 -> 32 and 16 -> 16, on the layered depth image of a real photo at 1152 x 1536 after expansion
+# with the same convolutions on an image of equally many pixels by torch's oneDNN (Debian's python3-torch, channels last) and ONNX
+# Runtime (npm). One thread, pinned to one processor, in alternating runs; processor time, because other programs may run. Prints
+# medians and ends with "ratio R": ours over the fastest peer, for the worse of the two shapes. The first run installs
 # onnxruntime-node in the folder PEERS_OUT.
 #
 #   bench/peers/ldi_conv.sh [ROUNDS]              LDI_ISA forces an instruction set
@@ -33,7 +33,7 @@ if [[ ! -f $ours || -n $(find "$root/include" "$root/bench" -newer "$ours" -name
         -lpthread -lpng -lz
 fi
 
-processor=$(taskset -cp $$ | sed 's/.*[ ,-]//')  # the last one that we may use
+processor=$(taskset -cp $$ | sed 's/.*[ ,-]//')  # the last one in our affinity mask
 pinned() { taskset -c "$processor" "$@"; }
 times=$(mktemp -d)
 trap 'rm -rf "$times"' EXIT
@@ -50,7 +50,7 @@ ldi() {
         --benchmark_report_aggregates_only=true --benchmark_format=csv 2>/dev/null |
         sed -n 's/^"nn\/convolve\/ldi 3x3 \([0-9]*\)->.*_median",[^,]*,[^,]*,\([^,]*\),.*/\1 \2/p' | awk '{ print $1, $2 / 1000 }'
 }
-one_dnn() {  # it keeps its memory, so that it does not pay for new pages
+one_dnn() {  # malloc keeps freed memory, so that oneDNN does not pay for new pages
     MALLOC_MMAP_THRESHOLD_=8000000000 MALLOC_TRIM_THRESHOLD_=16000000000 MALLOC_TOP_PAD_=67108864 \
         pinned "$python" "$here/dense_convolution.py" time "$width" "$height" 32 16
 }

@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# The depth network at 384 x 288 beside what a user would pick instead: ONNX Runtime's int8 (npm) and torch's oneDNN int8 (Debian's
-# python3-torch), one thread, pinned to one processor, in turns. Prints the median of each and ends with "ratio R": ours over the
-# fastest of them. The first run builds their models and installs onnxruntime-node in the folder PEERS_OUT.
+# Compares the depth network at 384 x 288 in ldi, ONNX Runtime (int8, npm) and torch's oneDNN (int8, Debian's python3-torch): one thread,
+# pinned to one processor, in alternating runs. Prints each median and ends with "ratio R": ours over the fastest peer. The first run
+# builds the peers' models and installs onnxruntime-node in the folder PEERS_OUT.
 #
-# Skipped without the published network and its peers' models in ../shared: this is a comparison with that network.
+# Needs the published network and the peers' models in ../shared; skipped without them.
 #
 #   bench/peers/tiefenrausch.sh [ROUNDS]          LDI_ISA forces an instruction set
 set -euo pipefail
@@ -33,9 +33,9 @@ fi
 "${CXX:-g++}" -std=c++20 -O2 -DNDEBUG -I"$root/include" -I"$root" -DLDI_SHARED_DIR="\"$root/../shared\"" -DLDI_SOURCE_DIR="\"$root\"" \
     "$root/bench/peers/tiefenrausch.cpp" -lbenchmark_main -lbenchmark -lpthread -o "$PEERS_OUT/ours"
 
-processor=$(taskset -cp $$ | sed 's/.*[ ,-]//')  # the last one that we may use
+processor=$(taskset -cp $$ | sed 's/.*[ ,-]//')  # the last one in our affinity mask
 pinned() { taskset -c "$processor" "$@"; }
-measure_ours() {  # THREADS, then a command to run it with
+measure_ours() {  # THREADS [COMMAND...]; COMMAND runs the benchmark
     "${@:2}" "$PEERS_OUT/ours" --benchmark_filter="network 384x288/threads:$1/" --benchmark_min_time=0 \
         --benchmark_repetitions=15 --benchmark_report_aggregates_only=true --benchmark_format=csv 2>/dev/null |
         awk -F, '/_median/ { print $3, $8 }'  # milliseconds and the label, which names the instruction set

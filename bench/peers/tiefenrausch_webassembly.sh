@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# The depth network at 384 x 288 in WebAssembly under node, one thread, beside ONNX Runtime Web (int8) and TensorFlow.js (float,
-# its wasm backend), pinned to one processor, in turns. Prints the median of each and ends with "ratio R": ours over the faster of
-# them. The first run compiles ours, builds their models and installs them in the folder PEERS_OUT; with 0 rounds that is all.
+# Compares the depth network at 384 x 288 in WebAssembly under node with ONNX Runtime Web (int8) and TensorFlow.js (float, its wasm
+# backend): one thread, pinned to one processor, in alternating runs. Prints each median and ends with "ratio R": ours over the faster
+# peer. The first run compiles ours, builds the peers' models and installs the peers in the folder PEERS_OUT; 0 rounds do only that.
 #
 #   bench/peers/tiefenrausch_webassembly.sh [ROUNDS]
 set -euo pipefail
@@ -45,13 +45,13 @@ add_peer tensorflow_js @tensorflow/tfjs-backend-wasm@4.22.0 @tensorflow/tfjs@4.2
 [[ ${#peers[@]} -gt 0 ]] || skip "no peer could be installed"
 
 link_headers "$PEERS_OUT/headers"
-export NODE_PATH=/usr/share/nodejs:/usr/lib/nodejs # where Debian keeps what Emscripten's own scripts need
+export NODE_PATH=/usr/share/nodejs:/usr/lib/nodejs # Debian's folders of the modules that Emscripten's scripts import
 em++ -std=c++20 -O3 -DNDEBUG -msimd128 -fwasm-exceptions -I"$root/include" -I"$root" -isystem "$PEERS_OUT/headers" \
     -DLDI_SHARED_DIR="\"$shared\"" "$here/webassembly/tiefenrausch.cpp" -sNODERAWFS=1 -sALLOW_MEMORY_GROWTH=1 \
     -o "$PEERS_OUT/tiefenrausch.js"
 [[ $rounds -gt 0 ]] || skip "everything is built, no round was asked for"
 
-processor=$(taskset -cp $$ | sed 's/.*[ ,-]//') # the last one that we may use
+processor=$(taskset -cp $$ | sed 's/.*[ ,-]//') # the last one in our affinity mask
 pinned() { (cd "$packages" && taskset -c "$processor" node --no-experimental-fetch "$@") | sed -n 's/^median *\([0-9.]*\).*/\1/p'; }
 run() {
     case $1 in

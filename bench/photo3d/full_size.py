@@ -1,4 +1,4 @@
-"""What bench/photo3d/full_size.sh measures.
+"""Measures for bench/photo3d/full_size.sh.
 
     full_size.py PHOTO3D PHOTO
 """
@@ -21,7 +21,7 @@ def check(name, is_good):
 
 
 def enlarged(folder, megapixels):
-    """A photo of the same proportions with so many pixels."""
+    """Resizes a photo to a number of pixels, with the same aspect ratio."""
     path = os.path.join(folder, f"{megapixels}.jpg")
     size = f"scale='2*trunc(sqrt({megapixels}e6*iw/ih)/2)':'2*trunc(sqrt({megapixels}e6*ih/iw)/2)':flags=lanczos"
     subprocess.run(["ffmpeg", "-v", "error", "-y", "-i", PHOTO, "-frames:v", "1", "-vf", size, "-q:v", "2", path], check=True)
@@ -34,7 +34,7 @@ def main():
         glb, report_file = os.path.join(folder, "out.glb"), os.path.join(folder, "out.json")
         photos = {m: enlarged(folder, m) for m in MEGAPIXELS}
         runs = {m: [] for m in MEGAPIXELS}
-        for _ in range(RUNS):  # in turns, so that what else the machine does falls on all
+        for _ in range(RUNS):  # alternating, so that other load affects all of them
             for m in MEGAPIXELS:
                 subprocess.run([PROGRAM, photos[m], "--depth", "none", "--size", "full", "-o", glb, "--report", report_file, "--quiet"], check=True)
                 runs[m].append(json.load(open(report_file)))

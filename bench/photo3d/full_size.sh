@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# photo3d --size full over one photograph at 12, 24 and 48 megapixels: peak memory, bytes per pixel, seconds per stage, and whether
-# its GLB files are valid. Ends with "N passed, N failed".
+# Measures photo3d --size full on one photograph at 12, 24 and 48 megapixels: peak memory, bytes per pixel, seconds per stage. Validates
+# its GLB files. Ends with "N passed, N failed".
 #
-#   bench/photo3d/full_size.sh [PHOTO]     one of ../shared/depth_companions, else the sample
+#   bench/photo3d/full_size.sh [PHOTO]     default: one of ../shared/depth_companions, or the sample
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 # shellcheck source=scripts/requirements.sh
@@ -13,7 +13,7 @@ if [ -z "${1:-}" ] && [ ! -e "$photo" ]; then
     photo=examples/photo3d/sample.jpg
 fi
 require "${needs_build[@]}" "${needs_io[@]}" "${needs_photo3d[@]}" "${needs_validator[@]}" "command python3;python3" "command ffmpeg;ffmpeg" >&2
-if [ -z "${PHOTO3D:-}" ]; then # a program that is built already
+if [ -z "${PHOTO3D:-}" ]; then # path of a program that is built already
     cmake --preset release -DLDI_BUILD_TESTS=OFF -DLDI_BUILD_BENCH=OFF >&2
     cmake --build --preset release --target photo3d >&2
     PHOTO3D=build/release/examples/photo3d

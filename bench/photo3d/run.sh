@@ -1,16 +1,15 @@
 #!/usr/bin/env bash
-# Times the program photo3d, as it ships, on the sample and six photographs of ../shared where that exists: every stage, with one
-# thread and with two, beside the paper's times. Ends with
-# "whole photo D ms at D % hidden, one thread; two threads D; peak D MB", which are the sample's.
+# Times every stage of photo3d, with one thread and with two, on the sample and on six photographs of ../shared if present, beside the
+# paper's times. Ends with the sample's figures: "whole photo D ms at D % hidden, one thread; two threads D; peak D MB".
 #
-#   bench/photo3d/run.sh [RUNS]     medians of 5 runs where absent
+#   bench/photo3d/run.sh [RUNS]     default: medians of 5 runs
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 # shellcheck source=scripts/requirements.sh
 source scripts/requirements.sh
 
 require "${needs_build[@]}" "${needs_io[@]}" "${needs_photo3d[@]}" "command python3;python3" >&2
-if [ -z "${PHOTO3D:-}" ]; then # a program that is built already
+if [ -z "${PHOTO3D:-}" ]; then # path of a program that is built already
     cmake --preset release -DLDI_BUILD_TESTS=OFF -DLDI_BUILD_BENCH=OFF >&2
     cmake --build --preset release --target photo3d >&2
     PHOTO3D=build/release/examples/photo3d

@@ -1,4 +1,4 @@
-"""What bench/photo3d/run.sh and bench/compare.sh measure.
+"""Measures for bench/photo3d/run.sh and bench/compare.sh.
 
     stages.py [--runs N] PHOTO3D                              every stage, beside the paper
     stages.py [--runs N] --beside OTHER --name NAME PHOTO3D   ratios of every stage to those of another program
@@ -24,13 +24,13 @@ PAPER = {"depth estimation": 230, "depth filter": 51, "connected components": 12
 
 
 def photos():
-    """The sample first."""
+    """The photos to measure, the sample first."""
     shared = [os.path.join(COMPANIONS, name) for name in OF_SHARED]
     return [SAMPLE] + [photo for photo in shared if os.path.exists(photo)]
 
 
 def report_of(program, photo, threads, folder):
-    """The report of a run."""
+    """Runs the program and returns its report."""
     report = os.path.join(folder, "report.json")
     models = os.path.join(os.path.dirname(os.path.abspath(program)), "..", "..", "..", "examples", "models")
     subprocess.run([program, photo, "--threads", str(threads), "-o", os.path.join(folder, "out.glb"), "--report", report, "--quiet"],
@@ -62,7 +62,7 @@ def measure(program, number):
     with tempfile.TemporaryDirectory() as folder:
         for photo in photos():
             runs = {threads: [] for threads in (1, 2)}
-            for _ in range(number):  # in turns, so that what else the machine does falls on both
+            for _ in range(number):  # alternating, so that other load affects both
                 for threads, reports in runs.items():
                     reports.append(report_of(program, photo, threads, folder))
             facts = runs[1][0]

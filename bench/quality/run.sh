@@ -1,17 +1,17 @@
 #!/usr/bin/env bash
-# Measures the quality of 3D photos: the networks' depth, novel views compared to photographs from there, silhouettes, the paper's
-# measure of inpainting, sizes, times. Prints Markdown, writes pictures to out/quality, and ends with "ldi over screen space +D.DD dB,
+# Measures the quality of 3D photos: the networks' depth, novel views compared to photographs from the same place, silhouettes, the
+# paper's measure of inpainting, sizes, times. Prints Markdown, writes pictures to out/quality, and ends with "ldi over screen space +D.DD dB,
 # uncovered D.DDD %, lpips D.DDD (diffusion D.DDD), silhouettes D.D px, halo D.D" in one line.
 #
-#   bench/quality/run.sh [--inpainting-model FILE] [OPTION...]     --no-depth, --no-views, --no-sizes: the rest
+#   bench/quality/run.sh [--inpainting-model FILE] [OPTION...]     --no-depth, --no-views, --no-sizes: without these parts
 #   bench/quality/run.sh --only silhouettes [OPTION...]            minutes: --no-pairs (nothing with true depth), --no-scenes,
 #                                                                  --sigma SAMPLES, --shift SAMPLES, --no-photographs, --no-holes,
 #                                                                  --before FOLDER (pictures of an earlier run, to compare)
 #   bench/quality/run.sh --only holes [PHOTO...] [OPTION...]       minutes: --crops FOLDER, --each, --geometry-size PIXELS
 #
 # Without a model: examples/models/farbrausch.safetensors. LPIPS needs the weights of ../shared/lpips. Photographs with depth and
-# stereo pairs are those of ../shared/rgbd. What is absent is skipped; the ray-cast scenes need nothing.
-# examples/training/evaluate.sh tells more of depth.
+# stereo pairs are those of ../shared/rgbd. Parts whose data is absent are skipped; the ray-cast scenes need no data.
+# examples/training/evaluate.sh measures depth in more detail.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 # shellcheck source=scripts/requirements.sh
@@ -36,7 +36,7 @@ options=("$@")
 if [[ " ${options[*]} " != *" --inpainting-model"* ]]; then
     model=$root/examples/models/farbrausch.safetensors
     if [ ! -f "$model" ]; then
-        printf 'There is no %s: please name a file of weights with --inpainting-model FILE\n' "$model" >&2
+        printf 'expected weights at %s, found no file: name one with --inpainting-model FILE\n' "$model" >&2
         exit 1
     fi
     options+=(--inpainting-model "$model")

@@ -17,8 +17,8 @@ const address = pathToFileURL(join(top, "build/web/photo3d.html")).href;
 const median = (values) => [...values].sort((a, b) => a - b)[values.length >> 1];
 const print = (name, value, unit = "ms") => console.log(`${name.padEnd(44)} ${value.toFixed(0).padStart(7)} ${unit}`);
 
-const isOfThreads = (name) => name.startsWith("converter_threads");
-const sizes = await Promise.all((await readdir(site)).filter((name) => !isOfThreads(name)).map((name) => stat(join(site, name))));
+const isRead = (name) => !/^(converter_threads|heic)[.]/.test(name);
+const sizes = await Promise.all((await readdir(site)).filter(isRead).map((name) => stat(join(site, name))));
 print("download, one thread", sizes.reduce((sum, { size }) => sum + size, 0) / 1000, "kB");
 const results = {};
 

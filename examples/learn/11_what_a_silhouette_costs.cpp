@@ -28,7 +28,7 @@ std::pair<double, double> measure(const ldi::convolution_layer& layer, const ldi
     for (int run = 0; run < 5; ++run) {
         const std::clock_t start = std::clock();
         const ldi::feature_map result = layer(plan, input);
-        fewest = std::min(fewest, static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
+        fewest = (std::min)(fewest, static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
     }
     const double pixels = static_cast<double>(g.size());
     return {1e9 * fewest / pixels, static_cast<double>(plan.irregular.size()) / pixels};
@@ -43,6 +43,6 @@ int main() {
     for (const std::int32_t side : {160, 80, 40, 20, 10, 5}) {
         const auto [time, share] = measure(layer, cut_image(640, 480, side), channels);
         std::printf("%7d %9.1f %% %12.1f %14.1f pixels of an image\n", side, 100 * share, time,
-                    1 + (time / image - 1) / std::max(share - border, 1e-9));
+                    1 + (time / image - 1) / (std::max)(share - border, 1e-9));
     }
 }

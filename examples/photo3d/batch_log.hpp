@@ -29,14 +29,16 @@ inline void write_line(const nlohmann::ordered_json& line) {
         raise_system_error(failure, "standard output", "a reader");
 }
 
-/// Selects the figures of a photo's line from its report.
+/// Selects the figures of a photo's line from its report, and the notes if there are any.
 inline nlohmann::ordered_json line_figures(const nlohmann::ordered_json& report) {
     const double pixels = report["width"].get<double>() * report["height"].get<double>();
     const auto rounded = [](double value, double digits) { return std::round(value * digits) / digits; };
-    return {{"milliseconds", rounded(report["milliseconds"]["total"].get<double>(), 10)},
-            {"width", report["width"]},
-            {"height", report["height"]},
-            {"hidden_share", rounded(report["hidden_pixels"].get<double>() / pixels, 10'000)}};
+    nlohmann::ordered_json figures{{"milliseconds", rounded(report["milliseconds"]["total"].get<double>(), 10)},
+                                   {"width", report["width"]},
+                                   {"height", report["height"]},
+                                   {"hidden_share", rounded(report["hidden_pixels"].get<double>() / pixels, 10'000)}};
+    if (!report["notes"].empty()) figures["notes"] = report["notes"];
+    return figures;
 }
 
 /// Makes the member "error" of a photo's line.

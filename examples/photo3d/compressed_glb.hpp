@@ -167,10 +167,10 @@ inline std::vector<std::byte> compress_glb(std::span<const std::byte> glb, const
     glb_json& content = from.content;
     std::vector<std::span<const std::byte>> textures;
     std::vector<ldi::picture_header> pictures;
-    for (const glb_json& picture : content.at("images")) {
+    for (const glb_json& image : content.at("images")) {
         if (content.at("textures").at(textures.size()).at("source") != textures.size())
             raise_other_glb("textures in another order");
-        textures.push_back(from.view(picture.at("bufferView")));
+        textures.push_back(from.view(image.at("bufferView")));
         pictures.push_back(ldi::read_picture_header(textures.back(), "texture"));
     }
     if (content.at("textures").size() != textures.size()) raise_other_glb("textures without pictures");

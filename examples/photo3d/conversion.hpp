@@ -3,6 +3,7 @@
 
 #include "arguments.hpp"
 #include "html_page.hpp"
+#include "notes.hpp"
 #include "outputs.hpp"
 #include "photo_texture.hpp"
 #include "report.hpp"
@@ -265,13 +266,16 @@ inline void check_names(const photo_files& names, const arguments& a, output_fil
     if (!names.report.empty()) files.claim(names.report, true);
 }
 
-/// Collects the figures of a converted photo.
+/// Collects the figures of a converted photo, and notes on it.
 inline nlohmann::ordered_json report_on(const photo3d& made, const encoded_photo3d& encoded, const photo_with_depth& input,
                                         const arguments& a, const stage_clock& clock) {
     const std::string depth = input.depth ? input.depth->source : a.depth_model.string(),
                       inpainting = a.inpainting_model.empty() ? "diffusion" : a.inpainting_model.string();
     const std::string silhouettes = a.silhouette_model.empty() ? "alignment" : a.silhouette_model.string();
-    return make_report(made, clock, depth, silhouettes, inpainting, a.texture, a.grain, encoded.glb.size(), encoded.shown);
+    nlohmann::ordered_json report =
+        make_report(made, clock, depth, silhouettes, inpainting, a.texture, a.grain, encoded.glb.size(), encoded.shown);
+    report["notes"] = notes_on(made, report["hidden_pixels"], a, depth);
+    return report;
 }
 
 inline std::string title_of(const photo_files& names) {

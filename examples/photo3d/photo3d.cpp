@@ -94,13 +94,10 @@ void check_files(const arguments& a, const photo_files& names, output_files& fil
 }
 
 /// Prints the table of a run's figures, and notes on the result.
-void print_figures(const arguments& a, const nlohmann::ordered_json& report, const std::string& depth, bool is_stdout_taken) {
+void print_figures(const arguments& a, const nlohmann::ordered_json& report, bool is_stdout_taken) {
     if (a.quiet) return;
     std::fputs(("\n" + to_table(report)).c_str(), is_stdout_taken ? stderr : stdout);
-    if (report["hidden_pixels"] == 0)
-        say(name_of_input(a.photos.front()) + " became a single sheet: nowhere in its depth (" + depth +
-            ") does one thing hide another, so that there is nothing to see behind it. Another depth map or "
-            "network may see more: --depth, --depth-model.");
+    for (const std::string note : report["notes"]) say(name_of_input(a.photos.front()) + ": " + note);
 }
 
 /// Prints the files that a run has written, and the programs that open them.
@@ -159,7 +156,7 @@ void run(const arguments& a, output_files& files) {
     }
     if (!names.glb.empty()) files.write(names.glb, encoded.glb);
     files.commit();
-    print_figures(a, report, report["depth"], files.uses_standard_output());
+    print_figures(a, report, files.uses_standard_output());
     print_files(a, names, files.uses_standard_output());
 }
 

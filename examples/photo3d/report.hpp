@@ -146,6 +146,8 @@ inline nlohmann::ordered_json make_report(const photo3d& result, const stage_clo
     report["grain"] = grain;
     report["layers"] = layer_count(result.layers.topology());
     report["curves"] = result.curves.size();
+    report["dropped_sides"] = result.dropped_sides;
+    report["motion"] = result.facts.motion;
     report["charts"] = result.charts.charts.size();
     report["atlas_width"] = result.atlas.color.width();
     report["atlas_height"] = result.atlas.color.height();

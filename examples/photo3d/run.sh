@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# run.sh [PHOTO [OPTION...]]: makes a 3D photo from PHOTO: a page to open in a browser, and a GLB. Without PHOTO, from a photograph in
-# the public domain that a Debian package brings (a portrait of the astronaut Eileen Collins, NASA); `run.sh cat` and `run.sh cup` take
-# two others from there (CC0), `run.sh sample` the ray-cast picture beside this script, which needs no network. Installs what is
-# missing, builds the program and the viewer, and prints the paths of the page and of the GLB on the last two lines. Options go to the
+# run.sh [PHOTO [OPTION...]]: converts PHOTO to a 3D photo: a page for a browser, and a GLB. The default is a photograph in the public
+# domain from a Debian package (a portrait of the astronaut Eileen Collins, NASA). `run.sh cat` and `run.sh cup` convert two others from
+# that package (CC0), `run.sh sample` the ray-cast picture beside this script, without a network. The script installs missing packages,
+# builds the program and the viewer, and prints the paths of the page and the GLB on the last two lines. It passes the options to the
 # program (build/photo3d/examples/photo3d --help).
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
@@ -26,7 +26,7 @@ case ${1:-} in
         ;;
 esac
 
-# Prints the path of a photograph of Debian's python3-skimage, which is fetched and unpacked once, not installed.
+# Prints the path of a photograph from Debian's python3-skimage. Downloads and unpacks the package once, without installing it.
 photograph() {
     local file=$top/out/photographs/$1 package=$top/out/photographs/package
     if [ ! -f "$file" ]; then
@@ -47,7 +47,7 @@ case ${1:-portrait} in
     *) photo=$1 ;;
 esac
 if [ "$photo" = sample ]; then
-    [ "${1:-}" = sample ] || printf 'No photograph could be fetched: taking the ray-cast sample.\n' >&2
+    [ "${1:-}" = sample ] || printf 'The photograph could not be downloaded: converting the ray-cast sample.\n' >&2
     photo=$here/sample.jpg
     options=(--depth "$here/sample_depth.png" --fov 56 "${options[@]}")
 fi
@@ -56,7 +56,7 @@ if [ ! -f "$photo" ]; then
     exit 1
 fi
 
-# Prints what the files of a photo are called in out/: after the photo, with a number where those of another photo have that name.
+# Prints the name of a photo's files in out/: the photo's name, with a number if another photo's files have that name.
 name_for() {
     local source=$1 stem=$2 name=$2 number=1
     while [ -e "$top/out/.$name.source" ] && [ "$(cat "$top/out/.$name.source")" != "$source" ]; do
@@ -78,7 +78,7 @@ page=()
 if "$top/examples/viewer/build.sh" >&2; then
     page=(--html "$made.html")
 else
-    printf 'The viewer could not be built: making the GLB alone.\n' >&2
+    printf 'The viewer could not be built: writing only the GLB.\n' >&2
 fi
 "$top/build/photo3d/examples/photo3d" "$photo" -o "$made.glb" "${page[@]}" "${options[@]}"
 printf '%s\n' "${page[@]:1}" "$made.glb"

@@ -1,14 +1,14 @@
-# Sourced by scripts that need a broker of their own: RabbitMQ on a free port, with all that it keeps in one folder.
+# Runs a RabbitMQ broker on a free port, with all its data in one folder. Scripts that need a broker source this file.
 #
-#   start_broker FOLDER    starts it, or starts it again on what it keeps there; sets broker_url
-#   stop_broker            ends it, as a restart of its machine would
-#   remove_broker          ends it and what Erlang leaves running
+#   start_broker FOLDER    starts the broker, with the data in FOLDER if there is any; sets broker_url
+#   stop_broker            ends the broker, as a restart of its machine would
+#   remove_broker          ends the broker, and the processes that Erlang leaves running
 
 # shellcheck shell=bash disable=SC2034
 
-# Prints so many ports that are free now. None is of those that the system gives to who connects: who asks for such a port before
-# somebody listens there may get it for both ends, and be connected to itself. To be used as <<<"$(free_ports N)", which waits until
-# nobody listens there any more.
+# free_ports N: prints N free ports outside the range of ephemeral ports. A client that connects to an ephemeral port before the server
+# listens there may be assigned the same port and connect to itself. Use it as <<<"$(free_ports N)", which waits until the ports are
+# closed.
 free_ports() {
     python3 -c 'import random, socket, sys
 sockets = []
@@ -25,15 +25,15 @@ start_broker() {
     if [ -z "${broker_port:-}" ]; then
         read -r broker_port broker_distribution_port broker_names_port <<<"$(free_ports 3)"
         mkdir -p "$folder"
-        # Nobody but this machine gets in.
+        # Accepts connections only from this machine.
         printf '%s\n' "listeners.tcp.1 = 127.0.0.1:$broker_port" 'log.console = false' >"$folder/broker.conf"
         : >"$folder/environment"
         : >"$folder/plugins"
     fi
     broker_url=amqp://guest:guest@127.0.0.1:$broker_port
-    # Debian's own wrapper in the PATH would go on as another user, on the system's folders. Under systemd this script becomes the broker
-    # instead of starting it, so that its process is the one to be ended. It is not to wait for work by keeping cores busy: workers share
-    # them.
+    # Debian's wrapper in the PATH would switch to another user and use the system's folders. With systemd's variable set, the script
+    # becomes the broker instead of starting it, so that its process is the broker's. Busy waiting is off, because workers need the
+    # cores.
     env RUNNING_UNDER_SYSTEMD=1 RABBITMQ_SERVER_ADDITIONAL_ERL_ARGS="+sbwt none +sbwtdcpu none +sbwtdio none" HOME="$folder" ERL_EPMD_PORT="$broker_names_port" ERL_EPMD_ADDRESS=127.0.0.1 RABBITMQ_CONF_ENV_FILE="$folder/environment" \
         RABBITMQ_NODENAME="ldi-$broker_port@localhost" RABBITMQ_DIST_PORT="$broker_distribution_port" \
         RABBITMQ_CONFIG_FILE="$folder/broker.conf" RABBITMQ_ENABLED_PLUGINS_FILE="$folder/plugins" \

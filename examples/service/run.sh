@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# A broker, two workers and a submitter on one machine: converts photos and prints what became of them. Needs no containers.
+# Starts a broker, two workers and a submitter on this machine, converts photos, and prints the results. Needs no containers.
 #
-#   examples/service/run.sh [FOLDER_OF_PHOTOS [FOLDER_FOR_OUTPUTS]]     the sample four times; build/service/outputs
+#   examples/service/run.sh [FOLDER_OF_PHOTOS [FOLDER_FOR_OUTPUTS]]     default: the sample four times, build/service/outputs
 #
-# PROGRAMS names the folder of photo3d_worker and photo3d_queue where they are built already.
+# PROGRAMS is the folder of photo3d_worker and photo3d_queue, if they are built already.
 set -euo pipefail
 repository=$(realpath "$(dirname "${BASH_SOURCE[0]}")/../..")
 # shellcheck source=scripts/requirements.sh

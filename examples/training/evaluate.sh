@@ -20,7 +20,7 @@ pictures=$root/out/training
 mkdir -p "$built" "$pictures"
 export PYTHONDONTWRITEBYTECODE=1
 
-# Prints what is missing of the given paths, and fails if anything is.
+# Prints those of the given paths that are missing. Fails if one is.
 are_there() {
     local path
     for path in "$@"; do
@@ -31,12 +31,12 @@ are_there() {
     done
 }
 
-# Compiles a program of this folder, with the library and nothing else.
+# Compiles a program of this folder with the library alone.
 compile() {
     "${CXX:-g++}" -std=c++20 -O2 -I"$root/include" "$here/$1.cpp" -o "$built/$(basename "$1")"
 }
 
-# Runs a program of this folder and keeps what it prints.
+# Runs a program of this folder and keeps its output.
 measure() {
     local kept=$1 start=$SECONDS
     shift

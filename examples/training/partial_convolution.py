@@ -29,7 +29,7 @@ LEAK = 0.2
 
 class PartialConvolution(nn.Module):
     """out = W (x . m) * (C k^2 / sum m) + b where the mask's sum over the window is positive, else 0 and masked; normalized and
-    activated. The normalization changes what is masked too, which nobody reads: so it can be folded into W and b."""
+    activated. The normalization also changes masked values, which no layer reads, so it can be folded into W and b."""
 
     def __init__(self, c_in, c_out, kernel, stride=1, normalize=True, leak=None):
         super().__init__()
@@ -40,7 +40,7 @@ class PartialConvolution(nn.Module):
         self.norm = nn.BatchNorm2d(c_out) if normalize else None
 
     def forward(self, x, mask):
-        """x, mask: B x C x H x W. Returns the same of the result: the mask with one channel, which is that of all."""
+        """x, mask: B x C x H x W. Returns the result's values and mask; the mask has one channel, which holds for all."""
         with torch.no_grad():
             count = F.conv2d(mask, torch.ones_like(self.weight[:1]), None, self.stride, self.kernel // 2)
             valid = (count > 0.5).to(x)
@@ -66,13 +66,13 @@ class PartialConvolutionNetwork(nn.Module):
         self.channels, self.kernels = channels, kernels
         self.encoder = nn.ModuleList(PartialConvolution(a, b, k, 2, normalize=i > 0, leak=0.0)
                                      for i, (a, b, k) in enumerate(zip(c_in, channels, kernels)))
-        # decoder[j] undoes encoder[-1 - j]; its last layer gives colors as they are
+        # decoder[j] undoes encoder[-1 - j]; its last layer returns colors without activation
         self.decoder = nn.ModuleList(PartialConvolution(channels[i] + c_in[i], c_in[i], 3, normalize=i > 0, leak=LEAK if i > 0 else None)
                                      for i in reversed(range(len(channels))))
 
     def forward(self, image, known, exists=None):
-        """image: B x 3 x H x W in [0, 1]; known, exists: B x 1 x H x W, 0 or 1. What does not exist (on a layered depth image,
-        another surface) is masked at every scale."""
+        """image: B x 3 x H x W in [0, 1]; known, exists: B x 1 x H x W, 0 or 1. Pixels that do not exist (on a layered
+        depth image, those of another surface) are masked at every scale."""
         existing = [torch.ones_like(known) if exists is None else exists]
         skips = [(image, known * existing[0])]
         for layer in self.encoder:

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# build.sh: bundles the viewer and three.js to one HTML file, build/viewer/viewer.html, which photo3d --html puts photos into.
-# Installs what is missing. Prints the path of the file.
+# build.sh: bundles the viewer and three.js into one HTML file, build/viewer/viewer.html, in which photo3d --html embeds photos.
+# Installs missing packages. Prints the path of the file.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 top=$(cd "$here/../.." && pwd)

@@ -22,7 +22,7 @@ const styleSheets = {
     },
 };
 
-/** The text that esbuild makes of a module and all that it imports. */
+/** Bundles a module and its imports with esbuild, and returns the text. */
 async function bundle(file, format) {
     const result = await build({
         entryPoints: [join(source, file)],
@@ -38,14 +38,14 @@ async function bundle(file, format) {
     return result.outputFiles[0].text;
 }
 
-/** Replaces a marker that stands in the page exactly once. */
+/** Replaces a marker, which must occur in the page exactly once. */
 function fill(page, marker, content) {
     const parts = page.split(marker);
     if (parts.length !== 2) throw new Error(`page: expected ${marker} once, found it ${parts.length - 1} times`);
     return parts.join(content);
 }
 
-/** Writes a file that appears under its name when it is complete. */
+/** Writes a file under a temporary name and renames it when it is complete. */
 async function write(file, text) {
     await mkdir(dirname(file), { recursive: true });
     await writeFile(file + ".tmp", text);

@@ -67,19 +67,25 @@ const assetsOfThreads = {
     "converter_threads.worker.js": await minify("converter_threads.worker.js"),
     "converter_threads.wasm": await readFile(join(built, "converter_threads.wasm")),
 };
-for (const group of [assets, assetsOfThreads]) for (const name of Object.keys(group)) group[name] = await pack(group[name]);
+/** Read when the first HEIC photo comes, and only in the folder: they would make the page a ninth larger. */
+const assetsOfHeic = {
+    "heic.js": Buffer.concat([await minify("heic.js"), Buffer.from("\n"), Buffer.from(await bundleFile("heic.js"))]),
+    "heic.wasm": await readFile(join(built, "heic.wasm")),
+};
+for (const group of [assets, assetsOfThreads, assetsOfHeic]) for (const name of Object.keys(group)) group[name] = await pack(group[name]);
 
 const style = await bundleFile("style.css");
 const program = (await bundleFile("main.js", { format: "iife" })).replace(/<\/script/g, "<\\/script");
 const template = await readFile(join(source, "page.html"), "utf8");
 
-/** @param {string} assetsText @param {string} server  places that the page may read files from */
-function makePage(assetsText, server) {
+/** @param {string} assetsText @param {string} server  places that the page may read files from @param {string} heic  where HEIC is read */
+function makePage(assetsText, server, heic) {
     const scripts = [program, ...viewerScripts].map(hashOf).join(" ");
     const policy =
         `default-src 'none'; script-src ${scripts} 'wasm-unsafe-eval' blob:; worker-src blob:${server}; style-src 'unsafe-inline'; ` +
         `img-src data: blob:; media-src blob:; connect-src data: blob:${server}; form-action 'none'; base-uri 'none'`;
     let page = fill(template, "THE POLICY", policy);
+    page = fill(page, "THE FORMATS", `JPEG, PNG, GIF, BMP, WebP and AVIF; HEIC ${heic}.`);
     page = fill(page, "/* the style goes here */", style);
     page = fill(page, "<!-- the assets go here -->", assetsText);
     return fill(page, "/* the program goes here */", program);
@@ -89,9 +95,9 @@ const inPage = Object.entries(assets).map(([name, bytes]) => `<script id="asset 
 const site = join(output, "site");
 await rm(site, { recursive: true, force: true });
 await mkdir(site, { recursive: true });
-await writeFile(join(output, "photo3d.html"), makePage(inPage.join("\n"), ""));
+await writeFile(join(output, "photo3d.html"), makePage(inPage.join("\n"), "", "where the browser reads it"));
 
-const files = new Map([["index.html", Buffer.from(makePage("", " 'self'"))]]);
+const files = new Map([["index.html", Buffer.from(makePage("", " 'self'", "with the depth inside"))]]);
 for (const [name, bytes] of Object.entries({ ...assets, ...assetsOfThreads })) files.set(`${name}.gz`, bytes);
 const version = createHash("sha256");
 for (const bytes of files.values()) version.update(bytes);
@@ -99,11 +105,15 @@ let offline = await readFile(join(source, "offline.js"), "utf8");
 offline = fill(offline, '"VERSION"', JSON.stringify(`photo3d ${version.digest("hex").slice(0, 16)}`));
 offline = fill(offline, '["FILES"]', JSON.stringify(["./", ...files.keys()]));
 files.set("offline.js", Buffer.from(offline));
+for (const [name, bytes] of Object.entries(assetsOfHeic)) files.set(`${name}.gz`, bytes);
 for (const [name, bytes] of files) await writeFile(join(site, name), bytes);
 
 const kilobytes = (bytes) => `${(bytes / 1000).toFixed(0)} kB`;
 for (const [name, bytes] of files) console.error(`${name}: ${kilobytes(bytes.length)}`);
 const sum = (isRead) => [...files].reduce((total, [name, bytes]) => total + (isRead(name) ? bytes.length : 0), 0);
-const isOfThreads = (name) => name.startsWith("converter_threads");
-console.error(`download: ${kilobytes(sum((name) => !isOfThreads(name)))}, with threads ${kilobytes(sum((name) => !/^converter[.]/.test(name)))}`);
+const isOfThreads = (name) => name.startsWith("converter_threads"), isOfHeic = (name) => name.startsWith("heic.");
+console.error(
+    `download: ${kilobytes(sum((name) => !isOfThreads(name) && !isOfHeic(name)))}, with threads ` +
+        `${kilobytes(sum((name) => !/^converter[.]/.test(name) && !isOfHeic(name)))}, HEIC reader ${kilobytes(sum(isOfHeic))}`,
+);
 console.log(join(output, "photo3d.html"));

@@ -117,6 +117,13 @@ image<std::uint8_t> over_white(const std::uint8_t* rgba, std::size_t height, std
     return color;
 }
 
+template <class T>
+image<T> copy_of(const T* values, std::size_t height, std::size_t width, std::size_t channels) {
+    image<T> copy(height, width, channels, unset);
+    std::copy_n(values, height * width * channels, copy.data());
+    return copy;
+}
+
 /// Decodes a photo and the depth inside it.
 ///
 /// rgba  pixels that the browser has decoded, upright; null: decode the file here
@@ -220,8 +227,12 @@ EMSCRIPTEN_KEEPALIVE int web_load(int kind, const void* data, std::size_t size) 
     });
 }
 
-/// Frees the GLB and the poster, so that every photo finds the memory in the same state.
-EMSCRIPTEN_KEEPALIVE void web_release() { state().glb = {}, state().poster = {}; }
+/// Frees the GLB and the poster, so that every photo finds the memory in the same state. A block that stayed, such as the
+/// capacity that `poster = {}` keeps, would lie elsewhere after each photo and split the free memory.
+EMSCRIPTEN_KEEPALIVE void web_release() {
+    state().glb = {};
+    std::vector<std::byte>().swap(state().poster);
+}
 
 /// Runs a part of the program, so that the browser compiles and optimizes its code before the first photo; returns 1, or 0 after
 /// an error. Parts 0 to 2 together run everything; each takes a fraction of a second.
@@ -259,9 +270,12 @@ EMSCRIPTEN_KEEPALIVE int web_inspect(const void* data, std::size_t size, const c
 /// Refuses a file that the browser cannot decode; returns 0.
 EMSCRIPTEN_KEEPALIVE int web_refuse(const void* data, std::size_t size, const char* name) {
     return attempt([&] {
+        const std::span<const std::byte> file = bytes_of(data, size);
+        std::string found = ldi::describe_format(file);
+        if (ldi::detail::is_heif(file))
+            found += ", whose reader only the page's server has: open the page from a server, or save the photo as JPEG";
         raise(size == 0 ? error_code::invalid_data : error_code::unsupported, name,
-              "a JPEG, PNG, GIF, BMP, WebP or AVIF file, or another that this browser reads",
-              ldi::describe_format(bytes_of(data, size)));
+              "a JPEG, PNG, GIF, BMP, WebP or AVIF file, or another that this browser reads", found);
     });
 }
 
@@ -277,8 +291,35 @@ EMSCRIPTEN_KEEPALIVE int web_open(const void* data, std::size_t size, const char
     });
 }
 
-/// Converts the photo of web_open(); returns 1, or 0 after an error. web_glb() and web_poster() have the results, until
-/// web_release().
+/// Accepts a photo that heic.cpp has decoded, instead of web_open(); returns 1, or 0 after an error.
+///
+/// color         height x width x 3
+/// focal_length  in millimeters on 35 mm film; 0: unknown
+/// refused       the reason why depth in the file is not used, or an empty text
+EMSCRIPTEN_KEEPALIVE int web_accept(const std::uint8_t* color, std::size_t height, std::size_t width, float focal_length,
+                                    const char* refused) {
+    return attempt([&] {
+        photo_with_depth& input = state().input.emplace();
+        input.photo.color = copy_of(color, height, width, 3);
+        if (focal_length > 0) input.photo.focal_length_35mm = focal_length;
+        input.refused = refused;
+    });
+}
+
+/// Adds depth to the photo of web_accept(); returns 1, or 0 after an error.
+///
+/// disparity  height x width
+/// source     description of the depth
+EMSCRIPTEN_KEEPALIVE int web_add_depth(const float* disparity, std::size_t height, std::size_t width, int is_inverse_depth,
+                                       int is_metric, const char* source) {
+    return attempt([&] {
+        state().input.value().depth =
+            photo_depth{copy_of(disparity, height, width, 1), is_inverse_depth != 0, is_metric != 0, false, source};
+    });
+}
+
+/// Converts the photo of web_open() or web_accept(); returns 1, or 0 after an error. web_glb() and web_poster() have the results,
+/// until web_release().
 EMSCRIPTEN_KEEPALIVE int web_convert(const char* name, int is_exact) {
     return attempt([&] {
         photo_with_depth input = std::move(state().input.value());

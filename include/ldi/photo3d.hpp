@@ -41,6 +41,10 @@ struct basic_photo3d {
     image<float> resampled;     ///< H x W x 1, the estimate at the photo's resolution, before cleaning
     image<float> disparity;     ///< H x W x 1, cleaned disparity
     buffer<discontinuity_curve> curves;
+    /// Number of pixel sides in the silhouettes that curve_options::max_density or max_sides dropped: a surface stretches across
+    /// each. 0 for photographs.
+    std::size_t dropped_sides = 0;
+    /// The motion is below expand_options::motion if expand_options::iterations or max_hidden bounded the hidden surfaces.
     photo_facts facts;
     layered_image<color_column, disparity_column, known_column, matte_column, Own...> layers;
     chart_set charts;
@@ -79,7 +83,7 @@ basic_photo3d<Own...> make_photo3d(cleaned_photo photo, const photo_columns<Own.
     basic_photo3d<Own...> result;
     result.photo = std::move(photo.photo), result.estimated = std::move(photo.estimated);
     result.resampled = std::move(photo.resampled), result.disparity = std::move(photo.disparity);
-    result.curves = std::move(lifted.curves), result.facts = lifted.facts;
+    result.curves = std::move(lifted.curves), result.dropped_sides = lifted.dropped_sides, result.facts = lifted.facts;
     auto [layers, motion] = expand(std::move(lifted.layer), options.surface, result.curves, options.expand, progress);
     result.facts.motion = motion;
 

@@ -1021,14 +1021,24 @@ constexpr side opposite(side s) {
 constexpr std::int32_t step_x(side s) { return s == side::left ? -1 : s == side::right ? 1 : 0; }
 constexpr std::int32_t step_y(side s) { return s == side::up ? -1 : s == side::down ? 1 : 0; }
 
+class graph_view;
+class graph;
 class graph_builder;
 
 namespace detail {
 
+[[noreturn]] inline void refuse_lattice(std::int32_t width, std::int32_t height) {
+    raise(error_code::invalid_option, "graph", "a lattice with a width and a height of 0 or more",
+          std::to_string(width) + " x " + std::to_string(height));
+}
+
 /// The lattice and six index columns of K entries each, read-only. `Column` is the type of an index column, an owner or a view.
-/// Only derived classes can copy and assign it, so that a finished graph never receives unchecked columns.
+/// Only graph_view, graph and graph_builder can derive from it and change it, so that a finished graph never receives unchecked
+/// columns.
 template <class Column>
 class index_columns {
+    static constexpr bool is_owner = std::is_same_v<Column, buffer<std::int32_t>>;
+
 public:
     using index_view = array_view<const std::int32_t>;
 
@@ -1042,15 +1052,24 @@ public:
     std::int32_t count() const { return x_.count(); }
 
     /// Positions of the pixels, K each.
-    index_view x() const { return x_; }
-    index_view y() const { return y_; }
+    index_view x() const& { return x_; }
+    index_view y() const& { return y_; }
 
     /// Index of each pixel's neighbor on side `s`, or no_pixel; K entries.
-    index_view neighbors(side s) const { return neighbors_[static_cast<std::size_t>(s)]; }
-    index_view up() const { return neighbors(side::up); }
-    index_view down() const { return neighbors(side::down); }
-    index_view left() const { return neighbors(side::left); }
-    index_view right() const { return neighbors(side::right); }
+    index_view neighbors(side s) const& { return neighbors_[static_cast<std::size_t>(s)]; }
+    index_view up() const& { return neighbors(side::up); }
+    index_view down() const& { return neighbors(side::down); }
+    index_view left() const& { return neighbors(side::left); }
+    index_view right() const& { return neighbors(side::right); }
+
+    // Columns of a temporary owner, which would be destroyed with it.
+    index_view x() const&& requires is_owner = delete;
+    index_view y() const&& requires is_owner = delete;
+    index_view neighbors(side) const&& requires is_owner = delete;
+    index_view up() const&& requires is_owner = delete;
+    index_view down() const&& requires is_owner = delete;
+    index_view left() const&& requires is_owner = delete;
+    index_view right() const&& requires is_owner = delete;
 
     std::int32_t neighbor(std::int32_t pixel, side s) const { return neighbors(s)[pixel]; }
 
@@ -1062,7 +1081,11 @@ public:
     }
     std::size_t position_of(std::int32_t pixel) const { return position(x_[pixel], y_[pixel]); }
 
-protected:
+private:
+    friend graph_view;
+    friend graph;
+    friend graph_builder;
+
     index_columns() = default;
     index_columns(const index_columns&) = default;
     index_columns(index_columns&&) noexcept = default;
@@ -1071,7 +1094,7 @@ protected:
     index_columns& operator=(index_columns&&) noexcept = default;
     ~index_columns() = default;
     index_columns(std::int32_t width, std::int32_t height) : width_(width), height_(height) {
-        LDI_ASSERT(width >= 0 && height >= 0);
+        if (width < 0 || height < 0) refuse_lattice(width, height);
     }
 
     Column& column(side s) { return neighbors_[static_cast<std::size_t>(s)]; }
@@ -1085,10 +1108,10 @@ protected:
 /// Non-owning view of index columns. Every function that reads a topology accepts a graph_view, and a `graph` converts to it.
 ///
 /// The owner guarantees the invariants of `graph`; core/validate.hpp checks them.
-class graph_view : public detail::index_columns<array_view<const std::int32_t>> {
+class graph_view final : public detail::index_columns<array_view<const std::int32_t>> {
 public:
     graph_view() = default;
-    /// Raises mismatch unless all columns have the same length.
+    /// Raises mismatch unless all columns have the same length, invalid_option for a negative size.
     ///
     /// x, y                   K positions on a lattice of width x height
     /// up, down, left, right  K neighbors each, an index below K or no_pixel
@@ -1109,7 +1132,7 @@ public:
 /// on the other sides.
 ///
 /// A stage documents whether it returns pixels in canonical order (core/canonical_order.hpp): by scanline, then by run.
-class graph : public detail::index_columns<buffer<std::int32_t>> {
+class graph final : public detail::index_columns<buffer<std::int32_t>> {
 public:
     /// Makes a graph without pixels.
     graph() = default;
@@ -1210,13 +1233,14 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 ///     const graph g = std::move(b).build();
 class graph_builder : public detail::index_columns<buffer<std::int32_t>> {
 public:
-    /// width, height  size of the lattice, 0 or more
+    /// width, height  size of the lattice, 0 or more; raises invalid_option for a negative size
     /// count          number of initial pixels, all at (0, 0) and without links
     graph_builder(std::int32_t width, std::int32_t height, std::size_t count = 0) : index_columns(width, height) {
         x_.resize(count), y_.resize(count);
         for (const side s : all_sides) column(s).resize(count, no_pixel);
     }
-    /// Leaves positions and neighbors uninitialized, for callers that set all of them through the views below.
+    /// Leaves positions and neighbors uninitialized, for callers that set all of them by set_position() and
+    /// set_neighbor().
     graph_builder(std::int32_t width, std::int32_t height, std::size_t count, unset_t) : index_columns(width, height) {
         x_.resize(count, unset), y_.resize(count, unset);
         for (const side s : all_sides) column(s).resize(count, unset);
@@ -1258,11 +1282,12 @@ public:
         there = no_pixel;
     }
 
-    /// Writable index columns, K entries each. They become invalid when the builder grows or builds. In debug builds, build()
-    /// checks that the result satisfies the invariants.
-    array_view<std::int32_t> write_x() { return x_; }
-    array_view<std::int32_t> write_y() { return y_; }
-    array_view<std::int32_t> write_neighbors(side s) { return column(s); }
+    /// Moves a pixel, without a check of its links. No function returns a writable view of a column, which could change the graph
+    /// after build().
+    void set_position(std::int32_t pixel, std::int32_t at_x, std::int32_t at_y) { x_[pixel] = at_x, y_[pixel] = at_y; }
+    /// Sets one direction of a link: the neighbor of `pixel` on side `s`, an index or no_pixel. The caller sets the opposite
+    /// direction, too. Threads may set different pixels or sides at the same time.
+    void set_neighbor(std::int32_t pixel, side s, std::int32_t neighbor) { column(s)[pixel] = neighbor; }
 
     /// Returns the finished graph. Asserts its invariants (linear time, debug builds only).
     graph build() && {
@@ -1281,23 +1306,19 @@ private:
 /// invalid_option for a negative size, too_large for 2^31 pixels or more.
 inline graph make_grid(std::int32_t width, std::int32_t height) {
     const std::int64_t pixels = std::int64_t{width} * height;
-    if (width < 0 || height < 0)
-        raise(error_code::invalid_option, "make_grid", "a width and a height of 0 or more",
-              std::to_string(width) + " x " + std::to_string(height));
+    if (width < 0 || height < 0) detail::refuse_lattice(width, height);
     if (pixels > 0x7FFFFFFF)
         raise(error_code::too_large, "make_grid", "fewer than 2^31 pixels",
               std::to_string(width) + " x " + std::to_string(height));
     graph_builder g(width, height, static_cast<std::size_t>(pixels), unset);
-    const array_view<std::int32_t> up = g.write_neighbors(side::up), down = g.write_neighbors(side::down);
-    const array_view<std::int32_t> left = g.write_neighbors(side::left), right = g.write_neighbors(side::right);
     std::int32_t i = 0;
     for (std::int32_t y = 0; y < height; ++y)
         for (std::int32_t x = 0; x < width; ++x, ++i) {
-            g.write_x()[i] = x, g.write_y()[i] = y;
-            up[i] = y > 0 ? i - width : no_pixel;
-            down[i] = y + 1 < height ? i + width : no_pixel;
-            left[i] = x > 0 ? i - 1 : no_pixel;
-            right[i] = x + 1 < width ? i + 1 : no_pixel;
+            g.set_position(i, x, y);
+            g.set_neighbor(i, side::up, y > 0 ? i - width : no_pixel);
+            g.set_neighbor(i, side::down, y + 1 < height ? i + width : no_pixel);
+            g.set_neighbor(i, side::left, x > 0 ? i - 1 : no_pixel);
+            g.set_neighbor(i, side::right, x + 1 < width ? i + 1 : no_pixel);
         }
     return std::move(g).build();
 }
@@ -1365,15 +1386,13 @@ inline graph reordered(const graph_view& g, std::span<const std::int32_t> order)
     if (!is_permutation)
         raise(error_code::mismatch, "reorder", "a permutation of " + std::to_string(g.size()) + " pixels", "another order");
     graph_builder result(g.width(), g.height(), g.size(), unset);
-    const auto write = [&](array_view<std::int32_t> to, array_view<const std::int32_t> from) {
-        for (std::size_t i = 0; i < order.size(); ++i) to[i] = from[order[i]];
-    };
-    write(result.write_x(), g.x()), write(result.write_y(), g.y());
-    for (side s : all_sides) {
-        const array_view<std::int32_t> to = result.write_neighbors(s);
-        write(to, g.neighbors(s));
-        for (std::int32_t& neighbor : to)
-            if (neighbor != no_pixel) neighbor = new_index[neighbor];
+    for (std::int32_t i = 0; i < g.count(); ++i) {
+        const std::int32_t old = order[static_cast<std::size_t>(i)];
+        result.set_position(i, g.x()[old], g.y()[old]);
+        for (const side s : all_sides) {
+            const std::int32_t neighbor = g.neighbor(old, s);
+            result.set_neighbor(i, s, neighbor == no_pixel ? no_pixel : new_index[neighbor]);
+        }
     }
     return std::move(result).build();
 }
@@ -1395,8 +1414,9 @@ inline std::optional<violation> validate_canonical(const graph_view& g, std::spa
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
 
-/// A column tag: the scalar, and the number of scalars per pixel. Up to three static functions compute the values of new pixels,
-/// coarser levels and vertices; a default replaces each function that a tag lacks.
+/// A column tag: a class that is not final, with the scalar and the number of scalars per pixel. Up to three static functions
+/// compute the values of new pixels, coarser levels and vertices; a default replaces each function that a tag lacks. A function
+/// with one of these names and another signature does not compile.
 ///
 ///     struct material {
 ///         using scalar = std::uint8_t;
@@ -1409,7 +1429,7 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 ///         static std::array<scalar, 1> at_vertex(ldi::pixel_values<scalar, 1> pixels) { return ldi::first_of(pixels); }
 ///     };
 template <class T>
-concept payload_column = requires {
+concept payload_column = std::is_same_v<T, std::remove_cv_t<T>> && std::is_class_v<T> && !std::is_final_v<T> && requires {
     typename T::scalar;
     requires std::default_initializable<typename T::scalar> && std::copyable<typename T::scalar>;
     { T::channels } -> std::convertible_to<std::size_t>;
@@ -1469,27 +1489,83 @@ template <class First, class... Rest>
 inline constexpr bool are_distinct<First, Rest...> = !(std::is_same_v<First, Rest> || ...) && are_distinct<Rest...>;
 
 template <payload_column Column>
+using pixels_of = pixel_values<typename Column::scalar, Column::channels>;
+template <payload_column Column>
+using values_of = std::array<typename Column::scalar, Column::channels>;
+
+/// Whether a tag has a member with the name of a rule, of whatever type or signature. Every name of `rule_names` is ambiguous in
+/// a class that inherits from the tag and from `rule_names`, if the tag has it, too.
+struct rule_names {
+    int new_pixel, coarser, at_vertex;
+};
+template <class Column>
+struct column_and_names : Column, rule_names {};
+template <class T>
+concept lacks_new_pixel = requires {
+    &T::new_pixel;
+};
+template <class T>
+concept lacks_coarser = requires {
+    &T::coarser;
+};
+template <class T>
+concept lacks_at_vertex = requires {
+    &T::at_vertex;
+};
+
+/// Whether a tag's rule, if it has one, accepts and returns the values of its column. Without this check, the default would
+/// silently replace a rule with a wrong signature.
+template <class Column>
+concept has_new_pixel = requires(typename Column::scalar origin) {
+    { Column::new_pixel(origin) } -> std::convertible_to<typename Column::scalar>;
+};
+template <class Column>
+concept has_coarser = requires(pixels_of<Column> pixels) {
+    { Column::coarser(pixels) } -> std::convertible_to<values_of<Column>>;
+};
+template <class Column>
+concept has_at_vertex = requires(pixels_of<Column> pixels) {
+    { Column::at_vertex(pixels) } -> std::convertible_to<values_of<Column>>;
+};
+template <class Column>
+inline constexpr bool new_pixel_fits = has_new_pixel<Column> || lacks_new_pixel<column_and_names<Column>>;
+template <class Column>
+inline constexpr bool coarser_fits = has_coarser<Column> || lacks_coarser<column_and_names<Column>>;
+template <class Column>
+inline constexpr bool at_vertex_fits = has_at_vertex<Column> || lacks_at_vertex<column_and_names<Column>>;
+
+/// Fails to compile unless all rules of a tag fit.
+template <class Column>
+constexpr bool check_rules() {
+    static_assert(new_pixel_fits<Column>, "new_pixel() of a column tag accepts a scalar and returns a scalar");
+    static_assert(coarser_fits<Column>, "coarser() of a column tag accepts pixel_values<scalar, channels> and returns an array");
+    static_assert(at_vertex_fits<Column>,
+                  "at_vertex() of a column tag accepts pixel_values<scalar, channels> and returns an array");
+    return true;
+}
+
+template <payload_column Column>
 typename Column::scalar new_pixel_value(typename Column::scalar origin) {
-    if constexpr (requires { Column::new_pixel(origin); })
+    static_assert(check_rules<Column>());
+    if constexpr (has_new_pixel<Column>)
         return Column::new_pixel(origin);
     else
         return copied(origin);
 }
 
 template <payload_column Column>
-using pixels_of = pixel_values<typename Column::scalar, Column::channels>;
-
-template <payload_column Column>
-std::array<typename Column::scalar, Column::channels> coarser_values(pixels_of<Column> pixels) {
-    if constexpr (requires { Column::coarser(pixels); })
+values_of<Column> coarser_values(pixels_of<Column> pixels) {
+    static_assert(check_rules<Column>());
+    if constexpr (has_coarser<Column>)
         return Column::coarser(pixels);
     else
         return averaged(pixels);
 }
 
 template <payload_column Column>
-std::array<typename Column::scalar, Column::channels> vertex_values(pixels_of<Column> pixels) {
-    if constexpr (requires { Column::at_vertex(pixels); })
+values_of<Column> vertex_values(pixels_of<Column> pixels) {
+    static_assert(check_rules<Column>());
+    if constexpr (has_at_vertex<Column>)
         return Column::at_vertex(pixels);
     else
         return averaged(pixels);
@@ -1658,6 +1734,7 @@ private:
 template <payload_column... Columns>
 class layered_image {
     static_assert(detail::are_distinct<Columns...>, "a layered image has each column once");
+    static_assert((detail::check_rules<Columns>() && ...));
 
 public:
     /// Whether the layered image has this column.
@@ -1765,12 +1842,12 @@ public:
         for (std::int32_t i = 0; i < graph_.count(); ++i)
             if (kept.data()[i] != 0) new_index[i] = old_index.count(), old_index.push_back(i);
         graph_builder b(graph_.width(), graph_.height(), old_index.size(), unset);
-        for (std::size_t i = 0; i < old_index.size(); ++i) {
+        for (std::int32_t i = 0; i < old_index.count(); ++i) {
             const std::int32_t old = old_index[i];
-            b.write_x()[i] = graph_.x()[old], b.write_y()[i] = graph_.y()[old];
+            b.set_position(i, graph_.x()[old], graph_.y()[old]);
             for (const side s : all_sides) {
                 const std::int32_t neighbor = graph_.neighbor(old, s);
-                b.write_neighbors(s)[i] = neighbor == no_pixel ? no_pixel : new_index[neighbor];
+                b.set_neighbor(i, s, neighbor == no_pixel ? no_pixel : new_index[neighbor]);
             }
         }
         *this = with_pixels(std::move(b).build(), old_index);
@@ -1946,15 +2023,15 @@ inline graph_builder keep_even_pixels(const graph_view& g, std::span<const pixel
     result.kept.resize(count);
     graph_builder coarse((g.width() + 1) / 2, (g.height() + 1) / 2, count, unset);
     result.parent.assign(g.size(), no_pixel);
-    std::size_t n = 0;
+    std::int32_t n = 0;
     for (const pixel_run& run : runs) {
         if (!is_even_row(run)) continue;
         const std::int32_t y = g.y()[run.first] / 2;
         std::int32_t x = (g.x()[run.first] + 1) / 2;
         for (std::int32_t i = first_kept(g, run); i < run.last; i += 2, ++n, ++x) {
             result.kept[n] = i;
-            coarse.write_x()[n] = x, coarse.write_y()[n] = y;
-            result.parent[i] = static_cast<std::int32_t>(n);
+            coarse.set_position(n, x, y);
+            result.parent[i] = n;
         }
     }
     return coarse;
@@ -1964,13 +2041,13 @@ inline graph_builder keep_even_pixels(const graph_view& g, std::span<const pixel
 inline void link_kept_pixels(const graph_view& g, const coarsened& result, graph_builder& made) {
     for (const side s : {side::down, side::right}) {
         const array_view<const std::int32_t> fine = g.neighbors(s);
-        const array_view<std::int32_t> coarse = made.write_neighbors(s), back = made.write_neighbors(opposite(s));
-        std::fill(back.begin(), back.end(), no_pixel);
+        for (std::int32_t i = 0; i < made.count(); ++i) made.set_neighbor(i, opposite(s), no_pixel);
         for (std::int32_t i = 0; i < result.kept.count(); ++i) {
             const std::int32_t between = fine[result.kept[i]];
             const std::int32_t other = between == no_pixel ? no_pixel : fine[between];
-            coarse[i] = other == no_pixel ? no_pixel : result.parent[other];
-            if (other != no_pixel) back[coarse[i]] = i;
+            const std::int32_t there = other == no_pixel ? no_pixel : result.parent[other];
+            made.set_neighbor(i, s, there);
+            if (there != no_pixel) made.set_neighbor(there, opposite(s), i);
         }
     }
 }
@@ -2534,6 +2611,9 @@ private:
 };
 
 /// An image that owns its H x W x C values, without gaps. Impossible sizes raise too_large.
+///
+/// A temporary image converts to a read-only view, so that it can be an argument. C++ cannot tell this from
+/// `image_view<const T> v = make();`, whose view refers to a destroyed image. view() and row() of a temporary do not compile.
 template <class Scalar>
 class image {
 public:
@@ -2582,9 +2662,10 @@ public:
     std::size_t size() const { return values_.size(); }
     bool empty() const { return values_.empty(); }
 
-    image_view<Scalar> view() { return {data(), height_, width_, channels_}; }
-    image_view<const Scalar> view() const { return {data(), height_, width_, channels_}; }
-    operator image_view<Scalar>() { return view(); }
+    image_view<Scalar> view() & { return {data(), height_, width_, channels_}; }
+    image_view<const Scalar> view() const& { return {data(), height_, width_, channels_}; }
+    image_view<const Scalar> view() const&& = delete;
+    operator image_view<Scalar>() & { return view(); }
     operator image_view<const Scalar>() const { return view(); }
 
     Scalar* data() { return values_.data(); }
@@ -2596,13 +2677,15 @@ public:
 
     /// Returns the W x C values of row y, contiguous.
     template <std::integral Index>
-    Scalar* row(Index y) {
+    Scalar* row(Index y) & {
         return data() + static_cast<std::size_t>(y) * row_stride();
     }
     template <std::integral Index>
-    const Scalar* row(Index y) const {
+    const Scalar* row(Index y) const& {
         return data() + static_cast<std::size_t>(y) * row_stride();
     }
+    template <std::integral Index>
+    const Scalar* row(Index y) const&& = delete;
     template <std::integral Y, std::integral X, std::integral Channel = std::size_t>
     Scalar& operator()(Y y, X x, Channel c = 0) {
         return data()[index(static_cast<std::size_t>(y), static_cast<std::size_t>(x), static_cast<std::size_t>(c))];
@@ -2724,7 +2807,11 @@ struct photo_facts {
     std::int32_t margin = 0;
 
     /// Returns the camera of the layered image: the photo's camera, with a sensor that is larger by the margin on every side.
-    pinhole_camera layers_camera() const { return {camera.width + 2 * margin, camera.height + 2 * margin, camera.focal_length}; }
+    /// Raises invalid_option for a negative margin.
+    pinhole_camera layers_camera() const {
+        if (margin < 0) raise(error_code::invalid_option, "photo_facts::margin", "0 or more", std::to_string(margin));
+        return {camera.width + 2 * margin, camera.height + 2 * margin, camera.focal_length};
+    }
 };
 
 }}  // namespace ldi
@@ -3749,16 +3836,17 @@ namespace detail {
 
 /// Lists the accumulators on both sides of every threshold, and the ends of the range of int32.
 inline buffer<std::int32_t> requantization_checkpoints(const requantization& r) {
-    constexpr std::int32_t least = (std::numeric_limits<std::int32_t>::min)(), most = (std::numeric_limits<std::int32_t>::max)();
-    buffer<std::int32_t> points{least, most};
+    constexpr std::int32_t lowest = (std::numeric_limits<std::int32_t>::min)(),
+                           highest = (std::numeric_limits<std::int32_t>::max)();
+    buffer<std::int32_t> points{lowest, highest};
     const auto result_at = [&r](std::int64_t point) { return requantize(static_cast<std::int32_t>(point), r); };
-    std::int64_t below = least;  // requantizes to less than `value`
-    for (int value = requantize(least, r) + 1; value <= requantize(most, r); ++value) {
+    std::int64_t below = lowest;  // requantizes to less than `value`
+    for (int value = requantize(lowest, r) + 1; value <= requantize(highest, r); ++value) {
         // Thresholds are about 1 / scale apart. The search for the next one starts at the last one and doubles its step.
         std::int64_t above = below, step = 1;
         while (result_at(above) < value) {
             below = above;
-            above = (std::min)(above + step, std::int64_t{most});
+            above = (std::min)(above + step, std::int64_t{highest});
             step *= 2;
         }
         while (above - below > 1) {
@@ -6048,13 +6136,13 @@ void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, st
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 struct signed_range {
-    int least, most;
+    int min, max;
 };
 
 inline signed_range range_of(std::span<const std::uint8_t> weights, std::uint8_t zero_point) {
-    std::uint8_t least = 255, most = 0;  // std::minmax_element() does not use vector instructions
-    for (const std::uint8_t w : weights) least = (std::min)(least, w), most = (std::max)(most, w);
-    return {least - int{zero_point}, most - int{zero_point}};
+    std::uint8_t min = 255, max = 0;  // std::minmax_element() does not use vector instructions
+    for (const std::uint8_t w : weights) min = (std::min)(min, w), max = (std::max)(max, w);
+    return {min - int{zero_point}, max - int{zero_point}};
 }
 
 /// Maximum number of inputs of kernels without a fused multiply-add. They first widen the inputs into a buffer of fixed size.
@@ -6066,7 +6154,7 @@ inline bool fits_unfused(std::span<const std::uint8_t> weights, std::uint8_t wei
                          std::span<const std::int32_t> bias, const requantization& output, float_requantization& fast) {
     const std::size_t inputs = weights.size() / bias.size();
     const signed_range range = range_of(weights, weight_zero_point);
-    const double largest_weight = (std::max)(-range.least, range.most);
+    const double largest_weight = (std::max)(-range.min, range.max);
     const auto [min_bias, max_bias] = std::minmax_element(bias.begin(), bias.end());
     const double largest_bias = (std::max)(-nearest_double(*min_bias), nearest_double(*max_bias));
     const std::optional<unfused_requantization> found = find_unfused_requantization(output);
@@ -6083,7 +6171,7 @@ inline isa choose_target(isa wanted, std::span<const std::uint8_t> weights, std:
     if (wanted == isa::scalar) return isa::scalar;
     if (wanted == isa::wasm_simd128) return fits_unfused(weights, weight_zero_point, bias, output, fast) ? wanted : isa::scalar;
     const signed_range range = range_of(weights, weight_zero_point);
-    const bool fits = range.least >= -128 && range.most <= 127, fits_negated = range.least >= -127 && range.most <= 128;
+    const bool fits = range.min >= -128 && range.max <= 127, fits_negated = range.min >= -127 && range.max <= 128;
     if (wanted == isa::neon_dot_product) return fits || fits_negated ? wanted : isa::scalar;
     const std::optional<float_requantization> found = find_float_requantization(output);
     if (!found.has_value()) return isa::scalar;
@@ -6163,16 +6251,16 @@ struct depthwise_u8_kernel {
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// A range of channels, for all pixels of a row. It has `most` channels, or a half or a quarter of this number, but at
+/// A range of channels, for all pixels of a row. It has `max_channels` channels, or a half or a quarter of this number, but at
 /// least 16. The last unit may overlap the one before it.
 struct depthwise_unit {
     std::size_t first, channels;
 
     /// Selects the unit that follows the first `done` of `all` channels.
-    depthwise_unit(std::size_t all, std::size_t done, std::size_t most) {
+    depthwise_unit(std::size_t all, std::size_t done, std::size_t max_channels) {
         const std::size_t left = all - done;
         channels = left > 48 ? 64 : left > 16 ? 32 : 16;
-        while (channels > most || (channels > all && channels > 16)) channels /= 2;
+        while (channels > max_channels || (channels > all && channels > 16)) channels /= 2;
         first = done + channels <= all || all < channels ? done : all - channels;
     }
     std::size_t end() const { return first + channels; }
@@ -6277,13 +6365,13 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
 /// Remaining capacity of one 16-bit sum: maximum and minimum of the weights that still fit.
 struct sum_room {
-    int most = 128, least = -128;
+    int max = 128, min = -128;
 
     /// Removes the largest part that fits from `rest`, and returns it.
     std::int8_t take(int& rest) {
-        const int part = std::clamp(rest, (std::max)(least, -128), (std::min)(most, 127));
-        most -= (std::max)(part, 0);
-        least -= (std::min)(part, 0);
+        const int part = std::clamp(rest, (std::max)(min, -128), (std::min)(max, 127));
+        max -= (std::max)(part, 0);
+        min -= (std::min)(part, 0);
         rest -= part;
         return static_cast<std::int8_t>(part);
     }
@@ -6982,7 +7070,7 @@ inline constexpr std::size_t depthwise_slot = 64;
 
 /// Packs weights block by block, column by column of the window, in 4 vectors of 4 channels x 4 rows.
 inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
-    const int sign = detail::range_of(source.weights, source.weight_zero_point).most > 127 ? -1 : 1;
+    const int sign = detail::range_of(source.weights, source.weight_zero_point).max > 127 ? -1 : 1;
     packed.output.multiplier *= sign;
     detail::depthwise_source from = source;
     from.input_zero_point -= 128;  // see to_signed()
@@ -7047,12 +7135,12 @@ template <class Requantizer>
 inline void depthwise_u8(const depthwise_u8_weights& weights, const Requantizer& requantize, const std::uint8_t* const rows[3],
                          std::size_t width, std::size_t repeat, std::uint8_t* result) {
     const std::size_t channels = weights.channels, result_width = (width * repeat - 1) / weights.stride + 1;
-    const std::size_t most = detail::depthwise_columns::max_pixels(weights.stride, repeat);
+    const std::size_t max_pixels = detail::depthwise_columns::max_pixels(weights.stride, repeat);
     const std::size_t held = channels < depthwise_block ? channels : depthwise_block;
     alignas(64) std::int8_t slot_values[detail::depthwise_columns::max_slots * depthwise_slot];
-    for (std::size_t first = 0; first < result_width; first += most) {
+    for (std::size_t first = 0; first < result_width; first += max_pixels) {
         const std::size_t rest = result_width - first;
-        const detail::depthwise_columns columns(first, rest < most ? rest : most, weights.stride, repeat);
+        const detail::depthwise_columns columns(first, rest < max_pixels ? rest : max_pixels, weights.stride, repeat);
         for (std::size_t block = 0; block < depthwise_blocks(weights); ++block) {
             const std::size_t start = block_start(channels, block);
             for (std::size_t s = 0; s < columns.slot_count; ++s) {
@@ -7303,11 +7391,11 @@ inline void depthwise_u8_row(const depthwise_u8_weights& weights, const depthwis
     const auto fill = fill_functions[weights.channels >= depthwise_block];
     const std::size_t channels = weights.channels, stride = weights.stride;
     const std::size_t held = channels < depthwise_block ? channels : depthwise_block;
-    const std::size_t most = (depthwise_max_slots - 3) / stride + 1;
+    const std::size_t max_pixels = (depthwise_max_slots - 3) / stride + 1;
     alignas(16) std::int16_t memory[(1 + depthwise_max_slots) * depthwise_slot];
     std::int16_t* const slot_values = memory + depthwise_slot;
-    for (std::size_t first = 0; first < result_width; first += most) {
-        const std::size_t count = result_width - first < most ? result_width - first : most;
+    for (std::size_t first = 0; first < result_width; first += max_pixels) {
+        const std::size_t count = result_width - first < max_pixels ? result_width - first : max_pixels;
         for (std::size_t block = 0; block < depthwise_blocks(weights); ++block) {
             const std::size_t start = block_start(channels, block);
             fill(rows, first * stride, (count - 1) * stride + 3, start, slot_values);
@@ -8271,7 +8359,7 @@ using detail::gemm_group;
 using gemm_panel = detail::panel_of_groups;
 
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
-    const int sign = detail::range_of(weights, weight_zero_point).most > 127 ? -1 : 1;
+    const int sign = detail::range_of(weights, weight_zero_point).max > 127 ? -1 : 1;
     packed.output.multiplier *= sign;
     const std::size_t inputs = packed.segments * packed.inputs;
     for (std::size_t o = 0; o < packed.outputs; ++o) {
@@ -9672,6 +9760,111 @@ private:
 
 }}  // namespace ldi
 
+// ---- ldi/base/four_floats.hpp
+// Four adjacent floats: one register on every processor that ldi has kernels for. GCC and clang have this vector type on x86 and
+// Arm. ldi uses it explicitly, because auto-vectorization of loops with comparisons depends on the compiler's version and flags.
+// Other compilers, and LDI_STANDARD_ONLY, use a struct with the same operations and the same results.
+//
+// Functions that accept or return the vector are noexcept, here and elsewhere. Where an exception could pass, Emscripten's
+// -fexceptions calls a function through JavaScript, which refuses vectors with a TypeError.
+
+#if LDI_HAS_EXTENSIONS && defined(__SSE__)
+#include <xmmintrin.h>
+#endif
+
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespace lanes {
+
+#if LDI_HAS_EXTENSIONS
+
+using four_floats = float __attribute__((vector_size(16)));
+
+/// Returns `a` in the lanes where the comparison holds, `b` in the others.
+template <class Comparison>
+four_floats select(Comparison holds, four_floats a, four_floats b) noexcept {
+    return holds ? a : b;
+}
+
+/// Whether a comparison holds for all four floats.
+template <class Comparison>
+bool all_of(Comparison holds) noexcept {
+    return (holds[0] & holds[1] & holds[2] & holds[3]) != 0;
+}
+
+#if defined(__SSE__)
+// GCC does not recognize that each comparison below is a single instruction.
+inline four_floats smaller(four_floats a, four_floats b) noexcept { return _mm_min_ps(a, b); }
+inline four_floats larger(four_floats a, four_floats b) noexcept { return _mm_max_ps(a, b); }
+#else
+inline four_floats smaller(four_floats a, four_floats b) noexcept { return b < a ? b : a; }
+inline four_floats larger(four_floats a, four_floats b) noexcept { return b < a ? a : b; }
+#endif
+
+#else
+
+struct four_floats {
+    float lane[4];
+
+    four_floats() = default;
+    four_floats(float all) : lane{all, all, all, all} {}
+    four_floats(float a, float b, float c, float d) : lane{a, b, c, d} {}
+
+    float& operator[](std::size_t i) { return lane[i]; }
+    float operator[](std::size_t i) const { return lane[i]; }
+
+    four_floats operator-() const { return {-lane[0], -lane[1], -lane[2], -lane[3]}; }
+    four_floats& operator+=(const four_floats& b) { return *this = *this + b; }
+    four_floats& operator-=(const four_floats& b) { return *this = *this - b; }
+    four_floats& operator*=(const four_floats& b) { return *this = *this * b; }
+    four_floats& operator/=(const four_floats& b) { return *this = *this / b; }
+    friend four_floats operator+(const four_floats& a, const four_floats& b) {
+        return {a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3]};
+    }
+    friend four_floats operator-(const four_floats& a, const four_floats& b) {
+        return {a[0] - b[0], a[1] - b[1], a[2] - b[2], a[3] - b[3]};
+    }
+    friend four_floats operator*(const four_floats& a, const four_floats& b) {
+        return {a[0] * b[0], a[1] * b[1], a[2] * b[2], a[3] * b[3]};
+    }
+    friend four_floats operator/(const four_floats& a, const four_floats& b) {
+        return {a[0] / b[0], a[1] / b[1], a[2] / b[2], a[3] / b[3]};
+    }
+};
+
+struct four_comparisons {
+    bool lane[4];
+
+    friend four_comparisons operator&(const four_comparisons& a, const four_comparisons& b) {
+        return {{a.lane[0] && b.lane[0], a.lane[1] && b.lane[1], a.lane[2] && b.lane[2], a.lane[3] && b.lane[3]}};
+    }
+};
+
+inline four_comparisons operator<(const four_floats& a, const four_floats& b) {
+    return {{a[0] < b[0], a[1] < b[1], a[2] < b[2], a[3] < b[3]}};
+}
+inline four_comparisons operator>(const four_floats& a, const four_floats& b) { return b < a; }
+
+inline four_floats select(const four_comparisons& holds, const four_floats& a, const four_floats& b) {
+    return {holds.lane[0] ? a[0] : b[0], holds.lane[1] ? a[1] : b[1], holds.lane[2] ? a[2] : b[2], holds.lane[3] ? a[3] : b[3]};
+}
+inline bool all_of(const four_comparisons& holds) { return holds.lane[0] && holds.lane[1] && holds.lane[2] && holds.lane[3]; }
+
+inline four_floats smaller(const four_floats& a, const four_floats& b) { return select(b < a, b, a); }
+inline four_floats larger(const four_floats& a, const four_floats& b) { return select(b < a, a, b); }
+
+#endif
+
+inline constexpr std::size_t wide = sizeof(four_floats) / sizeof(float);
+
+inline four_floats load(const float* from) noexcept {
+    four_floats v;
+    std::memcpy(&v, from, sizeof v);
+    return v;
+}
+
+inline void store(float* to, four_floats v) noexcept { std::memcpy(to, &v, sizeof v); }
+
+}}}}  // namespace ldi::detail::lanes
+
 // ---- ldi/nn/ldi/elementwise.hpp
 // Elementwise operators on feature maps: addition, concatenation, activations, conversion between floats and bytes.
 
@@ -9686,6 +9879,61 @@ basic_feature_map<Value> for_each_value(basic_feature_map<Value> values, Executo
         for (std::size_t i = first; i < last; ++i) values.values[i] = function(values.values[i]);
     });
     return values;
+}
+
+// The functions below compare and select bits instead of floats: loops over them have no branches, so that GCC vectorizes them.
+inline std::uint32_t bits_of(float value) {
+    std::uint32_t bits;
+    std::memcpy(&bits, &value, sizeof bits);
+    return bits;
+}
+inline float float_of(std::uint32_t bits) {
+    float value;
+    std::memcpy(&value, &bits, sizeof value);
+    return value;
+}
+inline constexpr std::uint32_t sign_bit = 0x80000000U, infinity_bits = 0x7F800000U;
+
+/// Returns the byte of quantize().
+///
+/// max_size  bits of 256 times the scale
+inline std::uint8_t quantized(float value, double scale, std::uint32_t max_size, std::int32_t zero_point) {
+    const std::uint32_t bits = bits_of(value), positive = bits & ~sign_bit;
+    const std::uint32_t known = positive > infinity_bits ? 0U : positive;  // 0 for NaN
+    const std::uint32_t size = (std::min)(known, max_size);
+    // If the quotient of two floats is not a half, it differs from one by so much that adding 0.5 does not round across it.
+    const auto steps = static_cast<std::int32_t>(double{float_of(size)} / scale + 0.5);
+    const std::int32_t result = zero_point + ((bits & sign_bit) != 0U ? -steps : steps);
+    return static_cast<std::uint8_t>((std::min)((std::max)(result, 0), 255));
+}
+
+/// Returns tanh(x) within 2 units in the last place. The polynomials are those of Cephes (Stephen Moshier): tanh near 0, and
+/// exp(2 |x|) beyond.
+inline lanes::four_floats hyperbolic_tangent(lanes::four_floats x) noexcept {
+    using namespace lanes;
+    const four_floats zero{}, limit = zero + 9.5F, size = larger(x, -x);
+    const four_floats magnitude = select(size > limit, limit, size);  // tanh(9.5) rounds to 1; NaN stays
+    const four_floats square = magnitude * magnitude, twice = magnitude + magnitude;
+    four_floats near_zero = -5.70498872745e-3F * square + 2.06390887954e-2F;
+    for (const float coefficient : {-5.37397155531e-2F, 1.33314422036e-1F, -3.33332819422e-1F})
+        near_zero = near_zero * square + coefficient;
+    near_zero = near_zero * square * magnitude + magnitude;
+
+    constexpr float round = 12582912.0F;  // 1.5 * 2^23: the last bits of the sum are the nearest integer
+    const four_floats shifted = twice * 1.44269504089F + round, power = shifted - round;
+    const four_floats r = (twice - power * 0.693359375F) + power * 2.12194440e-4F;
+    four_floats exponential = 1.9875691500e-4F * r + 1.3981999507e-3F;
+    for (const float coefficient : {8.3334519073e-3F, 4.1665795894e-2F, 1.6666665459e-1F, 5.0000001201e-1F})
+        exponential = exponential * r + coefficient;
+    exponential = exponential * (r * r) + r + 1.0F;
+    std::array<std::uint32_t, wide> bits;
+    std::memcpy(bits.data(), &shifted, sizeof shifted);
+    for (std::uint32_t& b : bits) b = (b + 127U) << 23;  // 2^power
+    four_floats scale;
+    std::memcpy(&scale, bits.data(), sizeof scale);
+    const four_floats beyond = 1.0F - 2.0F / (exponential * scale + 1.0F);
+    const four_floats result = select(magnitude < zero + 0.625F, near_zero, beyond);
+    return select(x < zero, -result, select(x > zero, result, x));  // zeros keep their sign
 }
 
 }  // namespace detail
@@ -9790,10 +10038,11 @@ basic_feature_map<std::uint8_t> activate(basic_feature_map<std::uint8_t> x, [[ma
 /// Converts a map to bytes: the nearest multiples of `to.scale`, clamped to the range of bytes. NaN becomes the zero point.
 inline basic_feature_map<std::uint8_t> quantize(const feature_map& x, const quantization& to) {
     basic_feature_map<std::uint8_t> result(x.pixels(), x.channels, to.zero_point);
-    std::transform(x.values.begin(), x.values.end(), result.values.begin(), [&](float v) {
-        const double steps = std::isnan(v) ? 0.0 : std::clamp(double{v} / double{to.scale}, -255.0, 255.0);
-        return static_cast<std::uint8_t>(std::clamp<std::int64_t>(detail::nearest_whole(steps) + to.zero_point, 0, 255));
-    });
+    const double scale = double{to.scale};
+    const std::uint32_t max_size = detail::bits_of(256.0F * to.scale);
+    const std::int32_t zero_point = to.zero_point;
+    std::transform(x.values.begin(), x.values.end(), result.values.begin(),
+                   [=](float v) { return detail::quantized(v, scale, max_size, zero_point); });
     return result;
 }
 
@@ -9811,10 +10060,17 @@ feature_map sigmoid(feature_map x, Executor&& threads = {}) {
     return detail::for_each_value(std::move(x), threads, [](float v) { return 1.0F / (1.0F + std::exp(-v)); });
 }
 
-/// Computes the hyperbolic tangent. The last bits depend on the standard library's std::tanh().
+/// Computes the hyperbolic tangent within 2 units in the last place, with the same operations on every machine.
 template <executor Executor = const serial_executor>
 feature_map tanh(feature_map x, Executor&& threads = {}) {
-    return detail::for_each_value(std::move(x), threads, [](float v) { return std::tanh(v); });
+    constexpr std::size_t grain = 4096;
+    parallel_for(threads, x.values.size(), grain, [&](std::size_t first, std::size_t last) {
+        using namespace detail::lanes;
+        float* const values = x.values.data();
+        for (; first + wide <= last; first += wide) store(values + first, detail::hyperbolic_tangent(load(values + first)));
+        for (; first < last; ++first) values[first] = detail::hyperbolic_tangent(four_floats{} + values[first])[0];
+    });
+    return x;
 }
 
 }}  // namespace ldi
@@ -9861,9 +10117,16 @@ void to_column(const basic_feature_map<Value>& map, Layers& layers, float scale 
         if constexpr (std::same_as<Value, scalar> && std::integral<scalar>) {
             return value;
         } else if constexpr (std::integral<scalar>) {
-            const double scaled = std::round(double{scale} * static_cast<double>(value));
-            constexpr double lowest = (std::numeric_limits<scalar>::min)(), highest = (std::numeric_limits<scalar>::max)();
-            return static_cast<scalar>(std::isnan(scaled) ? 0.0 : std::clamp(scaled, lowest, highest));
+            // The product of two floats is exact. If it is not a half, adding 0.5 does not round across an integer.
+            const double scaled = double{scale} * static_cast<double>(value);
+            const double rounded = (std::isnan(scaled) ? 0.0 : scaled) + (scaled < 0.0 ? -0.5 : 0.5);
+            constexpr scalar lowest = (std::numeric_limits<scalar>::min)(), highest = (std::numeric_limits<scalar>::max)();
+            if constexpr (sizeof(scalar) < sizeof(double))
+                return static_cast<scalar>(std::clamp(rounded, double{lowest}, double{highest}));
+            else if (rounded >= static_cast<double>(highest))  // 2^63 - 1 is 2^63 as a double
+                return highest;
+            else
+                return rounded <= static_cast<double>(lowest) ? lowest : static_cast<scalar>(rounded);
         } else {
             return static_cast<scalar>(scale * static_cast<float>(value));
         }
@@ -10315,10 +10578,10 @@ inline void check_accumulators(const std::string& name, const convolution_descri
         std::int64_t sum = 0;
         for (std::size_t i = 0; i < inputs; ++i)
             sum += std::abs(int{c.weights[o * inputs + i]} - c.weight_quantization.zero_point);
-        const std::int64_t most = 510 * sum + std::abs(std::int64_t{c.bias[o]});
-        if (most > (std::numeric_limits<std::int32_t>::max)())
+        const std::int64_t max_sum = 510 * sum + std::abs(std::int64_t{c.bias[o]});
+        if (max_sum > (std::numeric_limits<std::int32_t>::max)())
             raise(error_code::unsupported, name, "sums below 2^31",
-                  "up to " + std::to_string(most) + " in output " + std::to_string(o));
+                  "up to " + std::to_string(max_sum) + " in output " + std::to_string(o));
     }
 }
 
@@ -10627,9 +10890,9 @@ private:
     std::size_t run_of_output(std::size_t s, std::size_t y) const {
         return s + 1 == chain_.size() ? ~std::size_t{0} : chain_[s].ring_rows - y % chain_[s].ring_rows;
     }
-    std::size_t run_of_rows(std::size_t s, std::size_t y, std::size_t most) const {
+    std::size_t run_of_rows(std::size_t s, std::size_t y, std::size_t max_rows) const {
         const std::size_t input = s == 0 ? input_.run(y) : run_of_output(s - 1, y);
-        return (std::min)({input, run_of_output(s, y), most});
+        return (std::min)({input, run_of_output(s, y), max_rows});
     }
 
     void compute(const dense_layer& layer, std::size_t s, row_range rows) {
@@ -11299,13 +11562,13 @@ private:
         return names;
     }
 
-    /// Returns an entry of the operator table. Raises an error unless it lies in [least, most].
-    std::size_t row(std::size_t i, std::size_t column, std::size_t least, std::size_t most) const {
+    /// Returns an entry of the operator table. Raises an error unless it lies in [min, max].
+    std::size_t row(std::size_t i, std::size_t column, std::size_t min, std::size_t max) const {
         const std::int32_t value = rows_[i * columns + column];
-        if (value < 0 || static_cast<std::size_t>(value) < least || static_cast<std::size_t>(value) > most)
+        if (value < 0 || static_cast<std::size_t>(value) < min || static_cast<std::size_t>(value) > max)
             raise(error_code::invalid_data,
                   tensor_place(file_, "operators") + ", row " + std::to_string(i) + ", column " + std::to_string(column),
-                  std::to_string(least) + " to " + std::to_string(most), std::to_string(value));
+                  std::to_string(min) + " to " + std::to_string(max), std::to_string(value));
         return static_cast<std::size_t>(value);
     }
     std::size_t input(std::size_t i, std::size_t column) const { return row(i, column, 0, i); }
@@ -11787,111 +12050,6 @@ inline buffer<farbrausch_level> plan_farbrausch(const graph_view& finest, std::s
 }
 
 }}}  // namespace ldi::detail
-
-// ---- ldi/base/four_floats.hpp
-// Four adjacent floats: one register on every processor that ldi has kernels for. GCC and clang have this vector type on x86 and
-// Arm. ldi uses it explicitly, because auto-vectorization of loops with comparisons depends on the compiler's version and flags.
-// Other compilers, and LDI_STANDARD_ONLY, use a struct with the same operations and the same results.
-//
-// Functions that accept or return the vector are noexcept, here and elsewhere. Where an exception could pass, Emscripten's
-// -fexceptions calls a function through JavaScript, which refuses vectors with a TypeError.
-
-#if LDI_HAS_EXTENSIONS && defined(__SSE__)
-#include <xmmintrin.h>
-#endif
-
-namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespace lanes {
-
-#if LDI_HAS_EXTENSIONS
-
-using four_floats = float __attribute__((vector_size(16)));
-
-/// Returns `a` in the lanes where the comparison holds, `b` in the others.
-template <class Comparison>
-four_floats select(Comparison holds, four_floats a, four_floats b) noexcept {
-    return holds ? a : b;
-}
-
-/// Whether a comparison holds for all four floats.
-template <class Comparison>
-bool all_of(Comparison holds) noexcept {
-    return (holds[0] & holds[1] & holds[2] & holds[3]) != 0;
-}
-
-#if defined(__SSE__)
-// GCC does not recognize that each comparison below is a single instruction.
-inline four_floats smaller(four_floats a, four_floats b) noexcept { return _mm_min_ps(a, b); }
-inline four_floats larger(four_floats a, four_floats b) noexcept { return _mm_max_ps(a, b); }
-#else
-inline four_floats smaller(four_floats a, four_floats b) noexcept { return b < a ? b : a; }
-inline four_floats larger(four_floats a, four_floats b) noexcept { return b < a ? a : b; }
-#endif
-
-#else
-
-struct four_floats {
-    float lane[4];
-
-    four_floats() = default;
-    four_floats(float all) : lane{all, all, all, all} {}
-    four_floats(float a, float b, float c, float d) : lane{a, b, c, d} {}
-
-    float& operator[](std::size_t i) { return lane[i]; }
-    float operator[](std::size_t i) const { return lane[i]; }
-
-    four_floats operator-() const { return {-lane[0], -lane[1], -lane[2], -lane[3]}; }
-    four_floats& operator+=(const four_floats& b) { return *this = *this + b; }
-    four_floats& operator-=(const four_floats& b) { return *this = *this - b; }
-    four_floats& operator*=(const four_floats& b) { return *this = *this * b; }
-    four_floats& operator/=(const four_floats& b) { return *this = *this / b; }
-    friend four_floats operator+(const four_floats& a, const four_floats& b) {
-        return {a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3]};
-    }
-    friend four_floats operator-(const four_floats& a, const four_floats& b) {
-        return {a[0] - b[0], a[1] - b[1], a[2] - b[2], a[3] - b[3]};
-    }
-    friend four_floats operator*(const four_floats& a, const four_floats& b) {
-        return {a[0] * b[0], a[1] * b[1], a[2] * b[2], a[3] * b[3]};
-    }
-    friend four_floats operator/(const four_floats& a, const four_floats& b) {
-        return {a[0] / b[0], a[1] / b[1], a[2] / b[2], a[3] / b[3]};
-    }
-};
-
-struct four_comparisons {
-    bool lane[4];
-
-    friend four_comparisons operator&(const four_comparisons& a, const four_comparisons& b) {
-        return {{a.lane[0] && b.lane[0], a.lane[1] && b.lane[1], a.lane[2] && b.lane[2], a.lane[3] && b.lane[3]}};
-    }
-};
-
-inline four_comparisons operator<(const four_floats& a, const four_floats& b) {
-    return {{a[0] < b[0], a[1] < b[1], a[2] < b[2], a[3] < b[3]}};
-}
-inline four_comparisons operator>(const four_floats& a, const four_floats& b) { return b < a; }
-
-inline four_floats select(const four_comparisons& holds, const four_floats& a, const four_floats& b) {
-    return {holds.lane[0] ? a[0] : b[0], holds.lane[1] ? a[1] : b[1], holds.lane[2] ? a[2] : b[2], holds.lane[3] ? a[3] : b[3]};
-}
-inline bool all_of(const four_comparisons& holds) { return holds.lane[0] && holds.lane[1] && holds.lane[2] && holds.lane[3]; }
-
-inline four_floats smaller(const four_floats& a, const four_floats& b) { return select(b < a, b, a); }
-inline four_floats larger(const four_floats& a, const four_floats& b) { return select(b < a, a, b); }
-
-#endif
-
-inline constexpr std::size_t wide = sizeof(four_floats) / sizeof(float);
-
-inline four_floats load(const float* from) noexcept {
-    four_floats v;
-    std::memcpy(&v, from, sizeof v);
-    return v;
-}
-
-inline void store(float* to, four_floats v) noexcept { std::memcpy(to, &v, sizeof v); }
-
-}}}}  // namespace ldi::detail::lanes
 
 // ---- ldi/networks/detail/masked_averages.hpp
 // Colors that may be missing, and their averages in 3 x 3 windows over the links of a layered image.
@@ -12773,8 +12931,8 @@ public:
         image<float> details = see(sizes_.details, false, 0, share);
         if (sizes_.layout == 0) return details;
         details = detail::with_layout(std::move(details), detail::mirrored(see(sizes_.layout, true, share, 1)));
-        const float least = disparity_table()[0];
-        for (float& disparity : details) disparity = (std::max)(disparity, least);
+        const float min = disparity_table()[0];
+        for (float& disparity : details) disparity = (std::max)(disparity, min);
         return details;
     }
 
@@ -13170,10 +13328,9 @@ public:
     const color_sums& sums(std::int32_t k, bool of_front) const {
         return of_front ? rows_[k].front_colors : rows_[k].back_colors;
     }
-    // Returns the color of the pixel of row k between cuts `offset` and `offset` + 1; nullptr outside the photo.
-    //
-    // offset  from -2 radius to 2 radius - 1
+    // Returns the color of the pixel of row k between cuts `offset` and `offset` + 1; nullptr outside the photo and the band.
     const std::uint8_t* color(std::int32_t k, std::int32_t offset) const {
+        if (offset < -2 * radius_ || offset >= 2 * radius_) return nullptr;
         const std::int32_t i = pixels_[static_cast<std::size_t>(k * 4 * radius_ + offset + 2 * radius_)];
         return i == no_pixel ? nullptr : photo_.row(i / width_) + 3 * (i % width_);
     }
@@ -13314,10 +13471,10 @@ private:
     }
 
     void weigh_row(const band& b, std::int32_t k, const color_sums& front_sums, const color_sums& back_sums) {
-        const bool is_known = front_sums.count >= 8.0F && back_sums.count >= 8.0F;
-        const std::int32_t least = b.min_cut(k), most = b.largest_cut(k);
+        const bool is_known = front_sums.count > 0.0F && back_sums.count > 0.0F;
+        const std::int32_t min_cut = b.min_cut(k), max_cut = b.largest_cut(k);
         if (!is_known) {
-            for (std::int32_t cut = least; cut <= most; ++cut) cost(k, cut) = distance_cost(cut);
+            for (std::int32_t cut = min_cut; cut <= max_cut; ++cut) cost(k, cut) = distance_cost(cut);
             return;
         }
         const color_model front(front_sums, noise), back(back_sums, noise);
@@ -13325,7 +13482,7 @@ private:
         float squared = 0.0F;
         for (std::size_t c = 0; c < 3; ++c) direction[c] = front.mean[c] - back.mean[c], squared += direction[c] * direction[c];
         float evidence = 0.0F;
-        for (std::int32_t cut = least; cut <= most; ++cut) {
+        for (std::int32_t cut = min_cut; cut <= max_cut; ++cut) {
             cost(k, cut) = evidence + distance_cost(cut);
             if (squared > 9.0F * noise * noise) cost(k, cut) -= contrast_weight * contrast(b, k, cut, direction, squared);
             if (const std::uint8_t* color = b.color(k, cut))
@@ -13429,10 +13586,10 @@ inline void change_sides(const trace& t, const buffer<swept_pixel>& swept, const
     const std::size_t width = before.width();
     for (const swept_pixel& s : swept) {
         const discontinuity& d = t.sides[s.of_side];
-        const bool was_front = at(s.pixel) > 0.5F * (at(d.front) + at(d.back));
-        const float own = at(was_front ? d.front : d.back), other = at(was_front ? d.back : d.front);
+        const float from_front = std::abs(at(s.pixel) - at(d.front)), from_back = std::abs(at(s.pixel) - at(d.back));
         const std::size_t pixel = static_cast<std::size_t>(s.pixel);
-        if (std::abs(at(s.pixel) - own) < std::abs(own - other)) disparity(pixel / width, pixel % width) = other;
+        if ((std::min)(from_front, from_back) < std::abs(at(d.front) - at(d.back)))
+            disparity(pixel / width, pixel % width) = at(from_front < from_back ? d.back : d.front);
     }
 }
 
@@ -15311,7 +15468,8 @@ inline void check_curves(std::span<const discontinuity_curve> curves, const grap
 
 /// Finds the discontinuity curves of a layer, in a deterministic order.
 ///
-/// surface  the rule by which lift() linked the layer
+/// surface        the rule by which lift() linked the layer
+/// dropped_sides  if given, set to the number of pixel sides in the curves that curve_options::max_density or max_sides dropped
 ///
 /// Raises invalid_option for a density outside [0, 2].
 ///
@@ -15321,7 +15479,7 @@ inline void check_curves(std::span<const discontinuity_curve> curves, const grap
 /// sorting the ends of curves; 5 bytes per pixel, 16 per pixel side and 500 per curve.
 template <payload_column... Columns>
 buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns...>& layer, surface_rule surface = {},
-                                                      const curve_options& options = {}) {
+                                                      const curve_options& options = {}, std::size_t* dropped_sides = nullptr) {
     static_assert(has_columns<single_layer<Columns...>, disparity_column>);
     if (!(options.max_density >= 0.0F && options.max_density <= 2.0F))
         raise(error_code::invalid_option, "curve_options::max_density", "0 to 2", detail::to_text(options.max_density));
@@ -15363,9 +15521,11 @@ buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns
         options.max_sides, static_cast<std::size_t>(options.max_density * detail::nearest_float(layer.topology().size())));
     const std::size_t shortest = detail::curves::min_length_within(tracer, max_sides, options.min_length);
     buffer<detail::curves::trace> traces;
+    std::size_t kept = 0;
     tracer.for_each_curve([&](detail::curves::trace t) {
-        if (t.sides.size() >= shortest) traces.push_back(std::move(t));
+        if (t.sides.size() >= shortest) kept += t.sides.size(), traces.push_back(std::move(t));
     });
+    if (dropped_sides != nullptr) *dropped_sides = corners.side_count() - kept;
     const buffer<std::size_t> lengths = detail::curves::group_lengths(traces);
     for (std::size_t i = 0; i < traces.size(); ++i) {
         if (lengths[i] < options.min_length) continue;
@@ -15447,19 +15607,18 @@ public:
     }
 
     void link(std::int32_t a, side s, std::int32_t b) {
-        slot(a, s) = b;
-        slot(b, opposite(s)) = a;
+        set_neighbor(a, s, b);
+        set_neighbor(b, opposite(s), a);
     }
 
     /// Calls see(graph, disparity, K) with all pixels so far, base pixels first.
     template <class See>
     void show(See&& see) const {
         graph_builder all(base_.width(), base_.height(), base_.size() + hidden_.size(), unset);
-        const auto join = [](array_view<std::int32_t> to, auto from_base, auto from_hidden) {
-            std::copy(from_hidden.begin(), from_hidden.end(), std::copy(from_base.begin(), from_base.end(), to.begin()));
-        };
-        join(all.write_x(), base_.x(), hidden_.x()), join(all.write_y(), base_.y(), hidden_.y());
-        for (side s : all_sides) join(all.write_neighbors(s), base_.neighbors(s), hidden_.neighbors(s));
+        for (std::int32_t i = 0; i < all.count(); ++i) {
+            all.set_position(i, x(i), y(i));
+            for (const side s : all_sides) all.set_neighbor(i, s, neighbor(i, s));
+        }
         buffer<float> disparity(base_disparity_.begin(), base_disparity_.end());
         disparity.append(hidden_disparity_.begin(), hidden_disparity_.end());
         const graph topology = std::move(all).build();
@@ -15478,21 +15637,18 @@ public:
             for (std::int32_t i = 0; i < p.count; ++i) new_index[p.first + (p.is_new ? base_count_ : 0) + i] = placed++;
 
         graph_builder g(base_.width(), base_.height(), new_index.size(), unset);
-        const array_view<std::int32_t> x = g.write_x(), y = g.write_y();
-        const array_view<std::int32_t> left = g.write_neighbors(side::left), right = g.write_neighbors(side::right);
         const auto moved = [&](std::int32_t pixel) { return pixel == no_pixel ? no_pixel : new_index[pixel]; };
         std::int32_t to = 0;
         for (const grown_piece& p : result.pieces) {
             const graph_builder& from = p.is_new ? hidden_ : base_;
-            std::iota(x.begin() + to, x.begin() + to + p.count, from.x()[p.first]);
-            std::fill_n(y.begin() + to, p.count, from.y()[p.first]);
-            std::iota(left.begin() + to, left.begin() + to + p.count, to - 1);
-            std::iota(right.begin() + to, right.begin() + to + p.count, to + 1);
-            left[to] = moved(from.left()[p.first]);
-            right[to + p.count - 1] = moved(from.right()[p.first + p.count - 1]);
-            for (side s : {side::up, side::down})
-                std::transform(from.neighbors(s).begin() + p.first, from.neighbors(s).begin() + p.first + p.count,
-                               g.write_neighbors(s).begin() + to, moved);
+            const std::int32_t x = from.x()[p.first], y = from.y()[p.first];
+            for (std::int32_t i = 0; i < p.count; ++i) {
+                g.set_position(to + i, x + i, y);
+                g.set_neighbor(to + i, side::left, to + i - 1), g.set_neighbor(to + i, side::right, to + i + 1);
+                for (const side s : {side::up, side::down}) g.set_neighbor(to + i, s, moved(from.neighbor(p.first + i, s)));
+            }
+            g.set_neighbor(to, side::left, moved(from.left()[p.first]));
+            g.set_neighbor(to + p.count - 1, side::right, moved(from.right()[p.first + p.count - 1]));
             to += p.count;
         }
         result.topology = std::move(g).build();
@@ -15513,8 +15669,8 @@ public:
 private:
     bool is_base(std::int32_t pixel) const { return pixel < base_count_; }
     std::int32_t hidden_index(std::int32_t pixel) const { return pixel - base_count_; }
-    std::int32_t& slot(std::int32_t pixel, side s) {
-        return is_base(pixel) ? base_.write_neighbors(s)[pixel] : hidden_.write_neighbors(s)[hidden_index(pixel)];
+    void set_neighbor(std::int32_t pixel, side s, std::int32_t neighbor) {
+        is_base(pixel) ? base_.set_neighbor(pixel, s, neighbor) : hidden_.set_neighbor(hidden_index(pixel), s, neighbor);
     }
 
     // Arranges all pixels in canonical order (core/canonical_order.hpp), in pieces.
@@ -15609,7 +15765,7 @@ public:
         }
         for (const discontinuity_curve& curve : curves) {
             buffer<float>& lengths = constraint_lengths_.emplace_back();
-            for (const growth_constraint& c : curve.constraints) lengths.push_back(reach_near(curve, c));
+            for (const growth_constraint& c : curve.constraints) lengths.push_back(reach_at(curve, c));
         }
     }
 
@@ -15776,17 +15932,16 @@ private:
         return std::hypot(nearest_float(pixels_.x(pixel)) + 0.5F - end.x, nearest_float(pixels_.y(pixel)) + 0.5F - end.y);
     }
 
-    // Returns the maximum growth of the surface behind a curve near one of its ends.
-    float reach_near(const discontinuity_curve& curve, const growth_constraint& end) const {
-        constexpr float vicinity = 20.0F;  // pixels
-        float farthest = 0.0F;
+    // Returns the growth of the surface behind a curve at one of its ends.
+    float reach_at(const discontinuity_curve& curve, const growth_constraint& end) const {
+        float nearest = std::numeric_limits<float>::infinity(), reach = 0.0F;
         for (const discontinuity& d : curve.sides)
-            if (distance_to(end, d.back) < vicinity) farthest = (std::max)(farthest, reach_[d.back]);
-        return farthest;
+            if (const float distance = distance_to(end, d.back); distance < nearest) nearest = distance, reach = reach_[d.back];
+        return reach;
     }
 
     // Whether the center of (x, y) lies on the line at one of the curve's ends. The line is so wide that a step of one pixel
-    // cannot cross it. It is as long as the surface grows from that end: a surface that grows farther from elsewhere may pass it.
+    // cannot cross it. It is as long as the surface grows at that end: a surface that grows farther from elsewhere may pass it.
     // It starts 2 pixels before the curve's end, a value tuned by experiment.
     bool crosses_constraint(std::size_t curve, std::int32_t x, std::int32_t y) const {
         constexpr float thickness = 1.5F;
@@ -15849,7 +16004,8 @@ struct expanded_layers {
 /// Adds the surfaces that a moving camera uncovers behind the curves of a layer.
 ///
 /// layer    result of lift() after close_spurious_discontinuities()
-/// surface  rule by which lift() linked the layer
+/// surface  rule by which lift() linked the layer; raises mismatch for a rule under which a curve separates pixels of one
+///          surface. A smaller max_step than lift()'s is not detected: hidden surfaces then join too rarely
 /// curves   discontinuity curves of this layer; raises mismatch for curves of another layer
 ///
 /// Raises invalid_data for disparities outside [-1, 1], and invalid_option for options or a step outside their ranges.
@@ -15878,6 +16034,13 @@ expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule 
     for (const float d : layer.template column<disparity_column>())
         if (!(d >= -1.0F && d <= 1.0F)) raise(error_code::invalid_data, "expand", "disparities in [-1, 1]", detail::to_text(d));
     detail::check_curves(curves, layer.topology(), layer.template column<disparity_column>(), "expand");
+    for (const discontinuity_curve& c : curves)
+        for (const discontinuity& d : c.sides) {
+            const auto disparity = layer.template column<disparity_column>();
+            if (surface.same_surface(disparity[d.back], disparity[d.front]))
+                raise(error_code::mismatch, "expand, surface", "the rule by which lift() linked the layer",
+                      "a max_step of " + detail::to_text(surface.max_step));
+        }
     if (!(options.max_hidden >= 0.0F))
         raise(error_code::invalid_option, "expand_options::max_hidden", "0 or more", detail::to_text(options.max_hidden));
     if (!(options.motion >= 0 && options.motion <= 1))
@@ -15922,22 +16085,22 @@ inline void place_row(image_view<const float> disparity, std::int32_t y, surface
     const float* here = disparity.row(y);
     const float* above = y > 0 ? disparity.row(y - 1) : nullptr;
     const float* below = y + 1 < g.height() ? disparity.row(y + 1) : nullptr;
-    for (std::int32_t x = 0; x < stride; ++x) g.write_x()[start + x] = x, g.write_y()[start + x] = y;
-    const auto link_vertically = [&](std::int32_t* links, const float* other, std::int32_t step) {
-        for (std::int32_t x = 0; x < stride; ++x)
-            links[x] = other != nullptr && surface.same_surface(here[x], other[x]) ? start + x + step : no_pixel;
+    for (std::int32_t x = 0; x < stride; ++x) g.set_position(start + x, x, y);
+    const auto link_vertically = [&](side s, const float* other, std::int32_t step) {
+        for (std::int32_t x = 0; x < stride; ++x) {
+            const bool linked = other != nullptr && surface.same_surface(here[x], other[x]);
+            g.set_neighbor(start + x, s, linked ? start + x + step : no_pixel);
+        }
     };
-    link_vertically(g.write_neighbors(side::up).data() + start, above, -stride);
-    link_vertically(g.write_neighbors(side::down).data() + start, below, stride);
-    std::int32_t* left = g.write_neighbors(side::left).data() + start;
-    std::int32_t* right = g.write_neighbors(side::right).data() + start;
-    left[0] = no_pixel;
+    link_vertically(side::up, above, -stride);
+    link_vertically(side::down, below, stride);
+    g.set_neighbor(start, side::left, no_pixel);
     for (std::int32_t x = 0; x + 1 < stride; ++x) {
         const bool linked = surface.same_surface(here[x], here[x + 1]);
-        right[x] = linked ? start + x + 1 : no_pixel;
-        left[x + 1] = linked ? start + x : no_pixel;
+        g.set_neighbor(start + x, side::right, linked ? start + x + 1 : no_pixel);
+        g.set_neighbor(start + x + 1, side::left, linked ? start + x : no_pixel);
     }
-    right[stride - 1] = no_pixel;
+    g.set_neighbor(start + stride - 1, side::right, no_pixel);
 }
 
 /// Copies a disparity map and clamps rounding errors to [0, 1]. Raises invalid_data for values that are not finite or lie outside
@@ -16287,22 +16450,21 @@ public:
     }
     /// Links all pixels from `begin` on as one run.
     void link_row(std::int32_t begin) {
-        const array_view<std::int32_t> left = result_.write_neighbors(side::left), right = result_.write_neighbors(side::right);
-        for (std::int32_t i = begin; i < next_; ++i) left[i] = i - 1, right[i] = i + 1;
-        left[begin] = right[next_ - 1] = no_pixel;
+        for (std::int32_t i = begin; i < next_; ++i)
+            result_.set_neighbor(i, side::left, i - 1), result_.set_neighbor(i, side::right, i + 1);
+        result_.set_neighbor(begin, side::left, no_pixel), result_.set_neighbor(next_ - 1, side::right, no_pixel);
     }
     void link_down(std::int32_t upper, std::int32_t lower) {
-        result_.write_neighbors(side::down)[upper] = lower, result_.write_neighbors(side::up)[lower] = upper;
+        result_.set_neighbor(upper, side::down, lower), result_.set_neighbor(lower, side::up, upper);
     }
 
     /// Restores the vertical links between old pixels and returns the result. Call it after all pixels have been added.
     grown_pixels finish() {
         LDI_ASSERT(next_ == result_.count());
         for (const side s : {side::up, side::down}) {
-            const array_view<std::int32_t> to = result_.write_neighbors(s);
             const array_view<const std::int32_t> from = old_.neighbors(s);
             for (std::int32_t i = 0; i < old_.count(); ++i)
-                if (from[i] != no_pixel) to[new_index_[i]] = new_index_[from[i]];
+                if (from[i] != no_pixel) result_.set_neighbor(new_index_[i], s, new_index_[from[i]]);
         }
         return {std::move(result_).build(), std::move(pieces_), origins_};
     }
@@ -16316,8 +16478,8 @@ public:
 
 private:
     void place(std::int32_t x, std::int32_t y) {
-        result_.write_x()[next_] = x + margin_, result_.write_y()[next_] = y + margin_;
-        result_.write_neighbors(side::up)[next_] = result_.write_neighbors(side::down)[next_] = no_pixel;
+        result_.set_position(next_, x + margin_, y + margin_);
+        result_.set_neighbor(next_, side::up, no_pixel), result_.set_neighbor(next_, side::down, no_pixel);
         ++next_;
     }
 
@@ -18011,10 +18173,11 @@ template <payload_column... Columns>
 buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int width) {
     static_assert(has_columns<single_layer<Columns...>, color_column, disparity_column, known_column, rim_column>);
     buffer<uncertain_rim> rims;
+    const auto rim_of = layers.template column<rim_column>();
+    std::fill(rim_of.begin(), rim_of.end(), 0);
     if (width <= 0) return rims;
     const graph& g = layers.topology();
     const auto known = layers.template column<known_column>();
-    const auto rim_of = layers.template column<rim_column>();
     detail::silhouette_band band(g, layers.template column<disparity_column>(), width);
     band.sample(layers.template column<color_column>(), 0.0F);
     buffer<std::int32_t> edge;
@@ -18040,9 +18203,15 @@ buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int 
 /// Restores the colors of the pixels that mark_uncertain_rims() marked, and makes them known again. Pixels whose own color
 /// contains more than an eighth of the foreground stay inpainted. This share is measured on the line from the inpainted color,
 /// which continues the background, to the foreground's color. (The eighth was tuned by experiment.)
+///
+/// rims  result of mark_uncertain_rims() for these layers. Raises mismatch, before it changes a pixel, if rim_column refers to an
+///       index outside of it
 template <has_columns<color_column, known_column, rim_column> Layers>
 void restore_rims(Layers& layers, std::span<const uncertain_rim> rims) {
     const auto rim_of = layers.template column<rim_column>();
+    for (const std::int32_t rim : rim_of)
+        if (rim < 0 || static_cast<std::size_t>(rim) > rims.size())
+            raise(error_code::mismatch, "restore_rims", "rims of these layers", std::to_string(rims.size()) + " others");
     for (std::int32_t i = 0; i < rim_of.count(); ++i) {
         if (rim_of[i] == 0) continue;
         const uncertain_rim& rim = rims[static_cast<std::size_t>(rim_of[i] - 1)];
@@ -18886,7 +19055,7 @@ texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const at
     if (area > std::int64_t{max_blocks} * max_blocks)
         raise(error_code::too_large, "make_atlas",
               "charts that fit an atlas of " + std::to_string(options.max_side) + " x " + std::to_string(options.max_side) +
-                  " texels (a smaller depth map has fewer)",
+                  " texels (a smaller photo, photo3d --geometry-size, or a smoother depth map has fewer)",
               std::to_string(charts.charts.size()) + " charts of " + std::to_string(area * macroblock_side * macroblock_side) +
                   " texels");
     const packing packed = pack(sizes, max_blocks);
@@ -21222,7 +21391,7 @@ public:
     }
 
 private:
-    /// Converts faults from the crossing finder to splits.
+    /// Requests a split of both edges for each crossing that is found.
     struct crossing_report {
         const chart_mesher& mesher;
         buffer<boundary_split>& to_split;
@@ -21776,8 +21945,8 @@ public:
 private:
     void add_position(const outline_corner& corner) {
         // expand() continues hidden surfaces beneath the farthest surface. This lower limit bounds their distance behind it.
-        const float least = 0.9F * facts_.range.inverse_depth(0);
-        const float inverse_depth = (std::max)(facts_.range.inverse_depth((std::min)(corner.disparity, 1.0F)), least);
+        const float min_inverse_depth = 0.9F * facts_.range.inverse_depth(0);
+        const float inverse_depth = (std::max)(facts_.range.inverse_depth((std::min)(corner.disparity, 1.0F)), min_inverse_depth);
         const std::array<float, 3> point =
             camera_.unproject(nearest_float(corner.x), nearest_float(corner.y), 1.0F / inverse_depth);
         mesh_.positions.append(point.begin(), point.end());
@@ -21881,13 +22050,13 @@ struct corner_pixels {
 };
 
 /// Collects the pixels that links around the corner (x, y) reach from `pixel`, including `pixel` itself, which comes first. If
-/// `pixel` does not touch the corner, the result is `pixel` alone.
+/// `pixel` does not touch the corner, there are none.
 inline corner_pixels pixels_around_corner(const graph_view& g, std::int32_t pixel, float x, float y) {
     corner_pixels around;
     const auto add = [&](std::int32_t p) { around.pixels[around.count++] = p; };
-    add(pixel);
     const float dx = x - nearest_float(g.x()[pixel]), dy = y - nearest_float(g.y()[pixel]);
     if (!(dx >= 0 && dx <= 1 && dy >= 0 && dy <= 1)) return around;  // also for positions that are not numbers
+    add(pixel);
     const side across = dx == 1 ? side::right : side::left, along = dy == 1 ? side::down : side::up;
     const std::int32_t beside = g.neighbor(pixel, across), below = g.neighbor(pixel, along);
     if (beside != no_pixel) add(beside);
@@ -21906,7 +22075,8 @@ inline corner_pixels pixels_around_corner(const graph_view& g, std::int32_t pixe
 /// mesh    result of build_mesh() for these layers
 /// camera  camera of the photo (photo_facts::camera)
 ///
-/// Raises mismatch if the mesh refers to pixels outside the layers. Time is linear.
+/// Raises mismatch if the mesh refers to pixels outside the layers, or if a vertex does not project to a corner of its pixel,
+/// because it was moved or belongs to another camera. Time is linear.
 template <payload_column Column, has_column<Column> Layers>
 buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& layers, const pinhole_camera& camera) {
     using scalar = typename Column::scalar;
@@ -21922,8 +22092,12 @@ buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& 
                   "pixel " + std::to_string(mesh.pixels[v]));
         const float* position = mesh.positions.data() + 3 * v;
         const std::array<float, 2> seen = lattice.project({position[0], position[1], position[2]});
-        const detail::corner_pixels around =
-            detail::pixels_around_corner(g, mesh.pixels[v], std::round(seen[0]), std::round(seen[1]));
+        const float x = std::round(seen[0]), y = std::round(seen[1]);
+        const detail::corner_pixels around = detail::pixels_around_corner(g, mesh.pixels[v], x, y);
+        constexpr float tolerance = 0.25F;  // pixels; far above the rounding errors of float positions
+        if (around.count == 0 || std::abs(seen[0] - x) > tolerance || std::abs(seen[1] - y) > tolerance)
+            raise(error_code::mismatch, "gather", "vertices at corners of their pixels, as this camera sees them",
+                  "vertex " + std::to_string(v) + " elsewhere");
         std::array<scalar, 4 * Column::channels> values{};
         for (std::size_t i = 0; i < around.count && i < 4; ++i)  // a corner has four pixels; g++ 12 warns without the limit
             std::copy_n(layers.template at<Column>(around.pixels[i]).data(), Column::channels, &values[i * Column::channels]);
@@ -22430,13 +22604,13 @@ public:
         : inverse_(t, t[0].inverse_depth, t[1].inverse_depth, t[2].inverse_depth),
           u_(t, t[0].u * t[0].inverse_depth, t[1].u * t[1].inverse_depth, t[2].u * t[2].inverse_depth),
           v_(t, t[0].v * t[0].inverse_depth, t[1].v * t[1].inverse_depth, t[2].v * t[2].inverse_depth),
-          least_((std::min)({t[0].inverse_depth, t[1].inverse_depth, t[2].inverse_depth})),
-          most_((std::max)({t[0].inverse_depth, t[1].inverse_depth, t[2].inverse_depth})),
+          min_((std::min)({t[0].inverse_depth, t[1].inverse_depth, t[2].inverse_depth})),
+          max_((std::max)({t[0].inverse_depth, t[1].inverse_depth, t[2].inverse_depth})),
           x0_(nearest_double(t[0].x) / nearest_double(subsample_steps) - 0.5),
           y0_(nearest_double(t[0].y) / nearest_double(subsample_steps) - 0.5) {}
 
     /// Returns the inverse depth, clamped to the triangle's range, because rounding in slivers could exceed it.
-    double inverse_depth(std::int64_t x, std::int64_t y) const { return std::clamp(at(inverse_, x, y), least_, most_); }
+    double inverse_depth(std::int64_t x, std::int64_t y) const { return std::clamp(at(inverse_, x, y), min_, max_); }
     double u(std::int64_t x, std::int64_t y) const { return at(u_, x, y) / inverse_depth(x, y); }
     double v(std::int64_t x, std::int64_t y) const { return at(v_, x, y) / inverse_depth(x, y); }
 
@@ -22447,7 +22621,7 @@ protected:
 
 private:
     screen_plane inverse_, u_, v_;
-    double least_, most_, x0_, y0_;
+    double min_, max_, x0_, y0_;
 };
 
 /// Adds opacity to screen_values, for translucent triangles.
@@ -23402,10 +23576,9 @@ inline void link_neighbors(graph_builder& g, const buffer<fragment>& fragments, 
 /// Builds a graph with one pixel per fragment, and links neighbors.
 inline graph graph_of(const buffer<fragment>& fragments, const pinhole_camera& camera, const surface_walk& walk) {
     graph_builder g(camera.width, camera.height, fragments.size());
-    for (std::int32_t i = 0; i < fragments.count(); ++i) {
-        g.write_x()[i] = static_cast<std::int32_t>(fragments[i].position % g.width());
-        g.write_y()[i] = static_cast<std::int32_t>(fragments[i].position / g.width());
-    }
+    for (std::int32_t i = 0; i < fragments.count(); ++i)
+        g.set_position(i, static_cast<std::int32_t>(fragments[i].position % g.width()),
+                       static_cast<std::int32_t>(fragments[i].position / g.width()));
     link_neighbors(g, fragments, walk);
     return std::move(g).build();
 }
@@ -25652,7 +25825,7 @@ inline std::size_t shrunk_length(std::size_t length, std::size_t longer, std::si
     return std::max<std::size_t>((length * (std::min)(longer, long_side) + longer / 2) / longer, 1);
 }
 
-/// Returns the side of a sample of the estimate, in pixels, clamped to [1, max_sample_size].
+/// Returns the width that one depth sample covers, in photo pixels, clamped to [1, max_sample_size].
 inline float sample_size(const image<float>& estimated, const image<std::uint8_t>& photo, const photo3d_options& options) {
     return std::clamp(detail::nearest_float(photo.width()) / detail::nearest_float(estimated.width()), 1.0F,
                       options.max_sample_size);
@@ -25883,6 +26056,7 @@ struct lifted_photo {
     /// Colors beside silhouettes are unmixed, or marked as unknown.
     single_layer<color_column, disparity_column, known_column, matte_column, rim_column, Own...> layer;
     buffer<discontinuity_curve> curves;
+    std::size_t dropped_sides = 0;  ///< as for find_discontinuity_curves()
     photo_facts facts;
     buffer<uncertain_rim> rims;  ///< input of restore_rims(), which runs after the hidden surfaces are colored
 };
@@ -25945,7 +26119,8 @@ lifted_photo<Own...> lift_photo(const cleaned_photo& photo, const photo_columns<
             return detail::with_columns<Own...>(std::move(layer).template with<rim_column>(std::move(no_rims)), images...);
         },
         own.images);
-    result.curves = find_discontinuity_curves(result.layer, options.surface, scaled(options.curves, sample));
+    result.curves =
+        find_discontinuity_curves(result.layer, options.surface, scaled(options.curves, sample), &result.dropped_sides);
     close_spurious_discontinuities(result.layer, result.curves);
     unmix_colors(result.layer, options.mixed_colors, {photo.shares.data(), photo.shares.size()});
     result.rims = mark_uncertain_rims(result.layer, detail::rim_width(options.alignment, sample));
@@ -26014,6 +26189,10 @@ struct basic_photo3d {
     image<float> resampled;     ///< H x W x 1, the estimate at the photo's resolution, before cleaning
     image<float> disparity;     ///< H x W x 1, cleaned disparity
     buffer<discontinuity_curve> curves;
+    /// Number of pixel sides in the silhouettes that curve_options::max_density or max_sides dropped: a surface stretches across
+    /// each. 0 for photographs.
+    std::size_t dropped_sides = 0;
+    /// The motion is below expand_options::motion if expand_options::iterations or max_hidden bounded the hidden surfaces.
     photo_facts facts;
     layered_image<color_column, disparity_column, known_column, matte_column, Own...> layers;
     chart_set charts;
@@ -26052,7 +26231,7 @@ basic_photo3d<Own...> make_photo3d(cleaned_photo photo, const photo_columns<Own.
     basic_photo3d<Own...> result;
     result.photo = std::move(photo.photo), result.estimated = std::move(photo.estimated);
     result.resampled = std::move(photo.resampled), result.disparity = std::move(photo.disparity);
-    result.curves = std::move(lifted.curves), result.facts = lifted.facts;
+    result.curves = std::move(lifted.curves), result.dropped_sides = lifted.dropped_sides, result.facts = lifted.facts;
     auto [layers, motion] = expand(std::move(lifted.layer), options.surface, result.curves, options.expand, progress);
     result.facts.motion = motion;
 

@@ -3,8 +3,11 @@
 #include "tests/support/surfaces.hpp"
 #include "tests/texture/photo_scene.hpp"
 
+#include <ldi/base/memory.hpp>
 #include <ldi/charts/charts.hpp>
 #include <ldi/core/validate.hpp>
+#include <ldi/occlusion/discontinuity_curves.hpp>
+#include <ldi/occlusion/expand.hpp>
 
 #include <catch2/catch.hpp>
 
@@ -13,6 +16,7 @@
 #include <cstdio>
 #include <limits>
 #include <set>
+#include <string_view>
 
 namespace {
 
@@ -120,6 +124,33 @@ void check_charts(const graph_view& g, std::span<const float> disparity, const c
     const chart_set set = make_charts(testing::surfaces_of(g, disparity), surface, options);
     check_partition(g, set, options);
     CHECK(mixed_surfaces(g, disparity, set, options, surface) == 0);
+}
+
+/// Memory that counts the requests of one size.
+struct counted_requests {
+    std::size_t size, count = 0;
+    memory source{this, &allocate, &release};
+
+    static void* allocate(void* context, std::size_t bytes, std::size_t alignment) {
+        counted_requests& self = *static_cast<counted_requests*>(context);
+        self.count += bytes == self.size ? 1U : 0U;
+        return ldi::detail::system_memory.allocate(nullptr, bytes, alignment);
+    }
+    static void release(void*, void* block, std::size_t bytes) { ldi::detail::system_memory.release(nullptr, block, bytes); }
+};
+
+/// Number of times that make_charts() grows the charts of a map, 61 x 2047, with its hidden surfaces. Each time, it requests one
+/// byte per lattice position.
+///
+/// max_area  area of the boxes, per lattice position
+std::size_t growths_of(std::string_view name, std::size_t unit, std::int64_t max_area) {
+    const photo_layer lifted = lift_disparity(hard_map(name, 61, 2047, unit));
+    const auto curves = find_discontinuity_curves(lifted, {});
+    const photo_layers layers = expand(lifted, {}, curves).layers;
+    counted_requests counted{layers.topology().position_count()};
+    const memory_scope scope(counted.source);
+    make_charts(layers, {}, {.max_area = max_area * 61 * 2047});
+    return counted.count;
 }
 
 }  // namespace
@@ -241,6 +272,17 @@ TEST_CASE("charts of rings get smaller boxes if the boxes have more than the max
     const chart_set smallest = make_charts(layer, {}, options);
     options.max_side = 64;
     check_partition(layer.topology(), smallest, options);
+}
+
+TEST_CASE("charts of difficult maps are grown at most three times, and twice if no size fits") {
+    CHECK(growths_of("ramp", 1, 4) == 1);
+    for (const std::string_view name : hard_maps)
+        for (const std::size_t unit : {1U, 6U, 30U}) {
+            CAPTURE(name, unit);
+            CHECK(growths_of(name, unit, 4) <= 3);  // the default for a photo of 12 megapixels
+            CHECK(growths_of(name, unit, 2) <= 3);
+            CHECK(growths_of(name, unit, 0) == 2);
+        }
 }
 
 TEST_CASE("an empty graph has no charts") {

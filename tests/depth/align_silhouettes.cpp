@@ -4,8 +4,11 @@
 
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <random>
 
 namespace {
@@ -97,6 +100,18 @@ TEST_CASE("alignment keeps thin objects, and the depth of a third surface beside
         for (std::size_t x = 53; x < 55; ++x) REQUIRE(s.given(y, x) == 0.5F);
 }
 
+TEST_CASE("a pixel that a curve passes over changes to the surface farther from its own disparity, third surfaces stay") {
+    for (const auto& [own, changed] : {std::pair{0.85F, 0.2F}, {0.55F, 0.2F}, {0.45F, 0.8F}, {0.15F, 0.8F}, {1.5F, 1.5F}}) {
+        ldi::image<float> before(1, 3);
+        before(0, 0) = 0.8F, before(0, 1) = 0.2F, before(0, 2) = own;
+        ldi::detail::curves::trace t;
+        t.sides.push_back({.back = 1, .front = 0, .towards_front = ldi::side::left});
+        ldi::image<float> disparity = before;
+        ldi::detail::curves::change_sides(t, {{2, 0}}, before, disparity);
+        CHECK(disparity(0, 2) == changed);
+    }
+}
+
 TEST_CASE("alignment introduces no new disparities and gives the same result on any number of threads") {
     std::mt19937 random(5);
     for (int round = 0; round < 40; ++round) {
@@ -143,6 +158,44 @@ TEST_CASE("an edge is found even if stripes of higher contrast cross it") {
     const double before = share_wrong(s.given, s.truth);
     ldi::align_silhouettes(s.given, s.photo);
     CHECK(share_wrong(s.given, s.truth) < 0.33 * before);
+}
+
+TEST_CASE("a cut leaves half of a thin object, and may move far into both surfaces at a silhouette with teeth of four pixels") {
+    const auto for_each_band_row = [](std::int32_t radius, auto&& is_front, auto&& visit) {
+        const scene s = make_scene(60, 80, 0.0F, 0.0F, red, gray, 0.0F, is_front);
+        const ldi::detail::curves::corner_map lattice(80, 60);
+        for (const auto& t : ldi::detail::curves::long_curves(s.given, {}, 20)) {
+            const ldi::detail::curves::band b(make_plane_curve(t, lattice, radius / 2), t, s.photo, s.given, radius);
+            for (std::int32_t k = radius; k + radius < b.size(); ++k) visit(b.min_cut(k), b.largest_cut(k));
+        }
+    };
+    for_each_band_row(
+        3, [](float x, float) { return std::abs(x - 40.5F) < 1.6F; },
+        [](std::int32_t, std::int32_t most) { REQUIRE(most == 1); });
+    for_each_band_row(
+        3, [](float x, float) { return std::abs(x - 40.5F) > 1.6F; },
+        [](std::int32_t least, std::int32_t) { REQUIRE(least == -1); });
+    const auto jagged = [](float x, float y) { return x > 40.0F + (std::fmod(y, 12.0F) < 6.0F ? 2.0F : -2.0F); };
+    for_each_band_row(8, jagged, [](std::int32_t least, std::int32_t most) { REQUIRE((least <= -4 && most >= 4)); });
+}
+
+TEST_CASE("the color model of a surface is a normal density: smooth surfaces claim colors near their mean, rough ones the rest") {
+    const auto model_of = [](int deviation) {
+        ldi::detail::curves::color_sums sums;
+        for (const int sign : {-1, 1}) {
+            const std::uint8_t value = static_cast<std::uint8_t>(100 + sign * deviation);
+            sums.add(color{value, value, value}.data());
+        }
+        return ldi::detail::curves::color_model(sums, 0.0F);
+    };
+    const ldi::detail::curves::color_model smooth = model_of(10), rough = model_of(20);
+    for (const int offset : {0, 5, 13, 14, 40}) {
+        const std::uint8_t value = static_cast<std::uint8_t>(100 + offset);
+        const color c{value, value, value};
+        // Logarithm of the ratio of two normal densities, in three channels.
+        const double expected = 3 * (std::log(2.0) - offset * offset * (1 / 100.0 - 1 / 400.0) / 2);
+        CHECK(smooth.log_likelihood(c.data()) - rough.log_likelihood(c.data()) == Approx(expected).margin(1e-3));
+    }
 }
 
 TEST_CASE("images of different sizes and options outside their range are refused") {

@@ -74,6 +74,22 @@ TEST_CASE("the weighted median is the sample whose preceding and following weigh
     }
 }
 
+TEST_CASE("samples on one side of the center that are farther away count less, although all samples are close to each other") {
+    // Of the samples around (7, 2), 12 are nearly equal to the center, and 12 are lower, or higher, by up to 0.155.
+    for (const float sign : {-1.0F, 1.0F}) {
+        ldi::image<float> map(5, 12);
+        for (std::size_t y = 0; y < 5; ++y)
+            for (std::size_t x = 0; x < 12; ++x) {
+                const float t = 0.0499F * (static_cast<float>(x) - 7.0F) + 0.045F * (static_cast<float>(y) - 2.0F);
+                map(y, x) = 0.5F + sign * (t > 0.0F ? std::min(t, 0.155F) : 0.02F * t);
+            }
+        const ldi::buffer<float> best = best_samples(map, 2, 7, {});
+        const float filtered = ldi::weighted_median(map)(2, 7);
+        CHECK(std::find(best.begin(), best.end(), filtered) != best.end());
+        CHECK(filtered != map(2, 7));  // the plain median
+    }
+}
+
 TEST_CASE("the weighted median turns an edge blurred over three pixels into a step") {
     ldi::image<float> map(20, 30);
     for (std::size_t y = 0; y < 20; ++y)

@@ -1,8 +1,8 @@
-# Sourced by the scripts beside it.
+# The scripts in this folder source this file.
 #
-#   link_headers FOLDER   fills FOLDER with links to the header-only libraries that tests include. A cross compiler must not see
-#                         all of /usr/include: the C library there is another machine's.
-#   end_without_catch2    ends the script where there is no Catch2 of headers alone: version 3 is a library, of this machine
+#   link_headers FOLDER   creates links in FOLDER to the header-only libraries that tests include. A cross compiler must not see
+#                         /usr/include as a whole, which contains the headers of this machine's C library.
+#   end_without_catch2    exits if Catch2 2, which is header-only, is missing. Version 3 is a library for this machine.
 #
 # shellcheck shell=bash
 
@@ -16,7 +16,7 @@ link_headers() {
 
 end_without_catch2() {
     if [ ! -f /usr/include/catch2/catch.hpp ]; then
-        printf 'skipped: needs Catch2 2, whose headers are all of it\n0 passed, 0 failed\n'
+        printf 'skipped: needs Catch2 2, the header-only version\n0 passed, 0 failed\n'
         exit 0
     fi
 }

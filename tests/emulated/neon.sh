@@ -1,8 +1,7 @@
 #!/usr/bin/env bash
-# The Arm kernels, and all that computes with them up to the depth and the inpainting network, compiled for 64-bit Arm and run by
-# an emulated processor: one with the dot product extension, and one without it, which must fall back to portable code. Installs
-# what is missing. Another compiler: AARCH64_CXX="clang++ --target=aarch64-linux-gnu" tests/emulated/neon.sh. Ends with
-# "N passed, N failed".
+# Tests the Arm kernels, and the operators and networks that use them, on an emulated 64-bit Arm processor: once with the dot product
+# extension, and once without it, where ldi must choose portable code. Installs missing packages. Ends with "N passed, N failed".
+# Another compiler: AARCH64_CXX="clang++ --target=aarch64-linux-gnu" tests/emulated/neon.sh
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 # shellcheck source=scripts/requirements.sh
@@ -35,7 +34,7 @@ compile_tests() {
 export build
 export -f compile
 
-# One test file, on the processor that is named. LDI_ISA makes sure that no test passes because it silently runs portable code.
+# Runs one test file on the named processor. With LDI_ISA, a missing instruction set is an error, not a silent use of portable code.
 run_file() {
     qemu-aarch64 -cpu "$1" "$build/tests" --filenames-as-tags --warn NoTests "[#$2]~the published output is the same on every*"
 }

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# The WebAssembly kernels, and all that computes with them up to the depth and the inpainting network, compiled by Emscripten and
-# run by node. Installs what is missing. Ends with "N passed, N failed".
+# Tests the WebAssembly kernels, and the operators and networks that use them, compiled with Emscripten and run in node. Installs
+# missing packages. Ends with "N passed, N failed".
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 # shellcheck source=scripts/requirements.sh
@@ -19,9 +19,9 @@ printf '#define CATCH_CONFIG_MAIN\n#include <catch2/catch.hpp>\n' >"$build/main.
 tests=(
     tests/kernels/{isa,requantize,requantize_float,gemm_u8,depthwise_u8,add_u8,conv}.cpp
     tests/nn/dense/quantized_network.cpp tests/nn/ldi/{convolution,feature_map,convolution_layer,pooling,elementwise}.cpp tests/networks/{tiefenrausch,farbrausch}.cpp)
-export NODE_PATH=/usr/share/nodejs:/usr/lib/nodejs  # where Debian keeps what Emscripten's own scripts need
+export NODE_PATH=/usr/share/nodejs:/usr/lib/nodejs  # Debian's folders of the modules that Emscripten's scripts import
 
-# -fexceptions because Emscripten 3.1.6 cannot catch by type with -fwasm-exceptions where there are threads.
+# -fexceptions, because with threads and -fwasm-exceptions Emscripten 3.1.6 cannot catch exceptions by type.
 emscripten() {
     em++ -std=c++20 -O1 -msimd128 -fexceptions -pthread -Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wshadow \
         -Werror -Iinclude -I. -isystem "$build/headers" "-DLDI_SHARED_DIR=\"$PWD/../shared\"" "$@"
@@ -41,7 +41,7 @@ compile_tests() {
         wait -n || return 1
         running=$((running - 1))
     done
-    # The tests start threads, and wait for them in main().
+    # The tests start threads and wait for them in main().
     emscripten "$build"/*.o -sNODERAWFS=1 -sINITIAL_MEMORY=512MB -sPROXY_TO_PTHREAD=1 -sEXIT_RUNTIME=1 -o "$build/tests.js"
 }
 run_file() {

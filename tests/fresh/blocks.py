@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The command blocks of the project's Markdown pages, as a reader sees them: every indented block, and every one fenced as sh.
+"""Extracts the command blocks of the project's Markdown pages: every indented block, and every block fenced as sh.
 
     blocks.py list [PAGE...]         a line per block: PAGE, LINE, WHEN (now or late), REASON to skip it or -; separated by tabs
     blocks.py script PAGE LINE       a block as a script for bash, with what it needs first
@@ -55,7 +55,7 @@ def indent_of(line):
 
 def blocks_of(page):
     lines = (ROOT / page).read_text(encoding="utf-8").split("\n")
-    at, above, item = 0, [], 0  # above: what comments stand directly before; item: how far a list's text is indented
+    at, above, item = 0, [], 0  # above: the comments directly before a block; item: indentation of a list's text
     while at < len(lines):
         line, start = lines[at], at
         fence = re.match(r" *```(\w*)", line)
@@ -95,7 +95,7 @@ def page_before(page):
 
 
 def ordered_pages():
-    """A page's machine begins where its first page does; small machines first."""
+    """Orders pages so that each machine starts with its first page; small machines come first."""
     having = [page for page in pages() if any(True for _ in blocks_of(page))]
     first = lambda page: first(page_before(page)) if page_before(page) else page
     depth = lambda page: depth(page_before(page)) + 1 if page_before(page) else 0

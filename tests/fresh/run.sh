@@ -1,15 +1,14 @@
 #!/usr/bin/env bash
-# Follows the README and the other pages on a machine that has nothing: makes a minimal Debian, and runs every command block of every
-# page there, unchanged, on a copy of the committed files. Takes an hour or more; not part of tests/run.sh. Prints a line for each block
-# and ends with "N passed, N failed". Needs root, for chroot.
+# Runs every command block of every page, unchanged, in a minimal Debian that it creates, on a copy of the committed files. Takes an hour
+# or more; not part of tests/run.sh. Prints a line for each block and ends with "N passed, N failed". Needs root, for chroot.
 #
 #   tests/fresh/run.sh                       all pages
-#   tests/fresh/run.sh --only PAGE           one page, and those on whose machine it goes on; repeatable
+#   tests/fresh/run.sh --only PAGE           one page, and the pages whose machine it continues on; repeatable
 #   tests/fresh/run.sh --now                 without the blocks marked late: test suites and measurements
-#   tests/fresh/run.sh --resume              skips blocks that passed in the last run, and keeps its machines
+#   tests/fresh/run.sh --resume              without the blocks that passed in the last run, on the machines of that run
 #   tests/fresh/run.sh --ccache FOLDER       compiles through a compiler cache
 #
-# Machines, and what each block printed, lie in build/fresh. tests/fresh/blocks.py says how pages mark their blocks.
+# build/fresh contains the machines and each block's output. tests/fresh/blocks.py says how pages mark their blocks.
 set -euo pipefail
 repository=$(realpath "$(dirname "${BASH_SOURCE[0]}")/../..")
 cd "$repository"
@@ -31,7 +30,7 @@ while [ $# -gt 0 ]; do
     shift
 done
 if [ "$(id -u)" != 0 ]; then
-    printf 'This needs root: it makes a Debian in a folder and runs commands there.\n' >&2
+    printf 'tests/fresh/run.sh needs root: it creates a Debian in a folder and runs commands there.\n' >&2
     exit 1
 fi
 require "${needs_fresh[@]}"
@@ -46,20 +45,21 @@ rm -rf "$fresh/source"
 git clone -q --no-hardlinks --depth 1 "file://$repository" "$fresh/source"
 blocks() { python3 "$fresh/source/tests/fresh/blocks.py" "$@"; }
 
-# The smallest Debian, with sudo and certificates.
+# Creates a minimal Debian with sudo and certificates.
 make_base() {
     local suite
     suite=$(. /etc/os-release && printf '%s' "$VERSION_CODENAME")
     mmdebstrap --variant=minbase --mode=root --include="ca-certificates,sudo${ccache:+,ccache}" "$suite" "$fresh/base.tar" >&2
 }
 
-# new_machine NAME: a folder with the base, this machine's way to the package registries, and the committed files at their place here.
+# new_machine NAME: creates a folder with the base system, this machine's settings for package registries, and the committed files at
+# the same path as here.
 new_machine() {
     local root=$fresh/machines/$1
     rm -rf "$root" && mkdir -p "$root"
     tar -x --same-owner -f "$fresh/base.tar" -C "$root"
     apt-config dump | grep '^Acquire::' >"$root/etc/apt/apt.conf.d/90this_machine" || true
-    printf 'APT::Get::Assume-Yes "true";\n' >>"$root/etc/apt/apt.conf.d/90this_machine"  # as a reader answers
+    printf 'APT::Get::Assume-Yes "true";\n' >>"$root/etc/apt/apt.conf.d/90this_machine"  # a reader would answer yes
     echo force-unsafe-io >"$root/etc/dpkg/dpkg.cfg.d/quick"
     cp /etc/resolv.conf "$root/etc/resolv.conf"
     cp -r /usr/local/share/ca-certificates "$root/usr/local/share/"
@@ -70,7 +70,7 @@ new_machine() {
     cp -a "$fresh/source/." "$root$repository"
 }
 
-# in_machine NAME SCRIPT: runs a script there, in namespaces of its own, so that its processes and mounts end with it.
+# in_machine NAME SCRIPT: runs a script in a machine, in separate namespaces, so that its processes and mounts end with it.
 inside=
 trap '[ -z "$inside" ] || kill -KILL "$inside" 2>/dev/null' EXIT
 trap 'exit 130' INT TERM HUP
@@ -126,7 +126,7 @@ run_block() {
         return
     fi
     [ -d "$fresh/machines/$machine" ] || new_machine "$machine"
-    # The copy there has one commit, which an earlier run may have left behind.
+    # The machine's copy has a single commit, possibly of an earlier run.
     git -C "$fresh/machines/$machine$repository" fetch -q --depth 1 "file://$fresh/source" HEAD
     git -C "$fresh/machines/$machine$repository" reset -q --hard FETCH_HEAD
     if in_machine "$machine" "$script" >"$log" 2>&1; then
@@ -176,4 +176,4 @@ main() {
     [ "${#skipped[@]}" = 0 ] || printf '  %s\n' "${skipped[@]}"
     print_tally
 }
-main; exit  # in one line: a change to this file does not reach a run that is under way
+main; exit  # on one line, so that a change to this file does not affect a run in progress

@@ -1,4 +1,4 @@
-"""Adds to the fuzzers' seeds what the scripts of ../shared/hostile make, where they are: FOLDER/photo, FOLDER/depth_map and so on.
+"""Adds the files of the scripts in ../shared/hostile, if present, to the fuzzers' seeds: FOLDER/photo, FOLDER/depth_map and so on.
 
     hostile_seeds.py SOURCE_DIR FOLDER
 """
@@ -8,7 +8,7 @@ import subprocess
 import sys
 import tempfile
 
-MAX_BYTES = 150_000  # larger ones are large, not clever
+MAX_BYTES = 150_000  # larger files only exhaust memory
 SOURCE, FOLDER = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
 MAKERS = os.path.join(SOURCE, "..", "shared", "hostile")
 FUZZERS = {"depth": "depth_map", "npy": "depth_map", "pfm": "depth_map", "keys": "key_frames", "st": "safetensors", "manifest": None, "manifest2": None}

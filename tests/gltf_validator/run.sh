@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# run.sh FILE.glb...: fetches the Khronos glTF validator if it is not here yet, and ends with 0 if no file has an error or warning.
+# run.sh FILE.glb...: installs the Khronos glTF validator if it is missing. Fails if the validator reports an error or a warning.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 [ -d "$here/node_modules/gltf-validator" ] || npm ci --prefix "$here" --no-audit --no-fund >&2

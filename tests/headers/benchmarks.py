@@ -2,7 +2,7 @@
 """Every public function and class of the library's computing folders has a benchmark in ldi_bench, except those below.
 
 Reads sources only: the names at the start of lines of the headers, and add("FOLDER/NAME... in bench/. A benchmark counts if its
-file also mentions the name as code. Whether it measures the right thing, only a reader can tell."""
+file also mentions the name as code. The test cannot tell whether the benchmark measures the right thing."""
 
 import re
 import sys

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Translation units that are compiled differently work in one program, and share no function of ldi: what the linker keeps of two
-with the same name would be wrong for one of them, or use instructions that the processor lacks.
+"""Checks that translation units with different compiler flags work in one program and share no function of ldi. The linker keeps one of
+two functions with the same name, which might round differently or use instructions that the processor lacks.
 
-    configurations.py FOLDER COMPILER [FLAG...]     what is built lies in FOLDER
+    configurations.py FOLDER COMPILER [FLAG...]     builds in FOLDER
 """
 
 import itertools
@@ -26,7 +26,7 @@ folder.mkdir(parents=True, exist_ok=True)
 
 
 def compile_unit(setting):
-    """An object in which the unit is called as the setting."""
+    """Compiles the unit under a setting's name."""
     unit = folder / f"{setting}.o"
     subprocess.run([*compiler, "-std=c++20", f"-I{ROOT / 'include'}", f"-DLDI_UNIT=unit_{setting}", *SETTINGS[setting], "-c",
                     HERE / "configuration.cpp", "-o", unit], check=True)
@@ -34,7 +34,7 @@ def compile_unit(setting):
 
 
 def shared_symbols(unit):
-    """The names of functions and variables that an object shares with others: weak (W, V) and unique (u) ones."""
+    """The functions and variables that an object shares with others: weak (W, V) and unique (u) symbols."""
     lines = subprocess.run(["nm", "-C", unit], check=True, capture_output=True, text=True).stdout.splitlines()
     return {line.split(maxsplit=2)[2] for line in lines if re.match(r"[0-9a-f]+ [WVu] ", line)}
 
@@ -47,7 +47,7 @@ def configuration(*flags):
     return done.stdout.split()[-1]
 
 
-# Every flag that lets the compiler use instructions which other processors lack, or round differently, names the namespace.
+# Every flag that allows instructions which other processors lack, or other rounding, changes the namespace's name.
 if platform.machine() in ("x86_64", "AMD64"):
     for flag in ("sse3", "ssse3", "sse4.1", "sse4.2", "popcnt", "avx", "avx2", "fma", "bmi", "bmi2", "lzcnt", "avx512f", "avx512vl",
                  "avx512vbmi", "avx512vnni"):
@@ -66,7 +66,7 @@ for first, second in itertools.combinations(SETTINGS, 2):
     if common:
         sys.exit(f"{first} and {second} share " + ", ".join(common[:10]))
 
-# The standard library's own are everybody's. What of it is made for ldi's types has the configuration's name in it.
+# Objects may share the standard library's functions. Those instantiated with ldi's types have the configuration in their names.
 for setting, unit in units.items():
     if setting == "plain":
         continue

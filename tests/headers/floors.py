@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""A folder of include/ldi includes only from itself and from the folders that FLOORS permits, and of the headers beside the folders
-only version.hpp. It includes no other folder's detail/. Examples and benchmarks use no detail at all, except those in KNOW_PARTS."""
+"""A folder of include/ldi includes only from itself, from the folders that FLOORS permits, and version.hpp. It never includes another
+folder's detail/. Examples and benchmarks use no detail/ at all, except those in KNOW_PARTS."""
 
 import re
 import sys

@@ -1,6 +1,5 @@
 #!/usr/bin/env python3
-"""include/ldi/kernels/README.md says which family has a kernel for which instruction set: so do the folders, the families' tables and
-isa.hpp."""
+"""Checks that include/ldi/kernels/README.md, the folders, the families' tables and isa.hpp agree on the kernels per instruction set."""
 
 import re
 import sys
@@ -27,7 +26,7 @@ for first, *cells in rows:
     else:
         families[re.match(r"`(\w+)`", first).group(1)] = {name for name, cell in zip(names, cells) if cell}
 
-# Files are called after the name in LDI_ISA, but for these. x86.hpp serves two sets.
+# Exceptions from the rule that files are named as in LDI_ISA. x86.hpp serves two sets.
 FILES = {"avx2": {"avx2", "x86"}, "avxvnni": {"avx_vnni"}, "avx512vnni": {"avx512vnni", "x86"}}
 for folder in sorted(path.name for path in kernels.iterdir() if path.is_dir() and path.name != "detail"):
     if folder not in families:

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The single header compiles after what Qt, Windows and X11 define as macros: names that a C++ header must do without.
+"""Checks that the single header compiles after the macros of Qt, Windows and X11.
 
     macros.py COMPILER [FLAG...]
 """

@@ -1,4 +1,4 @@
-"""Runs photo3d on every file of a folder, in the way that the file's name asks for, and checks the promises of SECURITY.md.
+"""Runs photo3d on every file of a folder, as the file's name determines, and checks the promises of SECURITY.md.
 
     hostile.py PHOTO3D FOLDER SOUND_PHOTO [PATTERN...]
 """
@@ -41,7 +41,7 @@ def measure(command, folder):
     with tempfile.TemporaryFile() as said:
         environment = {**os.environ, "TMPDIR": folder}
         process = subprocess.Popen(command, cwd=folder, stdout=subprocess.DEVNULL, stderr=said, preexec_fn=limit, env=environment)
-        deadline = time.monotonic() + 30 * MAX_SECONDS  # only against waiting: a busy machine is no failure
+        deadline = time.monotonic() + 30 * MAX_SECONDS  # only against endless runs: a busy machine must not fail the test
         while True:
             ended, status, used = os.wait4(process.pid, os.WNOHANG)
             if ended:

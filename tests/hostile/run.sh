@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# Files that mean harm, made by the scripts in ../shared/hostile and read by the optimized program: every run ends with exit code 0,
-# 1, 2 or 75, within 10 s of processor time and 1 GB, and leaves nothing behind. Ends with "N passed, N failed".
+# Runs the optimized program on malicious files, which the scripts in ../shared/hostile create. Every run must end with exit code 0, 1, 2
+# or 75, within 10 s of processor time and 1 GB, and leave no file behind. Ends with "N passed, N failed".
 #
 #   PROGRAM=build/photo3d/examples/photo3d tests/hostile/run.sh [PATTERN...]
 #
-# PROGRAM is built where it is not named. Patterns, such as 'heic_*', select files.
+# Builds the program unless PROGRAM is set. Patterns, such as 'heic_*', select files.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 # shellcheck source=scripts/requirements.sh
@@ -12,7 +12,7 @@ source scripts/requirements.sh
 
 makers=../shared/hostile
 if [ ! -f "$makers/bombs.py" ]; then
-    echo "skipped: $makers is absent, which makes the files"
+    echo "skipped: $makers, which creates the files, is absent"
     echo "0 passed, 0 failed"
     exit 0
 fi

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The pictures that lessons read are the ones that learn_make_crops makes of the sample.
+"""Checks that the lessons' pictures are those that learn_make_crops cuts out of the sample.
 
     crops.py PROGRAM
 """

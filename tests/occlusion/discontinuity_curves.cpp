@@ -180,7 +180,8 @@ TEST_CASE("a short curve between two junctions of long curves is kept") {
           1);
 }
 
-TEST_CASE("on a map that is too dense, the longest curves that fit remain, and none shorter than the minimum") {
+TEST_CASE(
+    "on a map that is too dense, the longest curves that fit remain, none shorter than the minimum, and the rest is counted") {
     ldi::image<float> map(60, 100, 1, 0.1F);
     for (std::size_t size = 1; size <= 10; ++size)
         for (std::size_t i = 0; i < size * size; ++i)
@@ -200,10 +201,22 @@ TEST_CASE("on a map that is too dense, the longest curves that fit remain, and n
     CHECK(lengths({.min_length = 4, .max_sides = 420}) == sizes{4, 8, 12, 16, 20, 24, 28, 32, 36, 40, 100, 100});
     CHECK(lengths({.min_length = 4, .max_sides = 419}) == sizes{8, 12, 16, 20, 24, 28, 32, 36, 40, 100, 100});
     CHECK(lengths({.max_sides = 300}) == sizes{36, 40, 100, 100});
+    CHECK(lengths({.max_sides = 276}) == sizes{36, 40, 100, 100});
+    CHECK(lengths({.max_sides = 275}) == sizes{40, 100, 100});
     CHECK(lengths({.max_density = 0.05F}) == sizes{36, 40, 100, 100});  // of 6000 pixels
     for (const float density : {-0.1F, 2.1F, std::numeric_limits<float>::quiet_NaN()})
         CHECK_THROWS_AS(lengths({.max_density = density}), ldi::error);
     CHECK(lengths({.max_sides = 199}).empty());  // both or neither
+    const auto dropped = [&](ldi::curve_options options) {
+        std::size_t sides = 1;  // replaced
+        ldi::find_discontinuity_curves(layers, {}, options, &sides);
+        return sides;
+    };
+    CHECK(dropped({}) == 0);
+    CHECK(dropped({.max_sides = 420}) == 0);  // all there are
+    CHECK(dropped({.min_length = 4, .max_sides = 419}) == 4);
+    CHECK(dropped({.max_sides = 300}) == 420 - 276);
+    CHECK(dropped({.max_sides = 0}) == 420);
 }
 
 TEST_CASE("on noise, no curve is shorter than the minimum") {

@@ -71,6 +71,34 @@ void require_sound(const ldi::graph_view& g, std::span<const float> disparity, s
     }
 }
 
+// A front surface on the right of a vertical silhouette at column 60 whose upper part, up to row 60, may grow. It must stop at a
+// line that starts at (60, 60) and points to the right. Returns the hidden pixels below that line.
+//
+// front(y)  disparity of the front surface in row y, and first(y) its first column
+template <class Front, class First>
+ldi::buffer<std::pair<std::int32_t, std::int32_t>> grown_past_line(Front&& front, First&& first) {
+    constexpr std::size_t size = 120;
+    ldi::image<float> map(size, size);
+    for (std::size_t y = 0; y < size; ++y)
+        for (std::size_t x = 0; x < size; ++x) map(y, x) = x >= first(y) ? front(y) : 0.1F;
+    const ldi::photo_layer lifted = ldi::testing::lift_disparity(map);
+    auto curves = ldi::find_discontinuity_curves(lifted, {});
+    REQUIRE(curves.size() == 1);
+    ldi::buffer<ldi::discontinuity> kept;
+    for (const ldi::discontinuity& d : curves[0].sides)
+        if (lifted.topology().y()[d.front] < 60) kept.push_back(d);
+    curves[0].sides = kept;
+    curves[0].constraints = {{60.0F, 60.0F, 0.0F, 1.0F, 1.0F, 0.0F}};
+    ldi::expand_options options;
+    options.motion = 0.5F;
+    const ldi::photo_layers expanded = ldi::expand(lifted, {}, std::span<const ldi::discontinuity_curve>(curves), options).layers;
+    ldi::buffer<std::pair<std::int32_t, std::int32_t>> past;
+    for (std::int32_t i = 0; i < expanded.topology().count(); ++i)
+        if (expanded.column<ldi::known_column>()[i] == 0 && expanded.topology().y()[i] >= 60)
+            past.push_back({expanded.topology().x()[i], expanded.topology().y()[i]});
+    return past;
+}
+
 }  // namespace
 
 TEST_CASE("after every iteration, the graph is valid and every new pixel is hidden behind the photo's pixels") {
@@ -367,6 +395,26 @@ TEST_CASE("surfaces do not grow past the line at the end of a silhouette, at any
         CAPTURE(angle, kept.size());
         CHECK(hidden > 50 * 20);
         CHECK(past == 0);
+    }
+}
+
+TEST_CASE("a surface that grows farther from elsewhere along a curve stops at the line at the curve's end, too") {
+    // The surface grows by 16 pixels near the end, and by 40 from `distance` pixels on.
+    for (const float distance : {0.0F, 8.0F, 16.0F, 24.0F, 32.0F, 40.0F}) {
+        const auto past = grown_past_line(
+            [&](std::size_t y) { return std::clamp(0.3F + 0.045F * (60.0F - distance - static_cast<float>(y)), 0.3F, 0.7F); },
+            [](std::size_t) { return std::size_t{60}; });
+        CAPTURE(distance);
+        CHECK(past.empty());
+    }
+}
+
+TEST_CASE("the line at a curve's end starts before the end: it stops a surface beside it by up to two pixels, but not by four") {
+    for (const auto& [beside, is_stopped] : {std::pair<std::size_t, bool>{0, true}, {1, true}, {2, true}, {4, false}}) {
+        const auto past = grown_past_line([](std::size_t) { return 0.7F; },
+                                          [&](std::size_t y) { return y >= 40 && y < 70 ? 60 - beside : std::size_t{60}; });
+        CAPTURE(beside);
+        CHECK(past.empty() == is_stopped);
     }
 }
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""CMake leaves out what lacks a package, with one line that names the package, and builds the rest; with LDI_REQUIRED it stops.
+"""CMake leaves out each part that lacks a package, with one line that names the package, and builds the others; with LDI_REQUIRED it stops.
 
     left_out.py FOLDER COMPILER
 """
@@ -13,7 +13,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent.parent
 folder, compiler = Path(sys.argv[1]), sys.argv[2]
 
-# By the name for find_package(): Debian's package, and a part that is left out without it.
+# By the name for find_package(): Debian's package, and a part that needs it.
 PACKAGES = {
     "Catch2": ("catch2", "tests of the library's parts"),
     "TinyGLTF": ("libtinygltf-dev", "tests/formats"),
@@ -35,7 +35,7 @@ READERS = {"LIBHEIF": "libheif-dev", "LIBWEBP": "libwebp-dev", "LIBTIFF": "libti
 
 
 def configure(*options):
-    """Configures anew, with compiler checks left out where a configuration before has made them."""
+    """Configures again, without the compiler checks of the previous configuration."""
     (folder / "CMakeCache.txt").unlink(missing_ok=True)
     command = ["cmake", "-S", ROOT, "-B", folder, "-G", "Ninja", f"-DCMAKE_CXX_COMPILER={compiler}", *options]
     result = subprocess.run(command, capture_output=True, text=True)

@@ -32,7 +32,7 @@ function(vcpkg_cmake_config_fixup)
     if(NOT files)
         message(FATAL_ERROR "no package config in ${a_CONFIG_PATH}")
     endif()
-    # share/cmake/ldi becomes share/ldi; what says how far up the prefix is must follow.
+    # share/cmake/ldi becomes share/ldi; relative paths to the prefix must follow.
     foreach(file IN LISTS files)
         file(READ "${file}" text)
         string(REPLACE "/../../../" "/../../" text "${text}")

@@ -34,7 +34,7 @@ constexpr std::pair<std::size_t, std::size_t> map_sizes[] = {{16, 1}, {32, 1}, {
 
 struct cost {
     std::vector<ldi::testing::stage_peaks::stage> stages;
-    double pixels = 0, hidden = 0, charts = 0, sides = 0;
+    double pixels = 0, hidden = 0, charts = 0, sides = 0, dropped_sides = 0, motion = 0;
 
     double hidden_per_pixel() const { return hidden / pixels; }
     /// Per pixel of the layers.
@@ -66,6 +66,7 @@ cost cost_of(std::string_view name, std::size_t photo_columns, std::size_t colum
     result.pixels = static_cast<double>(photo_rows * photo_columns);
     result.hidden = static_cast<double>(made.layers.size()) - result.pixels;
     result.charts = static_cast<double>(made.charts.charts.size());
+    result.dropped_sides = static_cast<double>(made.dropped_sides), result.motion = double{made.facts.motion};
     for (const ldi::discontinuity_curve& curve : made.curves) result.sides += static_cast<double>(curve.sides.size());
     return result;
 }
@@ -88,6 +89,17 @@ TEST_CASE("on difficult depth maps, silhouettes, hidden pixels, charts and the m
                       bounds[i].per_pixel + bounds[i].per_hidden_pixel * c.hidden_per_pixel());
             }
         }
+}
+
+TEST_CASE(
+    "a 3D photo tells which limits its depth map exceeds: noise on silhouettes, stairs on hidden surfaces, ramps on neither") {
+    constexpr double motion = double{ldi::expand_options().motion};
+    const cost noise = cost_of("noise", 128, 128, 1), stairs = cost_of("stairs", 256, 256, 3),
+               ramp = cost_of("ramp", 128, 128, 1);
+    CHECK(noise.dropped_sides > ldi::curve_options().max_density * noise.pixels);
+    CHECK(stairs.motion < 0.9 * motion);
+    CHECK(ramp.dropped_sides == 0);
+    CHECK(ramp.motion == motion);
 }
 
 TEST_CASE("on a photo with four times the pixels, peak and total memory per pixel of the result grow by less than 25 %") {

@@ -19,6 +19,13 @@ TEST_CASE("defaults for which the paper has no number equal the values in this t
     CHECK(o.long_side == 1536);
     CHECK(o.focal_length_35mm == 26.0F);
     CHECK(o.passes_before_resampling == 2);
+    CHECK(o.max_sample_size == 16.0F);
+    CHECK(o.normalize.max_depth_ratio == 50.0F);
+    CHECK(o.resample.spatial_sigma == 1.2F);
+    CHECK(o.resample.color_sigma == 20.0F);
+    CHECK(o.expand.iterations == 4096);
+    CHECK(o.texture.rounds == 2);
+    CHECK(o.grain.rounds == 4);
     CHECK(o.frame == ldi::photo_frame::grow);  // the paper's frame crops
     CHECK(o.expand.motion == 0.08F);           // the paper grows 50 pixels, for any step and camera
     CHECK(o.level.radius == 0);
@@ -40,7 +47,9 @@ TEST_CASE("defaults for which the paper has no number equal the values in this t
     CHECK(o.curves.tangent_length == 20);
     CHECK(o.curves.max_density == 0.2F);
     CHECK(o.curves.max_sides == 500'000);
+    CHECK(o.curves.constraints == ldi::constrained_ends::midground);
     CHECK(o.expand.max_hidden == 1.25F);
+    CHECK(o.expand.merges_curves);
     CHECK(o.texture.strength == 1.0F);
     CHECK(o.texture.crest == 4.0F);
     CHECK(o.texture.reach == 32);

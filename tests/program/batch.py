@@ -82,7 +82,7 @@ class folder_of_photos:
         return subprocess.run([program, *arguments, "--inpaint", "diffusion", "--viewer", "viewer.html"], cwd=self.path, capture_output=True, timeout=120, **how)
 
     def batch(self, *arguments, given_depth=True, code=DONE, **how):
-        """Its lines by the photo's name."""
+        """The lines of the results, by photo name."""
         result = self.run("--batch", *arguments, *(["--depth", "depth"] if given_depth else []), **how)
         check(f"--batch {arguments}: exit code {result.returncode}", code is None or result.returncode == code, result.stderr)
         lines = [json.loads(line) for line in result.stdout.decode().splitlines()]
@@ -182,7 +182,7 @@ def bad_photos():
 
 
 def links():
-    """Outputs that are one file, by whatever name, are refused before the second is worked on."""
+    """Two outputs that are the same file, also under different names, are refused before the second conversion."""
     def outputs(*names):
         return "\n".join(json.dumps({"photo": f"photos/{photo}.png", "output": name}) for photo, name in zip("abcde", names)).encode()
 
@@ -217,7 +217,7 @@ def links():
 
 
 def formats():
-    """All that one run reads, a batch reads; and what it leaves out of a folder, it names."""
+    """A batch reads every format that a single run reads, and names the files of a folder that it skips."""
     with folder_of_photos(1) as f:
         wanted = ["a"]
         for name in ("b.webp", "c.tif", "d.bmp", "e.gif", "f.JPG"):
@@ -243,7 +243,7 @@ def formats():
 
 
 def memory_of_maps():
-    """Maps beside photos and inside them count, and so does depth that hides more than photographs do."""
+    """The memory limit covers maps beside photos, maps inside photos, and depth with unusually many hidden pixels."""
     program = open(PROGRAM, "rb").read()
     if b"AddressSanitizer" in program or b"ThreadSanitizer" in program:
         print("skipped the memory of maps: sanitizers take memory of their own")
@@ -286,7 +286,7 @@ def reader_goes_away():
 
 
 def memory():
-    # One photo at a time fits; sanitizers take memory of their own.
+    # One photo at a time fits; sanitizers need additional memory.
     program = open(PROGRAM, "rb").read()
     is_sanitized = b"AddressSanitizer" in program or b"ThreadSanitizer" in program
     bound = 700 if is_sanitized else 170
@@ -308,7 +308,7 @@ def memory():
 
 
 def kills():
-    """Ended at any time and called again: each photo is there once and whole, and nothing else."""
+    """Killed at any time and called again, a batch leaves each photo's result once and complete, and no other file."""
     random.seed(2)
     with folder_of_photos(16) as f:
         command = ["photos", "-o", "out", "--html", "out", "--skip-existing"]
@@ -326,7 +326,7 @@ def kills():
             process.send_signal(number)
             first, said = process.communicate()
             early += process.returncode == -number
-            # A signal that comes between the last line and the end finds the whole last line.
+            # A signal between the last line and the end of the process leaves the last line complete.
             quiet = said == b"" or (said.startswith(b"photo3d: 16 converted") and said.endswith(b"photos/s\n"))
             check(f"kill {i}: {process.returncode}, says {said}", process.returncode in (DONE, -number) and quiet)
             left = [name for name in f.list("out") if name.startswith(".ldi")]

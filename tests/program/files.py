@@ -1,10 +1,10 @@
-"""Files that the tests of the program write and read: PNG, and whether a GLB file is whole."""
+"""Writes and reads PNG files for the tests of the program, and checks whether GLB files are complete."""
 import struct
 import zlib
 
 
 def png(width, height, channels=3, rows=None):
-    """A PNG file whose row y is rows(y); without rows, gray level y in all of it."""
+    """A PNG file whose row y is rows(y); by default, row y has gray level y."""
     def chunk(kind, data):
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 

@@ -1,4 +1,4 @@
-"""How the program photo3d behaves: what it is called with, what it says, and that it loses no file and leaves nothing behind, whatever ends it.
+"""Tests the command line of photo3d: arguments, messages, and that no end of the program loses files or leaves temporary ones.
 
     manners.py PHOTO3D SOURCE_DIR [KILLS]
 
@@ -66,7 +66,7 @@ class folder_of_files:
         return sorted(set(os.listdir(self.path)) - self.given)
 
     def state(self):
-        """Everything that the folder holds."""
+        """All files of the folder."""
         state = {}
         for folder, folders, names in os.walk(self.path):
             for name in folders + names:
@@ -83,7 +83,7 @@ class folder_of_files:
 
 
 def expect(name, folder, arguments, code, words=(), made=None, quiet=True, **how):
-    """made: what is there after, besides what was; None: all is as it was."""
+    """made: the files that the run adds; None: the run changes nothing."""
     before = folder.state()
     result = folder.run(*arguments, quiet=quiet, **how)
     said = result.stderr.decode(errors="replace")
@@ -160,7 +160,7 @@ def names():
         said = expect("a photo that is not there", f, ["you.png", "-o", "a.glb"], NEVER, ["you.png: expected a readable file, found no such file"]).stderr
         check("a photo that is not there: in our words", b"No such file" not in said, said)
         f.write("text.png", b"hello")
-        for photo in ("you.png", "text.png"):  # before the networks, of which one is none
+        for photo in ("you.png", "text.png"):  # refused before the networks are read, of which one is invalid
             result = subprocess.run([PROGRAM, photo, "--depth", "depth.png", "--inpainting-model", "viewer.html", "-o", "a.glb", "--quiet"], cwd=f.path, capture_output=True, text=True)
             check(f"{photo} is looked at before weights that are none", result.returncode == NEVER and photo in result.stderr and "viewer.html" not in result.stderr, result.stderr)
         os.remove(f / "text.png")
@@ -187,7 +187,7 @@ def names():
 
 
 def start_script():
-    """examples/photo3d/run.sh, with a program that only says where it would write."""
+    """examples/photo3d/run.sh, with a program that only prints where it would write."""
     script = os.path.join(SOURCE, "examples/photo3d/run.sh")
     usage = subprocess.run([script, "--help"], capture_output=True, text=True)
     check("run.sh --help", usage.returncode == DONE and "usage: " in usage.stdout and usage.stderr == "", usage)
@@ -272,11 +272,11 @@ def what_is_kept():
         check("other names are kept", os.path.samefile(f / "b.glb", f / "other.glb") and is_whole_glb(f.read("other.glb")))
         check("permissions are kept", stat.S_IMODE(os.stat(f / "c.glb").st_mode) == 0o640 and is_whole_glb(f.read("c.glb")))
         check(f"nothing else is made: {f.made()}", f.made() == ["a.glb", "b.glb", "c.glb", "other.glb", "real"] and os.listdir(f / "real") == ["a.glb"])
-        if os.geteuid() != 0:  # whom nothing is forbidden
+        if os.geteuid() != 0:  # root may write everywhere
             os.chmod(f / "c.glb", 0o440)
             expect("a protected file", f, ["me.png", "-o", "c.glb"], NEVER, ["c.glb", "protected"])
     with folder_of_files() as f:
-        # All or none: what comes last fails.
+        # All outputs or none: the last one fails.
         for name in ("a.glb", "a.html"):
             f.write(name)
         everything = ["me.png", "-o", "a.glb", "--html", "a.html", "--viewer", "viewer.html", "--stages", "stages", "--depth-map", "map.png"]
@@ -306,7 +306,8 @@ def is_whole(name, content):
 
 
 def kills():
-    """Whenever it ends: every file is whole, old or new; by a signal that can be caught nothing is left behind, and all files are old or all new."""
+    """Whenever the program ends, every file is complete, old or new. After a signal that it can catch, no temporary file remains, and all
+    files are old or all are new."""
     random.seed(1)
     names = ["a.glb", "a.html", "a.json", "map.png"]
     with folder_of_files() as f:
@@ -331,7 +332,7 @@ def kills():
             check(f"kill {i}: {number.name} says nothing", said == b"", said)
             check(f"kill {i}: {number.name} ends it", process.returncode in (0, -number), str(process.returncode))
             check(f"kill {i}: photo, depth map and viewer", (f.read("me.png"), f.read("depth.png"), f.read("viewer.html")) == (PHOTO, DEPTH, VIEWER))
-            # Writing into a file that has other names is the one case in which a kill can leave a part; its copy is beside it then.
+            # A kill leaves an incomplete file only if the file has other names (hard links); its copy is then beside it.
             kept = [name for name in os.listdir(f.path) if name.endswith(".recover")]
             check(f"kill {i}: {number.name} leaves whole files", all(is_whole(name, f.read(name)) for name in new if not (kept and name == "a.json")))
             if number != signal.SIGKILL:

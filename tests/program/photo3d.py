@@ -1,4 +1,4 @@
-"""Runs the program photo3d as a person would: on good input, and on everything that is wrong with files.
+"""Runs the program photo3d on valid input and on all kinds of faulty files.
 
     photo3d.py PHOTO3D SOURCE_DIR
 
@@ -15,6 +15,7 @@ import subprocess
 import sys
 import tempfile
 import zipfile
+from random import Random
 
 from files import is_whole_glb, pixels, png
 
@@ -66,7 +67,7 @@ def check_written_files(folder):
     rows = pixels(write("pair.png"))
 
     def middle(color, first, last):
-        """Of what has that color in a row, between these columns."""
+        """The pixels of that color in a row, between these columns."""
         seen = [x for x in range(first, last) if rows[100][3 * x + color] > rows[100][3 * x + 1 - color] + 60]
         return sum(seen) / max(len(seen), 1) - first
 
@@ -101,14 +102,14 @@ def check_written_files(folder):
 
 
 def jpeg_size(data):
-    """Width and height of a JPEG file of this program's encoder."""
+    """Width and height of a JPEG file that the program wrote."""
     at = data.index(b"\xff\xc0")
     return struct.unpack(">HH", data[at + 5 : at + 9])[::-1]
 
 
 def check_full_size(folder):
-    """A photo that is shown larger than it is worked on, in every kind of file at once, and the memory that 12 megapixels take."""
-    # Far on the left and near on the right, with lines 2 pixels wide, which nothing that was worked on 20 times as small could show.
+    """A photo whose texture is larger than its working size, in every output format at once, and the memory for 12 megapixels."""
+    # Far on the left and near on the right, with lines 2 pixels wide, which vanish at the working size, a twentieth.
     lines = bytes(v for x in range(4400) for v in ((250, 0, 0) if x in (1200, 1201) else (0, 250, 0) if x in (3000, 3001) else (90, 90, 90)))
     photo = file(folder, "wide.png", png(4400, 800, 3, lambda y: lines))
     depth = ["--depth", file(folder, "wide_depth.png", png(440, 80, 1, lambda y: bytes(40 if x < 220 else 200 for x in range(440))))]
@@ -181,7 +182,7 @@ def run(name, arguments, expect=None, environment=None, program=PROGRAM):
         if expect is None:
             good = result.returncode == 0 and written == ["out.glb"] and open(output, "rb").read(4) == b"glTF" and result.stderr == ""
         else:
-            # CLI11 has exit codes of its own, all above 100; a crash is negative.
+            # CLI11's own exit codes are above 100; a crash is negative.
             good = result.returncode >= 1 and not written and all(word in result.stderr for word in expect)
         if good:
             passed += 1
@@ -200,12 +201,34 @@ def check(name, is_good):
 
 
 def check_report(name, arguments, expect, environment=None, program=PROGRAM):
-    """expect: what the report of a run that succeeds must say, among other things."""
+    """expect: entries that the report of a successful run must contain."""
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "report.json")
         run(name, [*arguments, "--report", path], None, environment, program)
         report = json.load(open(path)) if os.path.exists(path) else {}
         check(f"{name}: {expect} in {report}", expect.items() <= report.items())
+
+
+def check_notes(folder, small, small_depth):
+    """A run prints what is unusual about a photo; its report and its line in a batch have the same sentences."""
+    random, width, height = Random(3), 384, 288
+    photo = file(folder, "noted.png", png(width, height))
+    maps = {"noise": lambda y: bytes(random.randrange(256) for _ in range(width)), "stairs": lambda y: bytes(20 + 18 * (x // 6 % 12) for x in range(width))}
+    expected = {"noise": "the shortest silhouettes", "stairs": "the camera moves by at most"}
+    for name, row in maps.items():
+        depth, report = file(folder, f"{name}.png", png(width, height, 1, row)), os.path.join(folder, "noted.json")
+        said = subprocess.run([PROGRAM, photo, "--depth", depth, "-o", os.path.join(folder, "noted.glb"), "--report", report], capture_output=True, text=True).stderr
+        lines = [line for line in said.splitlines() if line.startswith("photo3d: ")]
+        facts = json.load(open(report))
+        check(f"{name}: {lines}", lines == [f"photo3d: {photo}: {note}" for note in facts["notes"]] and any(expected[name] in line for line in lines))
+        shutil.copy(depth, os.path.join(folder, "noted_depth.png"))
+        line = json.loads(subprocess.run([PROGRAM, "--batch", photo, "-o", folder], capture_output=True, text=True).stdout)
+        count = len(line.get("notes", []))
+        check(f"{name} in a batch: {line}", count == len(facts["notes"]) > 0 and expected[name] in "".join(line["notes"]))
+        os.remove(os.path.join(folder, "noted_depth.png"))
+    for arguments in [small, "--depth", small_depth], [SAMPLE]:
+        said = subprocess.run([PROGRAM, *arguments, "-o", os.path.join(folder, "noted.glb"), "--report", report], capture_output=True, text=True).stderr
+        check(f"an ordinary photo has no notes: {said}", "photo3d: " not in said and json.load(open(report))["notes"] == [])
 
 
 def file(folder, name, content):
@@ -233,6 +256,7 @@ def main():
         for name, map_file, is_sheet in (("flat", file(folder, "flat.npy", npy(60, 80, 1.0)), True), ("stepped", small_depth, False)):
             said = subprocess.run([PROGRAM, small, "--depth", map_file, "-o", os.path.join(folder, "said.glb")], capture_output=True, text=True).stderr
             check(f"a {name} photo is said to be a single sheet: {is_sheet}", ("single sheet" in said) == is_sheet)
+        check_notes(folder, small, small_depth)
 
         run("no photo", [os.path.join(folder, "none.jpg"), *depth], ["none.jpg", "expected", "found"])
         run("an empty photo", [file(folder, "empty.jpg", b""), *depth], ["empty.jpg", "expected", "found"])
@@ -283,7 +307,7 @@ def main():
         run("a depth network for inpainting", [small, *depth, "--inpainting-model", student], ["tiefenrausch_weights.safetensors", "an inpainting network", "found tiefenrausch_small"])
         run("a depth network cut off", [small, "--depth-model", file(folder, "cut.safetensors", open(student, "rb").read()[:9000])], ["cut.safetensors", "tensor", "expected"])
 
-        # Where weights are found that no option names. The program is moved with its data, and without.
+        # The search for weights that no option names, after the program was moved with its data and without.
         models, alone, other = os.path.join(SOURCE, "examples/models"), os.path.join(folder, "alone"), os.path.join(folder, "other")
         os.mkdir(alone), os.mkdir(other)
         moved, both = shutil.copy(PROGRAM, alone), {"LDI_MODELS": models}
@@ -301,7 +325,7 @@ def main():
         help_text = subprocess.run([moved, "--help"], capture_output=True, text=True).stdout
         check("the help says where weights are looked for", "LDI_MODELS" in help_text and share in help_text)
 
-        # A page for a browser. What a real viewer makes of it, tests/viewer shows.
+        # A page for a browser; tests/viewer shows it in real ones.
         viewer = file(folder, "viewer.html", b"1<title>3D photo</title>2<!-- the photo goes here -->3")
         page, odd_name = os.path.join(folder, "page.html"), file(folder, "a<b&c.png", png(60, 80))
         run("a page", [odd_name, *depth, "--html", page, "--viewer", viewer])
@@ -317,7 +341,7 @@ def main():
 
         # Moving pictures.
         frames, depth_map = os.path.join(folder, "frames"), os.path.join(folder, "map.png")
-        # a photo of which every frame differs: checks, five pixels wide
+        # a photo whose frames all differ: a checkerboard of five pixels' width
         checks = file(folder, "checks.png", png(60, 80, 3, lambda y: bytes(60 + 120 * ((x // 5 + y // 5) % 2) for x in range(60) for _ in range(3))))
         video = [checks, *depth, "--fps", "4", "--seconds", "1", "--video"]
         run("frames of a circle, for two eyes", [*video, frames, "--path", "circle", "--stereo", "side-by-side", "--depth-map", depth_map])

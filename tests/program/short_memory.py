@@ -1,4 +1,4 @@
-"""The program with ever less memory: it ends with a result or with exit code 75, and never with one that says that the same never succeeds.
+"""Runs the program with less and less memory: it must end with a result or with exit code 75, never with a code for permanent failure.
 
     short_memory.py PHOTO3D SOURCE_DIR
 """
@@ -34,12 +34,12 @@ def run(folder, megabytes, *arguments):
 
 
 def least_memory(folder):
-    """Megabytes with which the program begins at all: loading its libraries takes some."""
+    """Megabytes that the program needs to load its libraries and start."""
     return next((megabytes for megabytes in range(30, 400, 2) if run(folder, megabytes, "--version").returncode == DONE), None)
 
 
 def write_photos(folder):
-    """The sample in every format that something here writes."""
+    """The sample in every format for which this machine has a writer."""
     names = ["photo.jpg"]
     shutil.copy(SAMPLE, os.path.join(folder, "photo.jpg"))
     for name, options in (("photo.png", []), ("photo.webp", []), ("photo.tif", ["-compression_algo", "deflate"]), ("photo.bmp", []), ("photo.gif", [])):

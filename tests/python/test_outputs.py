@@ -41,6 +41,16 @@ def test_compressed_glb():
     assert len(MADE.glb(20, compress=True)) < len(glb)
 
 
+def test_motion_in_a_glb():
+    def motion_in(made):
+        content = json_of(made.glb())
+        return content["scenes"][content["scene"]]["extras"]["motion"]
+
+    assert motion_in(MADE) == pytest.approx(0.08)
+    stairs = np.tile(20.0 + 18 * (np.arange(384) // 6 % 12), (288, 1))  # need more hidden surfaces than the limit
+    assert 0 < motion_in(ldi.photo3d(np.full((288, 384, 3), 128, np.uint8), stairs, inpaint="diffusion")) < 0.08
+
+
 @needs_viewer
 def test_page():
     for options in ({}, {"quality": 50}, {"compress": True}):

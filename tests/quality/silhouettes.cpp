@@ -166,7 +166,7 @@ TEST_CASE("share_closed() is the share of discontinuities that are on no curve")
     CHECK(share_closed(photo, ldi::image<float>(60, 80), {}, {}) == 0);
 }
 
-TEST_CASE("the band along a silhouette is six pixels wide and lies where the other view has the silhouette") {
+TEST_CASE("the band along a silhouette is six pixels wide and is warped to the place of the silhouette in the other view") {
     const subject s = subject_of(60, 80, {30, 0, 50, 60}, 8);
     const mask band = silhouette_band(s, true_silhouettes(s.photo, s.inverse_depth, s.known));
     for (std::size_t x = 0; x < 80; ++x) {

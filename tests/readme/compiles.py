@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The C++ of README.md compiles as it stands: its first block is a program, which writes a GLB; the others are lines of one.
+"""Compiles the C++ of README.md: the first block is a program, which must write a GLB; the other blocks are lines of one function.
 
     compiles.py COMPILER [FLAG...]
 """
@@ -26,13 +26,14 @@ with tempfile.TemporaryDirectory() as folder:
 
 lines = [line for block in blocks for line in block.splitlines() if line]
 includes = [line for line in lines if line.startswith("#include")]
-statements = [line for line in lines if not line.startswith("#include")]
+tags = [line for line in lines if line.startswith("struct")]
+statements = [line for line in lines if not line.startswith(("#include", "struct"))]
 if len(includes) < 3 or len(statements) < 6:
     sys.exit("README.md has no C++ lines any more")
 
 program = "\n".join([
     *includes, "#include <span>",
-    "struct normal { using scalar = float; static constexpr std::size_t channels = 3; };",
+    *tags,
     "struct cv_mat { const std::uint8_t* data; int rows, cols; std::size_t step; };  // members of OpenCV's cv::Mat",
     "void readme(const cv_mat& mat, ldi::image<float> map, ldi::image_view<const float> disparity,",
     "            ldi::image_view<const float> normals) {", *statements, "(void)result, (void)made, (void)options, (void)disparity;", "}", ""])

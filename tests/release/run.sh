@@ -162,11 +162,11 @@ npm_imports() {
 web_is_whole() { # every file that the service worker names is there; tests/web/run.sh tries the page in browsers
     local name names
     names=$(grep -oE '"[A-Za-z0-9_.-]+\.(html|gz)"' "$unpacked/site/offline.js" | tr -d '"') && [ "$(wc -w <<<"$names")" -ge 5 ] || return
-    for name in $names; do
+    for name in $names heic.js.gz heic.wasm.gz; do
         [ -s "$unpacked/site/$name" ] || { printf 'no site/%s\n' "$name" && return 1; }
         [[ $name != *.gz ]] || gzip -t "$unpacked/site/$name" || return
     done
-    grep -q 'id="asset depth.safetensors"' "$unpacked/photo3d.html"
+    grep -q 'id="asset depth.safetensors"' "$unpacked/photo3d.html" && [ -s "$unpacked/licenses/libheif.txt" ]
 }
 
 checksums() { (cd "$release" && sha256sum --quiet -c SHA256SUMS && [ "$(wc -l <SHA256SUMS)" = "$(find . -type f ! -name SHA256SUMS | wc -l)" ]); }

@@ -1,4 +1,4 @@
-"""What tests/service/run.sh asks of files that workers and the collector have written.
+"""Checks for tests/service/run.sh on files that workers and the collector wrote.
 
     documents.py FUNCTION [ARGUMENT...]     exit status 0: it is so
 """
@@ -10,12 +10,12 @@ from prometheus_client.parser import text_string_to_metric_families
 
 
 def lines(path):
-    """Of a file that somebody may be writing to."""
+    """The complete lines of a file that may still grow."""
     return [json.loads(line) for line in open(path) if line.endswith("\n")] if os.path.exists(path) else []
 
 
 def in_mid_message(log):
-    """The worker of this log has done some photos of its last message, and not all."""
+    """The worker of this log has converted some, but not all photos of its last message."""
     events = lines(log)
     begun = max((i for i, line in enumerate(events) if line["event"] == "message"), default=None)
     if begun is None:
@@ -25,7 +25,7 @@ def in_mid_message(log):
 
 
 def logs_are_structured(*logs):
-    """Every line is an object that says when, how grave, what, and of which process."""
+    """Every line is an object with the time, the severity, the event and the process."""
     every = [line for log in logs for line in lines(log)]
     return bool(every) and all({"time", "level", "event", "process"} <= line.keys() for line in every)
 
@@ -35,12 +35,12 @@ def have_events(log, event, number):
 
 
 def was_given_out(times, *logs):
-    """Of the messages of one photo, the one that was given out most often was so many times."""
+    """The maximum number of deliveries over the messages of one photo equals this number."""
     return max(line["earlier"] for log in logs for line in lines(log) if line["event"] == "message" and line["photos"] == 1) + 1 == int(times)
 
 
 def some_came_again(*logs):
-    """A message that was given out before was given out to one of these workers."""
+    """One of these workers received a redelivered message."""
     return any(line["event"] == "message" and line["earlier"] > 0 for log in logs for line in lines(log))
 
 
@@ -62,7 +62,7 @@ def reasons(dead, broken):
 
 
 def numbers_agree(results, dead, *metrics):
-    """What workers counted is what came out, in text that Prometheus' own parser reads; every stage has its seconds."""
+    """The workers' counters equal the number of results, Prometheus' parser reads them, and every stage has its seconds."""
     total, stages = {}, set()
     for path in metrics:
         for family in text_string_to_metric_families(open(path).read()):
@@ -84,7 +84,7 @@ def numbers_agree(results, dead, *metrics):
 
 
 def codes_are(path, *codes):
-    """The errors' codes, in any order."""
+    """The errors have these codes, in any order."""
     return sorted(line["error"]["code"] for line in lines(path)) == sorted(codes)
 
 

@@ -1,16 +1,16 @@
-# Part of tests/service/run.sh: photos in a bucket, and in the middle of it a worker is killed, the broker is killed, and the network
-# to the storage is cut.
+# Part of tests/service/run.sh: converts photos in a bucket. Meanwhile it kills a worker, kills the broker, and cuts the network to the
+# storage.
 
 # shellcheck shell=bash disable=SC2154
 
-# Photographs where there are some, else pieces of the sample. Then the broken ones.
+# Photographs if present, else crops of the sample; then the broken files.
 make_photos() {
     local from=../shared/photos/train made=$((number - number / 25))
     mkdir -p "$work/photos"
     if [ -d "$from" ] && [ "$(find "$from" -name '*.jpg' | wc -l)" -ge "$made" ]; then
         find "$from" -name '*.jpg' | sort | awk -v made="$made" 'NR <= made' | xargs cp -t "$work/photos"
     else
-        printf 'there are no %d photographs in %s: taking pieces of the sample\n' "$made" "$from"
+        printf 'fewer than %d photographs in %s: using crops of the sample\n' "$made" "$from"
         ffmpeg -loglevel error -loop 1 -i examples/photo3d/sample.jpg -frames:v "$made" \
             -vf "crop=384:384:x='mod(n*97,in_w-384)':y='mod(n*61,in_h-384)'" -q:v 3 "$work/photos/%03d.jpg"
     fi
@@ -29,7 +29,7 @@ sys.stdout.buffer.write(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"
     for ((i = 0; i < number / 25; ++i)); do
         kind=${kinds[i % ${#kinds[@]}]} file=${kind%%	*}
         printf 'broken/%d.jpg\t%s\n' "$i" "${kind#*	}" >>"$work/broken"
-        [ -z "$file" ] || printf '%s\tbroken/%d.jpg\n' "$work/$file" "$i" >>"$work/uploads" # else it is missing
+        [ -z "$file" ] || printf '%s\tbroken/%d.jpg\n' "$work/$file" "$i" >>"$work/uploads" # without a file, the photo is missing
     done
     { cut -f 2 "$work/uploads" && cut -f 1 "$work/broken"; } | sort -u | shuf --random-source=examples/photo3d/sample.jpg >"$work/keys"
 }
@@ -43,7 +43,7 @@ kill_in_mid_message() {
     return 1
 }
 
-# The photos as photo3d --batch converts them, to be compared byte by byte.
+# The results of photo3d --batch, for comparison byte by byte.
 are_same_bytes() {
     cut -f 1 "$work/uploads" | grep "^$work/photos/" | python3 -c 'import json, os, sys
 for line in sys.stdin:
@@ -62,7 +62,7 @@ mkdir "$work/s3"
 start_s3 "$work/s3" photos
 s3_put "$work/uploads"
 start_broker "$work/broker"
-printf '\n== %d photos of which %d are broken; the storage: %s\n' "$number" "$(lines_of "$work/broken")" "$s3_cut"
+printf '\n== %d photos, %d of them broken; storage: %s\n' "$number" "$(lines_of "$work/broken")" "$s3_cut"
 
 start_worker one photos s3://photos s3://photos/out
 first=$worker first_log=$worker_log
@@ -87,7 +87,7 @@ count_step "the broker, killed and started again, is found again" wait_until 60 
 
 wait_until 120 are_done $((number * 3 / 6))
 cut_network
-is_one_without_storage() { health_is "$second_address" 503 || health_is "$third_address" 503; } # the other may have nothing to do
+is_one_without_storage() { health_is "$second_address" 503 || health_is "$third_address" 503; } # the other may be idle
 count_step "without the storage the worker is not healthy, and tries again" wait_until 60 is_one_without_storage
 mend_network
 

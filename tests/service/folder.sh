@@ -1,4 +1,4 @@
-# Part of tests/service/run.sh: photos in a folder, messages that are none, messages that end their workers, and what is counted.
+# Part of tests/service/run.sh: photos in a folder, invalid messages, messages that kill their workers, and metrics.
 
 # shellcheck shell=bash disable=SC2154
 
@@ -23,10 +23,10 @@ count_step "metrics count what was done" documents numbers_agree "$folder/result
 if command -v promtool >/dev/null; then
     count_step "promtool finds nothing wrong with metrics" promtool check metrics <"$folder/metrics"
 else
-    printf 'skipped: no promtool (Debian: prometheus) to read metrics, too\n'
+    printf 'skipped: metrics are not read by promtool, which is missing (Debian: prometheus)\n'
 fi
 
-# The same again, of the same job: found done, and dropped by who collects.
+# The same job again: workers find the results, and the collector drops the duplicates.
 cp "$folder/results" "$folder/before"
 queue calm submit --job j <"$folder/keys"
 queue calm submit --job k <"$folder/keys"
@@ -38,7 +38,7 @@ count_step "those of another job are" documents have_events "$worker_log" photo 
 stop_worker TERM "$worker"
 count_step "a worker that is told to end says so" documents have_events "$worker_log" end 1
 
-# A pipe that nobody writes to and a link to what is outside are no photos.
+# Refused: a pipe without a writer, and a link to a file outside the folder.
 mkfifo "$folder/photos/pipe.jpg"
 ln -s ../keys "$folder/photos/link.jpg"
 printf '%s\n' pipe.jpg a.jpg link.jpg >"$folder/odd"
@@ -48,7 +48,7 @@ queue calm collect --results "$folder/odd_results" --dead "$folder/odd_dead" --e
 count_step "what is no plain file is a dead letter" documents codes_are "$folder/odd_dead" "file access" "file access"
 stop_worker TERM "$worker"
 
-# A photo that takes more seconds of a core than a worker may have: it ends every worker that has it.
+# A photo that exceeds the limit on a worker's processor time ends each worker that receives it.
 python3 -c 'import sys
 sys.path.insert(0, "tests/program")
 from files import png
@@ -62,7 +62,7 @@ for ((ended = 0; ended < 20; ++ended)); do
     seconds_of_core=1 start_worker "endless.$ended" endless "$folder/photos" "$folder/outputs"
     wait_until 60 is_over || break
     ! has_ended "$collector" || break
-    stop_worker KILL "$worker" # which has ended, and is waited for
+    stop_worker KILL "$worker" # it has ended; this reads its status
 done
 stop_worker KILL "$worker"
 printf '%d workers ended\n' "$ended"
@@ -72,7 +72,8 @@ count_step "and those beside it are converted" documents each_once "$folder/endl
 wait "$collector" || true
 collector=
 
-# Storage that stays away: tried again, given back, and at last a dead letter that says that another try may help.
+# With storage that stays unreachable, a message is retried, returned to the queue, and finally becomes a dead letter that recommends
+# another try.
 start_worker away away "$folder/nowhere" "$folder/outputs" --patience 0
 queue away submit --job w <<<a.jpg
 queue away collect --results "$folder/away_results" --dead "$folder/away_dead" --expected 1 >/dev/null

@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# Two workers, a broker, and a server of S3's protocol on one machine, of which each is taken away once: nothing is lost, nothing comes
-# twice, and broken photos are dead letters with their reasons. Then smaller things: storage in a folder, messages that end workers,
-# metrics, Slurm. Ends with "N passed, N failed".
+# Tests two workers, a broker and an S3 server on one machine. Each of them fails once: every photo must be converted exactly once, and
+# broken photos must become dead letters with a reason. Also tests storage in a folder, messages that kill workers, metrics, and Slurm.
+# Ends with "N passed, N failed".
 #
-#   PHOTOS=60 tests/service/run.sh     500 unless said otherwise; a 25th of them are broken
+#   PHOTOS=60 tests/service/run.sh     number of photos, 500 by default; 4 % of them are broken
 #
-# PROGRAMS names the folder of photo3d, photo3d_worker and photo3d_queue where they are built already.
+# PROGRAMS is the folder of photo3d, photo3d_worker and photo3d_queue, if they are built already.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 # shellcheck source=scripts/requirements.sh
@@ -31,7 +31,7 @@ work=$(mktemp -d)
 clean_up() {
     [ -z "${KEEP:-}" ] || cp -r "$work" "$KEEP"
     local process
-    # Waited for, or the shell would say, after the last line, that they were killed.
+    # Without wait, the shell would print after the last line that they were killed.
     for process in "${!workers[@]}" "${collector:-}"; do
         [ -z "$process" ] || { kill -KILL "$process" && wait "$process"; } 2>/dev/null || true
     done
@@ -40,12 +40,12 @@ clean_up() {
     rm -rf "$work"
 }
 trap clean_up EXIT
-declare -A workers=() # the logs and the addresses of those that run, by their processes
+declare -A workers=() # log and address of each running worker, by process
 
 documents() { /usr/bin/python3 tests/service/documents.py "$@"; }
 lines_of() { cat "$@" 2>/dev/null | wc -l; }
 
-# start_worker NAME QUEUE PHOTOS OUTPUTS [OPTION...]: sets worker, its process, worker_log and worker_address.
+# start_worker NAME QUEUE PHOTOS OUTPUTS [OPTION...]: sets worker (its process), worker_log and worker_address.
 start_worker() {
     local port
     read -r port <<<"$(free_ports 1)"
@@ -67,7 +67,7 @@ stop_worker() {
     unset "workers[$2]"
 }
 
-# wait_until SECONDS COMMAND...: fails where it does not become true.
+# wait_until SECONDS COMMAND...: repeats the command until it succeeds; fails after SECONDS.
 wait_until() {
     local until=$((SECONDS + $1))
     shift

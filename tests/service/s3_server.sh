@@ -1,4 +1,5 @@
-# Sourced by tests/service/run.sh and bench/service/run.sh: a server of S3's protocol, if possible behind a network of its own, which can be cut.
+# Starts an S3 server, if possible in a separate network, which can be cut. tests/service/run.sh and bench/service/run.sh source this
+# file.
 #
 #   start_s3 FOLDER BUCKET    sets s3_server, and the variables of Amazon's tools for it
 #   cut_network, mend_network
@@ -44,7 +45,7 @@ mend_network() {
     if [ -n "$s3_namespace" ]; then ip -n "$s3_namespace" link set inside up; else kill -CONT "$s3_server"; fi
 }
 
-# copy OPTION LIST: one curl for all, which signs for itself.
+# copy OPTION LIST: copies all files with one curl, which signs the requests.
 s3_copy() {
     python3 -c 'import sys, urllib.parse
 option, place, path = sys.argv[1:]

@@ -12,7 +12,7 @@ source scripts/tally.sh
 source examples/service/broker.sh
 
 work=$(mktemp -d)
-chmod 755 "$work" # munged wants it so
+chmod 755 "$work" # munged requires it
 processes=()
 clean_up() {
     [ -z "${KEEP_SLURM:-}" ] || cp -r "$work" "$KEEP_SLURM"
@@ -86,7 +86,7 @@ make_list() {
     printf '"%s"\n' "$photos/9.jpg" >>"$work/list.jsonl"
 }
 
-# Prints the exit codes of the three tasks, as Slurm has them. (sbatch --wait would look only every ten seconds.)
+# Prints the exit codes that Slurm recorded for the three tasks. (sbatch --wait would poll only every ten seconds.)
 submit() {
     local job
     job=$(PHOTO3D=$(realpath "$PROGRAMS/photo3d") sbatch --parsable --array=0-2 --output="$work/task.%a" \

@@ -141,3 +141,13 @@ TEST_CASE("after a rectangle is placed, the larger remaining strip keeps its ful
     CHECK(corner.y == 4);
     CHECK(!tree.insert({1, 1}, corner));
 }
+
+TEST_CASE("rectangles of equal size are placed in their order, so that every standard library packs them alike") {
+    const std::vector<rectangle_size> sizes(30, {7, 5});
+    const packing packed = pack(sizes, 512);
+    for (std::size_t i = 1; i < sizes.size(); ++i) {
+        const rectangle_corner &before = packed.corners[i - 1], &here = packed.corners[i];
+        CHECK((before.y < here.y || before.x < here.x));
+    }
+    CHECK((packed.corners[0].x == 0 && packed.corners[0].y == 0));
+}

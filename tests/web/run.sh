@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# run.sh [WORD]: the page of examples/web in headless Chromium and Firefox, beside the program. Builds both. With WORD, only the tests
-# whose name contains it. Pictures of the page are in out/web. Installs what is missing. Ends with "N passed, N failed".
+# run.sh [WORD]: builds the page of examples/web and the program, tests the page in headless Chromium and Firefox, and compares its results
+# with the program's. With WORD, runs only the tests whose name contains it. Writes screenshots to out/web. Installs missing packages.
+# Ends with "N passed, N failed".
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 top=$(cd "$here/../.." && pwd)

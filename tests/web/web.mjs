@@ -223,13 +223,13 @@ async function testsOfChromium(browser, open, openShared) {
         assert.deepEqual(contentOf(glb).numbers, contentOf(plain.glb).numbers);
     });
 
-    await test("HEIC, which this browser does not read, is refused by name", openShared, async (page) => {
+    await test("one file, which has no HEIC reader, says what to do with such a photo", openShared, async (page) => {
         const heic = Buffer.concat([Buffer.from("\0\0\0\x18ftypheic\0\0\0\0mif1heic", "latin1"), Buffer.alloc(100)]);
         const message = await page.evaluate(
             (bytes) => window.photo3d.converter.convert(Uint8Array.from(bytes), "IMG_1.HEIC", () => {}).then(() => "no message", (failure) => failure.message),
             [...heic],
         );
-        assert.match(message, /^IMG_1\.HEIC: expected .* or another that this browser reads, found .*HEI[CF]/);
+        assert.match(message, /^IMG_1\.HEIC: expected .* or another that this browser reads, found .*HEI[CF].*: open the page from a server, or save the photo as JPEG \(unsupported\)$/);
     });
 
     await test("formats that only the browser reads are converted", openShared, async (page) => {
@@ -368,6 +368,28 @@ async function testsOfChromium(browser, open, openShared) {
         assert.match(error, /cut\.png/, "errors pass from threads to the page");
     });
     await isolating.stop();
+
+    const withHeic = await serve(site);
+    await test("the folder reads HEIC and the depth inside, as the program does, with and without a network", () => openPage(browser, withHeic.address), async (page) => {
+        assert.deepEqual(page.requests.filter((url) => /heic/.test(url)), [], "the reader is not fetched before it is needed");
+        execFileSync("heif-enc", [sample, "-o", join(made, "plain.heic")], { stdio: "ignore" });
+        assert.equal((await assertEqualsProgram(page, "plain.heic")).facts.depthSource, "");
+        const ofPhone = await readFile(join(top, "../shared/depth_companions/iphone_portrait_pug.heic")).catch(() => null);
+        if (ofPhone) {
+            await writeFile(join(made, "phone.heic"), ofPhone);
+            assert.equal((await assertEqualsProgram(page, "phone.heic")).facts.depthSource, "HEIC disparity");
+        }
+        await writeFile(join(made, "cut.heic"), (await readFile(join(made, "plain.heic"))).subarray(0, 5000));
+        const { error } = await choose(page, join(made, "cut.heic"));
+        assert.equal(error.replaceAll("\n", "\\x0A"), messageOfProgram("cut.heic"), "the program escapes the line ends of libheif's messages");
+        await page.evaluate(() => navigator.serviceWorker.ready);
+        await page.reload(); // now the service worker answers, and keeps the reader
+        assert.equal((await choose(page, join(made, "plain.heic"))).error, undefined);
+        await withHeic.stop();
+        await page.reload();
+        assert.equal((await choose(page, join(made, "plain.heic"))).error, undefined);
+        page.errors = page.errors.filter((line) => !/ERR_CONNECTION_REFUSED/.test(line));
+    });
 
     const server = await serve(site);
     await test("the folder works from a server, and without a network after the first visit", () => openPage(browser, server.address), async (page) => {

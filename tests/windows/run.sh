@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# The library for Windows: the tests that need the standard library alone, and a conversion, compiled by MinGW and run under Wine. With
-# every instruction set of this processor the conversion makes the bytes that it makes on Linux. Installs what is missing. Ends with
-# "N passed, N failed".
+# Tests the library for Windows, compiled with MinGW and run under Wine: the unit tests that need only the standard library, and a
+# conversion, which must write the same bytes as on Linux with every instruction set of this processor. Installs missing packages. Ends
+# with "N passed, N failed".
 #
-#   tests/windows/run.sh [FOLDER/TEST...]     those in place of all, as in core/graph
+#   tests/windows/run.sh [FOLDER/TEST...]     only these tests, such as core/graph
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 # shellcheck source=scripts/requirements.sh
@@ -25,17 +25,17 @@ link_headers "$build/headers"
 printf '#define CATCH_CONFIG_MAIN\n#include <catch2/catch.hpp>\n' >"$build/main.cpp"
 tests=("$@")
 if [ "${#tests[@]}" = 0 ]; then
-    # Left out: tests that need other libraries or POSIX, and those of more than the library. The whole networks run in the conversion.
+    # Without tests that need other libraries or POSIX, and tests of the programs. The conversion runs the whole networks.
     mapfile -t tests < <(grep -LE 'setenv|<(nlohmann|Eigen|xtensor|zlib|tiny_gltf|unistd|sys/)|ldi/(io|adapt)/|npy\.hpp|LDI_SHARED_DIR|peak_memory|caffe2_files|photo_scene' \
         tests/{base,core,kernels,nn/dense,nn/ldi,depth,occlusion,inpaint,charts,texture,mesh,render,formats}/*.cpp | sed -E 's|^tests/(.*)\.cpp$|\1|')
 fi
 
-# Wine's own files are part of the build folder.
+# Wine's files are in the build folder.
 export WINEPREFIX="$PWD/$build/wine" WINEDEBUG=-all WINEDLLOVERRIDES="mscoree,mshtml="
 wine64=$(command -v wine64 || echo /usr/lib/wine/wine64)
 launcher=$(command -v ccache || true)
 
-# Windows promises a stack aligned to 16 bytes, and GCC's 32-byte variables on it are not (GCC bug 54412): hence unaligned moves.
+# Windows aligns the stack to 16 bytes, and GCC does not align 32-byte variables on it (GCC bug 54412): hence unaligned moves.
 mingw() {
     $launcher x86_64-w64-mingw32-g++-posix -std=c++20 -O1 -Wa,-muse-unaligned-vector-move -Wall -Wextra -Werror -Iinclude -I. -Itests \
         -isystem "$build/headers" "$@"
@@ -59,8 +59,7 @@ compile_all() {
     done
     [ "$failures" = 0 ]
 }
-# Names in anonymous namespaces differ between files that CMakeLists.txt makes one program of; here each is a program, so that one that
-# does not compile or crashes leaves the others.
+# Each file is a program of its own, so that the others still run if one does not compile or crashes.
 run_test() {
     [ -f "$(object_of "$1")" ] &&
         mingw -static "$build/main.o" "$(object_of "$1")" -o "$build/test.exe" &&
@@ -75,7 +74,7 @@ compile_conversion() {
 sets_under_wine() {
     "$wine64" "$build/convert.exe" sets - - 2>/dev/null | tr -d '\r'
 }
-# The bytes of Linux with the set that Linux chooses by itself, and of Wine with the given set.
+# Compares the result on Linux, with the default instruction set, with the result under Wine with the given set.
 compare_conversion() {
     local depth=$1 isa=$2
     [ -s "$build/linux_$depth.glb" ] || "$build/convert" archway "$depth" "$build/linux_$depth.glb"

@@ -105,7 +105,7 @@ inline photo3d_value parts_of(photo3d&& made, const photo3d_options& options) {
     const geometry_id id = new_geometry_id();
     return {std::make_shared<layers_value>(layers_value{working_layers<>(std::move(made.layers)),
                                                         std::make_shared<silhouettes_value>(std::move(silhouettes)),
-                                                        options.expand.motion, made.facts.margin, id}),
+                                                        made.facts.motion, made.facts.margin, id}),
             std::make_shared<charts_value>(charts_value{std::move(made.charts), id}),
             std::make_shared<atlas_value>(atlas_value{std::move(made.atlas), id}),
             std::make_shared<mesh_value>(mesh_value{std::move(made.mesh), id})};

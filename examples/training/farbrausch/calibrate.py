@@ -1,4 +1,4 @@
-"""The ranges of values that 8-bit arithmetic tells apart, found on photographs that the network was trained on.
+"""Finds the value ranges for 8-bit arithmetic, on training photographs.
 
 Every tensor between two layers gets 256 even steps from its least to its greatest value on the photographs, times a factor. Values
 beyond are clipped. Of decoders' values that costs far more than coarser steps do: with the ranges of least mean square error a telephone
@@ -34,7 +34,7 @@ def crops(folder, count, size, seed):
 
 
 def decoded(hole, exists):
-    """At each level, finest first, where the decoder's values are needed for the holes of the finest."""
+    """For each level, finest first, the pixels whose decoder values the holes at the finest level need."""
     needed = [hole]
     for _ in range(model.LEVELS):
         exists = model.coarsen_mask(exists)

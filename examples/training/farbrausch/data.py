@@ -1,4 +1,4 @@
-"""Photographs, crops and augmentation. Everything is uint8 until the last moment, and cheap: one thread feeds and trains."""
+"""Photographs, crops and augmentation. Data stays uint8 as long as possible and is cheap to make, since one thread prepares it and trains."""
 import json
 import os
 
@@ -11,9 +11,9 @@ import masks
 # Relative frequency of each source's photographs, default 1. Portraits and birds are over-represented in the data, streets and rooms rare.
 SOURCE_WEIGHT = {"codrops": 0.4, "fakeprof": 0.4, "fauna": 0.6, "cid22": 1.3, "mdx": 1.3, "clic25": 1.5, "gb82": 1.5, "h5up": 1.5}
 SHRUNK_MASKS = 0.25  # share of the masks that are shrunk, so that the crop shows a larger part of them
-OWN_HOLES = 0.5  # share of the crops whose holes lie behind what they show themselves, where disparity is known
-OWN_MOTION = 20, 90  # pixels by which disparity 1 moves against disparity 0 there
-VALIDATION_EVERY = 32  # every so many-th photograph of the training folder is held out to watch the training with
+OWN_HOLES = 0.5  # share of the crops, among those with known disparity, whose holes lie behind the crop's own surfaces
+OWN_MOTION = 20, 90  # range of the parallax between disparity 1 and 0 in these crops, in pixels
+VALIDATION_EVERY = 32  # one in this number of training photographs is held out for validation
 
 
 def names_of(folder):
@@ -52,8 +52,8 @@ def crop_of(rng, image, size):
 
 
 def vary_color(rng, crop):
-    """Gamma, gain and balance by a table a channel; saturation up or down; now and then the channels change places, so that no hue
-    is at home anywhere."""
+    """Random gamma, gain and balance, by one table per channel; random saturation; sometimes a permutation of the channels, so that no
+    hue is typical of a subject."""
     if rng.random() < 0.25:
         crop = crop[:, :, rng.permutation(3)]
     if rng.random() < 0.5:
@@ -72,11 +72,11 @@ def is_of_use(labels):
 
 
 def labels_of(rng, bank, size):
-    """A mask of the bank: a random part of it, brought to the size, in one of eight orientations."""
+    """A random part of a random mask, resized, in one of eight orientations."""
     while True:
         labels = bank[rng.integers(len(bank))]
         full = labels.shape[0]
-        # mostly as it is, so that a band is as deep as expansion makes it
+        # mostly at its own scale, so that a band is as wide as expand() makes it
         side = rng.integers(size, full + 1) if full > size and rng.random() < SHRUNK_MASKS else min(size, full)
         y, x = rng.integers(full - side + 1), rng.integers(full - side + 1)
         labels = labels[y:y + side, x:x + side]
@@ -103,7 +103,7 @@ def read_disparities(folder):
 
 
 class Photographs:
-    """disparities: folder that tiefenrausch_small/prepare.py wrote, for holes behind what the photographs show themselves"""
+    """disparities: folder that tiefenrausch_small/prepare.py wrote, for holes behind the photographs' own surfaces"""
 
     def __init__(self, folder, disparities=None):
         named, taught = read_folder(folder), set(training_names(folder))
@@ -115,7 +115,7 @@ class Photographs:
         self.disparities = [found.get(os.path.splitext(name)[0]) for name, _ in named if name in taught]
 
     def own_labels(self, rng, pick, window, size):
-        """Holes behind what a part of a photograph shows itself; nothing where it shows no step, or none is known."""
+        """Holes behind the surfaces of a photograph's crop; none if the crop has no step of disparity, or no disparity."""
         if self.disparities[pick] is None:
             return None
         height, width = self.train[pick].shape[:2]

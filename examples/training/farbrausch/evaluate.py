@@ -1,4 +1,4 @@
-"""Compares fills on held-out photographs: 200 fixed holes of the silhouette kind at 256x256, and what each method puts there.
+"""Compares methods of inpainting on held-out photographs: fills of 200 fixed holes at 256x256, shaped like those behind silhouettes.
 
     python3 evaluate.py --photos PHOTOS --weights checkpoint.pt [--sheets FOLDER] [--count 200]
     python3 evaluate.py --photos PHOTOS --weights farbrausch.safetensors --inpaint PROGRAM ...
@@ -114,7 +114,7 @@ def structural_similarity(a, b):
 
 
 def gradient_magnitudes(picture, hole):
-    """Of the pixels whose right and lower neighbor lie in the hole too."""
+    """Gradients of the pixels whose right and lower neighbors are also in the hole."""
     gray = picture.astype(np.float32) @ np.array([0.299, 0.587, 0.114], np.float32)
     inside = hole[:-1, :-1] & hole[1:, :-1] & hole[:-1, 1:]
     return np.hypot(gray[1:, :-1] - gray[:-1, :-1], gray[:-1, 1:] - gray[:-1, :-1])[inside]
@@ -168,7 +168,7 @@ def texture(results):
 
 
 def sheet(path, chosen, inputs, columns):
-    """Rows of: what is known (holes red, absent black), the truth, then the given methods."""
+    """One row per photograph: the input (holes red, absent pixels black), the truth, then the given methods."""
     rows = []
     for i in chosen:
         image, labels = inputs[i]
@@ -184,9 +184,9 @@ def main():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("--photos", required=True, help="folder of held-out photographs")
     p.add_argument("--weights", help="exported file or checkpoint; without it only the other methods are measured")
-    p.add_argument("--inpaint", help="inpaint.cpp, compiled: measures the library too; needs exported weights")
+    p.add_argument("--inpaint", help="the compiled inpaint.cpp: also measures the library; needs exported weights")
     p.add_argument("--count", type=int, default=200)
-    p.add_argument("--lpips", help="folder of lpips.py: measures the perceived difference, too")
+    p.add_argument("--lpips", help="folder of lpips.py: also measures the perceived difference")
     p.add_argument("--sheets", help="folder for contact sheets of the 24 best and the 24 worst fills")
     a = p.parse_args()
     if a.inpaint and not (a.weights or "").endswith(".safetensors"):
@@ -216,7 +216,7 @@ def main():
         print(f"\nfarbrausch {decibels.pop('Farbrausch') - max(decibels.values()):+.2f} dB")
         if a.sheets:
             os.makedirs(a.sheets, exist_ok=True)
-            # best and worst beside Telea: by the lead, not by how easy the hole was
+            # best and worst relative to Telea, so that easy holes do not count as good
             lead = np.array([ours["psnr"] - other["psnr"] for ours, other in zip(results["Farbrausch"], results["Telea"])])
             order = np.argsort(lead)
             columns = [results["Telea"], results["Farbrausch"]]

@@ -1,4 +1,4 @@
-"""Writes trained weights as a safetensors file that the library loads, and checks that what was written computes the same.
+"""Writes trained weights as a safetensors file that the library loads, and checks that the file's network computes the same.
 
     python3 export.py --checkpoint FOLDER/checkpoint.pt --photos PHOTOS --out farbrausch.safetensors [--type float16|float32]
 
@@ -39,7 +39,7 @@ def folded_tensors(net, dtype):
 
 
 def network_of(path):
-    """The network of an exported file, in evaluation mode: how to read such a file, in Python."""
+    """Reads the network of an exported file, in evaluation mode."""
     tensors, _ = read_safetensors(path)
     net = model.Farbrausch().eval()
     for name, layer in layers(net):
@@ -70,8 +70,8 @@ def main():
     p.add_argument("--photos", required=True, help="the folder that the weights were trained on, for the provenance")
     p.add_argument("--out", required=True)
     p.add_argument("--type", choices=("float16", "float32"), default="float16")
-    p.add_argument("--note", default="", help="goes into the provenance: licenses, say")
-    p.add_argument("--example", help="also write a small input and the output that belongs to it, as safetensors, to test readers with")
+    p.add_argument("--note", default="", help="text for the provenance, such as licenses")
+    p.add_argument("--example", help="also write a small input and its output as safetensors, for tests of readers")
     a = p.parse_args()
     state = torch.load(a.checkpoint)
     net = model.Farbrausch().eval()
@@ -80,7 +80,7 @@ def main():
     write_safetensors(a.out, tensors, {
         "format": "ldi", "name": "farbrausch", "architecture": json.dumps(architecture()), "provenance": json.dumps(provenance(a.photos, state, a.note))})
 
-    # a picture with odd sizes, all of it existing: on that the operators of images and of layered depth images are the same
+    # a picture of odd size without absent pixels, on which operators on images and on layered depth images agree
     generator = torch.Generator().manual_seed(1)
     image = torch.rand(1, 3, 7, 9, generator=generator)
     image = torch.nn.functional.interpolate(image, (75, 97), mode="bilinear", align_corners=False)

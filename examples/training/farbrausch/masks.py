@@ -44,7 +44,7 @@ def ellipses(rng, size):
 
 
 def strokes(rng, size):
-    """Limbs, branches, poles: bent lines of even width."""
+    """Limbs, branches, poles: bent lines of constant width."""
     shape = np.zeros((size, size), np.uint8)
     for _ in range(rng.integers(1, 5)):
         point, angle = rng.uniform(0, size, 2), rng.uniform(0, 2 * np.pi)
@@ -58,7 +58,7 @@ def strokes(rng, size):
 
 
 def figure(rng, size):
-    """Head, trunk and limbs, standing on the lower edge or cut by it: the commonest foreground of all."""
+    """Head, trunk and limbs, standing on the lower border or cut by it: the most common foreground."""
     shape = np.zeros((size, size), np.uint8)
     scale, x, foot = rng.uniform(0.25, 1.0) * size, rng.uniform(0.15, 0.85) * size, rng.uniform(0.75, 1.4) * size
 
@@ -102,17 +102,17 @@ def draw(rng, size=256):
 
 
 def covered(disparity, motion, angle):
-    """Labels for a photograph with its disparity (H x W, 0 to 1): the hole is what nearer things cover when disparity 1 moves by `motion`
-    pixels against disparity 0 at that angle; around it, the things that cover it don't exist."""
+    """Labels for a photograph with its disparity (H x W, 0 to 1): the hole is the area that nearer surfaces cover when disparity 1
+    moves by `motion` pixels relative to disparity 0 at that angle; the covering surfaces do not exist."""
     height, width = disparity.shape
     y, x = np.mgrid[0:height, 0:width]
     to_y, to_x = (np.rint(at + motion * way * disparity).astype(np.int32) for at, way in ((y, np.sin(angle)), (x, np.cos(angle))))
     reach = int(np.ceil(motion)) + 1
     to_y, to_x = np.clip(to_y + reach, 0, height + 2 * reach - 1), np.clip(to_x + reach, 0, width + 2 * reach - 1)
     nearest = np.zeros((height + 2 * reach, width + 2 * reach), np.float32)
-    order = np.argsort(disparity, axis=None)  # what is written last is nearest
+    order = np.argsort(disparity, axis=None)  # written last: the nearest
     nearest[to_y.ravel()[order], to_x.ravel()[order]] = disparity.ravel()[order]
-    nearest = cv2.morphologyEx(nearest, cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))  # near surfaces come apart a little
+    nearest = cv2.morphologyEx(nearest, cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))  # closes gaps that the motion opens in near surfaces
     labels = np.zeros((height, width), np.uint8)
     hole = nearest[to_y, to_x] > disparity + STEP
     hole = cv2.morphologyEx(hole.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)) > 0

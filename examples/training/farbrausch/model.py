@@ -1,4 +1,4 @@
-"""Farbrausch, the inpainting network: a partial-convolution U-Net that mends what diffusion would put into a hole.
+"""Farbrausch, the inpainting network: a partial-convolution U-Net that corrects the fill of diffusion.
 
 Paper: Kopf et al., One Shot 3D Photography, section "LDI Inpainting"; partial convolution: Liu et al., ECCV 2018. Five stride-2
 stages, 0.378 M parameters, 2.67 GMAC at 512x512.
@@ -22,7 +22,7 @@ KERNELS = (7, 5, 5, 3, 3)
 INPUTS = 4  # red, green, blue, known
 LEAK = 0.2
 LEVELS = len(CHANNELS)
-GROWTH = 4  # how many coarse pixels the colors of the coarsest level are carried into what is unknown there
+GROWTH = 4  # number of pixels by which the coarsest level's colors grow into its unknown pixels
 
 
 def upsample(x, like):
@@ -44,15 +44,15 @@ def window_sum(x, stride):
 
 
 def average(values, mask, exists, stride=1):
-    """The average of the masked pixels of each 3x3 window, and where there is one: a partial convolution whose weights are all
-    1/9, channel by channel. Values are zero where the mask is."""
+    """(average, mask): per 3x3 window the average of the pixels where the mask is 1, per channel, and whether there is such a pixel; a
+    partial convolution with weights 1/9. Values must be zero where the mask is."""
     count = window_sum(mask, stride)
     valid = (count > 0.5).to(values) * exists
     return window_sum(values, stride) * (valid / count.clamp(min=1)), valid
 
 
 def spread(color, mask, exists, keep_color, keep, passes):
-    """Takes the 3x3 average `passes` times wherever `keep` is 0; there `keep_color` stays."""
+    """Replaces pixels where `keep` is 0 by their 3x3 average, `passes` times. Other pixels keep `keep_color`."""
     for _ in range(passes):
         averaged, mask = average(color, mask, exists)
         color = torch.where(keep > 0, keep_color, averaged)
@@ -139,10 +139,10 @@ class Farbrausch(nn.Module):
             self.decoder.append(PartialConvolution(previous + c_in[i], c_out, 3, normalize=i > 0, leak=LEAK if i > 0 else None))
             previous = c_out
         with torch.no_grad():
-            self.decoder[-1].weight.mul_(0.1)  # an untrained network hardly changes the fill
+            self.decoder[-1].weight.mul_(0.1)  # so that an untrained network hardly changes the fill
 
     def residual(self, x, exists):
-        """What to add to the fill. x: B x INPUTS x H x W, zero where nothing exists."""
+        """Returns the correction to add to the fill. x: B x INPUTS x H x W, zero where nothing exists."""
         existing = [exists]
         for _ in range(LEVELS):
             existing.append(coarsen_mask(existing[-1]))
@@ -152,13 +152,13 @@ class Farbrausch(nn.Module):
         y = skips[-1]
         for j, layer in enumerate(self.decoder):
             i = LEVELS - 1 - j
-            # a pixel whose own 2x2 group has no coarse pixel gets nothing from above
+            # a pixel without a coarse pixel gets zero
             above = upsample(existing[i + 1], existing[i]) * existing[i]
             y = layer([(upsample(y, existing[i]) * existing[i], above), (skips[i], existing[i])], existing[i])
         return y
 
     def forward(self, image, known, exists):
-        """image: B x 3 x H x W in [0, 1]. Returns a color for every existing pixel, of use in the holes only; not clamped."""
+        """image: B x 3 x H x W in [0, 1]. Returns a color for every existing pixel, valid only in the holes; not clamped."""
         known = known * exists
         fill, tone = smooth_fills(image, known, exists)
         x = torch.cat([fill - tone, known], 1).contiguous(memory_format=torch.channels_last)

@@ -12,7 +12,7 @@ STEP_LENGTH = 0.2  # root mean square of a step's elements at a learning rate of
 
 
 def orthogonalized(matrix, dtype):
-    """U V^T, roughly, for the matrix U S V^T."""
+    """Approximates U V^T for the matrix U S V^T."""
     a, b, c = COEFFICIENTS
     x = (matrix / (matrix.norm() + 1e-7)).to(dtype)
     x = x.T if x.shape[0] > x.shape[1] else x

@@ -1,4 +1,4 @@
-"""Trains Farbrausch on a folder of photographs, for as long as it is let. See README.md.
+"""Trains Farbrausch on a folder of photographs until it is stopped. See README.md.
 
     python3 train.py --photos PHOTOS --out FOLDER
 
@@ -36,13 +36,13 @@ CALIBRATION_BATCHES = 20
 
 
 def losses(y, image, known, exists):
-    """The terms of the loss, each a scalar. Only holes count (what the network says of a known pixel is never used), and through
-    the gradients their rims, where the known side makes no error."""
+    """The terms of the loss, each a scalar. They count the pixels in holes, since the network's values at known pixels are never used; the
+    gradients also count the rims of holes, where the known side has no error."""
     hole = exists * (1 - known)
     area = hole.sum((1, 2, 3)).clamp(min=1)
     error, terms = (y - image) * hole, {}
     terms["hole"] = ABSOLUTE_WEIGHT * error.abs().sum() / (3 * area.sum())
-    # the logarithm gives an easy hole (a sky) as much to win as a hard one; PSNR is this, averaged
+    # with the logarithm, easy holes (sky) weigh as much as hard ones; its average is PSNR
     terms["decibel"] = DECIBEL_WEIGHT * torch.log((error ** 2).sum((1, 2, 3)) / (3 * area) + 1e-4).mean()
     gradient, weight = 0.0, exists
     for scale in range(GRADIENT_SCALES):
@@ -59,7 +59,7 @@ def losses(y, image, known, exists):
 
 
 def perceived_difference(lpips, y, image, known, exists):
-    """LPIPS in the holes: the mean over them of its map, for the crop with the holes filled against the crop."""
+    """Mean of the LPIPS map over the holes, between the crop with filled holes and the original crop."""
     hole = exists * (1 - known)
     truth = image * exists * 2 - 1
     filled = torch.where(hole > 0, y.clamp(0, 1) * 2 - 1, truth)
@@ -84,8 +84,8 @@ def validate(net, batches):
 
 @torch.no_grad()
 def continue_from(net, path, batches):
-    """Makes `net` the network of an exported file, whose normalization is folded into its weights. The layers get one again that
-    changes nothing: its scale and shift are the spread and the mean of what the layer makes of the batches."""
+    """Loads an exported file, whose normalization is folded into its weights. Each layer gets a new normalization that does not change
+    its output: its scale and shift are the standard deviation and the mean of the layer's output on the batches."""
     for (_, layer), (_, folded) in zip(export.layers(net), export.layers(export.network_of(path))):
         layer.weight.copy_(folded.weight)
         if layer.norm is None:
@@ -113,7 +113,7 @@ def continue_from(net, path, batches):
 class Run:
     """The state that a checkpoint holds: the network, its running average (which is what ships), the optimizer and the counts.
 
-    lpips: a differentiable LPIPS to teach with, too, or nothing"""
+    lpips: a differentiable LPIPS for the loss, or None"""
 
     def __init__(self, rate, mixed, lpips=None):
         self.lpips = lpips
@@ -136,7 +136,7 @@ class Run:
         self.net.load_state_dict(state["net"])
         self.average.load_state_dict(state["average"])
         self.optimizer.load_state_dict(state["optimiser"])
-        for group in self.optimizer.param_groups:  # a checkpoint has the options of its time
+        for group in self.optimizer.param_groups:  # the checkpoint contains the options of its own run
             group.update(self.optimizer.defaults)
         self.step, self.seconds = state["step"], state["seconds"]
 
@@ -173,15 +173,15 @@ def arguments():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("--photos", required=True, help="folder of photographs")
     p.add_argument("--out", required=True, help="folder for checkpoints and log")
-    p.add_argument("--weights", help="exported file to begin with, where FOLDER has no checkpoint: more training, or your own photographs")
-    p.add_argument("--disparities", help="folder that tiefenrausch_small/prepare.py wrote of the photographs, for holes behind what they show")
-    p.add_argument("--lpips", help="folder of lpips.py, to teach with perceived difference, too")
-    p.add_argument("--crop", type=int, default=128, help="pixels a side, a multiple of 32")
-    p.add_argument("--batch", type=int, default=16, help="crops a step")
+    p.add_argument("--weights", help="exported file to start from if FOLDER has no checkpoint, such as for your own photographs")
+    p.add_argument("--disparities", help="folder that tiefenrausch_small/prepare.py wrote for the photographs, for holes behind their own surfaces")
+    p.add_argument("--lpips", help="folder of lpips.py, to add the perceived difference to the loss")
+    p.add_argument("--crop", type=int, default=128, help="width in pixels, a multiple of 32")
+    p.add_argument("--batch", type=int, default=16, help="crops per step")
     p.add_argument("--rate", type=float, default=1.5e-3, help="learning rate")
     p.add_argument("--threads", type=int, default=1)
     p.add_argument("--float32", action="store_true", help="no bfloat16 in the convolutions (slower on processors that have it)")
-    p.add_argument("--minutes", type=float, help="ask for finish after so many minutes; default: never")
+    p.add_argument("--minutes", type=float, help="finish after this number of minutes; default: never")
     return p.parse_args()
 
 

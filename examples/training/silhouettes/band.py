@@ -1,5 +1,5 @@
-"""The band beside sharp steps of disparity, and what the network reads there. Training, evaluation and the library share this definition;
-README.md says it in words."""
+"""The band beside sharp steps of disparity, and the network's inputs there. Training, evaluation and the library share this definition;
+README.md describes it."""
 import subprocess
 
 import cv2
@@ -7,9 +7,9 @@ import numpy as np
 
 MAX_STEP = 0.02      # neighbors farther apart than this lie on different surfaces
 MIN_STEP = 0.06      # between front and back, for a band
-SIDES_RADIUS = 4     # front and back of a curve are the extremes within so many pixels of it
-BAND_RADIUS = 12     # alpha is wanted this far from a curve, in pixels
-REGION_RADIUS = 16   # and the network computes this far
+SIDES_RADIUS = 4     # front and back of a curve are the extremes within this distance, in pixels
+BAND_RADIUS = 12     # distance from a curve up to which alpha is defined, in pixels
+REGION_RADIUS = 16   # distance up to which the network computes
 CHANNELS = 8
 
 

@@ -6,7 +6,7 @@ import os
 import cv2
 import numpy as np
 
-SUPER = 4  # shapes are drawn this many times finer
+SUPER = 4  # factor of resolution at which shapes are drawn
 CUTOUT_SHARE = 0.45
 HELD_OUT = 24
 KINDS = ("polygon", "ellipse", "blob", "hair", "leaves", "bars", "fence", "letters", "branches")
@@ -103,7 +103,7 @@ def shape(rng, size):
 
 
 class Composites:
-    """Makes composites out of the photographs of a folder and masks of objects in them."""
+    """Makes composites from a folder's photographs and masks of objects in them."""
 
     def __init__(self, photos, masks, seed, part=None):
         """part: "train" leaves one photograph in HELD_OUT out, "held out" takes only these"""
@@ -227,10 +227,10 @@ class Composites:
         return np.clip(true, 0, 1).astype(np.float32)
 
     def spoiled(self, true, level, least=1.15):
-        """A disparity map of fewer samples, as a network would make it; level from 0 to 1."""
+        """A disparity map of fewer samples with the errors of a network; level: strength from 0 to 1."""
         rng, (h, w) = self.rng, true.shape
         d = true
-        if rng.random() < 0.4:  # networks miss what is thin, and fill thin holes
+        if rng.random() < 0.4:  # networks miss thin objects and fill thin holes
             k = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (int(rng.integers(1, 4)) * 2 + 1,) * 2)
             d = cv2.morphologyEx(d, cv2.MORPH_OPEN if rng.random() < 0.6 else cv2.MORPH_CLOSE, k)
         shrink = rng.uniform(least, 2 + 2 * level)

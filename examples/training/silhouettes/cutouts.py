@@ -1,4 +1,4 @@
-"""Masks of whole objects in photographs: what composites.py cuts out and pastes over other photographs.
+"""Finds masks of whole objects in photographs, which composites.py pastes over other photographs.
 
     python3 cutouts.py --photos PHOTOS --masks MASKS --out FOLDER
 

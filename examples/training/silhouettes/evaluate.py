@@ -1,9 +1,9 @@
-"""How often the silhouette network puts pixels on the wrong side, beside other methods. Prints Markdown.
+"""Measures how many pixels the silhouette network and other methods assign to the wrong side. Prints Markdown.
 
     python3 evaluate.py --weights CHECKPOINT_OR_SAFETENSORS --depth PROGRAM --student STUDENT.safetensors
         [--photos PHOTOS --cutouts FOLDER] [--pairs RGBD] [--count 60] [--sheets FOLDER]
 
-Composites of photographs that training never saw, with disparity spoiled mildly, in between and strongly, and with what the depth network
+Composites of photographs that were not used in training, with disparity spoiled mildly, in between and strongly, and with what the depth network
 sees; and photographs with true depth. Only pixels of the band count whose truth is known.
 """
 import argparse
@@ -36,7 +36,7 @@ def alpha_of(net, observe, band, photo, estimated):
 
 
 def without_islands(alpha, wanted):
-    """Flips what is connected and smaller than MIN_ISLAND pixels."""
+    """Flips connected components smaller than MIN_ISLAND pixels."""
     alpha = alpha.copy()
     for side in (False, True):
         _, labels, stats, _ = cv2.connectedComponentsWithStats((((alpha > 0.5) == side) & wanted).astype(np.uint8), connectivity=4)
@@ -134,7 +134,7 @@ def true_sides(entry, folder, size):
 
 
 def agrees(share, true):
-    """Where the estimate shows the same step as the truth: correlation in windows of 25 pixels above 0.6."""
+    """Pixels where the estimate has the same step as the truth: the correlation in windows of 25 pixels is above 0.6."""
     def mean(t):
         return cv2.blur(t, (25, 25))
     spread = (mean(share * share) - mean(share) ** 2) * (mean(true * true) - mean(true) ** 2)
@@ -200,13 +200,13 @@ def sheet(path, photo, prepared, alpha, truth, mask):
 def main():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("--weights", required=True)
-    p.add_argument("--depth", required=True, help="depth.cpp, compiled")
+    p.add_argument("--depth", required=True, help="the compiled depth.cpp")
     p.add_argument("--student", required=True, help="the depth network's weights")
     p.add_argument("--photos", help="photographs that training never saw")
-    p.add_argument("--cutouts", help="what cutouts.py made of them")
+    p.add_argument("--cutouts", help="folder that cutouts.py wrote for them")
     p.add_argument("--pairs", help="photographs with true depth, with manifest.json")
     p.add_argument("--pairs-named", default="mb_,hci_,slambook_ch12_", help="those whose depth is dense and sharp")
-    p.add_argument("--count", type=int, default=60, help="composites of each kind of spoil")
+    p.add_argument("--count", type=int, default=60, help="composites per kind of degradation")
     p.add_argument("--sheets", help="folder for pictures")
     a = p.parse_args()
     torch.set_num_threads(1)

@@ -1,4 +1,4 @@
-"""Writes trained weights as a safetensors file that the library can load, and checks that what was written computes the same.
+"""Writes trained weights as a safetensors file that the library can load, and checks that the file's network computes the same.
 
     python3 export.py --checkpoint FOLDER/final.pt --photos PHOTOS --out silhouettes.safetensors [--data DATA] [--example FILE]
 
@@ -82,8 +82,8 @@ def main():
     p.add_argument("--photos", required=True, help="the folder that the weights were trained on, for the provenance")
     p.add_argument("--out", required=True)
     p.add_argument("--data", help="folder of prepare.py, for ranges where the checkpoint has none")
-    p.add_argument("--note", default="", help="goes into the provenance: licenses, say")
-    p.add_argument("--example", help="also write a small input and the output that belongs to it, as safetensors, to test readers with")
+    p.add_argument("--note", default="", help="text for the provenance, such as licenses")
+    p.add_argument("--example", help="also write a small input and its output as safetensors, for tests of readers")
     a = p.parse_args()
     state, (net, ranges) = torch.load(a.checkpoint), quantize.network_of(a.checkpoint)
     if not ranges:

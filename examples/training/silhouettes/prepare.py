@@ -1,4 +1,4 @@
-"""Writes crops with labels, for train.py. Runs until it has written enough; a second start goes on.
+"""Writes crops with labels for train.py. A second run continues.
 
     python3 prepare.py --photos PHOTOS --cutouts FOLDER --depth PROGRAM --student STUDENT.safetensors --out DATA [--crops 40000]
     python3 prepare.py ... --real --pairs RGBD --pairs RGBD
@@ -121,7 +121,7 @@ def main():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("--photos", required=True)
     p.add_argument("--cutouts", required=True, help="folder of cutouts.py")
-    p.add_argument("--depth", required=True, help="depth.cpp, compiled")
+    p.add_argument("--depth", required=True, help="the compiled depth.cpp")
     p.add_argument("--student", required=True, help="the depth network's weights")
     p.add_argument("--out", required=True)
     p.add_argument("--crops", type=int, default=40000)

@@ -1,4 +1,4 @@
-"""Trains the silhouette network on what prepare.py writes, for as long as it is let. See README.md.
+"""Trains the silhouette network on the output of prepare.py until it is stopped. See README.md.
 
     python3 train.py --data DATA --held-out DATA --out FOLDER
 
@@ -133,7 +133,7 @@ class Run:
         self.net.load_state_dict(state["net"])
         self.average.load_state_dict(state["average"])
         self.optimizer.load_state_dict(state["optimizer"])
-        for group in self.optimizer.param_groups:  # a checkpoint has the options of its time
+        for group in self.optimizer.param_groups:  # the checkpoint contains the options of its own run
             group.update(self.optimizer.defaults)
         self.step, self.seconds = state["step"], state["seconds"]
 
@@ -173,14 +173,14 @@ class Run:
 def arguments():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("--data", required=True, action="append", help="folder of prepare.py; may be given several times")
-    p.add_argument("--held-out", required=True, help="another, of photographs that training never sees")
+    p.add_argument("--held-out", required=True, help="the same for photographs that are not used in training")
     p.add_argument("--out", required=True, help="folder for checkpoints and log")
     p.add_argument("--quantize", help="begin with this checkpoint or exported file, and train with values and weights rounded to 8 bits")
     p.add_argument("--batch", type=int, default=16, help="crops per step")
     p.add_argument("--rate", type=float, default=2e-3, help="learning rate")
     p.add_argument("--threads", type=int, default=1)
     p.add_argument("--float32", action="store_true", help="no bfloat16 in the convolutions (slower on processors that have it)")
-    p.add_argument("--minutes", type=float, help="ask for finish after so many minutes; default: never")
+    p.add_argument("--minutes", type=float, help="finish after this number of minutes; default: never")
     return p.parse_args()
 
 

@@ -1,4 +1,4 @@
-"""The features that training starts from: MobileNet V2 trained on ImageNet, from a quantized TFLite file.
+"""Reads the features that training starts from: MobileNet V2 trained on ImageNet, from a quantized TFLite file.
 
     tf2_mobilenet_v2_1.0_224_ptq.tflite of github.com/google-coral/test_data (Apache-2.0): 8 bits, normalization folded in
 
@@ -17,7 +17,7 @@ DTYPES = {9: np.int8, 2: np.int32}  # TFLite's TensorType
 
 
 class Fields(Table):
-    """A table of a flatbuffer, its fields by their number in TFLite's schema (tensorflow/lite/schema/schema.fbs)."""
+    """A table of a flatbuffer. Fields are numbered as in TFLite's schema (tensorflow/lite/schema/schema.fbs)."""
 
     def at(self, field):
         offset = self.Offset(4 + 2 * field)
@@ -40,11 +40,11 @@ class Fields(Table):
 
 
 def read_convolutions(path):
-    """[(weight as torch has it, bias)] of a TFLite file's convolutions, in order, as floats"""
+    """[(weight in torch's layout, bias)] of a TFLite file's convolutions, in order, as floats"""
     with open(path, "rb") as file:
         data = file.read()
     model = Fields(data, int.from_bytes(data[:4], "little"))
-    # the older of the two fields for an operator's code holds every code that matters here
+    # the older of the two fields for operator codes is enough for the codes used here
     codes = [code.number(0, number_types.Int8Flags) for code in model.tables(1)]
     graph, buffers = model.tables(2)[0], model.tables(4)
     tensors = graph.tables(0)
@@ -76,8 +76,8 @@ def largest(weight, dim):
 
 
 def equalize(layers):
-    """Brings the channels between successive layers [(weight, bias)], each but the last followed by a ReLU, to one magnitude on both sides."""
-    for (weight, bias), (reader, reader_bias) in zip(layers, layers[1:]):  # what never changes is a bias
+    """Equalizes the magnitudes of the channels between successive layers [(weight, bias)], each but the last followed by a ReLU."""
+    for (weight, bias), (reader, reader_bias) in zip(layers, layers[1:]):  # a channel that never changes is a bias
         dead = largest(weight, 0) <= 1e-6
         if reader.shape[1] == 1:
             reader_bias += dead * bias.relu() * reader.sum((1, 2, 3))
@@ -94,10 +94,10 @@ def equalize(layers):
 
 @torch.no_grad()
 def start_from(student, path):
-    """Puts the features of a TFLite file into the way down of a model.Student."""
+    """Copies the features of a TFLite file into the encoder of a model.Student."""
     names = [name for name in student.layers if name == "stem" or name.startswith("down")]
     layers = dict(zip(names, read_convolutions(path)))
-    weight, bias = layers["stem"]  # it saw colors as (255 x - 127) / 127.5
+    weight, bias = layers["stem"]  # its input was (255 x - 127) / 127.5
     bias -= weight.sum((1, 2, 3)) * (127 / 127.5)
     weight *= 2
     chain = []

@@ -13,15 +13,15 @@ import shapes
 # Relative frequency of each source's photographs, default 1. Portraits and birds are over-represented in the data, streets and rooms rare.
 SOURCE_WEIGHT = {"codrops": 0.5, "fakeprof": 0.5, "fauna": 0.5, "cid22": 1.3, "mdx": 1.3, "clic25": 1.5, "gb82": 1.5, "h5up": 1.5,
                  "depth": 2.0, "scene": 0.5}  # photographs with measured depth; ray-cast scenes
-VALIDATION_EVERY = 32  # every so many-th photograph is held out to watch the training with
-PASTED = 0.45  # the share of crops with something pasted in front
-WHOLE = ((288, 384), (384, 288), (256, 384), (384, 256), (224, 384), (384, 224), (320, 384), (384, 192))  # shapes that the library sees
+VALIDATION_EVERY = 32  # one in this number of photographs is held out for validation
+PASTED = 0.45  # share of the crops with a pasted foreground
+WHOLE = ((288, 384), (384, 288), (256, 384), (384, 256), (224, 384), (384, 224), (320, 384), (384, 192))  # input shapes in the library
 GRAY = np.array([0.299, 0.587, 0.114], np.float32)
 
 
 class Library:
-    """What prepare.py wrote: photographs (uint8), disparities (float16, 0 to 1, NaN where nothing is known) and what may be cut out (uint8)
-    of their own sizes."""
+    """Output of prepare.py: photographs (uint8), disparities (float16, 0 to 1, NaN where unknown) and masks of objects to cut out (uint8), of
+    different sizes."""
 
     def __init__(self, folder):
         with open(os.path.join(folder, "index.json")) as file:
@@ -42,13 +42,13 @@ class Library:
         return self.of_label(self.labels, entry)
 
     def front(self, entry):
-        """1 where a person, an animal, a vehicle or a thing is that may be cut out"""
+        """Mask, 1 on a person, an animal, a vehicle or another object to cut out"""
         return self.of_label(self.fronts, entry)
 
 
 def view_of(rng, height, width, out_height, out_width, least):
-    """A part (top, left, height, width) of a photograph, in fractions, with the aspect ratio of the crop give or take 20 %, and
-    between `least` and all of the largest such part."""
+    """A part (top, left, height, width) of a photograph, in fractions, with the crop's aspect ratio within 20 %, and at
+    least the share `least` of the largest such part."""
     aspect = out_width / out_height * np.exp(rng.uniform(-0.18, 0.18)) * height / width  # in fractions of the sides
     h, w = (1.0, aspect) if aspect <= 1 else (1 / aspect, 1.0)
     zoom = rng.uniform(least, 1.0)
@@ -57,7 +57,7 @@ def view_of(rng, height, width, out_height, out_width, least):
 
 
 def cut(image, view, size, interpolation):
-    """The part of an image that a view names, brought to `size` (height, width)."""
+    """Crops a view from an image and resizes it to `size` (height, width)."""
     height, width = image.shape[:2]
     top, left = int(view[0] * height + 0.5), int(view[1] * width + 0.5)
     bottom = min(height, max(top + 1, int((view[0] + view[2]) * height + 0.5)))
@@ -66,7 +66,7 @@ def cut(image, view, size, interpolation):
 
 
 def vary_color(rng, image):
-    """The paper's variations (gamma, contrast, saturation, hue), then what poor cameras add: wrong exposure, a cast, noise, blur, JPEG."""
+    """The paper's variations (gamma, contrast, saturation, hue), then faults of poor cameras: wrong exposure, color cast, noise, blur, JPEG."""
     ramp = np.linspace(0, 1, 256, dtype=np.float32)[:, None] ** rng.uniform(0.6, 1.4)
     if rng.random() < 0.4:
         ramp = ramp * np.exp(rng.uniform(-0.9, 0.6))  # darker, or brighter with lights clipped
@@ -117,7 +117,7 @@ class Photographs:
         return self.train[min(int(np.searchsorted(self.cumulative, rng.random())), len(self.train) - 1)]
 
     def cutting(self, rng):
-        """Something to paste: (color, disparity, opacity 0 to 1) of one size."""
+        """A foreground to paste: (color, disparity, opacity 0 to 1) of one size."""
         if self.with_front and rng.random() < 0.6:
             entry = self.with_front[rng.integers(len(self.with_front))]
             front = self.library.front(entry)
@@ -135,7 +135,7 @@ class Photographs:
     def sample(self, rng, size):
         entry = self.draw(rng)
         photo, label = self.library.photograph(entry), self.library.label(entry)
-        # small crops: half of the photograph's sides to all of it
+        # small crops: from half of the photograph's width and height to all of it
         view = view_of(rng, *photo.shape[:2], *size, 0.5)
         color = cut(photo, view, size, (cv2.INTER_AREA, cv2.INTER_LINEAR, cv2.INTER_NEAREST)[rng.choice(3, p=(0.6, 0.2, 0.2))])
         truth = cut(label.astype(np.float32), view, size, cv2.INTER_NEAREST)
@@ -155,11 +155,11 @@ class Photographs:
         return to_tensors(colors, truths)
 
     def calibration(self, rng):
-        """Batches of whole photographs' colors: what the ranges of 8-bit tensors are found from."""
+        """Batches of whole photographs' colors, for the ranges of 8-bit tensors."""
         return [self.batch(rng, 4, shape)[0] for shape in WHOLE for _ in range(2)]
 
     def validation_batches(self, size):
-        """Held-out photographs as they are, all of each (aspect ratio ignored), in batches of up to 8."""
+        """Held-out photographs without augmentation, resized without regard to the aspect ratio, in batches of up to 8."""
         batches = []
         for start in range(0, len(self.held_out), 8):
             entries = self.held_out[start:start + 8]
@@ -170,7 +170,7 @@ class Photographs:
 
 
 class Ahead:
-    """Makes batches in a thread of its own, a few ahead of the training."""
+    """Makes batches in a separate thread, a few ahead of the training."""
 
     def __init__(self, photographs, seed):
         self.photographs, self.rng = photographs, np.random.default_rng(seed)

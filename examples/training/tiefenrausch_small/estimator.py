@@ -1,11 +1,11 @@
-"""Asks the library (estimate.cpp, compiled) for disparity."""
+"""Estimates disparity with the library (the compiled estimate.cpp)."""
 import subprocess
 
 import numpy as np
 
 
 class Estimator:
-    """program: estimate.cpp compiled; model: what that program is to load."""
+    """program: the compiled estimate.cpp; model: the weights that it loads."""
 
     def __init__(self, program, model):
         self.process = subprocess.Popen([program, model], stdin=subprocess.PIPE, stdout=subprocess.PIPE)

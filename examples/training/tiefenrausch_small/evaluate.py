@@ -30,15 +30,15 @@ sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
 from weight_files import read_safetensors  # noqa: E402
 
 LIVING = (3, 8, 10, 12, 13, 15, 17)  # bird, cat, cow, dog, horse, person, sheep, of the segmentation's classes
-MOST_PHOTOGRAPHS = 130  # of a folder, evenly spread, that are looked through for them
-LEAST_SUBJECT, MOST_SUBJECT = 0.02, 0.5  # of a photograph
-APART = 0.05  # of a photograph's range of disparity: the step at which the library parts surfaces
+MAX_PHOTOGRAPHS = 130  # of a folder, evenly spread, that are searched for them
+MIN_SUBJECT, MAX_SUBJECT = 0.02, 0.5  # of a photograph
+APART = 0.05  # share of a photograph's range of disparity: the step at which the library separates surfaces
 NOISE = 20  # standard deviation of the noisy versions
 
 
 class Floats:
-    """A file's network in floating point. What leaves a tensor's 8-bit range is clipped all the same: a network that was trained in
-    8 bits counts on it (a ReLU is nothing else), and the published one says something else without."""
+    """A file's network in floating point. Values are clipped to each tensor's 8-bit range: a network that was trained in 8 bits relies on
+    it (its ReLU is such a range), and the published network's output differs without."""
 
     def __init__(self, tensors, is_logarithm):
         self.is_logarithm = is_logarithm
@@ -67,7 +67,7 @@ class Floats:
 
 
 def check_integers(tensors, estimator, name):
-    """That the file read here is the network that the library runs: exact integers agree on every pixel."""
+    """Checks that the file's network equals the library's: exact integers agree on every pixel."""
     photo = np.random.default_rng(0).integers(0, 256, (64, 96, 3), np.uint8)
     levels = np.rint(photo.astype(np.float32) / np.float32(255) / tensors["scales"][0]) + tensors["zero_points"][0]
     if (Integers(tensors)(np.clip(levels, 0, 255).astype(np.uint8)) != estimator.both(photo, False)[0]).any():
@@ -88,7 +88,7 @@ def float_checkpoint(path):
 
 
 def portrait(image):
-    """The middle of an image, upright 3 : 4."""
+    """The middle of an image, cropped to 3 : 4, upright."""
     height, width = image.shape[:2]
     w = min(width, height * 3 // 4)
     h = min(height, w * 4 // 3)
@@ -132,17 +132,17 @@ def arguments():
 
 
 def living(folders, segmentation):
-    """[(photograph, mask)] of those whose largest person or animal takes up LEAST_SUBJECT to MOST_SUBJECT of them"""
+    """[(photograph, mask)] of those whose largest person or animal takes up MIN_SUBJECT to MAX_SUBJECT of them"""
     found, classes_of = [], teachers.masks(segmentation)
     for folder in folders:
         names = sorted(os.listdir(folder))
-        for name in names[::max(1, -(-len(names) // MOST_PHOTOGRAPHS))]:
+        for name in names[::max(1, -(-len(names) // MAX_PHOTOGRAPHS))]:
             photo = cv2.cvtColor(cv2.imread(os.path.join(folder, name), cv2.IMREAD_COLOR), cv2.COLOR_BGR2RGB)
             mask = np.isin(classes_of(photo)["classes"], LIVING).astype(np.uint8)
             _, pieces, stats, _ = cv2.connectedComponentsWithStats(mask)
             if len(stats) > 1:
                 mask = (pieces == 1 + np.argmax(stats[1:, cv2.CC_STAT_AREA])).astype(np.uint8)
-                if LEAST_SUBJECT < mask.mean() < MOST_SUBJECT:
+                if MIN_SUBJECT < mask.mean() < MAX_SUBJECT:
                     found.append((photo, mask))
     return found
 
@@ -189,7 +189,7 @@ def main():
             if version == "as they are":
                 pictures.append([photo, truth, *found.values()])
                 for n in ("published", "student"):
-                    in_8_bits = found[n + ", 8 bits"]  # may be larger: the library looks twice
+                    in_8_bits = found[n + ", 8 bits"]  # may be larger: the library runs the network twice
                     in_float = cv2.resize(found[n + ", float"], in_8_bits.shape[::-1], interpolation=cv2.INTER_LINEAR)
                     likeness.setdefault(n, []).append(np.corrcoef(in_float.ravel(), in_8_bits.ravel())[0, 1])
         if a.each:

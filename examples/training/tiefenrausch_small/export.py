@@ -36,7 +36,7 @@ from weight_files import read_safetensors, write_safetensors  # noqa: E402
 
 @torch.no_grad()
 def tensors_of(net):
-    """What the file holds, from a Quantized network."""
+    """The file's tensors, from a Quantized network."""
     number = {"photo": 0, **{op.name: i + 1 for i, op in enumerate(net.operators)}}
     rows, weight_scales, weight_zero_points, parts = [], [], [], {}
     for i, op in enumerate(net.operators):
@@ -70,7 +70,7 @@ class Integers:
 
     def __init__(self, tensors):
         self.t = tensors
-        for i, (kind, a, b, _, _) in enumerate(tensors["operators"]):  # what the library will refuse
+        for i, (kind, a, b, _, _) in enumerate(tensors["operators"]):  # operators that the library would refuse
             if kind < 2:
                 scale = tensors["scales"][a] * tensors["weight_scales"][i] / tensors["scales"][i + 1]
                 assert 2.0 ** -32 <= scale < 1, (i, scale)
@@ -113,10 +113,23 @@ class Integers:
         return (values[-1][0, 0].numpy() + zero_points[-1]).astype(np.uint8)
 
 
+def ranges_of(tensors, ops):
+    """Quantization of every tensor, as in a file ; checks that its network consists of `ops`."""
+    number = {"photo": 0, **{op.name: i + 1 for i, op in enumerate(ops)}}
+    assert len(ops) == len(tensors["operators"])
+    for op, row in zip(ops, tensors["operators"]):
+        if isinstance(op, Convolution):
+            expected = int(op.depthwise), number[op.input], 0, op.kernel, op.stride
+        else:
+            expected = (2, number[op.a], number[op.b], 0, 1) if isinstance(op, Addition) else (3, number[op.input], 0, 0, 2)
+        assert tuple(row) == expected, (op.name, row, expected)
+    return {name: (float(tensors["scales"][i]), int(tensors["zero_points"][i])) for name, i in number.items()}
+
+
 @torch.no_grad()
 def start_from(student, path, photographs):
-    """Makes a model.Student compute what an exported file's network computes, give or take rounding. `photographs`, batches of colors,
-    tell its normalization what it has to undo."""
+    """Sets a model.Student so that it computes the same as an exported file's network, up to rounding. `photographs`, batches of colors,
+    determine the statistics that its normalization must undo."""
     tensors, _ = read_safetensors(path)
     number = {"photo": 0, **{op.name: i + 1 for i, op in enumerate(student.operators)}}
     statistics = {}
@@ -152,13 +165,15 @@ def load_quantized(path, folder, weight_bits):
     """(the quantized network of a checkpoint in evaluation mode, the checkpoint). One that is not in 8 bits yet is rounded to them, with
     ranges from photographs of `folder` (of prepare.py)."""
     state = torch.load(path)
+    ops, logarithmic = model.network(state.get("network", "small"))
     if state["ranges"]:
-        net = Quantized(state["ranges"], weight_bits)
+        net = Quantized(state["ranges"], weight_bits, ops, logarithmic)
         net.load_state_dict(state["average"])
     else:
-        student = model.Student().eval()
+        student = model.Student(ops, logarithmic).eval()
         student.load_state_dict(state["average"])
-        net = Quantized(find_ranges(student, data.Photographs(folder).calibration(np.random.default_rng(3))), weight_bits).take(student)
+        ranges = find_ranges(student, data.Photographs(folder).calibration(np.random.default_rng(3)))
+        net = Quantized(ranges, weight_bits, ops, logarithmic).take(student)
     return net.eval(), state
 
 
@@ -175,12 +190,13 @@ def main():
     net, state = load_quantized(a.checkpoint, a.data, a.weight_bits)
     with open(os.path.join(a.data, "index.json")) as file:
         names = [entry["name"] for entry in json.load(file)["entries"]]
-    parameters, products = model.costs()
+    parameters, products = model.costs(ops=net.operators)
     tensors = tensors_of(net)
     write_safetensors(a.out, tensors, {
         "format": "ldi", "name": "tiefenrausch_small", "version": "1", "operator_names": " ".join(op.name for op in net.operators),
         # The library runs the network at both sizes: layout and edges are better than with one run at 384 (README.md).
-        "output": "disparity", "details_long_side": "448", "layout_long_side": "320", "provenance": json.dumps({
+        **({"output": "log disparity"} if net.logarithmic else {"output": "disparity", "details_long_side": "448", "layout_long_side": "320"}),
+        "provenance": json.dumps({
             "recipe": "examples/training/tiefenrausch_small", "teachers": "TCMonoDepth, small (MIT); Tiefenrausch as published (MIT)",
             "start": "MobileNet V2 trained on ImageNet (Apache-2.0, google-coral/test_data)", "photographs": len(names),
             "photograph_names_sha256": hashlib.sha256("\n".join(names).encode()).hexdigest(), "steps": state["step"],
@@ -193,6 +209,7 @@ def main():
     exact = Integers(read_safetensors(a.out)[0])(photo)
     with torch.no_grad():
         trained = net(torch.from_numpy(photo).permute(2, 0, 1)[None].float() / 255)[0, 0].numpy()
+    trained = np.log(trained) if net.logarithmic else trained
     scale, zero_point = net.ranges["disparity"]
     difference = np.abs(exact.astype(np.float64) - zero_point - trained / scale)
     if a.example:

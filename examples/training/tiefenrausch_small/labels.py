@@ -1,11 +1,11 @@
-"""One label for a photograph out of what several networks say of it."""
+"""Computes one label per photograph from the estimates of several networks."""
 import cv2
 import numpy as np
 
-LAYOUT, DETAIL = ("192", "256"), "384"  # short sides at which the teacher sees how things lie, and where they end
-COARSE_SIGMA = 6.0  # pixels of the label: what is smoother comes from the layout
-AGREEMENT = 0.8  # correlation of what the teacher says at its smallest and its largest size, below which it is not believed
-FAR, OPEN = -1.2, 0.1  # log disparity that the published network has for the sky and the like; the share of it that makes a landscape
+LAYOUT, DETAIL = ("192", "256"), "384"  # short sides at which the teacher sees the layout, and the edges
+COARSE_SIGMA = 6.0  # in pixels of the label: smoother parts come from the layout
+AGREEMENT = 0.8  # minimum correlation between the teacher's estimates at its smallest and largest size; below it, they are not used
+FAR, OPEN = -1.2, 0.1  # log disparity of the sky in the published network's estimates; share of such pixels in a landscape
 SNAP_RADIUS, SNAP_ROUNDS = 9, 2  # of the weighted median that moves steps to color edges
 LOW, HIGH = 0.5, 99.5  # percentiles of a label that become NEAR_FAR
 NEAR_FAR = 0.05, 1.0
@@ -18,13 +18,13 @@ def standardized(disparity):
 
 
 def fitted(disparity, to):
-    """a * disparity + b, nearest to another map."""
+    """Returns a * disparity + b, fitted to another map."""
     centered = disparity - disparity.mean()
     return centered * (centered * (to - to.mean())).mean() / ((centered ** 2).mean() + 1e-9) + to.mean()
 
 
 def merged(sizes):
-    """What the teacher says of one photograph: layout from where it sees the whole, detail from where it sees edges.
+    """The teacher's estimate of one photograph: layout from its small sizes, detail from the large one.
 
     sizes  {short side: disparity H x W}; returns H x W, standardized"""
     layout = np.mean([standardized(sizes[side]) for side in LAYOUT], 0)
@@ -48,7 +48,7 @@ def chosen(teacher, published):
 
 
 def snapped(disparity, photo):
-    """Moves steps of disparity to color edges: a median, each neighbor weighted by how much its color is the pixel's.
+    """Moves steps of disparity to color edges: a median, each neighbor weighted by the similarity of its color to the pixel's.
 
     photo H x W x 3 uint8. Values that change by no more than rounding to 8 bits stay as they were."""
     for _ in range(SNAP_ROUNDS):
@@ -61,7 +61,7 @@ def snapped(disparity, photo):
 
 
 def in_range(disparity):
-    """Scaled and shifted so that nearly all of it lies in NEAR_FAR; NaN stays NaN."""
+    """Scales and shifts a map so that nearly all values lie in NEAR_FAR; NaN stays NaN."""
     low, high = np.nanpercentile(disparity, (LOW, HIGH))
     far, near = NEAR_FAR
     return np.clip(far + (disparity - low) * ((near - far) / max(high - low, 1e-6)), 0, 1.25)

@@ -2,19 +2,19 @@
 (Li and Snavely's MegaDepth)."""
 import torch
 
-ANCHOR = 0.1  # how much the place of the result counts: 0 would leave the range of the 8-bit output to chance
-LEAST_SCALE, MOST_SCALE = 0.5, 2.0  # of the result, relative to the label; a crop does not tell how deep the whole photograph is
+ANCHOR = 0.1  # weight of the result's scale and shift; with 0, the range of the 8-bit output would be arbitrary
+MIN_SCALE, MAX_SCALE = 0.5, 2.0  # of the result, relative to the label; a crop does not tell how deep the whole photograph is
 SCALES = 4
 
 
 def aligned_error(y, truth, known):
-    """What is left of the result's error, in units of the label, after the best scale (within bounds) and shift of each photograph."""
+    """The result's remaining error, in units of the label, after the best scale (within bounds) and shift of each photograph."""
     count = known.sum((1, 2, 3), keepdim=True).clamp(min=1)
     y_mean, truth_mean = ((v * known).sum((1, 2, 3), keepdim=True) / count for v in (y, truth))
     with torch.no_grad():
         covariance = ((y - y_mean) * (truth - truth_mean) * known).sum((1, 2, 3), keepdim=True)
         variance = ((truth - truth_mean) ** 2 * known).sum((1, 2, 3), keepdim=True)
-        scale = (covariance / variance.clamp(min=1e-6)).clamp(LEAST_SCALE, MOST_SCALE)
+        scale = (covariance / variance.clamp(min=1e-6)).clamp(MIN_SCALE, MAX_SCALE)
     return (y - y_mean) / scale - (truth - truth_mean)
 
 

@@ -1,4 +1,4 @@
-"""How well a disparity map agrees with measured depth, up to scale and shift of disparity, as MiDaS evaluates."""
+"""Compares a disparity map with measured depth, up to scale and shift of disparity, as MiDaS does."""
 import json
 import os
 import re
@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 
 FARTHEST = 20.0  # times the median distance: nothing counts as farther, in the truth or in the estimate
-EDGE_SIDE = 384  # edges are looked for at this long side
+EDGE_SIDE = 384  # long side at which edges are searched
 REACH = 4  # pixels: a step smeared over less is an edge in full, and edges that lie this near each other are the same
 EDGE = 1.15  # the factor between disparities that makes an edge
 
@@ -57,7 +57,7 @@ def at_edge_side(ours, true, known):
 
 
 def edge_agreement(ours, true, known):
-    """F1 of the estimate's edges against the truth's, those within REACH pixels of each other agreeing; NaN if the truth has next to none."""
+    """F1 of the estimate's edges against the truth's, where edges within REACH pixels of each other agree; NaN if the truth has almost no edges."""
     ours, true, known = at_edge_side(ours, true, known)
     disc = np.ones((2 * REACH + 1,) * 2, np.uint8)
     a, b = edges(np.log(ours), known), edges(np.log(true), known)
@@ -88,8 +88,8 @@ def boundary_agreement(ours, true, known):
 
 
 def wrong_order(ours, true, known):
-    """Of 20,000 random pairs of pixels, those that the truth has at distances that differ by a fifth or more: the share that the estimate has
-    the other way round (the question of DA-2K, Yang et al., "Depth Anything V2", 2024, asked of measured depth)."""
+    """Share of pairs of pixels whose order the estimate reverses, among those of 20,000 random pairs whose true distances differ by a fifth or
+    more (the measure of DA-2K, Yang et al., "Depth Anything V2", 2024, on measured depth)."""
     x, y = ours[known], true[known]
     a, b = np.random.default_rng(1).integers(0, len(x), (2, 20000))
     ratio = y[a] / y[b]
@@ -98,7 +98,7 @@ def wrong_order(ours, true, known):
 
 
 def separation(disparity, mask):
-    """How much nearer than the ring around it what the mask shows is, in shares of the photograph's range (its 2nd to 98th percentile)."""
+    """Difference in disparity between a mask's inside and the ring around it, as a share of the photograph's range (2nd to 98th percentile)."""
     reach = max(3, round(max(mask.shape) / 50))
     grown, shrunk = (way(mask.astype(np.uint8), np.ones((2 * reach + 1,) * 2, np.uint8)) > 0 for way in (cv2.dilate, cv2.erode))
     wide = cv2.dilate(mask.astype(np.uint8), np.ones((6 * reach + 1,) * 2, np.uint8)) > 0

@@ -1,4 +1,4 @@
-"""The network as a list of operators: convolutions, additions and enlargements, the three that the library's 8-bit networks have.
+"""The network as a list of operators: convolutions, additions and upsamplings, the three operators of the library's 8-bit networks.
 
 The same list serves the float network below, the quantized one (quantize.py) and the export. The way down is MobileNet V2 (Sandler et al.,
 CVPR 2018) as far as 1/32 of the resolution, so that training can start from its features (backbone.py); the way up is dense 3 x 3
@@ -13,11 +13,11 @@ import torch.nn.functional as F
 # Tensors are named after the operator that makes them; the network's input is called "photo".
 Convolution = namedtuple("Convolution", "name input inputs outputs kernel stride depthwise relu normalized")
 Addition = namedtuple("Addition", "name a b")
-Enlargement = namedtuple("Enlargement", "name input")  # every pixel twice in both directions
+Enlargement = namedtuple("Enlargement", "name input")  # nearest upsampling by two
 
 
 class Builder:
-    """Lists operators; every method returns the name of the tensor that it makes."""
+    """Lists operators; every method returns the name of its result."""
 
     def __init__(self):
         self.operators, self.channels = [], {"photo": 3}
@@ -34,17 +34,17 @@ class Builder:
         self.channels[name] = self.channels[a]
         return name
 
-    def inverted_residual(self, name, x, outputs, expansion, stride):
-        """MobileNet V2's block. Not normalized: its normalization is folded into the weights that it starts from."""
+    def inverted_residual(self, name, x, outputs, expansion, stride, normalized=False):
+        """MobileNet V2's block. Not normalized by default: normalization is folded into the pretrained weights that it starts from."""
         y = x
         if expansion > 1:
-            y = self.convolution(name + ".expand", y, self.channels[x] * expansion, relu=True, normalized=False)
-        y = self.convolution(name + ".depthwise", y, None, 3, stride, depthwise=True, relu=True, normalized=False)
-        y = self.convolution(name + ".project", y, outputs, normalized=False)
+            y = self.convolution(name + ".expand", y, self.channels[x] * expansion, relu=True, normalized=normalized)
+        y = self.convolution(name + ".depthwise", y, None, 3, stride, depthwise=True, relu=True, normalized=normalized)
+        y = self.convolution(name + ".project", y, outputs, normalized=normalized)
         return self.addition(name + ".sum", x, y) if stride == 1 and outputs == self.channels[x] else y
 
     def residual(self, name, x):
-        """Two dense 3 x 3 convolutions around which a shortcut leads."""
+        """Two dense 3 x 3 convolutions with a shortcut."""
         y = self.convolution(name + ".first", x, self.channels[x], 3, relu=True)
         return self.addition(name + ".sum", x, self.convolution(name + ".second", y, self.channels[x], 3))
 
@@ -57,7 +57,7 @@ class Builder:
 STEM = 32
 # MobileNet V2: channels, expansion, and the strides of the blocks of each stage. Its last stage (320 channels) is left out.
 STAGES_DOWN = ((16, 1, (1,)), (24, 6, (2, 1)), (32, 6, (2, 1, 1)), (64, 6, (2, 1, 1, 1)), (96, 6, (1, 1, 1)), (160, 6, (2, 1, 1)))
-# Per level of the way up, from full resolution to 1/32: channels and residual pairs.
+# Per level of the decoder, from full resolution to 1/32: channels and residual pairs.
 CHANNELS_UP = (8, 24, 48, 64, 96, 128)
 RESIDUALS_UP = (0, 1, 1, 1, 1, 2)
 
@@ -81,7 +81,7 @@ def operators():
             y = b.addition(f"merge{level}", skip, y)
         for i in range(RESIDUALS_UP[level]):
             y = b.residual(f"refine{level}.{i}", y)
-    # Beside the ReLU leads a way without one: with that alone, disparity ended at a constant where all of its channels were 0.
+    # A second path without a ReLU: with the ReLU alone, disparity was constant where all its channels were 0.
     detail = b.convolution("detail", b.convolution("last", y, CHANNELS_UP[0], 3, relu=True), 1, 3, normalized=False)
     b.addition("disparity", b.convolution("direct", y, 1, 3, normalized=False), detail)
     return b.operators
@@ -107,24 +107,34 @@ class Layer(nn.Module):
 
     @torch.no_grad()
     def folded(self):
-        """(weight, bias) of the convolution that does the same as this layer in evaluation."""
+        """(weight, bias) of the convolution that equals this layer in evaluation mode."""
         if self.norm is None:
             return self.weight.clone(), self.bias.clone()
         factor = self.norm.weight / torch.sqrt(self.norm.running_var + self.norm.eps)
         return self.weight * factor[:, None, None, None], self.norm.bias - self.norm.running_mean * factor
 
 
+def network(name):
+    """(operators, whether the last tensor is the logarithm of disparity) of "small", the student, or "paper", the published architecture"""
+    if name == "paper":
+        import tr_unet
+        return tr_unet.operators(), True
+    return operators(), False
+
+
 class Student(nn.Module):
     """color B x 3 x H x W in [0, 1], sides multiples of 32 -> disparity B x 1 x H x W, about 0 to 1"""
 
-    def __init__(self):
+    def __init__(self, ops=None, logarithmic=False):
+        """ops          operators whose last one is named "disparity"; default: operators()
+        logarithmic  whether its result is the logarithm of disparity"""
         super().__init__()
-        self.operators = operators()
+        self.operators, self.logarithmic = ops or operators(), logarithmic
         self.layers = nn.ModuleDict({key(op.name): Layer(op) for op in self.operators if isinstance(op, Convolution)})
         for op in self.operators:  # every normalized shortcut block starts as the identity
             if isinstance(op, Addition) and op.name.endswith(".sum") and self.layers[key(op.b)].norm is not None:
                 nn.init.constant_(self.layers[key(op.b)].norm.weight, 0.1)
-        nn.init.constant_(self.layers["direct"].bias, 0.4)
+        nn.init.constant_(self.layers["direct" if "direct" in self.layers else "disparity"].bias, -0.9 if logarithmic else 0.4)
         last = {}
         for op in self.operators:
             for name in op[1:3] if isinstance(op, Addition) else op[1:2]:
@@ -145,18 +155,18 @@ class Student(nn.Module):
             for name in self.ends.get(op.name, ()):
                 del tensors[name]
             tensors[op.name] = y
-        return tensors["disparity"]
+        return tensors["disparity"].exp() if self.logarithmic else tensors["disparity"]
 
 
 def key(name):
-    """A name that torch allows for a module."""
+    """Converts a name to one that torch allows for a module."""
     return name.replace(".", "_")
 
 
-def costs(height=288, width=384):
-    """(parameters with folded normalization, multiplications), for a photograph of that size"""
+def costs(height=288, width=384, ops=None):
+    """(parameters with folded normalization, multiplications) of a list of operators, for a photograph of that size"""
     sizes, parameters, products = {"photo": height * width}, 0, 0
-    for op in operators():
+    for op in ops or operators():
         if isinstance(op, Convolution):
             sizes[op.name] = sizes[op.input] // op.stride ** 2
             weights = op.outputs * op.kernel ** 2 * (1 if op.depthwise else op.inputs)

@@ -1,4 +1,4 @@
-"""Photographs and their labels, once, as large files that training maps into memory.
+"""Writes photographs and their labels as large files, which training maps into memory.
 
     python3 prepare.py --photos PHOTOS --raw RAW [--depth RGBD_FOLDER]... --out FOLDER
 
@@ -19,7 +19,7 @@ import metrics
 
 LONG_SIDE = 480  # of the photographs that training reads
 LABEL_SIDE = 384
-LEAST_FRONT, MOST_FRONT = 0.02, 0.6  # of a photograph: what may be cut out of it
+MIN_FRONT, MAX_FRONT = 0.02, 0.6  # share of a photograph that an object to cut out may cover
 
 
 def read_color(path):
@@ -39,7 +39,7 @@ def stored(raw, which, name):
 
 
 def front_of(classes, label):
-    """Where the photograph shows something that may be cut out: the largest connected piece of one, if it stands off what is around."""
+    """Mask of an object to cut out: its largest connected component, if it is nearer than its surroundings."""
     front = (classes > 0).astype(np.uint8)
     count, pieces, stats, _ = cv2.connectedComponentsWithStats(front)
     if count < 2:
@@ -48,13 +48,13 @@ def front_of(classes, label):
     front = (pieces == piece).astype(np.uint8)
     ring = cv2.dilate(front, np.ones((15, 15), np.uint8)) - front
     share = front.mean()
-    if not LEAST_FRONT < share < MOST_FRONT or ring.sum() == 0 or np.median(label[front > 0]) < np.median(label[ring > 0]) + 0.04:
+    if not MIN_FRONT < share < MAX_FRONT or ring.sum() == 0 or np.median(label[front > 0]) < np.median(label[ring > 0]) + 0.04:
         return np.zeros_like(front)
     return front
 
 
 def labeled(path, raw):
-    """(name, source, photograph, disparity, what may be cut out)"""
+    """(name, source, photograph, disparity, mask of an object to cut out)"""
     name, photo = os.path.splitext(os.path.basename(path))[0], read_color(path)
     layout = labels.chosen(stored(raw, "teacher", name), stored(raw, "published", name))
     small = cv2.resize(photo, layout.shape[::-1], interpolation=cv2.INTER_AREA)
@@ -65,7 +65,7 @@ def labeled(path, raw):
 
 
 def photographs(folder, raw):
-    """What `labeled` says of each, in order."""
+    """The results of `labeled`, in order."""
     with multiprocessing.Pool() as pool:
         yield from pool.imap(functools.partial(labeled, raw=raw), [os.path.join(folder, file) for file in sorted(os.listdir(folder))])
 
@@ -81,26 +81,35 @@ def measured(folder):
         yield name, source, shrink(photo, LONG_SIDE), label, np.zeros(label.shape, np.uint8)
 
 
-def main():
-    p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    for name in ("photos", "raw", "out"):
-        p.add_argument("--" + name, required=True)
-    p.add_argument("--depth", action="append", default=[])
-    a = p.parse_args()
-    os.makedirs(a.out, exist_ok=True)
-    entries, color_at, label_at, start = [], 0, 0, time.time()
-    with open(os.path.join(a.out, "colours.u8"), "wb") as colors, open(os.path.join(a.out, "labels.f16"), "wb") as values, \
-            open(os.path.join(a.out, "fronts.u8"), "wb") as fronts:
-        sources = [photographs(a.photos, a.raw)] + [measured(folder) for folder in a.depth]
-        for name, source, photo, label, front in (item for s in sources for item in s):
+def write(out, items):
+    """Writes what data.Library reads.
+
+    items  (name, source, photograph, disparity, what may be cut out) of each photograph. Returns the entries of index.json."""
+    os.makedirs(out, exist_ok=True)
+    entries, color_at, label_at = [], 0, 0
+    with open(os.path.join(out, "colours.u8"), "wb") as colors, open(os.path.join(out, "labels.f16"), "wb") as values, \
+            open(os.path.join(out, "fronts.u8"), "wb") as fronts:
+        for name, source, photo, label, front in items:
             entries.append({"name": name, "source": source, "height": photo.shape[0], "width": photo.shape[1], "colour_at": color_at,
                             "label_height": label.shape[0], "label_width": label.shape[1], "label_at": label_at, "front": bool(front.any())})
             colors.write(np.ascontiguousarray(photo).tobytes())
             values.write(label.astype(np.float16).tobytes())
             fronts.write(front.tobytes())
             color_at, label_at = color_at + photo.size, label_at + label.size
-    with open(os.path.join(a.out, "index.json"), "w") as file:
+    with open(os.path.join(out, "index.json"), "w") as file:
         json.dump({"entries": entries}, file)
+    return entries
+
+
+def main():
+    p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    for name in ("photos", "raw", "out"):
+        p.add_argument("--" + name, required=True)
+    p.add_argument("--depth", action="append", default=[])
+    a = p.parse_args()
+    start = time.time()
+    sources = [photographs(a.photos, a.raw)] + [measured(folder) for folder in a.depth]
+    entries = write(a.out, (item for s in sources for item in s))
     print(f"{len(entries)} photographs, {sum(e['front'] for e in entries)} with something to cut out, in {time.time() - start:.0f} s")
 
 

@@ -25,7 +25,7 @@ class Round(torch.autograd.Function):
 
 
 class Requantize(torch.autograd.Function):
-    """accumulator * factor, rounded and clipped to [low, high]. Works in place; what ends on a bound passes no gradient."""
+    """accumulator * factor, rounded and clipped to [low, high]. Works in place; clipped values pass no gradient."""
 
     @staticmethod
     def forward(ctx, accumulator, factor, low, high):
@@ -50,13 +50,13 @@ def scale_and_zero_point(low, high):
 
 
 def weight_quantization(low, high, bits):
-    """As much below 0 as above: weights less their zero point are signed bytes, which processors multiply three times faster than wider ones."""
+    """Symmetric: weights less their zero point are signed bytes, which processors multiply three times faster than wider ones."""
     half = 2 ** (bits - 1)
     return float(np.float32(max(-low / half, high / (half - 1), 1e-9))), half
 
 
 def best_range(values):
-    """The (low, high) that loses least in 8 bits: clipping spares steps, and steps spare clipping."""
+    """The (low, high) with the smallest error in 8 bits: a smaller range clips more, a larger one has coarser steps."""
     low, high = min(values.min().item(), 0.0), max(values.max().item(), 1e-6)
     best = None
     for share in np.linspace(0.3, 1.0, 29):
@@ -71,7 +71,7 @@ def best_range(values):
 
 @torch.no_grad()
 def find_ranges(student, batches):
-    """Quantization of every tensor, from what the float network makes of some photographs."""
+    """Quantization of every tensor, from the float network's values on some photographs."""
     seen = {}
     for color in batches:
         tensors = {"photo": color}
@@ -90,17 +90,19 @@ def find_ranges(student, batches):
     for op in student.operators:
         ranges[op.name] = (ranges[op.input] if isinstance(op, Enlargement)
                            else scale_and_zero_point(*best_range(torch.cat(seen[op.name]))))
-    # clipped, whatever is near would become one flat sheet
-    ranges["disparity"] = scale_and_zero_point(0.0, torch.cat(seen["disparity"]).max().item())
+    # with clipping, everything near would become one flat sheet
+    last = torch.cat(seen["disparity"])
+    ranges["disparity"] = scale_and_zero_point(last.min().item() if student.logarithmic else 0.0, last.max().item())
     return ranges
 
 
 class Quantized(nn.Module):
     """color B x 3 x H x W in [0, 1], multiples of 1/255 -> disparity B x 1 x H x W"""
 
-    def __init__(self, ranges, weight_bits=8):
+    def __init__(self, ranges, weight_bits=8, ops=None, logarithmic=False):
+        """ops, logarithmic  as for model.Student"""
         super().__init__()
-        self.operators, self.ranges, self.weight_bits = operators(), ranges, weight_bits
+        self.operators, self.logarithmic, self.ranges, self.weight_bits = ops or operators(), logarithmic, ranges, weight_bits
         self.weights, self.biases = nn.ParameterDict(), nn.ParameterDict()
         for op in self.operators:
             if isinstance(op, Convolution):
@@ -110,7 +112,7 @@ class Quantized(nn.Module):
 
     @torch.no_grad()
     def take(self, student):
-        """Takes the weights of a float network, normalization folded in."""
+        """Copies the weights of a float network, with folded normalization."""
         for name, layer in student.layers.items():
             weight, bias = layer.folded()
             self.weights[name].copy_(weight)
@@ -131,7 +133,9 @@ class Quantized(nn.Module):
         return Requantize.apply(accumulator, factor, -zero_point, 255 - zero_point)
 
     def forward(self, color):
-        tensors = {"photo": (color * 255).round().contiguous(memory_format=torch.channels_last)}
+        scale, zero_point = self.ranges["photo"]
+        photo = (color / scale).round().clamp(-zero_point, 255 - zero_point)
+        tensors = {"photo": photo.contiguous(memory_format=torch.channels_last)}
         for op in self.operators:
             scale = self.ranges[op.name][0]
             if isinstance(op, Convolution):
@@ -145,4 +149,5 @@ class Quantized(nn.Module):
             else:
                 y = F.interpolate(tensors[op.input], scale_factor=2, mode="nearest")
             tensors[op.name] = y
-        return tensors["disparity"] * self.ranges["disparity"][0]
+        result = tensors["disparity"] * self.ranges["disparity"][0]
+        return result.exp() if self.logarithmic else result

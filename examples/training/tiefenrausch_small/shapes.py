@@ -1,13 +1,13 @@
-"""Things pasted in front of a photograph, with a crisp step of disparity around them: what separates a foreground from its background,
-learned where the truth is known to the pixel."""
+"""Pastes objects in front of a photograph, with a sharp step of disparity around them, so that the network learns silhouettes where the
+truth is exact."""
 import cv2
 import numpy as np
 
-LEAST_STEP, MOST_STEP = 0.04, 0.55  # of disparity, from what is covered to what covers it
+MIN_STEP, MAX_STEP = 0.04, 0.55  # of disparity, between the covered and the covering surface
 
 
 def relief(rng, size):
-    """Disparity of a surface, give or take a constant: a slanted plane, or a bulge."""
+    """Disparity of a surface, up to a constant: a slanted plane, or a bulge."""
     y, x = np.mgrid[-1:1:size[0] * 1j, -1:1:size[1] * 1j].astype(np.float32)
     slant = rng.normal(0, 0.04, 2)
     bulge = rng.uniform(0, 0.12) if rng.random() < 0.5 else 0.0
@@ -36,7 +36,7 @@ def outline(rng, size):
 
 
 def paste(rng, color, truth, cutting, disparity, opacity):
-    """Pastes a cutting (of data.Photographs.cutting) somewhere over a crop, nearer than what it covers. Changes color (H x W x 3 uint8) and
+    """Pastes a cutting (of data.Photographs.cutting) somewhere over a crop, nearer than the pixels that it covers. Changes color (H x W x 3 uint8) and
     truth (H x W, NaN where unknown) in place."""
     height, width = truth.shape
     scale = rng.uniform(0.25, 0.95) * max(height, width) / max(opacity.shape)
@@ -59,12 +59,12 @@ def paste(rng, color, truth, cutting, disparity, opacity):
     base = np.percentile(under, 90) if len(under) else 0.4
     own = disparity[of_cutting]
     own = (own - np.median(own[solid])) * rng.uniform(0.3, 1.0)
-    nearer = base + np.exp(rng.uniform(np.log(LEAST_STEP), np.log(MOST_STEP))) + np.clip(own, -0.2, 0.2)
-    covered[solid] = np.fmax(nearer, np.nan_to_num(covered, nan=0.0) + LEAST_STEP)[solid]
+    nearer = base + np.exp(rng.uniform(np.log(MIN_STEP), np.log(MAX_STEP))) + np.clip(own, -0.2, 0.2)
+    covered[solid] = np.fmax(nearer, np.nan_to_num(covered, nan=0.0) + MIN_STEP)[solid]
     most = np.nanmax(truth)
     if most > 1:
         truth /= most
-    # harmonized: light and contrast of a cutting lean toward those of where it lands
+    # harmonized: light and contrast of the cutting approach those of its new surroundings
     place, piece = color[inside].astype(np.float32), cutting[of_cutting].astype(np.float32)
     lean = rng.uniform(0, 0.7)
     piece = piece + lean * (place.mean((0, 1)) - piece[solid].mean(0))

@@ -1,4 +1,4 @@
-"""What other networks say of photographs, once, as one small file for each photograph and network. Goes on where it was stopped.
+"""Writes other networks' estimates of photographs, one small file per photograph and network. Continues after an interruption.
 
     python3 teachers.py --photos PHOTOS --out RAW --teacher FOLDER             layout and detail: TCMonoDepth, small (teacher.py in FOLDER)
     python3 teachers.py --photos PHOTOS --out RAW --published FOLDER --estimate PROGRAM    the published Tiefenrausch, by estimate.cpp
@@ -73,7 +73,7 @@ def photographs(folder):
 
 
 def ask(network, photos, out):
-    """Writes what `network` (photograph -> {name: map}) says of each photograph that has no file yet."""
+    """Writes the maps of `network` (photograph -> {name: map}) for each photograph that has no file yet."""
     os.makedirs(out, exist_ok=True)
     start, asked = time.time(), 0
     for name, path in photographs(photos):

@@ -1,4 +1,4 @@
-"""Trains the student on what prepare.py wrote. See README.md.
+"""Trains the student on the output of prepare.py. See README.md.
 
     python3 train.py --data DATA --out FOLDER --hours H --backbone FILE.tflite | --weights FILE.safetensors [--watch FOLDER]
 
@@ -25,6 +25,7 @@ import data
 import export
 import metrics
 from losses import aligned_error, losses
+import model
 from model import Student
 from quantize import Quantized, find_ranges
 
@@ -35,15 +36,15 @@ STAGES = (
     (0.60, 6 * 256 * 256, ((256, 256), (224, 288), (288, 224), (192, 320), (320, 192))),
     (1.00, 4 * 288 * 384, data.WHOLE),
 )
-QUANTIZED_FROM = 0.80  # share of the schedule that is trained in floating point; the rest has 8 bits
-LAST = 0.70  # share of the schedule that `finish` goes on from
+QUANTIZED_FROM = 0.80  # share of the schedule in floating point; the rest is in 8 bits
+LAST = 0.70  # share of the schedule at which `finish` continues
 
 
 def rate_at(progress):
     return 0.5 * (1 + math.cos(math.pi * progress))
 
 
-BACKBONE_RATE = 0.2  # of the learning rate, for the features that training starts from: they have no normalization, and know something
+BACKBONE_RATE = 0.2  # factor of the learning rate for pretrained features, which have no normalization
 
 
 @torch.no_grad()
@@ -58,7 +59,7 @@ def validate(net, batches):
 
 
 class Watched:
-    """Photographs with depth from elsewhere that are never trained on."""
+    """Photographs with depth of other data sets, which are not used in training."""
 
     def __init__(self, folder, most=60):
         pairs = list(metrics.read_pairs(folder)) if folder else []
@@ -77,10 +78,12 @@ class Watched:
 class Run:
     """The state that a checkpoint holds: the network, its running average (which is what ships), the optimizer and the counts."""
 
-    def __init__(self):
+    def __init__(self, network):
+        """network  its name, of model.network()"""
+        self.network = network
         self.step, self.samples, self.seconds, self.progress = 0, 0, 0.0, 0.0  # seconds of processor time
         self.ranges = None  # quantization of the tensors, once there is one
-        self.use(Student())
+        self.use(Student(*model.network(network)))
 
     def use(self, net):
         self.net = net.to(memory_format=torch.channels_last)
@@ -94,15 +97,24 @@ class Run:
                                            betas=(0.9, 0.99))
         self.since = self.step
 
+    def quantized(self):
+        ops, logarithmic = model.network(self.network)
+        return Quantized(self.ranges, ops=ops, logarithmic=logarithmic)
+
     def quantize(self, batches):
-        """Goes on in 8 bits, from the average of the float network."""
+        """Continues in 8 bits, from the average of the float network."""
         self.ranges = find_ranges(self.average, batches)
-        self.use(Quantized(self.ranges).take(self.average))
+        self.use(self.quantized().take(self.average))
+
+    def quantize_as(self, tensors):
+        """Goes on in 8 bits, with the quantization of a file's tensors."""
+        self.ranges = export.ranges_of(tensors, self.net.operators)
+        self.use(self.quantized().take(self.net))
 
     def state(self):
         return {"net": self.net.state_dict(), "average": self.average.state_dict(), "optimiser": self.optimizer.state_dict(),
-                "ranges": self.ranges, "step": self.step, "since": self.since, "samples": self.samples, "seconds": self.seconds,
-                "progress": self.progress}
+                "network": self.network, "ranges": self.ranges, "step": self.step, "since": self.since, "samples": self.samples,
+                "seconds": self.seconds, "progress": self.progress}
 
     def save(self, path):
         torch.save(self.state(), path + ".part")
@@ -112,7 +124,7 @@ class Run:
         state = torch.load(path)
         if state["ranges"]:
             self.ranges = state["ranges"]
-            self.use(Quantized(self.ranges))
+            self.use(self.quantized())
         self.net.load_state_dict(state["net"])
         self.average.load_state_dict(state["average"])
         self.optimizer.load_state_dict(state["optimiser"])
@@ -145,7 +157,7 @@ class Run:
 
 
 class Schedule:
-    """How far the training has come, 0 to 1, from the processor time spent and the files that steer it."""
+    """The training's progress, 0 to 1, from the used processor time and the control files."""
 
     def __init__(self, folder, hours):
         self.folder, self.hours, self.hurry = folder, hours, None
@@ -158,7 +170,7 @@ class Schedule:
             return None
 
     def progress(self, seconds, reached):
-        """reached  what this returned last, if this is a new start"""
+        """reached  the last returned value, after a restart"""
         hours = self.read("hours", self.hours) or self.hours
         progress = min(1.0, seconds / (3600 * hours))
         minutes = self.read("finish", 30.0)
@@ -176,8 +188,10 @@ def arguments():
     p.add_argument("--data", required=True, help="folder that prepare.py wrote")
     p.add_argument("--out", required=True, help="folder for checkpoints and log")
     p.add_argument("--hours", type=float, default=6.0, help="processor hours of the whole schedule")
+    p.add_argument("--network", choices=("small", "paper"), default="small", help="the architecture: the student's, or the published one")
     p.add_argument("--backbone", help="the TFLite file to start from (backbone.py)")
-    p.add_argument("--weights", help="the safetensors file of an earlier training to start from; without either, from nothing")
+    p.add_argument("--weights", help="the safetensors file of an earlier training to start from (paper: of convert.cpp; goes on in 8 bits); "
+                   "without either, from nothing")
     p.add_argument("--watch", help="folder of photographs with depth (manifest.json) to measure on while training")
     p.add_argument("--rate", type=float, default=1.5e-3, help="learning rate")
     p.add_argument("--threads", type=int, default=os.cpu_count())
@@ -195,15 +209,18 @@ def main():
         return os.path.join(a.out, name)
 
     photographs = data.Photographs(a.data)
-    run, checkpoint = Run(), path("checkpoint.pt")
+    run, checkpoint = Run(a.network), path("checkpoint.pt")
     if os.path.exists(checkpoint):
         run.load(checkpoint)
     elif a.weights or a.backbone:
         if a.backbone:
             backbone.start_from(run.net, a.backbone)
         else:
-            export.start_from(run.net, a.weights, photographs.calibration(np.random.default_rng(3)))
+            known = photographs.calibration(np.random.default_rng(3))
+            export.start_from(run.net, a.weights, known[:1] if a.network == "paper" else known)
         run.use(run.net)
+        if a.weights and a.network == "paper":  # its tensors rely on being clipped to 8 bits: in floating point it makes no sense
+            run.quantize_as(export.read_safetensors(a.weights)[0])
     rng = np.random.default_rng([7, run.step])
     cv2.setRNGSeed(run.step)
     validation = photographs.validation_batches((288, 384))
@@ -229,7 +246,7 @@ def main():
         run.seconds = before + time.process_time() - processor
         progress = schedule.progress(run.seconds, run.progress)
         if run.ranges is not None:
-            progress = max(progress, QUANTIZED_FROM)  # there is no way back
+            progress = max(progress, QUANTIZED_FROM)  # 8 bits never return to floating point
         run.progress = progress
         done = asked or progress >= 1 or os.path.exists(path("stop"))
         if run.seconds - looked > 900 or done:

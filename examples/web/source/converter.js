@@ -17,6 +17,36 @@ import { isOneFile, readAsset } from "./assets.js";
 /** Threads need memory that they share, which a browser allows only to pages of servers that isolate them. */
 const canHaveThreads = () => !isOneFile() && globalThis.crossOriginIsolated && navigator.hardwareConcurrency > 1;
 
+/** Whether a file is HEIC: the brands at its beginning say so, and none is AVIF's. */
+function isHeic(bytes) {
+    const brands = String.fromCharCode(...bytes.subarray(4, 40));
+    return /^ftyp.*(hei[cxms]|hevc|mif1|msf1)/s.test(brands) && !/avi[fs]/.test(brands);
+}
+
+/**
+ * Reads a HEIC photo with its depth, in a Worker that ends afterwards: its memory is free again. The reader comes from the server when
+ * the first such photo does.
+ *
+ * @returns {Promise<{decoded: import("./heic.js").DecodedPhoto | null, refusal: string}>}
+ */
+async function readHeic(bytes, name) {
+    const nothing = { decoded: null, refusal: "" };
+    if (isOneFile() || !isHeic(bytes)) return nothing;
+    const files = await Promise.all(["heic.js", "heic.wasm"].map(readAsset)).catch(() => null);
+    if (!files) return nothing; // the browser may read it
+    const [script, wasm] = files;
+    const address = URL.createObjectURL(new Blob([script], { type: "text/javascript" }));
+    const worker = new Worker(address);
+    return new Promise((resolve) => {
+        worker.onerror = (event) => resolve({ decoded: null, refusal: event.message || "The HEIC reader can't start in this browser." });
+        worker.onmessage = ({ data }) => resolve({ decoded: data.decoded ?? null, refusal: data.failure ?? "" });
+        worker.postMessage({ wasm, bytes, name });
+    }).finally(() => {
+        worker.terminate();
+        URL.revokeObjectURL(address);
+    });
+}
+
 export class Converter {
     constructor() {
         this.pending = new Map();
@@ -80,10 +110,13 @@ export class Converter {
      */
     async convert(bytes, name, onProgress, isExact = false) {
         await this.ready;
+        onProgress("reading photo", 0);
+        const { decoded, refusal } = await readHeic(bytes, name);
         return new Promise((resolve, reject) => {
             const id = ++this.lastId;
             this.pending.set(id, { resolve, reject, onProgress });
-            this.worker.postMessage({ convert: { bytes, name, isExact }, id });
+            const moved = decoded ? [decoded.color.buffer, ...(decoded.depth ? [decoded.depth.disparity.buffer] : [])] : [];
+            this.worker.postMessage({ convert: { bytes, name, isExact, decoded, refusal }, id }, moved);
         });
     }
 }

@@ -2,6 +2,8 @@
 // isolates the page from other sites, as a server may do by the same headers: only then, browsers allow threads. bundle.mjs fills in
 // the names of the files and a version of their content.
 
+// The readers of rare formats are not among the files: they are kept once a photo has needed them.
+
 const version = "VERSION";
 const files = ["FILES"];
 
@@ -30,7 +32,9 @@ function isolated(response) {
 
 async function answer(request) {
     const cache = await caches.open(version);
-    const response = (await cache.match(request, { ignoreSearch: true })) ?? (await fetch(request));
+    const kept = await cache.match(request, { ignoreSearch: true });
+    const response = kept ?? (await fetch(request));
+    if (!kept && response.ok && request.url.endsWith(".gz")) await cache.put(request, response.clone());
     return request.mode === "navigate" && response.ok ? isolated(response) : response;
 }
 

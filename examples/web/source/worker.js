@@ -1,7 +1,8 @@
 // Runs the converter in a Worker: the page stays responsive. createConverter() is Emscripten's loader of the converter, which
 // converter.js puts in front of this text.
 //
-// Messages in:   {load: {wasm, depth, inpainting, threads}}, once, where `threads` is {loader, worker}, the scripts of its threads, or null; {convert: {bytes, name, isExact}, id}
+// Messages in:   {load: {wasm, depth, inpainting, threads}}, once, where `threads` is {loader, worker}, the scripts of its threads, or null; {convert: {bytes, name, isExact, decoded, refusal}, id}, where `decoded`
+//                is what heic.js has read, or null, and `refusal` its message, or an empty text
 // Messages out:  {ready: {milliseconds, threads}}; {warm: {milliseconds}}; {stage, fraction, id}; {result: {glb, poster, width, height, isPastFrame, depthSource, stages,
 //                heap}, id}; {failure, id}
 /* global createConverter */
@@ -59,7 +60,7 @@ async function warmUp(start) {
     postMessage({ warm: { milliseconds: performance.now() - start } });
 }
 
-async function convert({ bytes, name, isExact = false }, id) {
+async function convert({ bytes, name, isExact = false, decoded, refusal }, id) {
     job = { id, stages: {}, began: {} };
     clock = (stage, fraction) => {
         const now = performance.now();
@@ -68,11 +69,8 @@ async function convert({ bytes, name, isExact = false }, id) {
         postMessage({ stage, fraction, id });
     };
     const text = new TextEncoder().encode(`${name}\0`);
-    const decoder = within([bytes, text], ([data, where]) => check(converter._web_inspect(data, bytes.length, where)));
-    const pixels = decoder === 2 ? await decodeInBrowser(bytes, text) : null;
-    within([bytes, text, pixels?.data], ([data, where, rgba]) => {
-        check(converter._web_open(data, bytes.length, where, rgba, pixels?.height ?? 0, pixels?.width ?? 0));
-    });
+    if (decoded) accept(decoded);
+    else await open(bytes, text, refusal);
     within([text], ([where]) => check(converter._web_convert(where, Number(isExact))));
     const glb = copyOf(converter._web_glb(), converter._web_glb_size());
     const poster = copyOf(converter._web_poster(), converter._web_poster_size());
@@ -88,6 +86,26 @@ async function convert({ bytes, name, isExact = false }, id) {
         heap: memory().length,
     };
     postMessage({ result, id }, [glb.buffer, poster.buffer]);
+}
+
+/** Decodes a photo here or in the browser. @param {Uint8Array} name  ends with 0 */
+async function open(bytes, name, refusal) {
+    const decoder = within([bytes, name], ([data, where]) => check(converter._web_inspect(data, bytes.length, where)));
+    const pixels = decoder === 2 ? await decodeInBrowser(bytes, name, refusal) : null;
+    within([bytes, name, pixels?.data], ([data, where, rgba]) => {
+        check(converter._web_open(data, bytes.length, where, rgba, pixels?.height ?? 0, pixels?.width ?? 0));
+    });
+}
+
+/** @param {import("./heic.js").DecodedPhoto} decoded */
+function accept({ color, height, width, focalLength, refused, depth }) {
+    const textOf = (text) => new TextEncoder().encode(`${text}\0`);
+    clock("reading photo", 0);
+    within([color, textOf(refused)], ([rgb, reason]) => check(converter._web_accept(rgb, height, width, focalLength, reason)));
+    if (!depth) return;
+    within([depth.disparity, textOf(depth.source)], ([disparity, source]) => {
+        check(converter._web_add_depth(disparity, depth.height, depth.width, depth.isInverseDepth, depth.isMetric, source));
+    });
 }
 
 /** Calls `use` with the addresses of copies of the arrays in the converter's memory; 0 for an array that is missing. */
@@ -117,11 +135,13 @@ function check(result) {
  * Decodes a photo as the browser does: upright, in sRGB.
  *
  * @param {Uint8Array} name  ends with 0
+ * @param {string} refusal  why the reader of heic.js has not read it, or an empty text
  * @returns {Promise<ImageData>} red, green, blue and alpha
  */
-async function decodeInBrowser(bytes, name) {
+async function decodeInBrowser(bytes, name, refusal) {
     const blob = new Blob([bytes]);
     const picture = await createImageBitmap(blob, { imageOrientation: "from-image", premultiplyAlpha: "none" }).catch(() => {
+        if (refusal) throw new Error(refusal);
         within([bytes, name], ([data, where]) => check(converter._web_refuse(data, bytes.length, where)));
     });
     const scale = Math.min(1, maxDecodedSide / Math.max(picture.width, picture.height));

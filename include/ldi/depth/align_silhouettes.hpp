@@ -103,10 +103,10 @@ private:
     }
 
     void weigh_row(const band& b, std::int32_t k, const color_sums& front_sums, const color_sums& back_sums) {
-        const bool is_known = front_sums.count >= 8.0F && back_sums.count >= 8.0F;
-        const std::int32_t least = b.min_cut(k), most = b.largest_cut(k);
+        const bool is_known = front_sums.count > 0.0F && back_sums.count > 0.0F;
+        const std::int32_t min_cut = b.min_cut(k), max_cut = b.largest_cut(k);
         if (!is_known) {
-            for (std::int32_t cut = least; cut <= most; ++cut) cost(k, cut) = distance_cost(cut);
+            for (std::int32_t cut = min_cut; cut <= max_cut; ++cut) cost(k, cut) = distance_cost(cut);
             return;
         }
         const color_model front(front_sums, noise), back(back_sums, noise);
@@ -114,7 +114,7 @@ private:
         float squared = 0.0F;
         for (std::size_t c = 0; c < 3; ++c) direction[c] = front.mean[c] - back.mean[c], squared += direction[c] * direction[c];
         float evidence = 0.0F;
-        for (std::int32_t cut = least; cut <= most; ++cut) {
+        for (std::int32_t cut = min_cut; cut <= max_cut; ++cut) {
             cost(k, cut) = evidence + distance_cost(cut);
             if (squared > 9.0F * noise * noise) cost(k, cut) -= contrast_weight * contrast(b, k, cut, direction, squared);
             if (const std::uint8_t* color = b.color(k, cut))
@@ -218,10 +218,10 @@ inline void change_sides(const trace& t, const buffer<swept_pixel>& swept, const
     const std::size_t width = before.width();
     for (const swept_pixel& s : swept) {
         const discontinuity& d = t.sides[s.of_side];
-        const bool was_front = at(s.pixel) > 0.5F * (at(d.front) + at(d.back));
-        const float own = at(was_front ? d.front : d.back), other = at(was_front ? d.back : d.front);
+        const float from_front = std::abs(at(s.pixel) - at(d.front)), from_back = std::abs(at(s.pixel) - at(d.back));
         const std::size_t pixel = static_cast<std::size_t>(s.pixel);
-        if (std::abs(at(s.pixel) - own) < std::abs(own - other)) disparity(pixel / width, pixel % width) = other;
+        if ((std::min)(from_front, from_back) < std::abs(at(d.front) - at(d.back)))
+            disparity(pixel / width, pixel % width) = at(from_front < from_back ? d.back : d.front);
     }
 }
 

@@ -56,16 +56,17 @@ namespace detail {
 
 /// Lists the accumulators on both sides of every threshold, and the ends of the range of int32.
 inline buffer<std::int32_t> requantization_checkpoints(const requantization& r) {
-    constexpr std::int32_t least = (std::numeric_limits<std::int32_t>::min)(), most = (std::numeric_limits<std::int32_t>::max)();
-    buffer<std::int32_t> points{least, most};
+    constexpr std::int32_t lowest = (std::numeric_limits<std::int32_t>::min)(),
+                           highest = (std::numeric_limits<std::int32_t>::max)();
+    buffer<std::int32_t> points{lowest, highest};
     const auto result_at = [&r](std::int64_t point) { return requantize(static_cast<std::int32_t>(point), r); };
-    std::int64_t below = least;  // requantizes to less than `value`
-    for (int value = requantize(least, r) + 1; value <= requantize(most, r); ++value) {
+    std::int64_t below = lowest;  // requantizes to less than `value`
+    for (int value = requantize(lowest, r) + 1; value <= requantize(highest, r); ++value) {
         // Thresholds are about 1 / scale apart. The search for the next one starts at the last one and doubles its step.
         std::int64_t above = below, step = 1;
         while (result_at(above) < value) {
             below = above;
-            above = (std::min)(above + step, std::int64_t{most});
+            above = (std::min)(above + step, std::int64_t{highest});
             step *= 2;
         }
         while (above - below > 1) {

@@ -132,8 +132,8 @@ public:
 private:
     void add_position(const outline_corner& corner) {
         // expand() continues hidden surfaces beneath the farthest surface. This lower limit bounds their distance behind it.
-        const float least = 0.9F * facts_.range.inverse_depth(0);
-        const float inverse_depth = (std::max)(facts_.range.inverse_depth((std::min)(corner.disparity, 1.0F)), least);
+        const float min_inverse_depth = 0.9F * facts_.range.inverse_depth(0);
+        const float inverse_depth = (std::max)(facts_.range.inverse_depth((std::min)(corner.disparity, 1.0F)), min_inverse_depth);
         const std::array<float, 3> point =
             camera_.unproject(nearest_float(corner.x), nearest_float(corner.y), 1.0F / inverse_depth);
         mesh_.positions.append(point.begin(), point.end());

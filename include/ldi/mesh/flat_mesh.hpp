@@ -127,7 +127,7 @@ public:
     }
 
 private:
-    /// Converts faults from the crossing finder to splits.
+    /// Requests a split of both edges for each crossing that is found.
     struct crossing_report {
         const chart_mesher& mesher;
         buffer<boundary_split>& to_split;

@@ -149,8 +149,8 @@ public:
         image<float> details = see(sizes_.details, false, 0, share);
         if (sizes_.layout == 0) return details;
         details = detail::with_layout(std::move(details), detail::mirrored(see(sizes_.layout, true, share, 1)));
-        const float least = disparity_table()[0];
-        for (float& disparity : details) disparity = (std::max)(disparity, least);
+        const float min = disparity_table()[0];
+        for (float& disparity : details) disparity = (std::max)(disparity, min);
         return details;
     }
 

@@ -123,7 +123,8 @@ inline void check_curves(std::span<const discontinuity_curve> curves, const grap
 
 /// Finds the discontinuity curves of a layer, in a deterministic order.
 ///
-/// surface  the rule by which lift() linked the layer
+/// surface        the rule by which lift() linked the layer
+/// dropped_sides  if given, set to the number of pixel sides in the curves that curve_options::max_density or max_sides dropped
 ///
 /// Raises invalid_option for a density outside [0, 2].
 ///
@@ -133,7 +134,7 @@ inline void check_curves(std::span<const discontinuity_curve> curves, const grap
 /// sorting the ends of curves; 5 bytes per pixel, 16 per pixel side and 500 per curve.
 template <payload_column... Columns>
 buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns...>& layer, surface_rule surface = {},
-                                                      const curve_options& options = {}) {
+                                                      const curve_options& options = {}, std::size_t* dropped_sides = nullptr) {
     static_assert(has_columns<single_layer<Columns...>, disparity_column>);
     if (!(options.max_density >= 0.0F && options.max_density <= 2.0F))
         raise(error_code::invalid_option, "curve_options::max_density", "0 to 2", detail::to_text(options.max_density));
@@ -175,9 +176,11 @@ buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns
         options.max_sides, static_cast<std::size_t>(options.max_density * detail::nearest_float(layer.topology().size())));
     const std::size_t shortest = detail::curves::min_length_within(tracer, max_sides, options.min_length);
     buffer<detail::curves::trace> traces;
+    std::size_t kept = 0;
     tracer.for_each_curve([&](detail::curves::trace t) {
-        if (t.sides.size() >= shortest) traces.push_back(std::move(t));
+        if (t.sides.size() >= shortest) kept += t.sides.size(), traces.push_back(std::move(t));
     });
+    if (dropped_sides != nullptr) *dropped_sides = corners.side_count() - kept;
     const buffer<std::size_t> lengths = detail::curves::group_lengths(traces);
     for (std::size_t i = 0; i < traces.size(); ++i) {
         if (lengths[i] < options.min_length) continue;

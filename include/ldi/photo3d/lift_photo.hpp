@@ -46,6 +46,7 @@ struct lifted_photo {
     /// Colors beside silhouettes are unmixed, or marked as unknown.
     single_layer<color_column, disparity_column, known_column, matte_column, rim_column, Own...> layer;
     buffer<discontinuity_curve> curves;
+    std::size_t dropped_sides = 0;  ///< as for find_discontinuity_curves()
     photo_facts facts;
     buffer<uncertain_rim> rims;  ///< input of restore_rims(), which runs after the hidden surfaces are colored
 };
@@ -108,7 +109,8 @@ lifted_photo<Own...> lift_photo(const cleaned_photo& photo, const photo_columns<
             return detail::with_columns<Own...>(std::move(layer).template with<rim_column>(std::move(no_rims)), images...);
         },
         own.images);
-    result.curves = find_discontinuity_curves(result.layer, options.surface, scaled(options.curves, sample));
+    result.curves =
+        find_discontinuity_curves(result.layer, options.surface, scaled(options.curves, sample), &result.dropped_sides);
     close_spurious_discontinuities(result.layer, result.curves);
     unmix_colors(result.layer, options.mixed_colors, {photo.shares.data(), photo.shares.size()});
     result.rims = mark_uncertain_rims(result.layer, detail::rim_width(options.alignment, sample));

@@ -82,7 +82,7 @@ inline std::size_t shrunk_length(std::size_t length, std::size_t longer, std::si
     return std::max<std::size_t>((length * (std::min)(longer, long_side) + longer / 2) / longer, 1);
 }
 
-/// Returns the side of a sample of the estimate, in pixels, clamped to [1, max_sample_size].
+/// Returns the width that one depth sample covers, in photo pixels, clamped to [1, max_sample_size].
 inline float sample_size(const image<float>& estimated, const image<std::uint8_t>& photo, const photo3d_options& options) {
     return std::clamp(detail::nearest_float(photo.width()) / detail::nearest_float(estimated.width()), 1.0F,
                       options.max_sample_size);

@@ -6,6 +6,7 @@
 
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -80,6 +81,25 @@ TEST_CASE("sigmoid and tanh reach their limits exactly for large inputs") {
     CHECK(tangent.values[1] == 1.0F);
 }
 
+TEST_CASE("tanh is within two units in the last place, keeps the sign of zero, and is the same for any number of values") {
+    feature_map x(0, 1);
+    for (float v = 1e-42F; v < 20.0F; v *= 1.003F) x.values.push_back(v), x.values.push_back(-v);
+    for (const float v : {0.0F, -0.0F, INFINITY, -INFINITY, 0.625F, 9.5F}) x.values.push_back(v);
+    const feature_map tangent = tanh(x);
+    for (std::size_t i = 0; i < x.values.size(); ++i) {
+        const double exact = std::tanh(double{x.values[i]});
+        const float nearest = static_cast<float>(exact);
+        const double unit = double{std::nextafter(std::abs(nearest), 2.0F)} - double{std::abs(nearest)};
+        CHECK(std::abs(double{tangent.values[i]} - exact) <= 2 * unit);
+        CHECK(std::signbit(tangent.values[i]) == std::signbit(x.values[i]));
+        feature_map one(1, 1);
+        one.values[0] = x.values[i];
+        CHECK(tanh(one).values[0] == tangent.values[i]);
+    }
+    x.values = {std::nanf("")};
+    CHECK(std::isnan(tanh(x).values[0]));
+}
+
 TEST_CASE("elementwise functions reuse the memory of a map that is moved in") {
     std::mt19937 random(24);
     feature_map x = random_features(random, 100, 4);
@@ -135,4 +155,18 @@ TEST_CASE("quantize() rounds to the nearest byte and clamps, and dequantize() in
     CHECK(bytes.zero == 10);
     CHECK(dequantize(bytes, q).values == buffer<float>{0.0F, 0.5F, 0.0F, 122.5F, -5.0F, 0.0F, 122.5F, 1.5F});
     CHECK(quantize(dequantize(bytes, q), q).values == bytes.values);
+}
+
+TEST_CASE("quantize() rounds the exact quotient, halves away from zero") {
+    std::mt19937 random(25);
+    const quantization q{0.1F, 128};
+    const double scale = double{q.scale};
+    feature_map x(0, 1);
+    for (int half = -256; half <= 256; ++half)
+        for (const float v : {static_cast<float>((half + 0.5) * scale), static_cast<float>(half * scale)})
+            for (const float near_it : {v, std::nextafter(v, -100.0F), std::nextafter(v, 100.0F)}) x.values.push_back(near_it);
+    for (const float v : random_features(random, 100, 3).values) x.values.push_back(v);
+    const auto bytes = quantize(x, q);
+    for (std::size_t i = 0; i < x.values.size(); ++i)
+        CHECK(int{bytes.values[i]} == std::clamp(static_cast<int>(std::round(double{x.values[i]} / scale)) + 128, 0, 255));
 }

@@ -134,10 +134,9 @@ public:
     const color_sums& sums(std::int32_t k, bool of_front) const {
         return of_front ? rows_[k].front_colors : rows_[k].back_colors;
     }
-    // Returns the color of the pixel of row k between cuts `offset` and `offset` + 1; nullptr outside the photo.
-    //
-    // offset  from -2 radius to 2 radius - 1
+    // Returns the color of the pixel of row k between cuts `offset` and `offset` + 1; nullptr outside the photo and the band.
     const std::uint8_t* color(std::int32_t k, std::int32_t offset) const {
+        if (offset < -2 * radius_ || offset >= 2 * radius_) return nullptr;
         const std::int32_t i = pixels_[static_cast<std::size_t>(k * 4 * radius_ + offset + 2 * radius_)];
         return i == no_pixel ? nullptr : photo_.row(i / width_) + 3 * (i % width_);
     }

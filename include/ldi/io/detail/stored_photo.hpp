@@ -21,12 +21,12 @@ inline constexpr std::size_t max_profile_bytes = std::size_t{2} << 20;
 /// Color space of samples. It is sRGB if `icc` is empty and `primaries` is 0.
 struct color_profile {
     std::vector<std::byte> icc;
-    unsigned primaries = 0;  ///< number in ITU-T H.273 (9 BT.2020, 12 Display P3), with sRGB's curve; 0 if unknown
+    unsigned primaries = 0;  ///< ColourPrimaries of ITU-T H.273 (9 BT.2020, 12 Display P3), with sRGB's curve; 0 if unknown
 };
 
 struct stored_photo {
     decoded_picture<std::uint8_t> picture;
-    unsigned orientation = 1;                ///< number in EXIF
+    unsigned orientation = 1;                ///< of EXIF, 1 to 8; 1 is upright
     std::optional<float> focal_length_35mm;  ///< in millimeters
     color_profile profile;
 };

@@ -94,7 +94,7 @@ struct opened_tiff {
     /// Raises unsupported, invalid_data, too_large.
     opened_tiff(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where) : memory{bytes, 0, {}} {
         budget.check_format(picture_format::tiff, where);
-        // libtiff reads and keeps the values of all entries; thousands of entries may list the same values.
+        // libtiff loads every entry's values, even if entries share them, so a small file could exhaust memory.
         double listed = 0;
         tiff_directory(bytes).for_each([&](const tiff_directory::entry& e) {
             if (!e.is_inside) listed += (std::min)(e.bytes, nearest_double(bytes.size()));

@@ -25,7 +25,7 @@ inline constexpr std::size_t depthwise_slot = 64;
 
 /// Packs weights block by block, column by column of the window, in 4 vectors of 4 channels x 4 rows.
 inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
-    const int sign = detail::range_of(source.weights, source.weight_zero_point).most > 127 ? -1 : 1;
+    const int sign = detail::range_of(source.weights, source.weight_zero_point).max > 127 ? -1 : 1;
     packed.output.multiplier *= sign;
     detail::depthwise_source from = source;
     from.input_zero_point -= 128;  // see to_signed()
@@ -90,12 +90,12 @@ template <class Requantizer>
 inline void depthwise_u8(const depthwise_u8_weights& weights, const Requantizer& requantize, const std::uint8_t* const rows[3],
                          std::size_t width, std::size_t repeat, std::uint8_t* result) {
     const std::size_t channels = weights.channels, result_width = (width * repeat - 1) / weights.stride + 1;
-    const std::size_t most = detail::depthwise_columns::max_pixels(weights.stride, repeat);
+    const std::size_t max_pixels = detail::depthwise_columns::max_pixels(weights.stride, repeat);
     const std::size_t held = channels < depthwise_block ? channels : depthwise_block;
     alignas(64) std::int8_t slot_values[detail::depthwise_columns::max_slots * depthwise_slot];
-    for (std::size_t first = 0; first < result_width; first += most) {
+    for (std::size_t first = 0; first < result_width; first += max_pixels) {
         const std::size_t rest = result_width - first;
-        const detail::depthwise_columns columns(first, rest < most ? rest : most, weights.stride, repeat);
+        const detail::depthwise_columns columns(first, rest < max_pixels ? rest : max_pixels, weights.stride, repeat);
         for (std::size_t block = 0; block < depthwise_blocks(weights); ++block) {
             const std::size_t start = block_start(channels, block);
             for (std::size_t s = 0; s < columns.slot_count; ++s) {

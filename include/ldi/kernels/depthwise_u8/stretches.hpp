@@ -11,16 +11,16 @@
 
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
-/// A range of channels, for all pixels of a row. It has `most` channels, or a half or a quarter of this number, but at
+/// A range of channels, for all pixels of a row. It has `max_channels` channels, or a half or a quarter of this number, but at
 /// least 16. The last unit may overlap the one before it.
 struct depthwise_unit {
     std::size_t first, channels;
 
     /// Selects the unit that follows the first `done` of `all` channels.
-    depthwise_unit(std::size_t all, std::size_t done, std::size_t most) {
+    depthwise_unit(std::size_t all, std::size_t done, std::size_t max_channels) {
         const std::size_t left = all - done;
         channels = left > 48 ? 64 : left > 16 ? 32 : 16;
-        while (channels > most || (channels > all && channels > 16)) channels /= 2;
+        while (channels > max_channels || (channels > all && channels > 16)) channels /= 2;
         first = done + channels <= all || all < channels ? done : all - channels;
     }
     std::size_t end() const { return first + channels; }

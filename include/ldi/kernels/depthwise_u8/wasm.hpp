@@ -161,11 +161,11 @@ inline void depthwise_u8_row(const depthwise_u8_weights& weights, const depthwis
     const auto fill = fill_functions[weights.channels >= depthwise_block];
     const std::size_t channels = weights.channels, stride = weights.stride;
     const std::size_t held = channels < depthwise_block ? channels : depthwise_block;
-    const std::size_t most = (depthwise_max_slots - 3) / stride + 1;
+    const std::size_t max_pixels = (depthwise_max_slots - 3) / stride + 1;
     alignas(16) std::int16_t memory[(1 + depthwise_max_slots) * depthwise_slot];
     std::int16_t* const slot_values = memory + depthwise_slot;
-    for (std::size_t first = 0; first < result_width; first += most) {
-        const std::size_t count = result_width - first < most ? result_width - first : most;
+    for (std::size_t first = 0; first < result_width; first += max_pixels) {
+        const std::size_t count = result_width - first < max_pixels ? result_width - first : max_pixels;
         for (std::size_t block = 0; block < depthwise_blocks(weights); ++block) {
             const std::size_t start = block_start(channels, block);
             fill(rows, first * stride, (count - 1) * stride + 3, start, slot_values);

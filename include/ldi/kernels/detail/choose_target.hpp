@@ -14,13 +14,13 @@
 namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 struct signed_range {
-    int least, most;
+    int min, max;
 };
 
 inline signed_range range_of(std::span<const std::uint8_t> weights, std::uint8_t zero_point) {
-    std::uint8_t least = 255, most = 0;  // std::minmax_element() does not use vector instructions
-    for (const std::uint8_t w : weights) least = (std::min)(least, w), most = (std::max)(most, w);
-    return {least - int{zero_point}, most - int{zero_point}};
+    std::uint8_t min = 255, max = 0;  // std::minmax_element() does not use vector instructions
+    for (const std::uint8_t w : weights) min = (std::min)(min, w), max = (std::max)(max, w);
+    return {min - int{zero_point}, max - int{zero_point}};
 }
 
 /// Maximum number of inputs of kernels without a fused multiply-add. They first widen the inputs into a buffer of fixed size.
@@ -32,7 +32,7 @@ inline bool fits_unfused(std::span<const std::uint8_t> weights, std::uint8_t wei
                          std::span<const std::int32_t> bias, const requantization& output, float_requantization& fast) {
     const std::size_t inputs = weights.size() / bias.size();
     const signed_range range = range_of(weights, weight_zero_point);
-    const double largest_weight = (std::max)(-range.least, range.most);
+    const double largest_weight = (std::max)(-range.min, range.max);
     const auto [min_bias, max_bias] = std::minmax_element(bias.begin(), bias.end());
     const double largest_bias = (std::max)(-nearest_double(*min_bias), nearest_double(*max_bias));
     const std::optional<unfused_requantization> found = find_unfused_requantization(output);
@@ -49,7 +49,7 @@ inline isa choose_target(isa wanted, std::span<const std::uint8_t> weights, std:
     if (wanted == isa::scalar) return isa::scalar;
     if (wanted == isa::wasm_simd128) return fits_unfused(weights, weight_zero_point, bias, output, fast) ? wanted : isa::scalar;
     const signed_range range = range_of(weights, weight_zero_point);
-    const bool fits = range.least >= -128 && range.most <= 127, fits_negated = range.least >= -127 && range.most <= 128;
+    const bool fits = range.min >= -128 && range.max <= 127, fits_negated = range.min >= -127 && range.max <= 128;
     if (wanted == isa::neon_dot_product) return fits || fits_negated ? wanted : isa::scalar;
     const std::optional<float_requantization> found = find_float_requantization(output);
     if (!found.has_value()) return isa::scalar;

@@ -13,13 +13,13 @@ namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
 /// Remaining capacity of one 16-bit sum: maximum and minimum of the weights that still fit.
 struct sum_room {
-    int most = 128, least = -128;
+    int max = 128, min = -128;
 
     /// Removes the largest part that fits from `rest`, and returns it.
     std::int8_t take(int& rest) {
-        const int part = std::clamp(rest, (std::max)(least, -128), (std::min)(most, 127));
-        most -= (std::max)(part, 0);
-        least -= (std::min)(part, 0);
+        const int part = std::clamp(rest, (std::max)(min, -128), (std::min)(max, 127));
+        max -= (std::max)(part, 0);
+        min -= (std::min)(part, 0);
         rest -= part;
         return static_cast<std::int8_t>(part);
     }

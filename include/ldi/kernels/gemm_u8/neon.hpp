@@ -24,7 +24,7 @@ using detail::gemm_group;
 using gemm_panel = detail::panel_of_groups;
 
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
-    const int sign = detail::range_of(weights, weight_zero_point).most > 127 ? -1 : 1;
+    const int sign = detail::range_of(weights, weight_zero_point).max > 127 ? -1 : 1;
     packed.output.multiplier *= sign;
     const std::size_t inputs = packed.segments * packed.inputs;
     for (std::size_t o = 0; o < packed.outputs; ++o) {

@@ -93,13 +93,13 @@ private:
         return names;
     }
 
-    /// Returns an entry of the operator table. Raises an error unless it lies in [least, most].
-    std::size_t row(std::size_t i, std::size_t column, std::size_t least, std::size_t most) const {
+    /// Returns an entry of the operator table. Raises an error unless it lies in [min, max].
+    std::size_t row(std::size_t i, std::size_t column, std::size_t min, std::size_t max) const {
         const std::int32_t value = rows_[i * columns + column];
-        if (value < 0 || static_cast<std::size_t>(value) < least || static_cast<std::size_t>(value) > most)
+        if (value < 0 || static_cast<std::size_t>(value) < min || static_cast<std::size_t>(value) > max)
             raise(error_code::invalid_data,
                   tensor_place(file_, "operators") + ", row " + std::to_string(i) + ", column " + std::to_string(column),
-                  std::to_string(least) + " to " + std::to_string(most), std::to_string(value));
+                  std::to_string(min) + " to " + std::to_string(max), std::to_string(value));
         return static_cast<std::size_t>(value);
     }
     std::size_t input(std::size_t i, std::size_t column) const { return row(i, column, 0, i); }

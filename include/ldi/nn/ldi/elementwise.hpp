@@ -3,6 +3,7 @@
 
 #include <ldi/base/config.hpp>
 #include <ldi/base/executor.hpp>
+#include <ldi/base/four_floats.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/kernels/add_u8.hpp>
@@ -11,9 +12,11 @@
 #include <ldi/nn/ldi/feature_map.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <initializer_list>
 #include <span>
 #include <utility>
@@ -29,6 +32,61 @@ basic_feature_map<Value> for_each_value(basic_feature_map<Value> values, Executo
         for (std::size_t i = first; i < last; ++i) values.values[i] = function(values.values[i]);
     });
     return values;
+}
+
+// The functions below compare and select bits instead of floats: loops over them have no branches, so that GCC vectorizes them.
+inline std::uint32_t bits_of(float value) {
+    std::uint32_t bits;
+    std::memcpy(&bits, &value, sizeof bits);
+    return bits;
+}
+inline float float_of(std::uint32_t bits) {
+    float value;
+    std::memcpy(&value, &bits, sizeof value);
+    return value;
+}
+inline constexpr std::uint32_t sign_bit = 0x80000000U, infinity_bits = 0x7F800000U;
+
+/// Returns the byte of quantize().
+///
+/// max_size  bits of 256 times the scale
+inline std::uint8_t quantized(float value, double scale, std::uint32_t max_size, std::int32_t zero_point) {
+    const std::uint32_t bits = bits_of(value), positive = bits & ~sign_bit;
+    const std::uint32_t known = positive > infinity_bits ? 0U : positive;  // 0 for NaN
+    const std::uint32_t size = (std::min)(known, max_size);
+    // If the quotient of two floats is not a half, it differs from one by so much that adding 0.5 does not round across it.
+    const auto steps = static_cast<std::int32_t>(double{float_of(size)} / scale + 0.5);
+    const std::int32_t result = zero_point + ((bits & sign_bit) != 0U ? -steps : steps);
+    return static_cast<std::uint8_t>((std::min)((std::max)(result, 0), 255));
+}
+
+/// Returns tanh(x) within 2 units in the last place. The polynomials are those of Cephes (Stephen Moshier): tanh near 0, and
+/// exp(2 |x|) beyond.
+inline lanes::four_floats hyperbolic_tangent(lanes::four_floats x) noexcept {
+    using namespace lanes;
+    const four_floats zero{}, limit = zero + 9.5F, size = larger(x, -x);
+    const four_floats magnitude = select(size > limit, limit, size);  // tanh(9.5) rounds to 1; NaN stays
+    const four_floats square = magnitude * magnitude, twice = magnitude + magnitude;
+    four_floats near_zero = -5.70498872745e-3F * square + 2.06390887954e-2F;
+    for (const float coefficient : {-5.37397155531e-2F, 1.33314422036e-1F, -3.33332819422e-1F})
+        near_zero = near_zero * square + coefficient;
+    near_zero = near_zero * square * magnitude + magnitude;
+
+    constexpr float round = 12582912.0F;  // 1.5 * 2^23: the last bits of the sum are the nearest integer
+    const four_floats shifted = twice * 1.44269504089F + round, power = shifted - round;
+    const four_floats r = (twice - power * 0.693359375F) + power * 2.12194440e-4F;
+    four_floats exponential = 1.9875691500e-4F * r + 1.3981999507e-3F;
+    for (const float coefficient : {8.3334519073e-3F, 4.1665795894e-2F, 1.6666665459e-1F, 5.0000001201e-1F})
+        exponential = exponential * r + coefficient;
+    exponential = exponential * (r * r) + r + 1.0F;
+    std::array<std::uint32_t, wide> bits;
+    std::memcpy(bits.data(), &shifted, sizeof shifted);
+    for (std::uint32_t& b : bits) b = (b + 127U) << 23;  // 2^power
+    four_floats scale;
+    std::memcpy(&scale, bits.data(), sizeof scale);
+    const four_floats beyond = 1.0F - 2.0F / (exponential * scale + 1.0F);
+    const four_floats result = select(magnitude < zero + 0.625F, near_zero, beyond);
+    return select(x < zero, -result, select(x > zero, result, x));  // zeros keep their sign
 }
 
 }  // namespace detail
@@ -133,10 +191,11 @@ basic_feature_map<std::uint8_t> activate(basic_feature_map<std::uint8_t> x, [[ma
 /// Converts a map to bytes: the nearest multiples of `to.scale`, clamped to the range of bytes. NaN becomes the zero point.
 inline basic_feature_map<std::uint8_t> quantize(const feature_map& x, const quantization& to) {
     basic_feature_map<std::uint8_t> result(x.pixels(), x.channels, to.zero_point);
-    std::transform(x.values.begin(), x.values.end(), result.values.begin(), [&](float v) {
-        const double steps = std::isnan(v) ? 0.0 : std::clamp(double{v} / double{to.scale}, -255.0, 255.0);
-        return static_cast<std::uint8_t>(std::clamp<std::int64_t>(detail::nearest_whole(steps) + to.zero_point, 0, 255));
-    });
+    const double scale = double{to.scale};
+    const std::uint32_t max_size = detail::bits_of(256.0F * to.scale);
+    const std::int32_t zero_point = to.zero_point;
+    std::transform(x.values.begin(), x.values.end(), result.values.begin(),
+                   [=](float v) { return detail::quantized(v, scale, max_size, zero_point); });
     return result;
 }
 
@@ -154,10 +213,17 @@ feature_map sigmoid(feature_map x, Executor&& threads = {}) {
     return detail::for_each_value(std::move(x), threads, [](float v) { return 1.0F / (1.0F + std::exp(-v)); });
 }
 
-/// Computes the hyperbolic tangent. The last bits depend on the standard library's std::tanh().
+/// Computes the hyperbolic tangent within 2 units in the last place, with the same operations on every machine.
 template <executor Executor = const serial_executor>
 feature_map tanh(feature_map x, Executor&& threads = {}) {
-    return detail::for_each_value(std::move(x), threads, [](float v) { return std::tanh(v); });
+    constexpr std::size_t grain = 4096;
+    parallel_for(threads, x.values.size(), grain, [&](std::size_t first, std::size_t last) {
+        using namespace detail::lanes;
+        float* const values = x.values.data();
+        for (; first + wide <= last; first += wide) store(values + first, detail::hyperbolic_tangent(load(values + first)));
+        for (; first < last; ++first) values[first] = detail::hyperbolic_tangent(four_floats{} + values[first])[0];
+    });
+    return x;
 }
 
 }}  // namespace ldi

@@ -52,11 +52,16 @@ void to_column(const basic_feature_map<Value>& map, Layers& layers, float scale 
         if constexpr (std::same_as<Value, scalar> && std::integral<scalar>) {
             return value;
         } else if constexpr (std::integral<scalar>) {
-            const double scaled = std::round(double{scale} * static_cast<double>(value));
+            // The product of two floats is exact. If it is not a half, adding 0.5 does not round across an integer.
+            const double scaled = double{scale} * static_cast<double>(value);
+            const double rounded = (std::isnan(scaled) ? 0.0 : scaled) + (scaled < 0.0 ? -0.5 : 0.5);
             constexpr scalar lowest = (std::numeric_limits<scalar>::min)(), highest = (std::numeric_limits<scalar>::max)();
-            if (scaled >= static_cast<double>(highest)) return highest;  // before the cast: 2^63 - 1 is 2^63 as a double
-            if (scaled <= static_cast<double>(lowest)) return lowest;
-            return std::isnan(scaled) ? scalar{0} : static_cast<scalar>(scaled);
+            if constexpr (sizeof(scalar) < sizeof(double))
+                return static_cast<scalar>(std::clamp(rounded, double{lowest}, double{highest}));
+            else if (rounded >= static_cast<double>(highest))  // 2^63 - 1 is 2^63 as a double
+                return highest;
+            else
+                return rounded <= static_cast<double>(lowest) ? lowest : static_cast<scalar>(rounded);
         } else {
             return static_cast<scalar>(scale * static_cast<float>(value));
         }

@@ -14,6 +14,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <utility>
 
@@ -56,7 +57,7 @@ public:
         }
         for (const discontinuity_curve& curve : curves) {
             buffer<float>& lengths = constraint_lengths_.emplace_back();
-            for (const growth_constraint& c : curve.constraints) lengths.push_back(reach_near(curve, c));
+            for (const growth_constraint& c : curve.constraints) lengths.push_back(reach_at(curve, c));
         }
     }
 
@@ -223,17 +224,16 @@ private:
         return std::hypot(nearest_float(pixels_.x(pixel)) + 0.5F - end.x, nearest_float(pixels_.y(pixel)) + 0.5F - end.y);
     }
 
-    // Returns the maximum growth of the surface behind a curve near one of its ends.
-    float reach_near(const discontinuity_curve& curve, const growth_constraint& end) const {
-        constexpr float vicinity = 20.0F;  // pixels
-        float farthest = 0.0F;
+    // Returns the growth of the surface behind a curve at one of its ends.
+    float reach_at(const discontinuity_curve& curve, const growth_constraint& end) const {
+        float nearest = std::numeric_limits<float>::infinity(), reach = 0.0F;
         for (const discontinuity& d : curve.sides)
-            if (distance_to(end, d.back) < vicinity) farthest = (std::max)(farthest, reach_[d.back]);
-        return farthest;
+            if (const float distance = distance_to(end, d.back); distance < nearest) nearest = distance, reach = reach_[d.back];
+        return reach;
     }
 
     // Whether the center of (x, y) lies on the line at one of the curve's ends. The line is so wide that a step of one pixel
-    // cannot cross it. It is as long as the surface grows from that end: a surface that grows farther from elsewhere may pass it.
+    // cannot cross it. It is as long as the surface grows at that end: a surface that grows farther from elsewhere may pass it.
     // It starts 2 pixels before the curve's end, a value tuned by experiment.
     bool crosses_constraint(std::size_t curve, std::int32_t x, std::int32_t y) const {
         constexpr float thickness = 1.5F;

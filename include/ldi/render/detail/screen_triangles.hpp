@@ -97,13 +97,13 @@ public:
         : inverse_(t, t[0].inverse_depth, t[1].inverse_depth, t[2].inverse_depth),
           u_(t, t[0].u * t[0].inverse_depth, t[1].u * t[1].inverse_depth, t[2].u * t[2].inverse_depth),
           v_(t, t[0].v * t[0].inverse_depth, t[1].v * t[1].inverse_depth, t[2].v * t[2].inverse_depth),
-          least_((std::min)({t[0].inverse_depth, t[1].inverse_depth, t[2].inverse_depth})),
-          most_((std::max)({t[0].inverse_depth, t[1].inverse_depth, t[2].inverse_depth})),
+          min_((std::min)({t[0].inverse_depth, t[1].inverse_depth, t[2].inverse_depth})),
+          max_((std::max)({t[0].inverse_depth, t[1].inverse_depth, t[2].inverse_depth})),
           x0_(nearest_double(t[0].x) / nearest_double(subsample_steps) - 0.5),
           y0_(nearest_double(t[0].y) / nearest_double(subsample_steps) - 0.5) {}
 
     /// Returns the inverse depth, clamped to the triangle's range, because rounding in slivers could exceed it.
-    double inverse_depth(std::int64_t x, std::int64_t y) const { return std::clamp(at(inverse_, x, y), least_, most_); }
+    double inverse_depth(std::int64_t x, std::int64_t y) const { return std::clamp(at(inverse_, x, y), min_, max_); }
     double u(std::int64_t x, std::int64_t y) const { return at(u_, x, y) / inverse_depth(x, y); }
     double v(std::int64_t x, std::int64_t y) const { return at(v_, x, y) / inverse_depth(x, y); }
 
@@ -114,7 +114,7 @@ protected:
 
 private:
     screen_plane inverse_, u_, v_;
-    double least_, most_, x0_, y0_;
+    double min_, max_, x0_, y0_;
 };
 
 /// Adds opacity to screen_values, for translucent triangles.

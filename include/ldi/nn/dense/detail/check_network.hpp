@@ -47,10 +47,10 @@ inline void check_accumulators(const std::string& name, const convolution_descri
         std::int64_t sum = 0;
         for (std::size_t i = 0; i < inputs; ++i)
             sum += std::abs(int{c.weights[o * inputs + i]} - c.weight_quantization.zero_point);
-        const std::int64_t most = 510 * sum + std::abs(std::int64_t{c.bias[o]});
-        if (most > (std::numeric_limits<std::int32_t>::max)())
+        const std::int64_t max_sum = 510 * sum + std::abs(std::int64_t{c.bias[o]});
+        if (max_sum > (std::numeric_limits<std::int32_t>::max)())
             raise(error_code::unsupported, name, "sums below 2^31",
-                  "up to " + std::to_string(most) + " in output " + std::to_string(o));
+                  "up to " + std::to_string(max_sum) + " in output " + std::to_string(o));
     }
 }
 

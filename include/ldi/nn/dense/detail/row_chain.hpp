@@ -169,9 +169,9 @@ private:
     std::size_t run_of_output(std::size_t s, std::size_t y) const {
         return s + 1 == chain_.size() ? ~std::size_t{0} : chain_[s].ring_rows - y % chain_[s].ring_rows;
     }
-    std::size_t run_of_rows(std::size_t s, std::size_t y, std::size_t most) const {
+    std::size_t run_of_rows(std::size_t s, std::size_t y, std::size_t max_rows) const {
         const std::size_t input = s == 0 ? input_.run(y) : run_of_output(s - 1, y);
-        return (std::min)({input, run_of_output(s, y), most});
+        return (std::min)({input, run_of_output(s, y), max_rows});
     }
 
     void compute(const dense_layer& layer, std::size_t s, row_range rows) {

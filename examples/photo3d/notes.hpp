@@ -1,0 +1,44 @@
+// Notes to the user on a converted photo. A single run prints them, a batch adds them to the photo's line.
+#pragma once
+
+#include "arguments.hpp"
+
+#include <ldi/photo3d.hpp>
+
+#include <cstddef>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+namespace ldi::examples {
+
+/// Describes what is unusual about a converted photo and concerns its user, one sentence or two per note; none for most photos.
+///
+/// hidden  number of pixels behind the photo
+/// depth   source of the depth
+inline std::vector<std::string> notes_on(const photo3d& made, std::size_t hidden, const arguments& a, const std::string& depth) {
+    std::vector<std::string> notes;
+    if (hidden == 0 && made.dropped_sides == 0)
+        notes.push_back("its depth (" + depth +
+                        ") contains no occlusions, so the 3D photo is a single sheet. Try another --depth or --depth-model.");
+    if (made.dropped_sides > 0) {
+        std::size_t sides = made.dropped_sides;
+        for (const discontinuity_curve& curve : made.curves) sides += curve.sides.size();
+        notes.push_back("the shortest silhouettes, " + std::to_string((100 * made.dropped_sides + sides - 1) / sides) +
+                        " % of their total length, are closed, and surfaces stretch across them: its depth (" + depth +
+                        ") has more silhouettes than the limit. A smoother depth map has fewer.");
+    }
+    if (made.facts.motion < a.motion) {
+        char motions[80];
+        std::snprintf(motions, sizeof motions,
+                      "the camera moves by at most %.3f of the long side, not %.3f: ", double{made.facts.motion},
+                      double{a.motion});
+        notes.push_back(motions + (a.is_paper ? std::string("--preset paper grows hidden surfaces by at most 50 pixels.")
+                                              : "its depth (" + depth +
+                                                    ") needs more hidden surfaces than the limit. A smoother depth map needs "
+                                                    "fewer."));
+    }
+    return notes;
+}
+
+}  // namespace ldi::examples
