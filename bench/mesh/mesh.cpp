@@ -277,6 +277,13 @@ void add_mesh() {
         measure(state, std::to_string(s.mesh.vertex_count()) + " vertices", {},
                 [&] { return ldi::gather<ldi::color_column>(s.mesh, s.layers, s.facts.camera); });
     });
+    add("mesh/check_mesh", [](benchmark::State& state) {
+        const sample_stages& s = sample();
+        measure(state, std::to_string(s.mesh.vertex_count()) + " vertices", {}, [&] {
+            ldi::check_mesh(s.mesh, 1);
+            return s.mesh.triangles.data();
+        });
+    });
 }
 
 const bool registered = [] {

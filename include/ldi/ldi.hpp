@@ -11,6 +11,7 @@
 #include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
 #include <ldi/base/memory.hpp>
+#include <ldi/base/named_tensors.hpp>
 #include <ldi/base/progress.hpp>
 
 #include <ldi/core/camera.hpp>

@@ -389,6 +389,20 @@ TEST_CASE("an exception in grow() leaves an empty image, and one in edit_links()
     CHECK(layers.column<color_column>().empty());
 }
 
+TEST_CASE("edit_links() refuses links that would break the topology, and leaves a sound image") {
+    photo_layers layers(make_grid(3, 2));
+    const auto is_refused = [&](auto&& edit) {
+        CHECK_THROWS_AS(layers.edit_links(edit), error);
+        return is_sound(layers) && layers.topology() == make_grid(3, 2);
+    };
+    CHECK(is_refused([](link_editor& links) { links.link(0, side::right, 1); }));   // linked already
+    CHECK(is_refused([](link_editor& links) { links.link(0, side::right, 4); }));   // two steps away
+    CHECK(is_refused([](link_editor& links) { links.link(0, side::left, 2); }));    // on the other side of the lattice
+    CHECK(is_refused([](link_editor& links) { links.link(5, side::right, 6); }));   // no such pixel
+    CHECK(is_refused([](link_editor& links) { links.link(-1, side::right, 0); }));  // no such pixel
+    CHECK_NOTHROW(layers.edit_links([](link_editor& links) { links.unlink(0, side::right), links.link(0, side::right, 1); }));
+}
+
 TEST_CASE("grow() refuses pieces that skip, repeat or exceed pixels, and origins out of range") {
     const auto grow = [](const buffer<grown_piece>& pieces, const buffer<std::int32_t>& origins) {
         photo_layers layers(make_grid(3, 2));

@@ -1,4 +1,5 @@
 #include <ldi/io/safetensors_file.hpp>
+#include <ldi/nn/ldi/weights.hpp>
 
 #include "tests/support/counted_memory.hpp"
 #include "tests/support/files.hpp"

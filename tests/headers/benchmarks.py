@@ -20,7 +20,7 @@ EXCEPTIONS = {
         depthwise_result_width find_instruction_set find_kernel is_available best_isa max_chart_side reach_past_frame beside
         eye_distance moved_view motion_of within_motion look_at view_through_window view_on_path view_between frame_within framed""",
     "measured by every function that makes or reads one": """graph graph_view image image_view""",
-    "messages and checks of a file's tensors; read_and_pack of each network includes them": "shape_text tensor_values check_no_others",
+    "messages and checks of a file's tensors; read_and_pack of each network includes them": "tensor_values check_no_others",
     "layers of networks/farbrausch": "partial_convolution_architecture",
 }
 

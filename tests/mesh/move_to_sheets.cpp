@@ -86,7 +86,7 @@ TEST_CASE("moving a mesh to sheets keeps all positions and triangles, bit for bi
         INFO(name);
         CHECK(s.layout.sizes.size() > 4);  // charts are divided to fit
         CHECK(s.mesh.part_count() == s.layout.sizes.size());
-        CHECK_NOTHROW(detail::check_mesh(s.mesh, s.textures.size()));
+        CHECK_NOTHROW(check_mesh(s.mesh, s.textures.size()));
         CHECK(s.mesh.vertex_count() == s.made.mesh.vertex_count());
         CHECK(sorted_triangles(s.mesh) == sorted_triangles(s.made.mesh));
         CHECK(s.mesh.soft_edges.positions == s.made.mesh.soft_edges.positions);

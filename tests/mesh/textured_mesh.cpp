@@ -22,7 +22,7 @@ error_code code_after(Change&& change, std::size_t textures = 1) {
     textured_mesh mesh = square();
     change(mesh);
     try {
-        detail::check_mesh(mesh, textures);
+        check_mesh(mesh, textures);
     } catch (const error& e) {
         return e.code();
     }
@@ -39,8 +39,8 @@ TEST_CASE("a mesh without explicit parts is one part with texture 0") {
     CHECK(mesh.part(1).first_triangle == 2);
     CHECK(mesh.uses_texture(0));
     CHECK_FALSE(textured_mesh().uses_texture(0));
-    CHECK_NOTHROW(detail::check_mesh(mesh, 1));
-    CHECK_NOTHROW(detail::check_mesh(textured_mesh(), 1));
+    CHECK_NOTHROW(check_mesh(mesh, 1));
+    CHECK_NOTHROW(check_mesh(textured_mesh(), 1));
 }
 
 TEST_CASE("a mesh with inconsistent columns, indices or parts is refused") {

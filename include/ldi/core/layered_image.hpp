@@ -31,6 +31,13 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 template <payload_column... Columns>
 class layered_image;
 
+namespace detail {
+[[noreturn]] inline void refuse_link(std::int32_t a, std::int32_t b) {
+    raise(error_code::mismatch, "edit_links", "pixels one step apart, with free sides",
+          "pixels " + std::to_string(a) + " and " + std::to_string(b));
+}
+}  // namespace detail
+
 /// Changes links between pixels, not the pixels. Argument of the function that edit_links() calls; valid only during that call.
 class link_editor {
 public:
@@ -38,8 +45,13 @@ public:
     link_editor& operator=(const link_editor&) = delete;
 
     std::int32_t neighbor(std::int32_t pixel, side s) const { return graph_.neighbor(pixel, s); }
-    /// Same as graph_builder::link() and unlink().
-    void link(std::int32_t a, side s, std::int32_t b) { graph_.link(a, s, b); }
+    /// Makes `b` the neighbor of `a` on side `s`, and `a` the neighbor of `b` on the opposite side. Raises mismatch unless
+    /// graph_builder::can_link(), in release builds, too.
+    void link(std::int32_t a, side s, std::int32_t b) {
+        if (!graph_.can_link(a, s, b)) detail::refuse_link(a, b);
+        graph_.link(a, s, b);
+    }
+    /// Removes the link of `a` on side `s`, if any. Asserts that the pixel exists.
     void unlink(std::int32_t a, side s) { graph_.unlink(a, s); }
 
 private:

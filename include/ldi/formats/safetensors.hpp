@@ -5,10 +5,10 @@
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
+#include <ldi/base/named_tensors.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/base/printable.hpp>
 #include <ldi/formats/detail/json.hpp>
-#include <ldi/nn/ldi/weights.hpp>
 
 #include <algorithm>
 #include <cstddef>

@@ -72,12 +72,16 @@ void check_triangles(const Mesh& mesh) {
                 raise(error_code::invalid_data, "mesh", "finite coordinates", "an infinite coordinate or NaN");
 }
 
-/// Raises mismatch unless the mesh has `textures` textures and as many texture coordinates as vertices. Raises invalid_data for
-/// coordinates that are not finite, for indices out of range, and for parts that are not consecutive or that use vertices of
-/// other parts.
+}  // namespace detail
+
+/// Checks a mesh that the caller changed; writers and renderers call it, too. Raises mismatch unless the mesh has as many texture
+/// coordinates as vertices and uses `textures` textures. Raises invalid_data for coordinates that are not finite, for indices out
+/// of range, and for parts that are not consecutive or that use vertices of other parts. Linear time.
+///
+/// textures  number of textures; mesh.part_count() if any number is valid
 inline void check_mesh(const textured_mesh& mesh, std::size_t textures) {
-    check_triangles(mesh);
-    check_triangles(mesh.soft_edges);
+    detail::check_triangles(mesh);
+    detail::check_triangles(mesh.soft_edges);
     if (mesh.part_count() != textures)
         raise(error_code::mismatch, "mesh", std::to_string(mesh.part_count()) + " textures", std::to_string(textures));
     for (std::size_t t = 0; t < mesh.part_count(); ++t) {
@@ -92,7 +96,5 @@ inline void check_mesh(const textured_mesh& mesh, std::size_t textures) {
                       "vertex " + std::to_string(mesh.triangles[i]) + " in part " + std::to_string(t));
     }
 }
-
-}  // namespace detail
 
 }}  // namespace ldi

@@ -28,22 +28,25 @@ std::size_t close_spurious_discontinuities(single_layer<Columns...>& layer, std:
         for (const discontinuity& d : c.sides) kept.emplace_back((std::min)(d.back, d.front), (std::max)(d.back, d.front));
     std::sort(kept.begin(), kept.end());
 
-    std::size_t made = 0;
-    const std::int32_t width = layer.topology().width(), height = layer.topology().height();
+    struct open_link {
+        std::int32_t pixel, other;
+        side towards;
+    };
+    buffer<open_link> open;
+    const graph_view g = layer.topology();
+    const auto find = [&](std::int32_t pixel, side s, std::int32_t other) {
+        if (g.neighbor(pixel, s) == no_pixel && !std::binary_search(kept.begin(), kept.end(), std::pair{pixel, other}))
+            open.push_back({pixel, other, s});
+    };
+    for (std::int32_t y = 0, pixel = 0; y < g.height(); ++y)
+        for (std::int32_t x = 0; x < g.width(); ++x, ++pixel) {
+            if (x + 1 < g.width()) find(pixel, side::right, pixel + 1);
+            if (y + 1 < g.height()) find(pixel, side::down, pixel + g.width());
+        }
     layer.edit_links([&](link_editor& links) {
-        const auto close = [&](std::int32_t pixel, side s, std::int32_t other) {
-            if (links.neighbor(pixel, s) != no_pixel || std::binary_search(kept.begin(), kept.end(), std::pair{pixel, other}))
-                return;
-            links.link(pixel, s, other);
-            ++made;
-        };
-        for (std::int32_t y = 0, pixel = 0; y < height; ++y)
-            for (std::int32_t x = 0; x < width; ++x, ++pixel) {
-                if (x + 1 < width) close(pixel, side::right, pixel + 1);
-                if (y + 1 < height) close(pixel, side::down, pixel + width);
-            }
+        for (const open_link& o : open) links.link(o.pixel, o.towards, o.other);
     });
-    return made;
+    return open.size();
 }
 
 }}  // namespace ldi
