@@ -827,6 +827,39 @@ private:
 
 }}  // namespace ldi
 
+// ---- ldi/base/named_tensors.hpp
+// The contents of a weight file: named tensors and metadata. formats/safetensors.hpp reads the file, and networks read their
+// weights from it (nn/ldi/weights.hpp).
+
+#include <functional>
+#include <map>
+#include <variant>
+
+namespace ldi { inline namespace LDI_CONFIGURATION {
+
+/// A shape and row-major values. Half-precision numbers of a file become float.
+struct tensor {
+    buffer<std::size_t> shape;  ///< empty for a single value
+    std::variant<buffer<float>, buffer<std::int32_t>, buffer<std::int8_t>, buffer<std::uint8_t>> values;
+};
+
+/// Tensors and metadata of a weight file. Names are unique.
+struct named_tensors {
+    std::map<std::string, tensor, std::less<>> tensors;
+    std::map<std::string, std::string, std::less<>> metadata;
+    std::string where;  ///< path of the file, for messages
+};
+
+/// Returns the shape as text: "20 x 4 x 7 x 7", or "a single value".
+inline std::string shape_text(const buffer<std::size_t>& shape) {
+    if (shape.empty()) return "a single value";
+    std::string text;
+    for (std::size_t length : shape) text += (text.empty() ? "" : " x ") + std::to_string(length);
+    return text;
+}
+
+}}  // namespace ldi
+
 // ---- ldi/base/progress.hpp
 // Progress reports and cancellation of long work.
 
@@ -1262,20 +1295,23 @@ public:
         return count() - 1;
     }
 
-    /// Makes `b` the neighbor of `a` on side `s`, and `a` the neighbor of `b` on the opposite side. Both sides must be free, and
-    /// `b` must be one step to that side.
+    /// Whether both pixels exist, side `s` of `a` and the opposite side of `b` are free, and `b` is one step to side `s` of `a`.
+    bool can_link(std::int32_t a, side s, std::int32_t b) const {
+        return exists(a) && exists(b) && neighbor(a, s) == no_pixel && neighbor(b, opposite(s)) == no_pixel &&
+               x_[b] == x_[a] + step_x(s) && y_[b] == y_[a] + step_y(s);
+    }
+    bool exists(std::int32_t pixel) const { return static_cast<std::size_t>(pixel) < size(); }
+
+    /// Makes `b` the neighbor of `a` on side `s`, and `a` the neighbor of `b` on the opposite side. Asserts can_link(); building
+    /// a large graph would take a fifth longer if release builds checked it, too.
     void link(std::int32_t a, side s, std::int32_t b) {
-        LDI_ASSERT(a >= 0 && a < count() && b >= 0 && b < count());
-        std::int32_t& there = column(s)[a];
-        std::int32_t& back = column(opposite(s))[b];
-        LDI_ASSERT(there == no_pixel && back == no_pixel);
-        LDI_ASSERT(x_[b] == x_[a] + step_x(s) && y_[b] == y_[a] + step_y(s));
-        there = b, back = a;
+        LDI_ASSERT(can_link(a, s, b));
+        column(s)[a] = b, column(opposite(s))[b] = a;
     }
 
     /// Removes the link of `a` on side `s`, if any.
     void unlink(std::int32_t a, side s) {
-        LDI_ASSERT(a >= 0 && a < count());
+        LDI_ASSERT(exists(a));
         std::int32_t& there = column(s)[a];
         if (there == no_pixel) return;
         column(opposite(s))[there] = no_pixel;
@@ -1705,6 +1741,13 @@ namespace ldi { inline namespace LDI_CONFIGURATION {
 template <payload_column... Columns>
 class layered_image;
 
+namespace detail {
+[[noreturn]] inline void refuse_link(std::int32_t a, std::int32_t b) {
+    raise(error_code::mismatch, "edit_links", "pixels one step apart, with free sides",
+          "pixels " + std::to_string(a) + " and " + std::to_string(b));
+}
+}  // namespace detail
+
 /// Changes links between pixels, not the pixels. Argument of the function that edit_links() calls; valid only during that call.
 class link_editor {
 public:
@@ -1712,8 +1755,13 @@ public:
     link_editor& operator=(const link_editor&) = delete;
 
     std::int32_t neighbor(std::int32_t pixel, side s) const { return graph_.neighbor(pixel, s); }
-    /// Same as graph_builder::link() and unlink().
-    void link(std::int32_t a, side s, std::int32_t b) { graph_.link(a, s, b); }
+    /// Makes `b` the neighbor of `a` on side `s`, and `a` the neighbor of `b` on the opposite side. Raises mismatch unless
+    /// graph_builder::can_link(), in release builds, too.
+    void link(std::int32_t a, side s, std::int32_t b) {
+        if (!graph_.can_link(a, s, b)) detail::refuse_link(a, b);
+        graph_.link(a, s, b);
+    }
+    /// Removes the link of `a` on side `s`, if any. Asserts that the pixel exists.
     void unlink(std::int32_t a, side s) { graph_.unlink(a, s); }
 
 private:
@@ -10411,34 +10459,9 @@ inline std::string place_in(const std::string& file, const std::string& what) { 
 }}}  // namespace ldi::detail
 
 // ---- ldi/nn/ldi/weights.hpp
-// The contents of a weight file: named tensors and metadata. formats/safetensors.hpp reads the file. Networks look tensors up by
-// name, and each lookup checks type and shape.
-
-#include <map>
-#include <variant>
+// Weights of a network: it looks tensors up by name, and each lookup checks type and shape.
 
 namespace ldi { inline namespace LDI_CONFIGURATION {
-
-/// A shape and row-major values. Half-precision numbers of a file become float.
-struct tensor {
-    buffer<std::size_t> shape;  ///< empty for a single value
-    std::variant<buffer<float>, buffer<std::int32_t>, buffer<std::int8_t>, buffer<std::uint8_t>> values;
-};
-
-/// Tensors and metadata of a weight file. Names are unique.
-struct named_tensors {
-    std::map<std::string, tensor, std::less<>> tensors;
-    std::map<std::string, std::string, std::less<>> metadata;
-    std::string where;  ///< path of the file, for messages
-};
-
-/// Returns the shape as text: "20 x 4 x 7 x 7", or "a single value".
-inline std::string shape_text(const buffer<std::size_t>& shape) {
-    if (shape.empty()) return "a single value";
-    std::string text;
-    for (std::size_t length : shape) text += (text.empty() ? "" : " x ") + std::to_string(length);
-    return text;
-}
 
 namespace detail {
 template <class Scalar>
@@ -16396,13 +16419,12 @@ struct border_side {
     std::int32_t add_path(std::int32_t pixel, std::int32_t count, buffer<std::int32_t>& path) const {
         return lines.add_path(pixel, count, slopes[find(pixel)], path);
     }
-    /// Returns the pixels that the continuation past a border pixel shows, from the border outwards.
-    buffer<std::int32_t> shown_past(std::int32_t pixel, std::int32_t count) const {
-        buffer<std::int32_t> path;
-        if (count == 0) return path;
-        const std::int32_t rim = add_path(pixel, count, path);
-        path.erase(path.begin(), path.begin() + rim);
-        return path;
+    /// Sets `shown` to the pixels that the continuation past a border pixel shows, from the border outwards.
+    void find_shown(std::int32_t pixel, std::int32_t count, buffer<std::int32_t>& shown) const {
+        shown.clear();
+        if (count == 0) return;
+        const std::int32_t rim = add_path(pixel, count, shown);
+        shown.erase(shown.begin(), shown.begin() + rim);
     }
 };
 
@@ -16551,8 +16573,9 @@ public:
         pixels_ = frame_pixels(graph_, margin_, static_cast<std::size_t>(count()));
         const std::int32_t last = graph_.height() - 1;
         strips before, here;
+        buffer<line> lines;
         for (std::int32_t y = 0; y <= last; ++y) {
-            const buffer<line> lines = lines_of(y);
+            find_lines(y, lines);
             buffer<std::int32_t> above;
             if (y == 0) above = add_outer_rows(lines, side::up, {});
             const std::int32_t begin = pixels_.next();
@@ -16612,21 +16635,21 @@ private:
         return disparity_[pixel] != disparity_[other] ? disparity_[pixel] > disparity_[other] : pixel < other;
     }
 
-    buffer<line> lines_of(std::int32_t y) const {
-        buffer<line> lines;
+    /// Sets `lines` to the runs of row y in the order of their continuations.
+    void find_lines(std::int32_t y, buffer<line>& lines) const {
+        lines.clear();
         for (std::size_t r = first_run_[y]; r < first_run_[static_cast<std::size_t>(y) + 1]; ++r)
             lines.push_back({runs_[r].first, runs_[r].last - 1, left_of(runs_[r]), right_of(runs_[r])});
         std::sort(lines.begin(), lines.end(), [&](const line& a, const line& b) {
             return is_before(graph_.x()[a.first] - a.left, a.first, graph_.x()[b.first] - b.left, b.first);
         });
-        return lines;
     }
 
     /// Lists the pixels of the rim inside a border pixel, with the pixels whose colors they get.
     void repaint_rim(const border_side& b, std::int32_t pixel) {
-        buffer<std::int32_t> path;
-        for (std::int32_t k = b.add_path(pixel, 0, path); k-- > 0;) {
-            repainted_.push_back({pixel, path[k]});
+        path_.clear();
+        for (std::int32_t k = b.add_path(pixel, 0, path_); k-- > 0;) {
+            repainted_.push_back({pixel, path_[k]});
             pixel = graph_.neighbor(pixel, b.inwards);
         }
     }
@@ -16635,14 +16658,14 @@ private:
         here.left.clear(), here.right.clear();
         for (const line& l : lines) {
             const std::int32_t begin = pixels_.next();
-            const buffer<std::int32_t> left = left_.shown_past(l.first, l.left), right = right_.shown_past(l.last, l.right);
+            left_.find_shown(l.first, l.left, shown_left_), right_.find_shown(l.last, l.right, shown_right_);
             pixels_.add_piece(l.left);
-            for (std::int32_t k = l.left; k > 0; --k) pixels_.add_new(-k, y, l.first, left[k - 1]);
+            for (std::int32_t k = l.left; k > 0; --k) pixels_.add_new(-k, y, l.first, shown_left_[k - 1]);
             if (l.left > 0) link_strip({l.first, pixels_.next() - 1, l.left}, -1, before.left, here.left);
             pixels_.add_old(l.first, l.last, y);
             pixels_.add_piece(l.right);
             const std::int32_t nearest = pixels_.next();
-            for (std::int32_t k = 1; k <= l.right; ++k) pixels_.add_new(graph_.width() - 1 + k, y, l.last, right[k - 1]);
+            for (std::int32_t k = 1; k <= l.right; ++k) pixels_.add_new(graph_.width() - 1 + k, y, l.last, shown_right_[k - 1]);
             if (l.right > 0) link_strip({l.last, nearest, l.right}, 1, before.right, here.right);
             pixels_.link_row(begin);
         }
@@ -16678,11 +16701,13 @@ private:
         }
         beside.resize(columns.size(), no_pixel);
         buffer<std::int32_t> row(columns.size(), unset);
+        buffer<std::pair<std::int32_t, std::int32_t>> runs;
         for (std::int32_t n = 1; n <= longest; ++n) {
             const std::int32_t distance = outwards == side::up ? longest + 1 - n : n;
             const std::int32_t y = outwards == side::up ? -distance : graph_.height() - 1 + distance;
             std::fill(row.begin(), row.end(), no_pixel);
-            for (const auto& [first, last] : runs_at(distance, columns)) {
+            find_runs(distance, columns, runs);
+            for (const auto& [first, last] : runs) {
                 const std::int32_t begin = pixels_.next();
                 pixels_.add_piece(last - first);
                 for (std::int32_t c = first; c < last; ++c) {
@@ -16698,11 +16723,12 @@ private:
         return beside;
     }
 
-    /// Returns the runs of columns that reach a distance from the photo, in canonical order. Each pair contains the first column
-    /// of a run and the column after its last one.
-    buffer<std::pair<std::int32_t, std::int32_t>> runs_at(std::int32_t distance, const buffer<column>& columns) const {
+    /// Sets `runs` to the runs of columns that reach a distance from the photo, in canonical order. Each pair contains the first
+    /// column of a run and the column after its last one.
+    void find_runs(std::int32_t distance, const buffer<column>& columns,
+                   buffer<std::pair<std::int32_t, std::int32_t>>& runs) const {
         const auto is_there = [&](std::int32_t c) { return columns[c].reach >= distance; };
-        buffer<std::pair<std::int32_t, std::int32_t>> runs;
+        runs.clear();
         for (std::int32_t c = 0; c < columns.count(); ++c) {
             if (!is_there(c)) continue;
             if (c > 0 && columns[c].follows && is_there(c - 1))
@@ -16713,11 +16739,10 @@ private:
         std::sort(runs.begin(), runs.end(), [&](const auto& a, const auto& b) {
             return is_before(columns[a.first].x, columns[a.first].border, columns[b.first].x, columns[b.first].border);
         });
-        return runs;
     }
 
     /// Returns a column for each pixel of a row and of its continuation.
-    buffer<column> columns_of(const buffer<line>& lines, const border_side& from) const {
+    buffer<column> columns_of(const buffer<line>& lines, const border_side& from) {
         buffer<column> columns;
         for (const line& l : lines) {
             const std::size_t first = columns.size();
@@ -16725,10 +16750,10 @@ private:
                 const std::size_t i = from.find(pixel);
                 columns.push_back({x, pixel, source, from.reach[i], from.slopes[i], columns.size() > first});
             };
-            const buffer<std::int32_t> left = left_.shown_past(l.first, l.left), right = right_.shown_past(l.last, l.right);
-            for (std::int32_t k = l.left; k > 0; --k) add(-k, l.first, left[k - 1]);
+            left_.find_shown(l.first, l.left, shown_left_), right_.find_shown(l.last, l.right, shown_right_);
+            for (std::int32_t k = l.left; k > 0; --k) add(-k, l.first, shown_left_[k - 1]);
             for (std::int32_t i = l.first; i <= l.last; ++i) add(graph_.x()[i], i, i);
-            for (std::int32_t k = 1; k <= l.right; ++k) add(graph_.width() - 1 + k, l.last, right[k - 1]);
+            for (std::int32_t k = 1; k <= l.right; ++k) add(graph_.width() - 1 + k, l.last, shown_right_[k - 1]);
         }
         return columns;
     }
@@ -16741,6 +16766,7 @@ private:
     border_side left_, right_, top_, bottom_;
     frame_pixels pixels_;
     buffer<repainted_pixel> repainted_;
+    buffer<std::int32_t> shown_left_, shown_right_, path_;  // reused for every row
 };
 
 }}}  // namespace ldi::detail
@@ -16902,22 +16928,25 @@ std::size_t close_spurious_discontinuities(single_layer<Columns...>& layer, std:
         for (const discontinuity& d : c.sides) kept.emplace_back((std::min)(d.back, d.front), (std::max)(d.back, d.front));
     std::sort(kept.begin(), kept.end());
 
-    std::size_t made = 0;
-    const std::int32_t width = layer.topology().width(), height = layer.topology().height();
+    struct open_link {
+        std::int32_t pixel, other;
+        side towards;
+    };
+    buffer<open_link> open;
+    const graph_view g = layer.topology();
+    const auto find = [&](std::int32_t pixel, side s, std::int32_t other) {
+        if (g.neighbor(pixel, s) == no_pixel && !std::binary_search(kept.begin(), kept.end(), std::pair{pixel, other}))
+            open.push_back({pixel, other, s});
+    };
+    for (std::int32_t y = 0, pixel = 0; y < g.height(); ++y)
+        for (std::int32_t x = 0; x < g.width(); ++x, ++pixel) {
+            if (x + 1 < g.width()) find(pixel, side::right, pixel + 1);
+            if (y + 1 < g.height()) find(pixel, side::down, pixel + g.width());
+        }
     layer.edit_links([&](link_editor& links) {
-        const auto close = [&](std::int32_t pixel, side s, std::int32_t other) {
-            if (links.neighbor(pixel, s) != no_pixel || std::binary_search(kept.begin(), kept.end(), std::pair{pixel, other}))
-                return;
-            links.link(pixel, s, other);
-            ++made;
-        };
-        for (std::int32_t y = 0, pixel = 0; y < height; ++y)
-            for (std::int32_t x = 0; x < width; ++x, ++pixel) {
-                if (x + 1 < width) close(pixel, side::right, pixel + 1);
-                if (y + 1 < height) close(pixel, side::down, pixel + width);
-            }
+        for (const open_link& o : open) links.link(o.pixel, o.towards, o.other);
     });
-    return made;
+    return open.size();
 }
 
 }}  // namespace ldi
@@ -21606,12 +21635,16 @@ void check_triangles(const Mesh& mesh) {
                 raise(error_code::invalid_data, "mesh", "finite coordinates", "an infinite coordinate or NaN");
 }
 
-/// Raises mismatch unless the mesh has `textures` textures and as many texture coordinates as vertices. Raises invalid_data for
-/// coordinates that are not finite, for indices out of range, and for parts that are not consecutive or that use vertices of
-/// other parts.
+}  // namespace detail
+
+/// Checks a mesh that the caller changed; writers and renderers call it, too. Raises mismatch unless the mesh has as many texture
+/// coordinates as vertices and uses `textures` textures. Raises invalid_data for coordinates that are not finite, for indices out
+/// of range, and for parts that are not consecutive or that use vertices of other parts. Linear time.
+///
+/// textures  number of textures; mesh.part_count() if any number is valid
 inline void check_mesh(const textured_mesh& mesh, std::size_t textures) {
-    check_triangles(mesh);
-    check_triangles(mesh.soft_edges);
+    detail::check_triangles(mesh);
+    detail::check_triangles(mesh.soft_edges);
     if (mesh.part_count() != textures)
         raise(error_code::mismatch, "mesh", std::to_string(mesh.part_count()) + " textures", std::to_string(textures));
     for (std::size_t t = 0; t < mesh.part_count(); ++t) {
@@ -21626,8 +21659,6 @@ inline void check_mesh(const textured_mesh& mesh, std::size_t textures) {
                       "vertex " + std::to_string(mesh.triangles[i]) + " in part " + std::to_string(t));
     }
 }
-
-}  // namespace detail
 
 }}  // namespace ldi
 
