@@ -84,6 +84,7 @@ TEST_CASE("HEIC and AVIF photos are decoded exactly, with their focal length, an
         CHECK(decoded.focal_length_35mm == 26.0F);
         CHECK(raised([&] { decode_photo(*file, {.limits = {.max_pixels = 34 * 50 - 1}}); }) == error_code::too_large);
         check_damage(*file, 60);
+        CHECK_THAT(message_of([&] { decode_photo(std::span(*file).first(file->size() / 2)); }), !Catch::Contains("\\x0A"));
         const image<std::uint8_t> transparent = with_alpha(picture);
         if (const std::optional<byte_string> with = heif_file_of(transparent, {format, {}, {}, 0}))
             CHECK(largest_difference(decode_photo(*with).color, on_white(transparent)) <= 1);

@@ -36,7 +36,9 @@ using heif_pixels = std::unique_ptr<const heif_image, heif_deleter>;
 [[noreturn]] inline void refuse_heif(const heif_error& said, const std::string& where) {
     const bool is_unsupported = said.code == heif_error_Unsupported_feature || said.code == heif_error_Unsupported_filetype;
     const bool is_too_large = said.subcode == heif_suberror_Security_limit_exceeded;
-    std::string found = std::string("'") + said.message + "'";
+    std::string_view message = said.message;
+    while (message.ends_with('\n')) message.remove_suffix(1);  // libheif ends some messages with a line end
+    std::string found = "'" + std::string(message) + "'";
     if (heif_get_version_number() < 0x01130800)  // 1.19.8
         found += std::string("; libheif is ") + heif_get_version() +
                  ", and some of today's iPhone files need 1.19.8: a newer libheif helps, or the photo saved as JPEG";
