@@ -80,7 +80,7 @@ if both:
 one = found(r"our depth network, ([\d.]+) MB", readme, "size of the depth network")
 if one:
     check(near(float(one[0]), weights["tiefenrausch_small.safetensors"] / 1e6, 0.02), f"README.md: the depth network is not of {one[0]} MB")
-words = ["Nine", "Ten", "Eleven", "Twelve"]
+words = ["Nine", "Ten", "Eleven", "Twelve", "Thirteen"]
 lessons = len(list((ROOT / "examples/learn").glob("[0-9]*.cpp")))
 for page in ("README.md", "examples/learn/README.md"):
     count = re.search(rf"\b({'|'.join(words)}) lessons", read(page))
