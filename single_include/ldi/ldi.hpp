@@ -378,7 +378,8 @@ struct memory_block {
 /// A growing array, aligned to 64 bytes. Its first allocation selects its allocator: the one that is then current
 /// (base/memory.hpp). Differences to std::vector: any integer type is an index without a cast, `unset` leaves values of trivial
 /// types uninitialized, and a moved-from buffer is empty. If memory runs out, a buffer throws std::bad_alloc and keeps its
-/// values; without exceptions, it raises error_code::out_of_memory. It raises too_large for a size beyond the address space.
+/// values; without exceptions, it raises error_code::out_of_memory. It also keeps them if a copy constructor throws while it
+/// grows or is assigned. It raises too_large for a size beyond the address space.
 template <class T>
 class buffer {
 public:
@@ -400,8 +401,15 @@ public:
     buffer(buffer&& other) noexcept : block_(other.block_) { other.block_ = {}; }
     buffer& operator=(const buffer& other) {
         if (this == &other) return *this;
-        reserve(other.size());  // first, so that the values remain if memory runs out
-        assign(other.begin(), other.end());
+        if constexpr (moves_as_bytes) {
+            reserve(other.size());  // first, so that the values remain if memory runs out
+            assign(other.begin(), other.end());
+        } else {
+            buffer copy;
+            copy.block_.from = block_.from;
+            copy.append(other.begin(), other.end());
+            swap(copy);
+        }
         return *this;
     }
     buffer& operator=(buffer&& other) noexcept {
@@ -574,11 +582,10 @@ private:
             move_to(static_cast<T*>(block_.allocate(new_capacity, sizeof(T), alignment)), new_capacity);
     }
     [[gnu::noinline]] void move_to(T* place, std::size_t new_capacity) {
-        for (std::size_t i = 0; i < size(); ++i) {
-            ::new (static_cast<void*>(place + i)) T(std::move(data()[i]));
-            data()[i].~T();
-        }
-        block_.replace(place, new_capacity, sizeof(T));
+        buffer moved;  // destroys its values and releases `place` if a constructor throws, else does so with the old block
+        moved.block_ = {place, 0, new_capacity, block_.from};
+        for (; moved.size() < size(); ++moved.block_.size) ::new (moved.place_at_end()) T(std::move(data()[moved.size()]));
+        swap(moved);
     }
 
     detail::memory_block block_;
@@ -1285,7 +1292,7 @@ public:
         for (const side s : all_sides) column(s) = g.neighbors(s).copy();
     }
 
-    /// Appends an unlinked pixel and returns its index.
+    /// Appends an unlinked pixel and returns its index. Asserts that its position lies inside the lattice.
     std::int32_t add_pixel(std::int32_t at_x, std::int32_t at_y) {
         LDI_ASSERT(at_x >= 0 && at_y >= 0 && at_x < width_ && at_y < height_);
         make_room(x_), make_room(y_);  // first, so that no column grows alone if memory runs out
@@ -1309,7 +1316,7 @@ public:
         column(s)[a] = b, column(opposite(s))[b] = a;
     }
 
-    /// Removes the link of `a` on side `s`, if any.
+    /// Removes the link of `a` on side `s`, if any. Asserts that the pixel exists.
     void unlink(std::int32_t a, side s) {
         LDI_ASSERT(exists(a));
         std::int32_t& there = column(s)[a];
@@ -1549,20 +1556,27 @@ concept lacks_at_vertex = requires {
     &T::at_vertex;
 };
 
-/// Whether a tag's rule, if it has one, accepts and returns the values of its column. Without this check, the default would
-/// silently replace a rule with a wrong signature.
+template <class Result, class Argument>
+using rule = Result (*)(Argument);
+
+/// Whether a tag's rule, if it has one, accepts exactly the values of its column, by value or const reference, and returns them.
+/// Without this check, the default would silently replace a rule with a wrong signature, and a rule for a smaller type would
+/// silently cut off values.
 template <class Column>
-concept has_new_pixel = requires(typename Column::scalar origin) {
-    { Column::new_pixel(origin) } -> std::convertible_to<typename Column::scalar>;
-};
+concept has_new_pixel = requires {
+    static_cast<rule<typename Column::scalar, typename Column::scalar>>(&Column::new_pixel);
+}
+|| requires { static_cast<rule<typename Column::scalar, const typename Column::scalar&>>(&Column::new_pixel); };
 template <class Column>
-concept has_coarser = requires(pixels_of<Column> pixels) {
-    { Column::coarser(pixels) } -> std::convertible_to<values_of<Column>>;
-};
+concept has_coarser = requires {
+    static_cast<rule<values_of<Column>, pixels_of<Column>>>(&Column::coarser);
+}
+|| requires { static_cast<rule<values_of<Column>, const pixels_of<Column>&>>(&Column::coarser); };
 template <class Column>
-concept has_at_vertex = requires(pixels_of<Column> pixels) {
-    { Column::at_vertex(pixels) } -> std::convertible_to<values_of<Column>>;
-};
+concept has_at_vertex = requires {
+    static_cast<rule<values_of<Column>, pixels_of<Column>>>(&Column::at_vertex);
+}
+|| requires { static_cast<rule<values_of<Column>, const pixels_of<Column>&>>(&Column::at_vertex); };
 template <class Column>
 inline constexpr bool new_pixel_fits = has_new_pixel<Column> || lacks_new_pixel<column_and_names<Column>>;
 template <class Column>
@@ -1746,6 +1760,9 @@ namespace detail {
     raise(error_code::mismatch, "edit_links", "pixels one step apart, with free sides",
           "pixels " + std::to_string(a) + " and " + std::to_string(b));
 }
+[[noreturn]] inline void refuse_pixel(std::int32_t pixel) {
+    raise(error_code::mismatch, "edit_links", "an index of a pixel", std::to_string(pixel));
+}
 }  // namespace detail
 
 /// Changes links between pixels, not the pixels. Argument of the function that edit_links() calls; valid only during that call.
@@ -1761,8 +1778,11 @@ public:
         if (!graph_.can_link(a, s, b)) detail::refuse_link(a, b);
         graph_.link(a, s, b);
     }
-    /// Removes the link of `a` on side `s`, if any. Asserts that the pixel exists.
-    void unlink(std::int32_t a, side s) { graph_.unlink(a, s); }
+    /// Removes the link of `a` on side `s`, if any. Raises mismatch for a pixel that does not exist, in release builds, too.
+    void unlink(std::int32_t a, side s) {
+        if (!graph_.exists(a)) detail::refuse_pixel(a);
+        graph_.unlink(a, s);
+    }
 
 private:
     template <payload_column...>
@@ -2855,9 +2875,10 @@ struct photo_facts {
     std::int32_t margin = 0;
 
     /// Returns the camera of the layered image: the photo's camera, with a sensor that is larger by the margin on every side.
-    /// Raises invalid_option for a negative margin.
+    /// Raises invalid_option for a margin below 0 or above 2^29.
     pinhole_camera layers_camera() const {
-        if (margin < 0) raise(error_code::invalid_option, "photo_facts::margin", "0 or more", std::to_string(margin));
+        if (margin < 0 || margin > 1 << 29)
+            raise(error_code::invalid_option, "photo_facts::margin", "0 to 2^29", std::to_string(margin));
         return {camera.width + 2 * margin, camera.height + 2 * margin, camera.focal_length};
     }
 };
@@ -9390,6 +9411,8 @@ template <class Value>
 basic_feature_view<Value> upsample(const basic_feature_map<Value>& coarse, std::span<const std::int32_t> parent) {
     return {coarse.values, coarse.channels, parent, {}, coarse.zero};
 }
+template <class Value>
+basic_feature_view<Value> upsample(const basic_feature_map<Value>&& coarse, std::span<const std::int32_t> parent) = delete;
 
 namespace detail {
 
@@ -10169,7 +10192,9 @@ void to_column(const basic_feature_map<Value>& map, Layers& layers, float scale 
             const double scaled = double{scale} * static_cast<double>(value);
             const double rounded = (std::isnan(scaled) ? 0.0 : scaled) + (scaled < 0.0 ? -0.5 : 0.5);
             constexpr scalar lowest = (std::numeric_limits<scalar>::min)(), highest = (std::numeric_limits<scalar>::max)();
-            if constexpr (sizeof(scalar) < sizeof(double))
+            if constexpr (std::same_as<scalar, bool>)
+                return rounded >= 1.0;
+            else if constexpr (sizeof(scalar) < sizeof(double))
                 return static_cast<scalar>(std::clamp(rounded, double{lowest}, double{highest}));
             else if (rounded >= static_cast<double>(highest))  // 2^63 - 1 is 2^63 as a double
                 return highest;

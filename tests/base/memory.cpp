@@ -163,6 +163,43 @@ TEST_CASE("a value whose constructor throws is not appended and not destroyed") 
     CHECK(unmakeable::alive == 0);
 }
 
+namespace {
+// Has no move constructor, so that growing a buffer copies it. Copies throw once `budget` is used up.
+struct uncopyable {
+    explicit uncopyable(int number) : value(number) { ++alive; }
+    uncopyable(const uncopyable& other) : value(other.value) {
+        if (budget-- == 0) throw 1;
+        ++alive;
+    }
+    uncopyable& operator=(const uncopyable&) = default;
+    ~uncopyable() { --alive; }
+    int value;
+    static inline int alive = 0, budget = 0;
+};
+}  // namespace
+
+TEST_CASE("a buffer keeps its values when a copy throws while it grows or is assigned") {
+    uncopyable::budget = 1000;
+    {
+        buffer<uncopyable> values, others;
+        values.reserve(5), others.reserve(5);
+        for (int i = 0; i < 5; ++i) values.emplace_back(i), others.emplace_back(10 + i);
+        for (int copies = 0; copies < 5; ++copies) {
+            uncopyable::budget = copies;
+            CHECK_THROWS_AS(values.reserve(100), int);
+            uncopyable::budget = copies;
+            CHECK_THROWS_AS(values = others, int);
+            REQUIRE(values.size() == 5);
+            for (int i = 0; i < 5; ++i) CHECK(values[i].value == i);
+            CHECK(uncopyable::alive == 10);
+        }
+        uncopyable::budget = 1000;
+        values = others;
+        CHECK((values.size() == 5 && values[4].value == 14));
+    }
+    CHECK(uncopyable::alive == 0);
+}
+
 TEST_CASE("copying a buffer of buffers releases the copies made so far if memory runs out") {
     testing::counted_memory memory;
     const memory_scope scope(memory.source);

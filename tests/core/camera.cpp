@@ -41,14 +41,16 @@ TEST_CASE("project() inverts unproject(), and depth is measured along the optica
     }
 }
 
-TEST_CASE("the camera of a layered image includes the margin, which is not negative") {
+TEST_CASE("the camera of a layered image includes the margin, which is neither negative nor huge") {
     photo_facts facts;
     facts.camera = {640, 480, 500.0F};
     facts.margin = 10;
     CHECK((facts.layers_camera().width == 660 && facts.layers_camera().height == 500));
     CHECK(facts.layers_camera().focal_length == 500.0F);
-    facts.margin = -1;
-    CHECK_THROWS_AS(facts.layers_camera(), error);
+    for (const std::int32_t margin : {-1, (1 << 29) + 1, 0x7FFFFFFF}) {
+        facts.margin = margin;
+        CHECK_THROWS_AS(facts.layers_camera(), error);
+    }
 }
 
 TEST_CASE("a 35 mm equivalent focal length is converted by the ratio of the diagonals") {

@@ -53,7 +53,7 @@ static_assert(!payload_column<final_column>, "its rules could not be checked");
 static_assert(!payload_column<const disparity_column> && !payload_column<volatile disparity_column>,
               "two columns would have one name");
 
-// Rules with the right name and a wrong signature. The default used to replace them.
+// Rules with the right name and a wrong signature. The default used to replace them, or values were converted.
 struct rules_of_int32 : column_of<std::int32_t, 1> {
     static std::int32_t new_pixel(std::int32_t* origin) { return *origin; }
     static std::array<std::int32_t, 1> coarser(pixel_values<std::int32_t, 2> pixels) { return {pixels(0)}; }
@@ -63,6 +63,11 @@ struct rules_of_wrong_results : column_of<std::int32_t, 1> {
     static std::string new_pixel(std::int32_t) { return {}; }
     static std::array<std::int32_t, 2> coarser(pixel_values<std::int32_t, 1>) { return {}; }
     static void at_vertex(pixel_values<std::int32_t, 1>) {}
+};
+struct rules_of_smaller_types : column_of<std::int32_t, 1> {
+    static std::int32_t new_pixel(std::uint8_t origin) { return origin; }
+    static std::array<std::int32_t, 1> coarser(pixel_values<std::int16_t, 1>) { return {}; }
+    static std::array<std::int16_t, 1> at_vertex(pixel_values<std::int32_t, 1>) { return {}; }
 };
 struct rules_of_other_kinds : column_of<std::int32_t, 1> {
     int new_pixel = 0;
@@ -82,7 +87,7 @@ template <class Column>
 inline constexpr bool has_a_fitting_rule =
     detail::new_pixel_fits<Column> || detail::coarser_fits<Column> || detail::at_vertex_fits<Column>;
 static_assert(!has_a_fitting_rule<rules_of_int32> && !has_a_fitting_rule<rules_of_wrong_results> &&
-              !has_a_fitting_rule<rules_of_other_kinds>);
+              !has_a_fitting_rule<rules_of_smaller_types> && !has_a_fitting_rule<rules_of_other_kinds>);
 static_assert(detail::check_rules<fitting_rules>() && detail::has_new_pixel<fitting_rules> &&
               detail::has_coarser<fitting_rules> && detail::has_at_vertex<fitting_rules>);
 static_assert(detail::check_rules<normal_column>() && detail::check_rules<name_column>());
@@ -400,6 +405,8 @@ TEST_CASE("edit_links() refuses links that would break the topology, and leaves 
     CHECK(is_refused([](link_editor& links) { links.link(0, side::left, 2); }));    // on the other side of the lattice
     CHECK(is_refused([](link_editor& links) { links.link(5, side::right, 6); }));   // no such pixel
     CHECK(is_refused([](link_editor& links) { links.link(-1, side::right, 0); }));  // no such pixel
+    CHECK(is_refused([](link_editor& links) { links.unlink(-1, side::right); }));
+    CHECK(is_refused([](link_editor& links) { links.unlink(6, side::up); }));
     CHECK_NOTHROW(layers.edit_links([](link_editor& links) { links.unlink(0, side::right), links.link(0, side::right, 1); }));
 }
 

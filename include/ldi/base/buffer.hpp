@@ -85,7 +85,8 @@ struct memory_block {
 /// A growing array, aligned to 64 bytes. Its first allocation selects its allocator: the one that is then current
 /// (base/memory.hpp). Differences to std::vector: any integer type is an index without a cast, `unset` leaves values of trivial
 /// types uninitialized, and a moved-from buffer is empty. If memory runs out, a buffer throws std::bad_alloc and keeps its
-/// values; without exceptions, it raises error_code::out_of_memory. It raises too_large for a size beyond the address space.
+/// values; without exceptions, it raises error_code::out_of_memory. It also keeps them if a copy constructor throws while it
+/// grows or is assigned. It raises too_large for a size beyond the address space.
 template <class T>
 class buffer {
 public:
@@ -107,8 +108,15 @@ public:
     buffer(buffer&& other) noexcept : block_(other.block_) { other.block_ = {}; }
     buffer& operator=(const buffer& other) {
         if (this == &other) return *this;
-        reserve(other.size());  // first, so that the values remain if memory runs out
-        assign(other.begin(), other.end());
+        if constexpr (moves_as_bytes) {
+            reserve(other.size());  // first, so that the values remain if memory runs out
+            assign(other.begin(), other.end());
+        } else {
+            buffer copy;
+            copy.block_.from = block_.from;
+            copy.append(other.begin(), other.end());
+            swap(copy);
+        }
         return *this;
     }
     buffer& operator=(buffer&& other) noexcept {
@@ -281,11 +289,10 @@ private:
             move_to(static_cast<T*>(block_.allocate(new_capacity, sizeof(T), alignment)), new_capacity);
     }
     [[gnu::noinline]] void move_to(T* place, std::size_t new_capacity) {
-        for (std::size_t i = 0; i < size(); ++i) {
-            ::new (static_cast<void*>(place + i)) T(std::move(data()[i]));
-            data()[i].~T();
-        }
-        block_.replace(place, new_capacity, sizeof(T));
+        buffer moved;  // destroys its values and releases `place` if a constructor throws, else does so with the old block
+        moved.block_ = {place, 0, new_capacity, block_.from};
+        for (; moved.size() < size(); ++moved.block_.size) ::new (moved.place_at_end()) T(std::move(data()[moved.size()]));
+        swap(moved);
     }
 
     detail::memory_block block_;

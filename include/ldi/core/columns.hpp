@@ -117,20 +117,27 @@ concept lacks_at_vertex = requires {
     &T::at_vertex;
 };
 
-/// Whether a tag's rule, if it has one, accepts and returns the values of its column. Without this check, the default would
-/// silently replace a rule with a wrong signature.
+template <class Result, class Argument>
+using rule = Result (*)(Argument);
+
+/// Whether a tag's rule, if it has one, accepts exactly the values of its column, by value or const reference, and returns them.
+/// Without this check, the default would silently replace a rule with a wrong signature, and a rule for a smaller type would
+/// silently cut off values.
 template <class Column>
-concept has_new_pixel = requires(typename Column::scalar origin) {
-    { Column::new_pixel(origin) } -> std::convertible_to<typename Column::scalar>;
-};
+concept has_new_pixel = requires {
+    static_cast<rule<typename Column::scalar, typename Column::scalar>>(&Column::new_pixel);
+}
+|| requires { static_cast<rule<typename Column::scalar, const typename Column::scalar&>>(&Column::new_pixel); };
 template <class Column>
-concept has_coarser = requires(pixels_of<Column> pixels) {
-    { Column::coarser(pixels) } -> std::convertible_to<values_of<Column>>;
-};
+concept has_coarser = requires {
+    static_cast<rule<values_of<Column>, pixels_of<Column>>>(&Column::coarser);
+}
+|| requires { static_cast<rule<values_of<Column>, const pixels_of<Column>&>>(&Column::coarser); };
 template <class Column>
-concept has_at_vertex = requires(pixels_of<Column> pixels) {
-    { Column::at_vertex(pixels) } -> std::convertible_to<values_of<Column>>;
-};
+concept has_at_vertex = requires {
+    static_cast<rule<values_of<Column>, pixels_of<Column>>>(&Column::at_vertex);
+}
+|| requires { static_cast<rule<values_of<Column>, const pixels_of<Column>&>>(&Column::at_vertex); };
 template <class Column>
 inline constexpr bool new_pixel_fits = has_new_pixel<Column> || lacks_new_pixel<column_and_names<Column>>;
 template <class Column>

@@ -40,7 +40,7 @@ public:
         for (const side s : all_sides) column(s) = g.neighbors(s).copy();
     }
 
-    /// Appends an unlinked pixel and returns its index.
+    /// Appends an unlinked pixel and returns its index. Asserts that its position lies inside the lattice.
     std::int32_t add_pixel(std::int32_t at_x, std::int32_t at_y) {
         LDI_ASSERT(at_x >= 0 && at_y >= 0 && at_x < width_ && at_y < height_);
         make_room(x_), make_room(y_);  // first, so that no column grows alone if memory runs out
@@ -64,7 +64,7 @@ public:
         column(s)[a] = b, column(opposite(s))[b] = a;
     }
 
-    /// Removes the link of `a` on side `s`, if any.
+    /// Removes the link of `a` on side `s`, if any. Asserts that the pixel exists.
     void unlink(std::int32_t a, side s) {
         LDI_ASSERT(exists(a));
         std::int32_t& there = column(s)[a];

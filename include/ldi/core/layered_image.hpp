@@ -36,6 +36,9 @@ namespace detail {
     raise(error_code::mismatch, "edit_links", "pixels one step apart, with free sides",
           "pixels " + std::to_string(a) + " and " + std::to_string(b));
 }
+[[noreturn]] inline void refuse_pixel(std::int32_t pixel) {
+    raise(error_code::mismatch, "edit_links", "an index of a pixel", std::to_string(pixel));
+}
 }  // namespace detail
 
 /// Changes links between pixels, not the pixels. Argument of the function that edit_links() calls; valid only during that call.
@@ -51,8 +54,11 @@ public:
         if (!graph_.can_link(a, s, b)) detail::refuse_link(a, b);
         graph_.link(a, s, b);
     }
-    /// Removes the link of `a` on side `s`, if any. Asserts that the pixel exists.
-    void unlink(std::int32_t a, side s) { graph_.unlink(a, s); }
+    /// Removes the link of `a` on side `s`, if any. Raises mismatch for a pixel that does not exist, in release builds, too.
+    void unlink(std::int32_t a, side s) {
+        if (!graph_.exists(a)) detail::refuse_pixel(a);
+        graph_.unlink(a, s);
+    }
 
 private:
     template <payload_column...>

@@ -27,9 +27,10 @@ struct photo_facts {
     std::int32_t margin = 0;
 
     /// Returns the camera of the layered image: the photo's camera, with a sensor that is larger by the margin on every side.
-    /// Raises invalid_option for a negative margin.
+    /// Raises invalid_option for a margin below 0 or above 2^29.
     pinhole_camera layers_camera() const {
-        if (margin < 0) raise(error_code::invalid_option, "photo_facts::margin", "0 or more", std::to_string(margin));
+        if (margin < 0 || margin > 1 << 29)
+            raise(error_code::invalid_option, "photo_facts::margin", "0 to 2^29", std::to_string(margin));
         return {camera.width + 2 * margin, camera.height + 2 * margin, camera.focal_length};
     }
 };

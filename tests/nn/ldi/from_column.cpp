@@ -67,6 +67,16 @@ TEST_CASE("values outside the range of 64-bit integers are clamped, too") {
     CHECK(clamped<std::uint64_t>() == buffer<std::uint64_t>{all, 0, all, 0, std::uint64_t{1} << 63, 3, 0});
 }
 
+TEST_CASE("a column of bool is true from one half up") {
+    layered_image<identifier<bool>> layers(make_grid(6, 1));
+    feature_map map(6, 1);
+    map.values = {0.0F, 0.3F, std::nanf(""), 0.5F, 1.0F, 7.0F};
+    to_column<identifier<bool>>(map, layers);
+    CHECK(layers.column<identifier<bool>>() == buffer<bool>{false, false, false, true, true, true});
+    to_column<identifier<bool>>(from_column<identifier<bool>>(layers), layers);
+    CHECK(layers.column<identifier<bool>>() == buffer<bool>{false, false, false, true, true, true});
+}
+
 TEST_CASE("to_column() refuses maps of other pixels or channels") {
     layered_image<color_column> layers(make_grid(4, 4));
     CHECK_THROWS_AS(to_column<color_column>(feature_map(17, 3), layers), error);

@@ -89,6 +89,8 @@ template <class Value>
 basic_feature_view<Value> upsample(const basic_feature_map<Value>& coarse, std::span<const std::int32_t> parent) {
     return {coarse.values, coarse.channels, parent, {}, coarse.zero};
 }
+template <class Value>
+basic_feature_view<Value> upsample(const basic_feature_map<Value>&& coarse, std::span<const std::int32_t> parent) = delete;
 
 namespace detail {
 

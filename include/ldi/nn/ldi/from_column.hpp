@@ -56,7 +56,9 @@ void to_column(const basic_feature_map<Value>& map, Layers& layers, float scale 
             const double scaled = double{scale} * static_cast<double>(value);
             const double rounded = (std::isnan(scaled) ? 0.0 : scaled) + (scaled < 0.0 ? -0.5 : 0.5);
             constexpr scalar lowest = (std::numeric_limits<scalar>::min)(), highest = (std::numeric_limits<scalar>::max)();
-            if constexpr (sizeof(scalar) < sizeof(double))
+            if constexpr (std::same_as<scalar, bool>)
+                return rounded >= 1.0;
+            else if constexpr (sizeof(scalar) < sizeof(double))
                 return static_cast<scalar>(std::clamp(rounded, double{lowest}, double{highest}));
             else if (rounded >= static_cast<double>(highest))  // 2^63 - 1 is 2^63 as a double
                 return highest;
