@@ -15,13 +15,13 @@ BEGIN, END = "<!-- bench/run.sh: begin -->", "<!-- bench/run.sh: end -->"
 
 
 def processor():
+    """The processor's name, with family and model, since virtual machines shorten the name."""
     try:
-        for line in Path("/proc/cpuinfo").read_text().splitlines():
-            if line.startswith("model name"):
-                return line.split(":", 1)[1].strip()
+        info = dict(re.findall(r"^([^\t:]+)\s*: (.*)$", Path("/proc/cpuinfo").read_text(), re.MULTILINE))
     except OSError:
-        pass
-    return "unknown processor"
+        info = {}
+    name = info.get("model name", "unknown processor")
+    return f"{name} (family {info['cpu family']}, model {info['model']})" if "cpu family" in info else name
 
 
 def median(values):
@@ -83,11 +83,21 @@ def heading(context, rows):
             f"{max(r['runs'] for r in rows)} runs. Measured peaks: " + "; ".join(peaks) + ".")
 
 
+def peer_text(row, rows):
+    """For a peer, its time relative to ours in the row of the same variant."""
+    if row["name"].startswith("peers/"):
+        variant = row["name"].rpartition("/")[2]
+        for ours in rows:
+            if ours["name"].rpartition("/")[2] == variant and not ours["name"].startswith("peers/"):
+                return f"{number(row['time'] / ours['time'])} x {ours['name'].rpartition('/')[0]}"
+    return ""
+
+
 def table(rows):
     lines = ["| benchmark | size | time | rate | share of peak | allocations |", "|---|---|---|---|---|---|"]
     for r in rows:
-        lines.append(f"| {r['name']} | {r.get('label', '')} | {time_text(r['time'])} | {rate_text(r)} | {share_text(r)} | "
-                     f"{allocations_text(r)} |")
+        lines.append(f"| {r['name']} | {r.get('label', '')} | {time_text(r['time'])} | {rate_text(r) or peer_text(r, rows)} | "
+                     f"{share_text(r)} | {allocations_text(r)} |")
     return lines
 
 
