@@ -28,7 +28,7 @@ MIN_LABELLED = 300  # minimum number of labeled pixels per crop
 RIM = 2             # pixels without a label on each side of a mask's border
 PAIRS_NAMED = ("tartan_", "iclredwood_", "tief_")  # photographs with dense, sharp depth
 MIN_STEP, FADING = 0.06, 0.35  # arguments of composites.disparity()
-PAIRS_SHARE = 0.3   # share of real photographs
+PAIRS_SHARE = 0.3   # share of pairs with true depth among the real photographs
 SIZES = ((384, 512), (512, 384), (352, 480), (448, 448), (336, 448))
 
 

@@ -20,7 +20,7 @@ def read_pairs(folder):
         photo = cv2.cvtColor(cv2.imread(os.path.join(folder, entry["image"]), cv2.IMREAD_COLOR), cv2.COLOR_BGR2RGB)
         stored = cv2.imread(os.path.join(folder, entry["map"]), cv2.IMREAD_UNCHANGED).astype(np.float64)
         value = np.where(stored == entry["invalid"], np.nan, stored / entry["scale"])
-        offset = re.search(r"disparity \+ ([0-9.]+)", entry["note"])  # offset of the crop
+        offset = re.search(r"disparity \+ ([0-9.]+)", entry["note"])  # disparity that cropping subtracted
         disparity = 1 / value if entry["kind"] == "depth" else value + (float(offset[1]) if offset else 0.0)
         yield entry["name"], photo, disparity
 
