@@ -28,7 +28,7 @@ def compile_program(name, *flags):
 
 
 def run(program, **environment):
-    """The GLB file that the program makes."""
+    """Returns the GLB file that the program writes."""
     result = folder / "whole_way.glb"
     subprocess.run([program, MODELS / "tiefenrausch_small.safetensors", MODELS / "farbrausch.safetensors", result], check=True,
                    env=os.environ | environment)
