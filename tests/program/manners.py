@@ -187,7 +187,7 @@ def names():
 
 
 def start_script():
-    """Tests examples/photo3d/run.sh with a program that only prints its output paths."""
+    """Runs examples/photo3d/run.sh with a program that only prints its output paths."""
     script = os.path.join(SOURCE, "examples/photo3d/run.sh")
     usage = subprocess.run([script, "--help"], capture_output=True, text=True)
     check("run.sh --help", usage.returncode == DONE and "usage: " in usage.stdout and usage.stderr == "", usage)

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Checks that single_include/ldi/ldi.hpp and include/ldi/ldi.hpp preprocess to the same tokens.
 
-    same_program.py COMPILER [FLAG...]     FLAGs find the headers of others: -I/some/where
+    same_program.py COMPILER [FLAG...]     FLAG: such as -I, for other libraries' headers
 
-So whatever a test finds out about the one holds for the other, too, with this compiler.
+With this compiler, tests of one of them therefore cover the other.
 """
 
 import itertools

@@ -23,7 +23,7 @@ FACTORS = {"encoder": 0.75, "decoder": 1.5}
 
 
 def crops(folder, count, size, seed):
-    """Yields (image, known, exists) of `count` photographs."""
+    """Returns (image, known, exists) of `count` photographs."""
     rng = np.random.default_rng(seed)
     names = data.training_names(folder)
     photos = []

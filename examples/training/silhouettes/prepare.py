@@ -33,7 +33,7 @@ SIZES = ((384, 512), (512, 384), (352, 480), (448, 448), (336, 448))
 
 
 def crops_of(rng, x, alpha, state, wrong):
-    """Returns crops around random labeled pixels; in half of them the prepared disparity is wrong at that pixel."""
+    """Yields crops around random labeled pixels; in half of them the prepared disparity is wrong at that pixel."""
     height, width = state.shape
     packed = np.concatenate([bands.quantized(x), np.rint(alpha * 255).astype(np.uint8)[None], state[None]])
     free = state == composites.LABELLED
@@ -64,7 +64,7 @@ def coarser(rng, estimated):
 
 
 def of_composite(maker, depth):
-    """Returns crops of a new composite."""
+    """Yields crops of a new composite."""
     rng = maker.rng
     photo, weights, _ = maker.composite(SIZES[int(rng.integers(len(SIZES)))])
     given = [depth(photo, maker.spoiled(maker.disparity(weights, MIN_STEP, FADING), rng.random() ** 1.2))]
@@ -78,7 +78,7 @@ def of_composite(maker, depth):
 
 
 def read_pairs(folders):
-    """Yields (photograph, share of the front, mask of known pixels) per usable photograph."""
+    """Returns (photograph, share of the front, mask of known pixels) per usable photograph."""
     result = []
     for folder in folders:
         with open(os.path.join(folder, "manifest.json")) as file:
@@ -90,7 +90,7 @@ def read_pairs(folders):
 
 
 def of_real(maker, depth, pairs):
-    """Returns randomly scaled and mirrored crops of an unchanged photograph."""
+    """Yields randomly scaled and mirrored crops of an unchanged photograph."""
     rng = maker.rng
     if pairs and rng.random() < PAIRS_SHARE:
         photo, share, known = pairs[int(rng.integers(len(pairs)))]

@@ -155,11 +155,11 @@ class Photographs:
         return to_tensors(colors, truths)
 
     def calibration(self, rng):
-        """Yields batches of whole photographs' colors, for the ranges of 8-bit tensors."""
+        """Returns batches of whole photographs' colors, for the ranges of 8-bit tensors."""
         return [self.batch(rng, 4, shape)[0] for shape in WHOLE for _ in range(2)]
 
     def validation_batches(self, size):
-        """Yields held-out photographs without augmentation, resized regardless of aspect ratio, in batches of up to 8."""
+        """Returns held-out photographs without augmentation, resized regardless of aspect ratio, in batches of up to 8."""
         batches = []
         for start in range(0, len(self.held_out), 8):
             entries = self.held_out[start:start + 8]

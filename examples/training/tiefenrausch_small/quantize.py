@@ -24,7 +24,7 @@ class Round(torch.autograd.Function):
 
 
 class Requantize(torch.autograd.Function):
-    """Returns accumulator * factor, rounded and clipped to [low, high]. Works in place; clipped values have no gradient."""
+    """accumulator * factor, rounded and clipped to [low, high]. Works in place; clipped values have no gradient."""
 
     @staticmethod
     def forward(ctx, accumulator, factor, low, high):

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Writes the files beside it that tests/networks/farbrausch.cpp compares with: what the PyTorch network of examples/training/farbrausch
-makes of images with holes. Needs Debian's python3-torch and python3-opencv.
+"""Writes the reference files of tests/networks/farbrausch.cpp to its own folder: results of the PyTorch network of
+examples/training/farbrausch for images with holes. Needs Debian's python3-torch and python3-opencv.
 
     farbrausch.py
 
 farbrausch_weights.safetensors   a network with few channels, random weights and random statistics in its normalization, exported
-                                 as trained ones are
+                                 like a trained network
 farbrausch_*.safetensors         image and masks (channel, row, column), and the colors of the hole's pixels in their order
 """
 import pathlib
