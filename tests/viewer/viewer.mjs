@@ -1,4 +1,4 @@
-// node viewer.mjs [WORD]: the viewer in Chromium, with the sample that `examples/photo3d/run.sh sample` has made. Ends with "N passed, N failed".
+// node viewer.mjs [WORD]: tests the viewer in Chromium with the output of `examples/photo3d/run.sh sample`. Ends with "N passed, N failed".
 
 import assert from "node:assert/strict";
 import { existsSync } from "node:fs";
@@ -27,7 +27,7 @@ const headsetScripts = [
     "window.emulated = new IWER.XRDevice(IWER.metaQuest3, { stereoEnabled: true });" +
         "emulated.installRuntime({ polyfillLayers: true, forceInstall: true });",
 ];
-// A headset that knows only how it is turned.
+// A headset that tracks only rotation.
 const rotationOnlyScripts = [...headsetScripts, "Object.defineProperty(XRPose.prototype, 'emulatedPosition', { get: () => true });"];
 
 const usdPage = await makeUsdPage(join(top, "out/usd.html"));
@@ -40,19 +40,19 @@ const opened = (options) => () => openPhoto(context, samplePage, options);
 const still = { reducedMotion: true };
 const countable = { scripts: [clearColorScript] };
 
-/** The share of each side of the photo that is behind the frame, at both ends. */
+/** Share of each side of the photo that the frame hides, at both ends. */
 const hiddenBorder = (page) => page.evaluate(() => (document.querySelector("photo-3d").shadowRoot.querySelector(".cropped") ? 0.034 : 0));
 
-/** Presses a button of the element, which the tests hide. */
+/** Presses a button of the element; the tests hide the buttons. */
 const press = (page, id) => page.evaluate((id) => document.querySelector("photo-3d").shadowRoot.getElementById(id).click(), id);
 
-/** The middle of the frame and its size, in pixels of the window. */
+/** Returns the frame's center and size in pixels of the window. */
 async function frameOf(page) {
     const { x, y, width, height } = await page.locator("photo-3d #photo").boundingBox();
     return { x: x + width / 2, y: y + height / 2, width, height };
 }
 
-/** Moves the mouse to (right, up) in the frame, each -1 to 1, and waits until the viewer is there. */
+/** Moves the mouse to (right, up) in the frame, each -1 to 1, and waits until the viewer arrives. */
 async function hover(page, right, up) {
     const { x, y, width, height } = await frameOf(page);
     await page.mouse.move(x + (right * width) / 2, y - (up * height) / 2);
@@ -63,7 +63,7 @@ function assertNear(actual, expected, tolerance, what) {
     assert.ok(Math.abs(actual - expected) <= tolerance, `${what}: expected ${expected} within ${tolerance}, found ${actual}`);
 }
 
-/** Sideways and upwards motion of the viewer shows in the picture as it would in a window. */
+/** Checks that the picture shows the viewer's sideways and upward motion like a window. */
 async function assertParallax(page, before, { right, up }) {
     const { near, far } = await desk.parallax(before, await picture(page), depth, await hiddenBorder(page));
     const motion = JSON.stringify({ near, far });
@@ -71,7 +71,7 @@ async function assertParallax(page, before, { right, up }) {
     if (up !== 0) assert.ok((near.down - far.down) * Math.sign(up) > 2, `near goes against the viewer, up and down: ${motion}`);
 }
 
-/** The mesh fills the frame but for next to no gaps; the backdrop closes those. */
+/** Checks that the mesh fills the frame with almost no gaps, which the backdrop closes. */
 async function assertNextToNoGaps(page) {
     const { width, height } = await frameOf(page);
     const share = (await countGaps(page, false)) / (width * height);
@@ -79,7 +79,7 @@ async function assertNextToNoGaps(page) {
     assert.equal(await countGaps(page, true), 0);
 }
 
-/** Nowhere does the clear color shine through. Prints the largest number of pixels where it would without the backdrop. */
+/** Checks that the clear color is invisible everywhere. Prints the largest number of pixels that show it without the backdrop. */
 async function assertNoGaps(page, where = places) {
     let largest = 0;
     for (const place of where) {
@@ -145,7 +145,7 @@ await test("the page can't ask the network for anything", opened(still), async (
         return (await refused).effectiveDirective;
     });
     assert.equal(directive, "connect-src");
-    page.errors.length = 0; // the refusal stands on the console
+    page.errors.length = 0; // the console has the refusal
 });
 
 // Motion
@@ -153,7 +153,7 @@ await test("the page can't ask the network for anything", opened(still), async (
 await test("an idle viewer sways from where the photo was taken, until the first input", opened(), async (page) => {
     const { reach } = await stateOf(page);
     await page.waitForFunction((before) => document.querySelector("photo-3d").state().reach.right !== before, reach.right);
-    const { isSwaying } = await hover(page, 0.5, 0); // which waits until nothing moves
+    const { isSwaying } = await hover(page, 0.5, 0); // waits until nothing moves
     assert.equal(isSwaying, false);
 });
 
@@ -351,7 +351,7 @@ await test("a finger drags the scene, as far as there is something to see; lifte
     await assertParallax(page, before, { right: -1, up: 0 });
     await touch(page, []);
     await settle(page);
-    await touch(page, [{ x: x - 0.49 * width, y }, { x: x + 0.49 * width, y }]); // more than once over the frame
+    await touch(page, [{ x: x - 0.49 * width, y }, { x: x + 0.49 * width, y }]); // crosses the frame more than once
     const far = await settle(page);
     assertNear(far.reach.right, -1, 1e-3, "right");
     assert.ok(Math.abs((await desk.brightness(await picture(page))) / (await desk.brightness(before)) - 1) < 0.1, "nothing is dimmed");
@@ -359,7 +359,7 @@ await test("a finger drags the scene, as far as there is something to see; lifte
     assert.deepEqual((await settle(page)).reach, { right: 0, up: 0, forward: 0 });
 });
 
-// What counts as straight follows how the device is held; here it does not, however slow the machine is.
+// Stops the clock, so that the neutral orientation does not adapt on slow machines.
 const timeless = "Object.defineProperty(Event.prototype, 'timeStamp', { get: () => 0 });";
 
 await test("turning the device looks into the scene from the side it turned away from", opened({ scripts: [timeless] }), async (page) => {
@@ -367,12 +367,12 @@ await test("turning the device looks into the scene from the side it turned away
     await turnDevice(page, 0, 60, 0);
     await settle(page);
     const before = await picture(page);
-    await turnDevice(page, 0, 72, 0); // the upper edge towards the head: seen from above
+    await turnDevice(page, 0, 72, 0); // tilts the upper edge toward the head, for a view from above
     const above = await settle(page);
     assertNear(above.reach.up, 12 / 20, 0.05, "up");
     assertNear(above.reach.right, 0, 0.05, "right");
     await assertParallax(page, before, { right: 0, up: 1 });
-    await turnDevice(page, 0, 60, 12); // the right edge away from the head: seen from the left
+    await turnDevice(page, 0, 60, 12); // turns the right edge away from the head, for a view from the left
     const left = await settle(page);
     assertNear(left.reach.right, -12 / 20, 0.08, "right");
     await assertParallax(page, before, { right: -1, up: 0 });
@@ -382,7 +382,7 @@ await test("turning the device looks into the scene from the side it turned away
     assert.equal(end.visibility, 1);
 });
 
-// As on iOS: no word from the device before the permission.
+// Like iOS, sends no orientation before the permission.
 const askingScript = `
     Object.defineProperty(navigator, "maxTouchPoints", { get: () => 5 });
     addEventListener("deviceorientation", (event) => window.isAllowed || event.stopImmediatePropagation(), true);
@@ -514,7 +514,7 @@ await test("a headset that knows only how it is turned gets a neck", opened({ sc
     const home = await enterHeadset(page);
     const still = await moveHead(page, () => (window.emulated.position.x += 0.3));
     assertNear(betweenEyes(still)[0], betweenEyes(home)[0], 1e-3, "what such a headset says of its place does not count");
-    // 60 degrees to the left takes the eyes 8 cm x sin 60 to the left, and 8 cm x (1 - cos 60) back.
+    // A turn by 60 degrees to the left moves the eyes 8 cm x sin 60 to the left and 8 cm x (1 - cos 60) back.
     const turned = await moveHead(page, () => window.emulated.quaternion.set(0, Math.sin(Math.PI / 6), 0, Math.cos(Math.PI / 6)));
     const motion = betweenEyes(turned).map((value, axis) => value - betweenEyes(home)[axis]);
     [-0.0693, 0, 0.04].forEach((expected, axis) => assertNear(motion[axis], expected, 2e-3, "meters"));
@@ -558,7 +558,7 @@ await test("a page with a compressed photo, its texture in WebP, shows the photo
 await test("a photo at its full size, on several textures, is shown as one", () => openPhoto(context, join(top, "out/sample_full.html"), still), async (page) => {
     const psnr = await desk.psnr(await picture(page), photo, await hiddenBorder(page));
     console.log(`        ${psnr.toFixed(1)} dB`);
-    assert.ok(psnr > 26, `${psnr} dB`); // silhouettes are those of a third of the size
+    assert.ok(psnr > 26, `${psnr} dB`); // silhouettes have a third of the resolution
 });
 
 for (const name of ["sample", "sample_full"])
@@ -574,7 +574,7 @@ await test("a file can be chosen, and needs no camera of its own", empty(still),
     await page.setInputFiles("#file", { name: "bare.glb", mimeType: "model/gltf-binary", buffer: withoutCamera(croppedGlb) });
     await waitUntilDrawn(page);
     const psnr = await desk.psnr(await picture(page), photo, await hiddenBorder(page));
-    assert.ok(psnr > 20, `${psnr} dB`); // the mesh ends where the photo does, to a pixel or so
+    assert.ok(psnr > 20, `${psnr} dB`); // the mesh ends within about a pixel of the photo's border
 });
 
 await test("a mesh with holes is closed by a blurred picture of the photo", empty({ ...seenStill, size: { width: 640, height: 800 } }), async (page) => {
@@ -607,7 +607,7 @@ for (const density of [1, 3])
         const screen = await devtools.send("Page.captureScreenshot", { format: "png" });
         const edge = await desk.leftEdge(screen.data);
         console.log(`        ${edge.width.toFixed(2)} pixels of the screen wide, ${edge.levels} levels`);
-        // One pixel at most: a picture of fewer pixels, enlarged, would have wider edges. Without antialiasing there is none.
+        // At most one pixel: an enlarged picture would have wider edges, and no antialiasing would have none.
         assert.ok(edge.levels >= 3 && edge.width > 0.5 && edge.width < 1.5, JSON.stringify(edge));
     });
 

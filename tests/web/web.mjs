@@ -1,5 +1,5 @@
-// node web.mjs [WORD]: the page of examples/web in Chromium and Firefox. run.sh has built it, the program, and the files of `made`. Ends
-// with "N passed, N failed".
+// node web.mjs [WORD]: tests the page of examples/web in Chromium and Firefox. run.sh builds the page, the program, and the files of `made`.
+// Ends with "N passed, N failed".
 
 import assert from "node:assert/strict";
 import { execFileSync, spawnSync } from "node:child_process";
@@ -26,7 +26,7 @@ const sampleBytes = await readFile(sample);
 const tests = new PageTests(process.argv[2]);
 const test = (fact, open, check) => tests.run(fact, open, check, (page) => page === shared);
 
-/** A page for tests that only convert: opening one takes longer than most of them. */
+/** A shared page for tests that only convert, because opening a page takes longer than most of these tests. */
 let shared = null;
 
 /** Runs the program in the folder of the tests. Returns its message, without "photo3d: ". */
@@ -36,13 +36,13 @@ function messageOfProgram(name) {
     return stderr.trim().replace(/^photo3d: /, "");
 }
 
-/** Runs the program. Returns the GLB, and the texture before it was encoded. */
+/** Runs the program. Returns the GLB, and the texture before encoding. */
 async function convertWithProgram(name) {
     execFileSync(program, [name, "-o", "program.glb", "--stages", "stages", "--quiet"], { cwd: made });
     return { glb: await readFile(join(made, "program.glb")), atlas: await readFile(join(made, "stages/10_atlas.png")) };
 }
 
-/** The parts of a GLB that don't depend on how its texture is encoded: numbers of the mesh and all of the JSON but bytes and places. */
+/** Returns the parts of a GLB that don't depend on the texture's encoding: the mesh, and the JSON without sizes and offsets. */
 function contentOf(glb) {
     const { json, binary } = takeApart(glb);
     const viewOf = ({ byteOffset = 0, byteLength }) => binary.subarray(byteOffset, byteOffset + byteLength);
@@ -53,7 +53,7 @@ function contentOf(glb) {
     return { image, numbers, rest };
 }
 
-/** Number of pixels that differ between two PNG files, counted by the browser. */
+/** Returns the number of pixels that differ between two PNG files, counted by the browser. */
 const differentPixels = (page, a, b) =>
     page.evaluate(
         async (...files) => {
@@ -74,7 +74,7 @@ const differentPixels = (page, a, b) =>
         b.toString("base64"),
     );
 
-/** The page converts a file to the same GLB as the program. */
+/** Checks that the page converts a file to the same GLB as the program. */
 async function assertEqualsProgram(page, name) {
     const { glb, atlas } = await convertWithProgram(name);
     const ours = await convert(page, name, await readFile(join(made, name)), true);
@@ -88,7 +88,7 @@ async function assertEqualsProgram(page, name) {
 /** Headers that isolate a page from other sites. */
 const isolation = { "cross-origin-opener-policy": "same-origin", "cross-origin-embedder-policy": "require-corp" };
 
-/** Serves the folder. `stop` ends it as a lost network would. */
+/** Serves the folder. `stop` ends the server like a lost network. */
 async function serve(folder, headers = {}) {
     const types = { ".html": "text/html", ".js": "text/javascript", ".gz": "application/gzip" };
     const server = createServer(async (request, response) => {
@@ -105,14 +105,14 @@ async function serve(folder, headers = {}) {
     return { address: `http://localhost:${server.address().port}/`, stop };
 }
 
-/** A JPEG with an EXIF block that says how the camera was held. */
+/** Returns a JPEG with the camera's orientation in its EXIF block. */
 function withOrientation(jpeg, orientation) {
     const tiff = Buffer.from([0x4d, 0x4d, 0, 42, 0, 0, 0, 8, 0, 1, 0x01, 0x12, 0, 3, 0, 0, 0, 1, 0, orientation, 0, 0, 0, 0, 0, 0]);
     const body = Buffer.concat([Buffer.from("Exif\0\0"), tiff]);
     return Buffer.concat([jpeg.subarray(0, 2), Buffer.from([0xff, 0xe1, 0, body.length + 2]), body, jpeg.subarray(2)]);
 }
 
-/** A PNG of 100,000 x 100,000 pixels, or so its header says. */
+/** A PNG whose header states 100,000 x 100,000 pixels. */
 function hugePng() {
     const header = Buffer.from("49484452000186a0000186a00802000000", "hex");
     const checksum = Buffer.alloc(4);
@@ -171,7 +171,7 @@ for (const kind of ["chromium", "firefox"]) {
         for (const name of Object.keys(refused)) {
             const { error } = await choose(page, join(made, name));
             const expected = messageOfProgram(name);
-            // Which formats are read depends on the build and on the browser.
+            // Readable formats depend on the build and on the browser.
             const comparable = (text) => text?.replace(/expected a JPEG.*, found/, "expected a photo, found");
             assert.equal(comparable(error), comparable(expected));
         }
@@ -383,7 +383,7 @@ async function testsOfChromium(browser, open, openShared) {
         const { error } = await choose(page, join(made, "cut.heic"));
         assert.equal(error.replaceAll("\n", "\\x0A"), messageOfProgram("cut.heic"), "the program escapes the line ends of libheif's messages");
         await page.evaluate(() => navigator.serviceWorker.ready);
-        await page.reload(); // now the service worker answers, and keeps the reader
+        await page.reload(); // now the service worker answers, and caches the reader
         assert.equal((await choose(page, join(made, "plain.heic"))).error, undefined);
         await withHeic.stop();
         await page.reload();
@@ -411,7 +411,7 @@ function hasAllThreads(page) {
     return page.evaluate(async () => (await window.photo3d.converter.ready).threads === Math.min(navigator.hardwareConcurrency, 8));
 }
 
-/** A picture as JPEG, encoded by the browser. */
+/** Returns a picture as JPEG, encoded by the browser. */
 function jpegOf(page, picture) {
     return page.evaluate(async (content) => {
         const decoded = await createImageBitmap(new Blob([Uint8Array.from(atob(content), (c) => c.charCodeAt(0))]));
@@ -422,7 +422,7 @@ function jpegOf(page, picture) {
     }, picture.toString("base64"));
 }
 
-/** A PNG with the sample on the left, a gray map on the right: near below. */
+/** Returns a PNG with the sample on the left and a gray map on the right, nearer at the bottom. */
 function besideDepth(page) {
     return page.evaluate(async (content) => {
         const picture = await createImageBitmap(new Blob([Uint8Array.from(atob(content), (c) => c.charCodeAt(0))]));
