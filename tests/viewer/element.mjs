@@ -214,7 +214,7 @@ async function waitForRest(page) {
 }
 
 async function testFeed(name, size, scroll, way) {
-    await test(`a feed of 50 scrolls by ${way} on a ${name} as pictures do`, async (page) => {
+    await test(`a feed of 50 scrolls by ${way} on a ${name} like pictures`, async (page) => {
         const steps = [300, 500, 700, 350, 200, -400, 600, 400];
         await open(page, "/flat.html", size);
         const expected = await scroll(page, steps, size);
@@ -255,7 +255,7 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
     }
 
     if (!hasWebGl)
-        await test("without WebGL a feed is one of pictures, and scrolls as such", async (page) => {
+        await test("without WebGL, a feed shows posters and scrolls like pictures", async (page) => {
             const steps = [300, 500, 700, -400];
             await open(page, "/flat.html", sizes.desktop);
             const expected = await scrollByWheel(page, steps, sizes.desktop);
@@ -269,7 +269,7 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
             await page.screenshot({ path: join(pictures, `${kind}_without_webgl.png`) });
         }, false);
 
-    await test("the photo moves with the page's scrolling, and without it stays at rest", async (page) => {
+    await test("the photo moves while the page scrolls, and otherwise stays at rest", async (page) => {
         await open(page, "/feed.html", sizes.desktop);
         await waitForMiddle(page);
         await page.evaluate(() => document.querySelectorAll("photo-3d")[1].scrollIntoView({ block: "center" }));
@@ -284,7 +284,7 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
         assert.ok(up.up > 0.15 && up.forward > 0.25, JSON.stringify(up));
     });
 
-    await test("axe finds nothing to complain of", async (page) => {
+    await test("axe reports no violation", async (page) => {
         await open(page, "/feed.html", sizes.desktop);
         if (hasWebGl) await waitForMiddle(page);
         await page.evaluate(axe);
@@ -293,7 +293,7 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
         assert.ok(passes.length > 5);
     }, false);
 
-    await test("keys work on a focused photo alone", async (page) => {
+    await test("keys affect only a focused photo", async (page) => {
         await open(page, "/feed.html", sizes.desktop);
         await waitForMiddle(page);
         const right = () => page.evaluate(() => document.querySelector("photo-3d").state().reach.right);
@@ -309,7 +309,7 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
         assert.ok((await right()) > 0.8, "a key on the page");
     });
 
-    await test("a lost context comes back, though the browser does not restore it", async (page) => {
+    await test("the viewer replaces a lost context that the browser does not restore", async (page) => {
         await open(page, "/feed.html", sizes.desktop);
         await waitForMiddle(page);
         await page.evaluate(() => window.contexts[0].getExtension("WEBGL_lose_context").loseContext());
@@ -345,7 +345,7 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
             assert.ok(Math.abs(levels.ratio - ratio) < 0.02, JSON.stringify(levels));
         });
 
-    await test("hostile files end in a message, and ask for nothing", async (page) => {
+    await test("hostile files lead to a message and to no request", async (page) => {
         await open(page, "/one.html", sizes.desktop);
         asked.length = 0;
         for (const name of Object.keys(hostile)) {
@@ -365,7 +365,7 @@ for (kind of onlyBrowser ? [onlyBrowser] : ["chromium", "firefox"]) {
         await page.waitForFunction(() => document.querySelector("photo-3d").shadowRoot.getElementById("message").textContent.includes("404"));
     });
 
-    await test("without full screen (iPhones) the element covers the page, and gives it back", async (page) => {
+    await test("without full screen (iPhones), the element covers the page, and uncovers it again", async (page) => {
         await open(page, "/feed.html", sizes.desktop);
         await waitForMiddle(page);
         const size = await page.evaluate(async () => {

@@ -6,7 +6,7 @@ from torch import nn
 from band import CHANNELS
 
 WIDTH, FINE = 32, 16  # channels at half resolution and below; at full resolution
-PRIOR = 6.0           # offset of alpha's logit toward the prepared disparity's side
+PRIOR = 6.0           # factor of the offset of alpha's logit toward the prepared disparity's side
 
 # name, source tensors (the first is upsampled if it is coarser than the result), inputs, outputs, level of the result, stride
 LAYERS = (

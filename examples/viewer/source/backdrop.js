@@ -18,8 +18,8 @@ const cells = 32;
 // Fetches colors per vertex, because a software renderer would fetch them for every pixel, visible or not.
 const vertexShader = `
     uniform sampler2D farthest;
-    uniform vec2 size; // side of the picture in texels
-    uniform vec3 emptyColor; // color of an empty picture
+    uniform vec2 size; // of the picture in texels
+    uniform vec3 emptyColor; // fallback where the picture is empty at all levels
     varying vec3 seenColor;
 
     vec3 blurred(vec2 place) {

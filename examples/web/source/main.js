@@ -23,7 +23,7 @@ const stages = new Map([
     ["encoding", ["Writing the file", 0.07]],
 ]);
 
-/** Seconds per turn of the viewer's sway. */
+/** Length of videos: one turn of the viewer's sway. */
 const videoSeconds = 7;
 
 const converter = new Converter();
