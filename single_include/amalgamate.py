@@ -54,7 +54,7 @@ class Header:
             self.conditions.append(tuple(open_conditions))
         if self.is_generic():
             if any(self.included) or any(PRAGMA_ONCE.match(line) for line in self.lines):
-                sys.exit(f"{name}: what is pasted once per instruction set includes nothing and has no #pragma once")
+                sys.exit(f"{name}: a header pasted once per instruction set must have no #include and no #pragma once")
         elif not any(PRAGMA_ONCE.match(line) for line in self.lines):
             sys.exit(f"{name}: has no #pragma once")
 

@@ -354,7 +354,7 @@ def main():
         far_frames = os.path.join(folder, "far_frames")
         run("a path that shows the photo from afar", [*video[:-1], "--video", far_frames, "--path", file(folder, "wide.json", wide.encode())])
         darkest = min(min(row) for name in os.listdir(far_frames) for row in pixels(open(os.path.join(far_frames, name), "rb").read()))
-        check(f"past its border the photo goes on: {darkest}", darkest > 40)  # the checks are 60 and 180
+        check(f"the photo continues past its border: {darkest}", darkest > 40)  # the checks are 60 and 180
         run("key frames in disorder", [*video, frames, "--path", file(folder, "late.json", (keys % 2).encode())], ["increasing times"])
         run("key frames of text", [*video, frames, "--path", file(folder, "text.json", b"hello")], ["text.json", "key frames"])
         if shutil.which("ffmpeg"):
